@@ -1,0 +1,122 @@
+"""Unit quaternions (w, x, y, z): how bodies are turned.
+
+A quaternion q = (cos(a/2), n sin(a/2)) turns vectors by the angle a about the unit axis n; it takes body axes to
+world axes. All functions work on arrays of shape (..., 4) or (..., 3) and broadcast; angles are in radians.
+Formulas: J. Diebel, Representing attitude (2006); M. D. Shuster, A survey of attitude representations (1993).
+"""
+
+import numpy as np
+
+IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
+IDENTITY.setflags(write=False)
+
+
+def product(a, b):
+    """Hamilton product a b: turn by b first, then by a. (..., 4), (..., 4) -> (..., 4)."""
+    aw, ax, ay, az = _components(a)
+    bw, bx, by, bz = _components(b)
+    return np.stack([aw * bw - ax * bx - ay * by - az * bz,
+                     aw * bx + ax * bw + ay * bz - az * by,
+                     aw * by - ax * bz + ay * bw + az * bx,
+                     aw * bz + ax * by - ay * bx + az * bw], axis=-1)
+
+
+def conjugate(q):
+    """The opposite turn of a unit quaternion: (w, -x, -y, -z)."""
+    return np.asarray(q, dtype=float) * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def normalised(q):
+    """q divided by its length; a zero or non-finite quaternion gives NaN, which callers refuse by name."""
+    q = np.asarray(q, dtype=float)
+    # Dividing by a power of two first keeps the squares from over- or underflowing and rounds nothing.
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        q = np.ldexp(q, -np.frexp(np.max(np.abs(q), axis=-1, keepdims=True))[1])
+        return q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
+
+
+def matrix(q):
+    """Rotation matrix R with R v = rotate(q, v); columns are the body axes in the world. (..., 4) -> (..., 3, 3)."""
+    w, x, y, z = _components(q)
+    rows = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def from_matrix(rotation):
+    """The unit quaternion, w >= 0, of a rotation matrix: (..., 3, 3) -> (..., 4).
+
+    Shepperd's method: of the four equivalent formulas take the one that divides by the largest component.
+    S. W. Shepperd, Quaternion from rotation matrix, J. Guidance and Control 1 (1978) 223-224.
+    """
+    r = np.asarray(rotation, dtype=float)
+    xx, yy, zz = r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]
+    wx, wy, wz = r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]
+    xy, xz, yz = r[..., 0, 1] + r[..., 1, 0], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 2] + r[..., 2, 1]
+    # Row k of this symmetric matrix is 4 q_k q.
+    outer = np.stack([np.stack(row, axis=-1) for row in (
+        (1 + xx + yy + zz, wx, wy, wz),
+        (wx, 1 + xx - yy - zz, xy, xz),
+        (wy, xy, 1 - xx + yy - zz, yz),
+        (wz, xz, yz, 1 - xx - yy + zz))], axis=-2)
+    largest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
+    row = np.take_along_axis(outer, largest[..., None, None], axis=-2)[..., 0, :]
+    return normalised(np.where(row[..., :1] < 0, -row, row))
+
+
+def rotate(q, v):
+    """Turn vectors: body components to world components. (..., 4), (..., 3) -> (..., 3)."""
+    q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
+    axis = q[..., 1:]
+    twice = 2.0 * np.cross(axis, v)
+    return v + q[..., :1] * twice + np.cross(axis, twice)
+
+
+def exponential(rotation_vector):
+    """The turn by |r| about r, exact to rounding down to zero angle. (..., 3) [rad] -> (..., 4)."""
+    half = 0.5 * np.asarray(rotation_vector, dtype=float)
+    angle = np.sqrt(np.sum(half * half, axis=-1, keepdims=True))
+    moving = angle > 0
+    sine_ratio = np.where(moving, np.sin(angle) / np.where(moving, angle, 1.0), 1.0)
+    return np.concatenate([np.cos(angle), sine_ratio * half], axis=-1)
+
+
+def logarithm(q):
+    """The rotation vector of the shorter way round, |r| <= pi, exact to rounding down to zero angle. (..., 4) -> (..., 3)."""
+    q = np.asarray(q, dtype=float)
+    q = np.where(q[..., :1] < 0, -q, q)
+    w, axis = q[..., :1], q[..., 1:]
+    sine = np.sqrt(np.sum(axis * axis, axis=-1, keepdims=True))
+    moving = sine > 0
+    # a/sin(a/2); for a vanishing angle this is 2.
+    ratio = np.where(moving, 2.0 * np.arctan2(sine, w) / np.where(moving, sine, 1.0), 2.0)
+    return ratio * axis
+
+
+def random(generator, n):
+    """n turns, uniform over all orientations: four normal numbers, normalised. -> (n, 4)."""
+    return normalised(generator.standard_normal((n, 4)))
+
+
+def between(u, v):
+    """The shortest turn of direction u onto direction v (lengths do not matter). (..., 3), (..., 3) -> (..., 4).
+
+    For opposite directions the axis is arbitrary; the one nearest a coordinate axis is taken.
+    """
+    u, v = np.broadcast_arrays(normalised(u), normalised(v))
+    cross = np.cross(u, v)
+    sine = np.sqrt(np.sum(cross * cross, axis=-1, keepdims=True))
+    cosine = np.sum(u * v, axis=-1, keepdims=True)
+    helper = np.eye(3)[np.argmin(np.abs(u), axis=-1)]
+    axis = normalised(np.where(sine > 0, cross, np.cross(u, helper)))
+    # Nearly opposite directions leave a rounded cross product; only its part square to u turns u in the right plane.
+    axis = normalised(axis - np.sum(axis * u, axis=-1, keepdims=True) * u)
+    half = 0.5 * np.arctan2(sine, cosine)
+    return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)
+
+
+def _components(q):
+    """The four components as arrays of shape (...)."""
+    q = np.asarray(q, dtype=float)
+    return q[..., 0], q[..., 1], q[..., 2], q[..., 3]
