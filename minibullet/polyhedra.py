@@ -7,6 +7,7 @@ scaled by a power of two has the same faces, and properties that are scaled bit 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from minibullet.errors import InputError
@@ -192,3 +193,20 @@ def inertia_of(second_moment):
 def parallel_axes(volume, arm):
     """What moving the reference point by arm (3,) away from the centre of mass adds to the inertia."""
     return volume * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
+
+
+def common_ball(first, second):
+    """Radius of the largest ball inside two convex solids at once: their overlap, 0 when they only touch or are apart.
+
+    first, second: (normals, offsets) with inside = normals . x <= offsets. A linear programme: the largest r with
+    normals . x + r <= offsets for all planes of both (Boyd and Vandenberghe, Convex Optimization, 8.5.1).
+    """
+    normals = np.concatenate([first[0], second[0]])
+    offsets = np.concatenate([first[1], second[1]])
+    # Numbers of order one, about a point near both, suit the tolerances of the programme.
+    origin = np.linalg.lstsq(normals, offsets, rcond=None)[0]
+    offsets = offsets - normals @ origin
+    exponent = int(np.frexp(np.max(np.abs(offsets)))[1])
+    planes = np.column_stack([normals, np.ones(len(normals))])
+    found = linprog([0, 0, 0, -1], planes, np.ldexp(offsets, -exponent), bounds=[(None, None)] * 3 + [(0, None)])
+    return float(np.ldexp(-found.fun, exponent)) if found.success else 0.0

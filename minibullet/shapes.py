@@ -9,39 +9,47 @@ Shapes compare and hash by content. Input that makes no solid raises InputError.
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import pi
+from math import pi, sqrt
+from numbers import Integral
 
 import numpy as np
 
 from minibullet import polyhedra
+from minibullet.convex import ConvexPiece, check_lengths, farthest, swept_ball
 from minibullet.errors import InputError
-from minibullet.rotations import matrix
+
+# Parts of a compound may overlap by this part of their size: rounding in a file is no mistake of the user.
+OVERLAP = 1e-5
 
 
-@dataclass(frozen=True)
-class Sphere:
-    """A ball of the given radius [m]."""
-
-    radius: float
-
-    def __post_init__(self):
-        _positive("sphere", radius=self.radius)
-
-    @cached_property
-    def volume(self):
-        return 4.0 / 3.0 * pi * self.radius**3
+class Centred:
+    """A simple shape given about its centre, which is its centre of mass."""
 
     @property
     def centre_of_mass(self):
         return np.zeros(3)
 
+
+@dataclass(frozen=True)
+class Sphere(Centred):
+    """A ball of the given radius [m]."""
+
+    radius: float
+
+    def __post_init__(self):
+        check_lengths("sphere", radius=self.radius)
+
+    @cached_property
+    def volume(self):
+        return swept_ball(self.radius, 0.0)[0]
+
     @cached_property
     def inertia(self):
-        return 0.4 * self.volume * self.radius**2 * np.eye(3)
+        return np.diag(swept_ball(self.radius, 0.0)[1])
 
     @property
     def surface_area(self):
-        return 4.0 * pi * self.radius**2
+        return 4.0 * pi * self.radius * self.radius
 
     @property
     def bounding_radius(self):
@@ -53,7 +61,7 @@ class Sphere:
 
 
 @dataclass(frozen=True)
-class Box:
+class Box(Centred):
     """A cuboid with full edge lengths x, y, z [m]."""
 
     x: float
@@ -61,19 +69,15 @@ class Box:
     z: float
 
     def __post_init__(self):
-        _positive("box", x=self.x, y=self.y, z=self.z)
+        check_lengths("box", x=self.x, y=self.y, z=self.z)
 
     @property
     def volume(self):
         return self.x * self.y * self.z
 
-    @property
-    def centre_of_mass(self):
-        return np.zeros(3)
-
     @cached_property
     def inertia(self):
-        squares = np.array([self.x, self.y, self.z]) ** 2
+        squares = np.square([self.x, self.y, self.z])
         return self.volume / 12.0 * np.diag(squares.sum() - squares)
 
     @property
@@ -82,7 +86,7 @@ class Box:
 
     @property
     def bounding_radius(self):
-        return 0.5 * float(np.sqrt(self.x**2 + self.y**2 + self.z**2))
+        return 0.5 * sqrt(self.x * self.x + self.y * self.y + self.z * self.z)
 
     @cached_property
     def pieces(self):
@@ -91,30 +95,26 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Capsule:
+class Capsule(Centred):
     """A ball of the given radius swept along a segment of the given length on the x axis [m]."""
 
     radius: float
     length: float
 
     def __post_init__(self):
-        _positive("capsule", radius=self.radius, length=self.length)
+        check_lengths("capsule", radius=self.radius, length=self.length)
 
     @cached_property
     def volume(self):
-        return pi * self.radius**2 * self.length + 4.0 / 3.0 * pi * self.radius**3
-
-    @property
-    def centre_of_mass(self):
-        return np.zeros(3)
+        return swept_ball(self.radius, self.length)[0]
 
     @cached_property
     def inertia(self):
-        return _capsule_inertia(self.radius, self.length)
+        return np.diag(swept_ball(self.radius, self.length)[1])
 
     @property
     def surface_area(self):
-        return 2.0 * pi * self.radius * self.length + 4.0 * pi * self.radius**2
+        return 2.0 * pi * self.radius * (self.length + 2.0 * self.radius)
 
     @property
     def bounding_radius(self):
@@ -126,7 +126,7 @@ class Capsule:
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(Centred):
     """A round cylinder on the z axis [m]. It weighs what a round one weighs; it touches as a prism with so many sides.
 
     The prism's corners lie on the circle: lying on a side it is lower by radius (1 - cos(pi/sides)), 0.5 % for 32.
@@ -137,22 +137,18 @@ class Cylinder:
     sides: int = 32
 
     def __post_init__(self):
-        _positive("cylinder", radius=self.radius, height=self.height)
-        if int(self.sides) != self.sides or self.sides < 3:
-            raise InputError(f"cylinder: sides = {self.sides}; a prism needs a whole number of sides, 3 or more")
+        check_lengths("cylinder", radius=self.radius, height=self.height)
+        if not isinstance(self.sides, Integral) or self.sides < 3:
+            raise InputError(f"cylinder: sides = {self.sides!r}; a prism needs a whole number of sides, 3 or more")
 
     @property
     def volume(self):
-        return pi * self.radius**2 * self.height
-
-    @property
-    def centre_of_mass(self):
-        return np.zeros(3)
+        return pi * self.radius * self.radius * self.height
 
     @cached_property
     def inertia(self):
-        across = self.volume * (3.0 * self.radius**2 + self.height**2) / 12.0
-        return np.diag([across, across, 0.5 * self.volume * self.radius**2])
+        across = self.volume * (3.0 * self.radius * self.radius + self.height * self.height) / 12.0
+        return np.diag([across, across, 0.5 * self.volume * self.radius * self.radius])
 
     @property
     def surface_area(self):
@@ -160,127 +156,14 @@ class Cylinder:
 
     @property
     def bounding_radius(self):
-        return float(np.sqrt(self.radius**2 + 0.25 * self.height**2))
+        return sqrt(self.radius * self.radius + 0.25 * self.height * self.height)
 
     @cached_property
     def pieces(self):
-        angle = 2.0 * pi * np.arange(int(self.sides)) / int(self.sides)
+        angle = 2.0 * pi * np.arange(self.sides) / self.sides
         ring = self.radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)])
         half = np.array([0.0, 0.0, 0.5 * self.height])
         return (ConvexPiece(np.concatenate([ring - half, ring + half])),)
-
-
-@dataclass(frozen=True, eq=False)
-class ConvexPiece:
-    """The convex hull of points, swept by a ball of `radius`: what collision works with, and a shape of its own.
-
-    vertices: (v, 3) [m]; points inside the hull are left out, the others keep their order.
-    radius: 0 for flat-faced solids (4 points or more, not in a plane); a positive radius makes one point a ball and
-    two points a capsule.
-    """
-
-    vertices: np.ndarray
-    radius: float = 0.0
-
-    def __post_init__(self):
-        points = _points("hull", self.vertices)
-        if self.radius == 0.0:
-            corners, faces = polyhedra.convex_hull(points)
-            self._set(points[corners], faces)
-            return
-        _positive("hull", radius=self.radius)
-        if len(points) > 2 or (len(points) == 2 and np.array_equal(points[0], points[1])):
-            raise InputError(f"hull: radius = {self.radius} with {len(points)} points; only one point (a ball) "
-                             "or two different points (a capsule) can be rounded")
-        self._set(points, ())
-
-    def _set(self, vertices, faces):
-        vertices.setflags(write=False)
-        object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "radius", float(self.radius))
-        object.__setattr__(self, "faces", faces)       # tuple of counter-clockwise loops of vertex indices
-        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-            size = np.trace(self.inertia)
-        if not (np.isfinite(size) and self.volume > 0 and size > 0):
-            raise InputError(f"hull: volume = {self.volume} m3; mass and inertia must be numbers that double precision can hold")
-
-    def moved(self, translation=(0.0, 0.0, 0.0), orientation=None):
-        """The same piece turned by the quaternion orientation, then shifted by translation [m]."""
-        vertices = self.vertices if orientation is None else self.vertices @ matrix(orientation).T
-        piece = object.__new__(ConvexPiece)
-        object.__setattr__(piece, "radius", self.radius)
-        piece._set(vertices + np.asarray(translation, dtype=float), self.faces)
-        return piece
-
-    def __eq__(self, other):
-        return isinstance(other, ConvexPiece) and self.radius == other.radius and np.array_equal(self.vertices, other.vertices)
-
-    def __hash__(self):
-        # Adding zero makes equal of 0.0 and -0.0, which compare equal too.
-        return hash((self.radius, (self.vertices + 0.0).tobytes()))
-
-    def __repr__(self):
-        return f"ConvexPiece({len(self.vertices)} vertices, {len(self.faces)} faces, radius={self.radius})"
-
-    @cached_property
-    def edges(self):
-        """(e, 2) vertex indices, smaller first, sorted."""
-        if len(self.vertices) == 2:
-            return np.array([[0, 1]])
-        return polyhedra.edges_of(self.faces)
-
-    @cached_property
-    def _planes(self):
-        return polyhedra.planes_of(self.vertices, self.faces) if self.faces else (np.zeros((0, 3)), np.zeros(0))
-
-    @property
-    def normals(self):
-        """(f, 3) outward unit normals of the faces."""
-        return self._planes[0]
-
-    @property
-    def offsets(self):
-        """(f,) the flat-faced solid is normals . x <= offsets [m]."""
-        return self._planes[1]
-
-    @cached_property
-    def _mass(self):
-        if self.faces:
-            return polyhedra.mass_properties(self.vertices, polyhedra.triangles_of(self.faces))
-        core = self.vertices[-1] - self.vertices[0]
-        length = float(np.sqrt(core @ core))
-        volume = pi * self.radius**2 * length + 4.0 / 3.0 * pi * self.radius**3
-        along, across = np.diag(_capsule_inertia(self.radius, length))[:2]
-        direction = core / length if length else core
-        inertia = across * np.eye(3) + (along - across) * np.outer(direction, direction)
-        return polyhedra.MassProperties(volume, polyhedra.middle(self.vertices), inertia)
-
-    @property
-    def volume(self):
-        return self._mass.volume
-
-    @property
-    def centre_of_mass(self):
-        return self._mass.centre_of_mass
-
-    @property
-    def inertia(self):
-        return self._mass.inertia
-
-    @cached_property
-    def surface_area(self):
-        if self.faces:
-            return polyhedra.area_of(self.vertices, polyhedra.triangles_of(self.faces))
-        length = float(np.linalg.norm(self.vertices[-1] - self.vertices[0]))
-        return 2.0 * pi * self.radius * length + 4.0 * pi * self.radius**2
-
-    @cached_property
-    def bounding_radius(self):
-        return _farthest(self.vertices, self.centre_of_mass) + self.radius
-
-    @cached_property
-    def pieces(self):
-        return (self.moved(-self.centre_of_mass),)
 
 
 @dataclass(frozen=True)
@@ -301,6 +184,22 @@ class Compound:
             if not hasattr(part, "pieces"):
                 raise InputError(f"compound: part {number} is {part!r}; parts are shapes such as Box or ConvexPiece")
         object.__setattr__(self, "parts", parts)
+        self._refuse_overlap()
+
+    def _refuse_overlap(self):
+        """Overlapping parts would be weighed twice. Round parts are not checked."""
+        flat = [(number, piece) for number, part in enumerate(self.parts) for piece in _in_frame(part) if piece.faces]
+        low = np.array([piece.vertices.min(axis=0) for _, piece in flat]).reshape(-1, 3)
+        high = np.array([piece.vertices.max(axis=0) for _, piece in flat]).reshape(-1, 3)
+        for i, (number, piece) in enumerate(flat):
+            common = np.minimum(high[i], high[i + 1:]) - np.maximum(low[i], low[i + 1:])
+            allowed = OVERLAP * np.minimum(np.max(high[i] - low[i]), np.max(high[i + 1:] - low[i + 1:], axis=1))
+            for j in i + 1 + np.flatnonzero(np.min(common, axis=1) > 2.0 * allowed):
+                other, second = flat[j]
+                ball = polyhedra.common_ball((piece.normals, piece.offsets), (second.normals, second.offsets))
+                if number != other and ball > allowed[j - i - 1]:
+                    raise InputError(f"compound: parts {number} and {other} overlap (a ball of radius {ball:.3g} m fits "
+                                     "into both); cut them so that they only touch")
 
     @cached_property
     def volume(self):
@@ -321,48 +220,13 @@ class Compound:
 
     @cached_property
     def bounding_radius(self):
-        return max(_farthest(piece.vertices, np.zeros(3)) + piece.radius for piece in self.pieces)
+        return max(farthest(piece.vertices, np.zeros(3)) + piece.radius for piece in self.pieces)
 
     @cached_property
     def pieces(self):
-        return tuple(piece.moved(part.centre_of_mass - self.centre_of_mass) for part in self.parts for piece in part.pieces)
+        return tuple(piece.moved(-self.centre_of_mass) for part in self.parts for piece in _in_frame(part))
 
 
-def _positive(name, **lengths):
-    """Refuse lengths that are not positive finite numbers."""
-    for field, value in lengths.items():
-        try:
-            fine = np.isfinite(value) and value > 0
-        except TypeError:
-            fine = False
-        if not fine:
-            raise InputError(f"{name}: {field} = {value!r}; must be a finite length > 0 in metres")
-
-
-def _points(name, points):
-    """A fresh (n, 3) float array of finite numbers, or InputError."""
-    try:
-        points = np.array(points, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: vertices are not an array of numbers; give one row x, y, z a point") from None
-    if points.ndim != 2 or points.shape[1] != 3 or len(points) == 0:
-        raise InputError(f"{name}: vertices have the shape {points.shape}; give one row x, y, z a point")
-    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-    if len(bad):
-        raise InputError(f"{name}: vertex {bad[0]} = {points[bad[0]].tolist()} is not finite")
-    return points
-
-
-def _farthest(vertices, centre):
-    """Largest distance of the vertices (n, 3) from centre [m]."""
-    return float(np.sqrt(np.max(np.sum((vertices - centre) ** 2, axis=1))))
-
-
-def _capsule_inertia(radius, length):
-    """Inertia of a capsule of unit density along x: cylinder plus two half balls."""
-    cylinder, ball = pi * radius**2 * length, 4.0 / 3.0 * pi * radius**3
-    along = 0.5 * cylinder * radius**2 + 0.4 * ball * radius**2
-    # A half ball's centre lies 3/8 r from its flat side; moved out by half the core this gives the second bracket.
-    across = (cylinder * (radius**2 / 4.0 + length**2 / 12.0)
-              + ball * (0.4 * radius**2 + 0.375 * radius * length + 0.25 * length**2))
-    return np.diag([along, across, across])
+def _in_frame(part):
+    """The convex pieces of a part in the frame the part was given in."""
+    return (part,) if isinstance(part, ConvexPiece) else tuple(piece.moved(part.centre_of_mass) for piece in part.pieces)
