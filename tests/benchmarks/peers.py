@@ -1,0 +1,159 @@
+"""minibullet beside pybullet on the same scenes: `python tests/benchmarks/peers.py --json peers.json`.
+
+Every run is a process of its own; the engines take turns; medians of wall times are compared. Both have the step 1/240 s,
+at most 50 iterations, the same shapes, masses, inertias, margin and contact friction. Neither engine measures its own
+quality: overlap is measured on the final poses by geometry.py. Needs pybullet (extra `oracle`).
+"""
+
+import argparse
+import json
+import platform
+import statistics
+import subprocess
+import sys
+import time
+from importlib.metadata import version
+from pathlib import Path
+
+import engines
+import geometry
+import numpy as np
+import scenes
+
+REST_CHECK = 30  # steps between two looks at the velocities
+VARIANTS = {  # name: (engine class, keyword arguments)
+    "minibullet": ("Minibullet", {}),
+    "minibullet_fixed": ("Minibullet", {"residual_stop": False}),
+    "minibullet_sequential": ("Minibullet", {"solver": "sequential_impulse"}),
+    "minibullet_sequential_fixed": ("Minibullet", {"solver": "sequential_impulse", "residual_stop": False}),
+    "minibullet_1e-8": ("Minibullet", {"tolerance": 1e-8}),
+    "pybullet": ("Pybullet", {}),
+    "pybullet_fixed": ("Pybullet", {"residual_stop": False}),
+    "pybullet_multibody_cone": ("Pybullet", {"maximal": False}),
+    "pybullet_multibody_rows": ("Pybullet", {"maximal": False, "cone": False}),
+}
+
+
+def at_rest(velocities, size):
+    """No body of the layer moves faster than 0.5 % of the speed sqrt(g size)."""
+    speed = np.linalg.norm(velocities[:, :3], axis=1) + 0.5 * size * np.linalg.norm(velocities[:, 3:], axis=1)
+    return speed.max() < 0.005 * np.sqrt(9.81 * size)
+
+
+def settle(engine, scene, numbers):
+    """Steps until the bodies are at rest at two looks in a row, or the scene's duration is over; returns the steps done."""
+    quiet = steps = 0
+    while quiet < 2 and steps * scene.time_step < scene.duration:
+        engine.step(REST_CHECK)
+        steps += REST_CHECK
+        quiet = quiet + 1 if at_rest(engine.velocities()[numbers], scene.size) else 0
+    return steps
+
+
+def run_once(variant, name):
+    """One run of one scene in this process; returns its times and qualities."""
+    kind, options = VARIANTS[variant]
+    make = getattr(engines, kind)
+    if kind == "Minibullet":  # load the compiled kernels before the clock starts
+        make(scenes.box_stack(2), **options).step(2)
+    scene = scenes.SCENES[name]()
+    engine = make(scene, **options)
+    numbers, steps = np.flatnonzero(~scene.fixed), 0
+    generator = np.random.default_rng(scene.seed + 1000)
+    wall, cpu = time.perf_counter(), time.process_time()
+    if not scene.layers:
+        steps = round(scene.duration / scene.time_step)
+        engine.step(steps)
+    for layer in range(len(scene.layers)):
+        if layer:
+            engine.freeze(numbers)
+            position, orientation = engine.poses()
+            placed = scenes.layer_above(scene.form, scene.layers[layer], position, orientation, generator)
+            numbers = engine.add(*placed, np.zeros(len(placed[0]), bool))
+        steps += settle(engine, scene, numbers)
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    position, orientation = engine.poses()
+    velocity = engine.velocities()[numbers]
+    fixed = np.ones(len(position), bool)
+    fixed[numbers] = False
+    overlap = geometry.deepest_overlap(scene.form, scene.planes, scene.margin, position, orientation,
+                                       fixed if not scene.layers else np.zeros(len(position), bool))
+    before = position[numbers]
+    engine.step(round(1.0 / scene.time_step))
+    drift = np.linalg.norm(engine.poses()[0][numbers] - before, axis=1)
+    return {"wall": wall, "cpu": cpu, "steps": steps, "penetration": overlap / scene.size,
+            "residual_speed": float(np.sqrt((velocity[:, :3] ** 2).sum(axis=1).mean())),
+            "drift": float(np.median(drift)), "mean_height": float(position[:, 2].mean()), **engine.counts()}
+
+
+def spawn(variant, name):
+    """run_once in a fresh process."""
+    done = subprocess.run([sys.executable, __file__, "--one", variant, name], capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(f"{variant} on {name} failed:\n{done.stderr}")
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def compare(name, ours, peer, repeats):
+    """Alternating runs of two variants on one scene -> one row of the result."""
+    runs = {ours: [], peer: []}
+    for _ in range(repeats):
+        for variant in (ours, peer):
+            runs[variant].append(spawn(variant, name))
+
+    def middle(variant, key):
+        values = [run[key] for run in runs[variant]]
+        return None if values[0] is None else statistics.median(values)
+
+    row = {"scene": name, "variant": ours, "peer": peer, "ratio": middle(ours, "wall") / middle(peer, "wall"),
+           "minibullet_s": middle(ours, "wall"), "peer_s": middle(peer, "wall"),
+           "cpu_ratio": middle(ours, "cpu") / middle(peer, "cpu"),
+           "ratio_per_step": middle(ours, "wall") / middle(ours, "steps") * middle(peer, "steps") / middle(peer, "wall")}
+    for key in ("penetration", "residual_speed", "drift", "mean_height", "steps"):
+        row[key], row[f"peer_{key}"] = middle(ours, key), middle(peer, key)
+    return row | {key: middle(ours, key) for key in ("fcl_calls_per_step", "iterations_per_step", "where_the_time_goes")
+                  if key in runs[ours][0]}
+
+
+def cost_slope(rows, key):
+    """Slope of log(time) against log(number of units) over the scaling scenes."""
+    found = [(int(row["scene"].split("_")[1]), row[key]) for row in rows if row["scene"].startswith("scaling")]
+    if len(found) < 2:
+        return None
+    number, seconds = np.array(found).T
+    return float(np.polyfit(np.log(number), np.log(seconds), 1)[0])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", type=Path, help="write all rows to this file")
+    parser.add_argument("--scenes", nargs="*", default=list(scenes.SCENES), choices=list(scenes.SCENES), metavar="SCENE")
+    parser.add_argument("--ours", nargs="*", default=["minibullet", "minibullet_fixed"], choices=list(VARIANTS),
+                        metavar="VARIANT")
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--one", nargs=2, metavar=("VARIANT", "SCENE"), help="a single run, printed as JSON")
+    arguments = parser.parse_args()
+    if arguments.one:
+        print(json.dumps(run_once(*arguments.one)))
+        return
+    rows = []
+    for name in arguments.scenes:
+        for ours in arguments.ours:
+            peer = "pybullet_fixed" if "fixed" in ours else "pybullet"
+            repeats = 1 if name == "scaling_3000" else arguments.repeats
+            rows.append(compare(name, ours, peer, repeats))
+            row = rows[-1]
+            print(f"{name:20} {ours:28} {row['minibullet_s']:8.3f} s  {peer:15} {row['peer_s']:8.3f} s  ratio {row['ratio']:.2f}"
+                  f"  overlap {row['penetration']:.1e} / {row['peer_penetration']:.1e}"
+                  f"  speed {row['residual_speed']:.1e} / {row['peer_residual_speed']:.1e} m/s", flush=True)
+    slopes = {key: cost_slope(rows, key) for key in ("minibullet_s", "peer_s")}
+    print("slope of log time to log number of units:", slopes)
+    versions = {package: version(package) for package in ("pybullet", "numpy", "numba", "python-fcl")}
+    result = {"rows": rows, "slopes": slopes, "machine": platform.machine(), "python": platform.python_version(),
+              "versions": versions}
+    if arguments.json:
+        arguments.json.write_text(json.dumps(result, indent=1))
+
+
+if __name__ == "__main__":
+    main()
