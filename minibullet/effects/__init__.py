@@ -1,0 +1,56 @@
+"""Physics added from outside: one law, one class, one source. See ``contract`` for how to write your own.
+
+The engine asks through ``compose``, ``wrench``, ``added_mass`` and ``contact_law``; everything else here is a law or looks
+after laws.
+"""
+
+from minibullet.effects.body import Gravity, TiltedGravity
+from minibullet.effects.check import Report, check_effect
+from minibullet.effects.contact import (
+    Adhesion,
+    AnisotropicFriction,
+    Friction,
+    LoadDependentFriction,
+    Restitution,
+    RollingFriction,
+    SpinningFriction,
+    StaticFriction,
+    StribeckFriction,
+    VelocityDependentRestitution,
+    ViscousFriction,
+)
+from minibullet.effects.contract import (
+    Effect,
+    EffectError,
+    Parameter,
+    added_mass,
+    contact_law,
+    name_of,
+    parameter,
+    parameters,
+    wrench,
+)
+from minibullet.effects.flow import DragModifier, OrientationDrag, UniformFlow, WallDrag, compose
+from minibullet.effects.fluid import (
+    AddedMass,
+    Buoyancy,
+    Drag,
+    DragCrisis,
+    FluidForce,
+    GroundCushion,
+    HistoryForce,
+    LinearDrag,
+    Magnus,
+    QuadraticDrag,
+    SpinDecay,
+)
+from minibullet.effects.library import library, load_effects
+
+__all__ = [
+    "AddedMass", "Adhesion", "AnisotropicFriction", "Buoyancy", "Drag", "DragCrisis", "DragModifier", "Effect",
+    "EffectError", "FluidForce", "Friction", "Gravity", "GroundCushion", "HistoryForce", "LinearDrag",
+    "LoadDependentFriction", "Magnus", "OrientationDrag", "Parameter", "QuadraticDrag", "Report", "Restitution",
+    "RollingFriction", "SpinDecay", "SpinningFriction", "StaticFriction", "StribeckFriction", "TiltedGravity", "UniformFlow",
+    "VelocityDependentRestitution", "ViscousFriction", "WallDrag", "added_mass", "check_effect", "compose", "contact_law",
+    "library", "load_effects", "name_of", "parameter", "parameters", "wrench",
+]

@@ -1,0 +1,60 @@
+"""Forces on the mass of a body."""
+
+from dataclasses import dataclass
+from math import cos, sin, sqrt
+
+import numpy as np
+
+from minibullet.effects.contract import Effect, parameter
+from minibullet.errors import InputError
+
+STANDARD_GRAVITY = 9.81  # the value used throughout this project; measured on Earth 9.78 to 9.83 [m/s2]
+
+
+def unit_vector(vector) -> np.ndarray:
+    """A direction given by any three numbers, at length 1, (3,); InputError where it has none."""
+    vector = np.asarray(vector, dtype=float)
+    length = sqrt(float(np.sum(vector * vector))) if vector.shape == (3,) else 0.0
+    if not 0.0 < length < np.inf:
+        raise InputError(f"a direction must be three finite numbers, not all zero; got {vector.tolist()}")
+    return vector / length
+
+
+def force_only(force) -> np.ndarray:
+    """The wrench of forces (n, 3) through the centres of mass, (n, 6)."""
+    wrench = np.zeros((len(force), 6))
+    wrench[:, :3] = force
+    return wrench
+
+
+@dataclass(frozen=True)
+class Gravity(Effect):
+    """Uniform gravity, F = m g d. Newton's law of gravitation near the ground."""
+
+    acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", low=9.78, high=9.83, null=0.0, given=True,
+                                    source="9.78 (equator) to 9.83 (pole): WGS 84")
+    direction: tuple = (0.0, 0.0, -1.0)  # where things fall to, any length, world frame (3,)
+    isotropic = False
+
+    def forces(self, bodies, time):
+        return force_only(bodies.mass[:, None] * (self.acceleration * unit_vector(self.direction)))
+
+
+@dataclass(frozen=True)
+class TiltedGravity(Effect):
+    """The world is level but the world's z axis is not: what is to be added to Gravity downwards.
+
+    F = m g (R_y(angle_y) R_x(angle_x) e - e), e = (0, 0, -1): gravity is turned about the x axis, then about the y axis.
+    For small angles the acceleration is g (-angle_y, angle_x, 0), the same for all bodies.
+    """
+
+    angle_x: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
+    angle_y: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
+    acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True)
+    isotropic = False
+    group = "measurement"
+
+    def forces(self, bodies, time):
+        a, b = self.angle_x, self.angle_y
+        turned_minus_level = np.array([-sin(b) * cos(a), sin(a), 1.0 - cos(a) * cos(b)])
+        return force_only(bodies.mass[:, None] * (self.acceleration * turned_minus_level))

@@ -1,0 +1,173 @@
+"""The contract of an effect: physics that is added from outside, as one frozen value.
+
+A complete effect of your own, ready for a World and for ``check_effect``:
+
+    from dataclasses import dataclass
+    import minibullet as mb
+
+    @dataclass(frozen=True)
+    class MyDrag(mb.Effect):
+        '''Force against the velocity, rate times momentum.'''
+        rate: float = mb.parameter(0.0, unit="1/s", low=0, high=5, null=0.0)
+
+        def forces(self, bodies, time):
+            wrench = -self.rate * bodies.mass[:, None] * bodies.twist
+            wrench[:, 3:] = 0.0
+            return wrench
+
+An effect reads `bodies` and returns numbers; the engine adds them, integrates them and books their work. It sees moving
+bodies only, so masses are finite. It keeps nothing between calls. With every parameter at its null value it is exactly
+absent.
+"""
+
+import dataclasses
+import re
+from dataclasses import dataclass
+from numbers import Real
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from minibullet.bodies import Bodies, ContactLaw, Contacts, moving
+from minibullet.errors import InputError
+
+
+class EffectError(InputError):
+    """An effect breaks a rule of the contract; `effect` is its name, `rule` the rule's name, the message says what to do."""
+
+    def __init__(self, effect: str, rule: str, message: str):
+        super().__init__(f"{effect} breaks the rule '{rule}': {message}")
+        self.effect, self.rule, self.message = effect, rule, message
+
+    def __reduce__(self):
+        return EffectError, (self.effect, self.rule, self.message)
+
+
+class Parameter(NamedTuple):
+    """What is known of one number of an effect."""
+
+    name: str  # name of the field
+    default: float  # value where none is given [unit]
+    unit: str  # SI unit in words such as "kg/m3"; "-" for a pure number
+    low: float | None  # lower bound of a fit, None = none [unit, or in multiples of bounds_in]
+    high: float | None  # upper bound of a fit, None = none [unit, or in multiples of bounds_in]
+    null: float | None  # value at which the effect is exactly absent, None = there is none [unit]
+    source: str  # where law, value or bounds come from
+    given: bool  # True: a property of the surroundings, known and not fitted (density of the fluid, ...)
+    bounds_in: str  # "" or the property of the body that the bounds are multiples of ("radius")
+
+
+def parameter(default, *, unit, low=None, high=None, null=None, source="", given=False, bounds_in=""):
+    """A number of an effect, as a dataclass field that knows its unit, bounds and null value (fields of Parameter)."""
+    return dataclasses.field(default=default, metadata={
+        "unit": unit, "low": low, "high": high, "null": null, "source": source, "given": given, "bounds_in": bounds_in})
+
+
+def parameters(effect) -> dict[str, Parameter]:
+    """Name -> Parameter of every number of an effect or an effect class, in order of definition."""
+    return {field.name: Parameter(field.name, field.default, **field.metadata)
+            for field in dataclasses.fields(effect) if "unit" in field.metadata}
+
+
+def name_of(effect) -> str:
+    """The name in files and reports: QuadraticDrag, or a value of it, -> "quadratic_drag"."""
+    kind = effect if isinstance(effect, type) else type(effect)
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", kind.__name__).lower()
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One law of physics; subclasses override one or more of the three methods and state their flags."""
+
+    isotropic: ClassVar[bool] = True  # turning the whole world turns the answer; set False where a direction is built in
+    dissipative: ClassVar[bool] = False  # True: the wrench never does positive work on any body
+    group: ClassVar[str] = ""  # heading in lists of candidates: fluid, contact_normal, contact_tangential, measurement, ...
+
+    def __post_init__(self):
+        for name in parameters(self):
+            value = getattr(self, name)
+            if not isinstance(value, Real) or isinstance(value, bool) or not np.isfinite(value):
+                raise InputError(f"{type(self).__name__}: {name} must be a finite number, not {value!r}")
+
+    def forces(self, bodies: Bodies, time: float) -> np.ndarray:
+        """Wrench at each centre of mass, world frame: force [N], then moment [N m], (n, 6)."""
+        return np.zeros((len(bodies.mass), 6))
+
+    def added_mass(self, bodies: Bodies) -> np.ndarray | None:
+        """Mass that the surroundings add to each body, world frame, order of twist [kg, kg m, kg m2], (n, 6, 6) or None."""
+        return None
+
+    def contact_law(self, contacts: Contacts, bodies: Bodies, law: ContactLaw) -> ContactLaw:
+        """The law at each contact, changed by ``law._replace(...)``; `bodies` here holds the fixed ones too."""
+        return law
+
+
+def wrench(effect: Effect, bodies: Bodies, time: float) -> np.ndarray:
+    """The wrench of one effect on all bodies, checked, exactly zero on fixed ones, (n, 6). This is how the engine asks.
+
+    Raises InputError, naming the effect, where the answer has a wrong shape or is not finite.
+    """
+    return _of_moving(effect, lambda movable: effect.forces(movable, time), bodies, (6,))
+
+
+def added_mass(effects, bodies: Bodies) -> np.ndarray | None:
+    """The added mass of all effects together, zero for fixed bodies, (n, 6, 6), or None where no effect adds any."""
+    total = None
+    for effect in effects:
+        if type(effect).added_mass is not Effect.added_mass:
+            matrices = _of_moving(effect, effect.added_mass, bodies, (6, 6))
+            total = matrices if total is None else total + matrices
+    return total
+
+
+def contact_law(effects, contacts: Contacts, bodies: Bodies, law: ContactLaw) -> ContactLaw:
+    """The law after every effect, in their order, has changed it; checked after each one.
+
+    Raises InputError, naming the effect, where a value is not finite, is negative, or a restitution is above 1.
+    """
+    for effect in effects:
+        if len(contacts.gap) and type(effect).contact_law is not Effect.contact_law:
+            law = _checked_law(effect, effect.contact_law(contacts, bodies, law), contacts)
+    return law
+
+
+def _of_moving(effect, ask, bodies, shape):
+    """Ask about the moving bodies only; rows of zeros for the others."""
+    movable = moving(bodies)
+    if movable.all() and len(movable):
+        return _checked(effect, ask(bodies), len(movable), shape)
+    result = np.zeros((len(movable), *shape))
+    if movable.any():
+        result[movable] = _checked(effect, ask(Bodies(*(array[movable] for array in bodies))), np.count_nonzero(movable), shape)
+    return result
+
+
+def _checked(effect, answer, n, shape):
+    """The answer as a float array of n rows; None stands for zeros."""
+    if answer is None and shape == (6, 6):
+        return np.zeros((n, *shape))
+    answer = np.asarray(answer, dtype=float)
+    if answer.shape != (n, *shape):
+        raise InputError(f"{type(effect).__name__}: answered shape {answer.shape} for {n} bodies; it must be {(n, *shape)}")
+    if not np.isfinite(answer).all():
+        row = int(np.argmin(np.isfinite(answer).reshape(n, -1).all(axis=1)))
+        raise InputError(f"{type(effect).__name__}: the answer for moving body {row} is not finite: {answer[row].tolist()}")
+    return answer
+
+
+def _checked_law(effect, law, contacts):
+    """The law itself, refused by effect, field and contact where no contact can have it."""
+    if not isinstance(law, ContactLaw):
+        raise InputError(f"{type(effect).__name__}: contact_law must return a ContactLaw, not {type(law).__name__}")
+    law = ContactLaw(*(np.asarray(values, dtype=float) for values in law))
+    for field, values in zip(law._fields, law, strict=True):
+        if values.shape != contacts.gap.shape:
+            raise InputError(f"{type(effect).__name__}: {field} has shape {values.shape}; it must be {contacts.gap.shape}")
+        high = 1.0 if field == "restitution" else np.inf
+        possible = np.isfinite(values) & (values >= 0.0) & (values <= high)
+        if not possible.all():
+            k = int(np.argmin(possible))
+            rule = "between 0 and 1" if field == "restitution" else "finite and not negative"
+            pair = f"bodies {contacts.body_a[k]} and {contacts.body_b[k]}"
+            raise InputError(f"{type(effect).__name__}: {field} of contact {k} ({pair}) is {values[k]}; it must be {rule}")
+    return law
