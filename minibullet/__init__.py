@@ -1,0 +1,20 @@
+"""minibullet: a small engine for rigid bodies with hard contact, to be read in an evening.
+
+    import minibullet as mb
+
+    world = mb.World(effects=[mb.Gravity(9.81)], settings=mb.Settings(friction=0.6))
+    world.add_plane()
+    unit = world.add(mb.Box(1.0, 1.0, 1.0), density=2300.0, position=(0, 0, 2))
+    world.settle(max_time=10)
+"""
+
+from minibullet import effects
+from minibullet.bodies import Bodies, ContactLaw, Contacts
+from minibullet.effects import *  # noqa: F403 - every shipped effect by its own name
+from minibullet.effects import Effect, EffectError, check_effect, load_effects, parameter
+from minibullet.errors import InputError
+from minibullet.exact import solve_contacts
+from minibullet.mesh_files import mesh_file
+from minibullet.settings import Settings
+from minibullet.shapes import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere
+from minibullet.world import World

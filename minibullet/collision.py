@@ -1,0 +1,396 @@
+"""Who touches whom: python-fcl decides for each pair of convex pieces, and its answer is kept while it holds.
+
+Two convex pieces are apart, touch or overlap by the largest separation over all directions: s(n) = min_b n.x - max_a n.x. FCL finds the
+direction for pieces that are apart (closest points of slightly inset hulls, so that touching pieces are still apart for FCL);
+the direction is then made exact: the separation of every face normal and edge-edge normal is measured and the largest taken.
+An answer names the feature, not the direction, so it turns with the bodies. It is asked again when the bodies have moved by more than
+half its lead over the second-best direction, because only then can another direction have overtaken it.
+Overlap cannot send FCL into its penetration algorithms, which are slow and sometimes wrong. Spheres, capsules and
+planes have closed forms and never reach FCL.
+"""
+
+from math import sqrt
+
+import fcl
+import numpy as np
+from numba import njit
+
+from minibullet import pairs as pairs_module
+from minibullet.geometry import DIRECTIONS, EDGES, FACES, VERTICES, length, support, turn, turn_back
+
+UNKNOWN, PLANE, FACE_A, FACE_B, EDGE_EDGE, DIRECTION, ROUND = 0, 1, 2, 3, 4, 5, 6  # kinds of answer
+INSET = 0.01  # share of its size by which a hull is shrunk before FCL sees it: [-]
+PATIENCE = 1e-3  # motion, in piece sizes, below which an answer is never asked again [-]
+DEPTH = 1e-4  # overlap, in piece sizes, from which an answer that has moved is doubted [-]
+
+
+@njit(cache=True)
+def separation(pieces, i, j, rotation_a, rotation_b, dx, dy, dz, nx, ny, nz):
+    """Separation of piece j of b from piece i of a along the world direction n; (dx, dy, dz) is b's position minus a's [m]."""
+    ax, ay, az = turn_back(rotation_a, nx, ny, nz)
+    bx, by, bz = turn_back(rotation_b, nx, ny, nz)
+    apart = nx * dx + ny * dy + nz * dz - support(pieces, i, ax, ay, az) - support(pieces, j, -bx, -by, -bz)
+    return apart - pieces.sizes[i, 1] - pieces.sizes[j, 1]
+
+
+@njit(cache=True)
+def face_separation(pieces, face, other, rotation_own, rotation_other, dx, dy, dz, rounding):
+    """Separation of piece ``other`` from the plane of ``face``: (value, world normal); (dx, dy, dz) = other position minus own."""
+    nx, ny, nz = turn(rotation_own, pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2])
+    x, y, z = turn_back(rotation_other, nx, ny, nz)
+    return nx * dx + ny * dy + nz * dz - pieces.offsets[face] - support(pieces, other, -x, -y, -z) - rounding, nx, ny, nz
+
+
+@njit(cache=True)
+def edge_normal(pieces, first, second, i, j, rotation_a, rotation_b, dx, dy, dz):
+    """Unit normal of two edge directions, from piece i of a towards piece j of b; zero where they are parallel."""
+    px, py, pz = turn(rotation_a, pieces.directions[first, 0], pieces.directions[first, 1], pieces.directions[first, 2])
+    qx, qy, qz = turn(rotation_b, pieces.directions[second, 0], pieces.directions[second, 1], pieces.directions[second, 2])
+    nx, ny, nz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
+    size = length(nx, ny, nz)
+    if size < 1e-6:
+        return 0.0, 0.0, 0.0
+    ax, ay, az = turn(rotation_a, pieces.centres[i, 0], pieces.centres[i, 1], pieces.centres[i, 2])
+    bx, by, bz = turn(rotation_b, pieces.centres[j, 0], pieces.centres[j, 1], pieces.centres[j, 2])
+    if nx * (dx + bx - ax) + ny * (dy + by - ay) + nz * (dz + bz - az) < 0.0:
+        size = -size
+    return nx / size, ny / size, nz / size
+
+
+@njit(cache=True)
+def segment_closest(p0, p1, p2, u0, u1, u2, q0, q1, q2, v0, v1, v2):
+    """Closest points of the segments p + s u and q + t v, 0 <= s, t <= 1: (s, t). Ericson, Real-Time Collision Detection, 5.1.9."""
+    w0, w1, w2 = p0 - q0, p1 - q1, p2 - q2
+    a, e = u0 * u0 + u1 * u1 + u2 * u2, v0 * v0 + v1 * v1 + v2 * v2
+    b = u0 * v0 + u1 * v1 + u2 * v2
+    c, f = u0 * w0 + u1 * w1 + u2 * w2, v0 * w0 + v1 * w1 + v2 * w2
+    determinant = a * e - b * b
+    s = min(max((b * f - c * e) / determinant, 0.0), 1.0) if determinant > 1e-12 * a * e and determinant > 0.0 else 0.0
+    t = (b * s + f) / e if e > 0.0 else 0.0
+    if t < 0.0 or t > 1.0 or e == 0.0:
+        t = min(max(t, 0.0), 1.0)
+        s = min(max((b * t - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
+    return s, t
+
+
+@njit(cache=True)
+def core(pieces, piece, rotation):
+    """The core segment of a sphere (length zero) or capsule: start and direction, world axes about the centre of mass."""
+    v, w = pieces.ranges[piece, VERTICES], pieces.ranges[piece, VERTICES + 1] - 1
+    x, y, z = turn(rotation, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
+    e, f, g = turn(rotation, pieces.vertices[w, 0], pieces.vertices[w, 1], pieces.vertices[w, 2])
+    return x, y, z, e - x, f - y, g - z
+
+
+@njit(cache=True)
+def closest_on_piece(pieces, piece, x, y, z):
+    """Point of a polytope nearest to (x, y, z), both in its body axes; the point itself where it lies inside."""
+    best, bx, by, bz = np.inf, x, y, z
+    inside = True
+    for face in range(pieces.ranges[piece, FACES], pieces.ranges[piece, FACES + 1]):
+        nx, ny, nz = pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2]
+        height = nx * x + ny * y + nz * z - pieces.offsets[face]
+        if height <= 0.0:
+            continue
+        inside = False
+        px, py, pz = x - height * nx, y - height * ny, z - height * nz
+        first, end = pieces.face_ranges[face]
+        within = True
+        for k in range(first, end):
+            v, w = pieces.loops[k], pieces.loops[k + 1 if k + 1 < end else first]
+            ux, uy, uz = (pieces.vertices[w, 0] - pieces.vertices[v, 0], pieces.vertices[w, 1] - pieces.vertices[v, 1],
+                          pieces.vertices[w, 2] - pieces.vertices[v, 2])
+            ex, ey, ez = px - pieces.vertices[v, 0], py - pieces.vertices[v, 1], pz - pieces.vertices[v, 2]
+            if (uy * nz - uz * ny) * ex + (uz * nx - ux * nz) * ey + (ux * ny - uy * nx) * ez > 0.0:
+                within = False
+                t = min(max((ux * ex + uy * ey + uz * ez) / (ux * ux + uy * uy + uz * uz), 0.0), 1.0)
+                qx, qy, qz = pieces.vertices[v, 0] + t * ux, pieces.vertices[v, 1] + t * uy, pieces.vertices[v, 2] + t * uz
+                distance = (x - qx) ** 2 + (y - qy) ** 2 + (z - qz) ** 2
+                if distance < best:
+                    best, bx, by, bz = distance, qx, qy, qz
+        if within and height * height < best:
+            best, bx, by, bz = height * height, px, py, pz
+    if inside:
+        return x, y, z
+    return bx, by, bz
+
+
+@njit(cache=True)
+def round_normal(pieces, i, j, rotation_a, rotation_b, dx, dy, dz):
+    """Normal a to b and separation of a pair with a sphere, or of two capsules: (separation, nx, ny, nz); separation = inf: not round."""
+    count_a = pieces.ranges[i, VERTICES + 1] - pieces.ranges[i, VERTICES]
+    count_b = pieces.ranges[j, VERTICES + 1] - pieces.ranges[j, VERTICES]
+    rounding = pieces.sizes[i, 1] + pieces.sizes[j, 1]
+    px, py, pz, ux, uy, uz = core(pieces, i, rotation_a)
+    qx, qy, qz, vx, vy, vz = core(pieces, j, rotation_b)
+    if count_a <= 2 and count_b <= 2:
+        s, t = segment_closest(px, py, pz, ux, uy, uz, qx + dx, qy + dy, qz + dz, vx, vy, vz)
+        x, y, z = qx + dx + t * vx - px - s * ux, qy + dy + t * vy - py - s * uy, qz + dz + t * vz - pz - s * uz
+    elif count_a == 1:
+        ex, ey, ez = turn_back(rotation_b, px - dx, py - dy, pz - dz)
+        ex, ey, ez = closest_on_piece(pieces, j, ex, ey, ez)
+        ex, ey, ez = turn(rotation_b, ex, ey, ez)
+        x, y, z = ex + dx - px, ey + dy - py, ez + dz - pz
+    elif count_b == 1:
+        ex, ey, ez = turn_back(rotation_a, qx + dx, qy + dy, qz + dz)
+        ex, ey, ez = closest_on_piece(pieces, i, ex, ey, ez)
+        ex, ey, ez = turn(rotation_a, ex, ey, ez)
+        x, y, z = qx + dx - ex, qy + dy - ey, qz + dz - ez
+    else:
+        return np.inf, 0.0, 0.0, 0.0
+    distance = length(x, y, z)
+    if distance == 0.0:
+        return -np.inf, 0.0, 0.0, 0.0
+    return distance - rounding, x / distance, y / distance, z / distance
+
+
+@njit(cache=True)
+def evaluate(pieces, kind, first, second, direction, i, j, rotation_a, rotation_b, dx, dy, dz):
+    """The kept answer at today's poses: separation [m] and world normal a to b; separation -inf where the answer has no normal."""
+    rounding = pieces.sizes[i, 1] + pieces.sizes[j, 1]
+    if kind == FACE_A or kind == PLANE:
+        return face_separation(pieces, first, j, rotation_a, rotation_b, dx, dy, dz, rounding)
+    if kind == FACE_B:
+        apart, nx, ny, nz = face_separation(pieces, first, i, rotation_b, rotation_a, -dx, -dy, -dz, rounding)
+        return apart, -nx, -ny, -nz
+    if kind == EDGE_EDGE:
+        nx, ny, nz = edge_normal(pieces, first, second, i, j, rotation_a, rotation_b, dx, dy, dz)
+    elif kind == DIRECTION:
+        nx, ny, nz = turn(rotation_a, direction[0], direction[1], direction[2])
+    elif kind == ROUND:
+        return round_normal(pieces, i, j, rotation_a, rotation_b, dx, dy, dz)
+    else:
+        return -np.inf, 0.0, 0.0, 0.0
+    if nx == 0.0 and ny == 0.0 and nz == 0.0:
+        return -np.inf, 0.0, 0.0, 0.0
+    return separation(pieces, i, j, rotation_a, rotation_b, dx, dy, dz, nx, ny, nz), nx, ny, nz
+
+
+@njit(cache=True)
+def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, margin):
+    """Bring the kept answers to today's poses and return the rows that must be asked, in order.
+
+    answers (k, 3): kind, first, second feature. numbers (k, 9): gap (a lower bound where positive), motion since the answer was given,
+    lead, direction in a's axes (3), normal (3). A pair whose lower bound minus the motion stays beyond the reach of this step costs nothing.
+    """
+    ask = np.empty(len(rows), dtype=np.int64)
+    count = 0
+    for k in range(len(rows)):
+        a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
+        motion = moved[a] + moved[b]
+        size = min(pieces.sizes[i, 0], pieces.sizes[j, 0])
+        reach = stride[a] + stride[b] + 2e-3 * size
+        numbers[k, 0] -= motion
+        numbers[k, 1] += motion
+        if numbers[k, 0] > reach:
+            continue
+        if motion == 0.0 and answers[k, 0] != UNKNOWN:  # neither has moved: the answer stands
+            numbers[k, 0] += motion
+            continue
+        dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
+        gap, nx, ny, nz = evaluate(pieces, answers[k, 0], answers[k, 1], answers[k, 2], numbers[k, 3:6], i, j,
+                                   rotation[a], rotation[b], dx, dy, dz)
+        gap -= margin
+        if gap <= reach and answers[k, 0] == UNKNOWN:  # first look: planes and round bodies have closed forms, then the line of centres
+            if pieces.ranges[i, VERTICES] == pieces.ranges[i, VERTICES + 1]:
+                answers[k, 0], answers[k, 1] = PLANE, pieces.ranges[i, FACES]
+            else:
+                gap, nx, ny, nz = round_normal(pieces, i, j, rotation[a], rotation[b], dx, dy, dz)
+                if gap < np.inf:
+                    answers[k, 0] = ROUND
+                else:
+                    ax, ay, az = turn(rotation[a], pieces.centres[i, 0], pieces.centres[i, 1], pieces.centres[i, 2])
+                    bx, by, bz = turn(rotation[b], pieces.centres[j, 0], pieces.centres[j, 1], pieces.centres[j, 2])
+                    cx, cy, cz = dx + bx - ax, dy + by - ay, dz + bz - az
+                    distance = length(cx, cy, cz)
+                    if distance > 0.0:
+                        nx, ny, nz = cx / distance, cy / distance, cz / distance
+                        answers[k, 0] = DIRECTION
+                        numbers[k, 3], numbers[k, 4], numbers[k, 5] = turn_back(rotation[a], nx, ny, nz)
+                    numbers[k, 1], numbers[k, 2] = np.inf, 0.0
+            gap, nx, ny, nz = evaluate(pieces, answers[k, 0], answers[k, 1], answers[k, 2], numbers[k, 3:6], i, j,
+                                       rotation[a], rotation[b], dx, dy, dz)
+            gap -= margin
+        numbers[k, 0], numbers[k, 6], numbers[k, 7], numbers[k, 8] = gap, nx, ny, nz
+        kind = answers[k, 0]
+        if gap > reach or kind == PLANE or kind == ROUND:
+            continue
+        allowed = max(0.5 * numbers[k, 2], PATIENCE * size) if kind != DIRECTION else 0.0
+        if numbers[k, 1] > allowed or (gap < -DEPTH * size and numbers[k, 1] > 0.1 * PATIENCE * size):
+            ask[count] = k
+            count += 1
+    return ask[:count]
+
+
+@njit(cache=True)
+def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz):
+    """Take FCL's direction n for row k (zero: the inset hulls overlap) and keep the best of it, all faces and all edge pairs."""
+    a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
+    dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
+    rounding = pieces.sizes[i, 1] + pieces.sizes[j, 1]
+    size = min(pieces.sizes[i, 0], pieces.sizes[j, 0])
+    faces_a, faces_b = pieces.ranges[i, FACES + 1] - pieces.ranges[i, FACES], pieces.ranges[j, FACES + 1] - pieces.ranges[j, FACES]
+    lines_a = pieces.ranges[i, DIRECTIONS + 1] - pieces.ranges[i, DIRECTIONS]
+    lines_b = pieces.ranges[j, DIRECTIONS + 1] - pieces.ranges[j, DIRECTIONS]
+    found = np.empty((faces_a + faces_b + lines_a * lines_b + 1, 7))
+    count = 0
+    for face in range(pieces.ranges[i, FACES], pieces.ranges[i, FACES + 1]):
+        apart, x, y, z = face_separation(pieces, face, j, rotation[a], rotation[b], dx, dy, dz, rounding)
+        found[count] = (apart, x, y, z, FACE_A, face, 0)
+        count += 1
+    for face in range(pieces.ranges[j, FACES], pieces.ranges[j, FACES + 1]):
+        apart, x, y, z = face_separation(pieces, face, i, rotation[b], rotation[a], -dx, -dy, -dz, rounding)
+        found[count] = (apart, -x, -y, -z, FACE_B, face, 0)
+        count += 1
+    preference = 1e-5 * size  # an edge or a free direction must beat the faces by this much: faces give full manifolds
+    for first in range(pieces.ranges[i, DIRECTIONS], pieces.ranges[i, DIRECTIONS + 1]):
+        for second in range(pieces.ranges[j, DIRECTIONS], pieces.ranges[j, DIRECTIONS + 1]):
+            x, y, z = edge_normal(pieces, first, second, i, j, rotation[a], rotation[b], dx, dy, dz)
+            if x == 0.0 and y == 0.0 and z == 0.0:
+                continue
+            apart = separation(pieces, i, j, rotation[a], rotation[b], dx, dy, dz, x, y, z)
+            found[count] = (apart - preference, x, y, z, EDGE_EDGE, first, second)
+            count += 1
+    if nx != 0.0 or ny != 0.0 or nz != 0.0:
+        apart = separation(pieces, i, j, rotation[a], rotation[b], dx, dy, dz, nx, ny, nz)
+        found[count] = (apart - preference, nx, ny, nz, DIRECTION, 0, 0)
+        count += 1
+    best = np.argmax(found[:count, 0])
+    second_best = -np.inf
+    for other in range(count):
+        if found[other, 1] * found[best, 1] + found[other, 2] * found[best, 2] + found[other, 3] * found[best, 3] < 0.999:
+            second_best = max(second_best, found[other, 0])
+    answers[k, 0], answers[k, 1], answers[k, 2] = int(found[best, 4]), int(found[best, 5]), int(found[best, 6])
+    x, y, z = found[best, 1], found[best, 2], found[best, 3]
+    numbers[k, 0] = found[best, 0] - margin + (0.0 if found[best, 4] < EDGE_EDGE else preference)
+    numbers[k, 1], numbers[k, 2] = 0.0, found[best, 0] - second_best
+    numbers[k, 3], numbers[k, 4], numbers[k, 5] = turn_back(rotation[a], x, y, z)
+    numbers[k, 6], numbers[k, 7], numbers[k, 8] = x, y, z
+
+
+class Collision:
+    """The list of close pieces with FCL's kept answers. One object belongs to one World; ``calls`` counts the calls of FCL."""
+
+    def __init__(self, pieces, margin=0.0):
+        self.pieces, self.margin = pieces, margin
+        self.rows = np.empty((0, 4), dtype=np.int64)  # body a, body b, piece a, piece b
+        self.answers = np.empty((0, 3), dtype=np.int64)
+        self.numbers = np.empty((0, 9))
+        self.contact_range = np.empty((0, 2), dtype=np.int64)  # this pair's contacts of the previous step
+        self.travel, self.allowance = np.empty(0), np.empty(0)  # motion since the list was made, and its limit [m], (n,)
+        self.calls = 0
+        self._hulls = {}  # (piece, exponent of scale, role) -> fcl object; keeps FCL's geometry alive
+        self._request, self._result = fcl.DistanceRequest(enable_nearest_points=True), None
+
+    def find(self, bodies, rotation, piece_ranges, group, moved, stride):
+        """Refresh the list and the answers; ``moved`` and ``stride`` are each body's motion in the last and bound for this step [m]."""
+        self._update_list(bodies, rotation, piece_ranges, group, moved, stride)
+        ask = refresh(self.pieces, self.rows, self.answers, self.numbers, bodies.position, rotation, moved, stride, self.margin)
+        for k in ask:
+            x, y, z = self._ask(k, bodies.position, rotation)
+            adopt(self.pieces, self.rows, self.answers, self.numbers, k, bodies.position, rotation, self.margin, x, y, z)
+        return self.rows
+
+    def _update_list(self, bodies, rotation, piece_ranges, group, moved, stride):
+        """Make the list anew when some body's motion since, and the reach of this step, have used up its allowance."""
+        if len(self.travel) == len(moved):
+            self.travel += moved
+            if not (self.travel + 1.01 * stride > self.allowance).any():
+                return
+        moving = np.isfinite(bodies.mass)
+        size = np.array([self._body_size(first, end) for first, end in piece_ranges])
+        self.travel = np.zeros(len(moved))
+        # a fast body gets a thicker skin: about eight steps of its motion, or its list would be made anew at every step
+        self.allowance = np.where(moving, 0.05 * size + np.minimum(8.0 * stride, 0.3 * size) + 1.5 * stride, stride)
+        grown = self.allowance + 0.005 * size + 0.5 * self.margin
+        lower, upper = pairs_module.bounds(self.pieces, piece_ranges, bodies.position, rotation, grown)
+        body_pairs = pairs_module.overlapping(lower, upper, moving, group)
+        rows = pairs_module.close_pieces(body_pairs, self.pieces, piece_ranges, bodies.position, rotation, grown)
+        match = pairs_module.carry_over(self.rows, rows)
+        kept = match >= 0
+        answers, numbers = np.zeros((len(rows), 3), dtype=np.int64), np.zeros((len(rows), 9))
+        contact_range = np.zeros((len(rows), 2), dtype=np.int64)
+        answers[kept], numbers[kept], contact_range[kept] = (self.answers[match[kept]], self.numbers[match[kept]],
+                                                            self.contact_range[match[kept]])
+        self.rows, self.answers, self.numbers, self.contact_range = rows, answers, numbers, contact_range
+
+    def _body_size(self, first, end):
+        sizes = self.pieces.sizes[first:end, 0]
+        return sizes.max() if np.isfinite(sizes).all() else 0.0
+
+    def _hull(self, piece, exponent, role):
+        key = (piece, exponent, role)
+        if key not in self._hulls:
+            pieces = self.pieces
+            first, end = pieces.ranges[piece, VERTICES], pieces.ranges[piece, VERTICES + 1]
+            points = np.ldexp(pieces.centres[piece] + (1.0 - INSET) * (pieces.vertices[first:end] - pieces.centres[piece]), -exponent)
+            faces = []
+            for loop_first, loop_end in pieces.face_ranges[pieces.ranges[piece, FACES]:pieces.ranges[piece, FACES + 1]]:
+                loop = pieces.loops[loop_first:loop_end] - first
+                faces.extend((len(loop), *loop))
+            self._hulls[key] = fcl.CollisionObject(fcl.Convex(points, len(pieces.face_ranges[
+                pieces.ranges[piece, FACES]:pieces.ranges[piece, FACES + 1]]), np.array(faces, dtype=np.int64)), fcl.Transform())
+        return self._hulls[key]
+
+    def _ask(self, k, position, rotation):
+        """FCL's direction a to b for row k, world; zero where the inset hulls overlap or one is not a polytope.
+
+        FCL's tolerances are absolute lengths, so it sees everything relative to a and scaled by a power of two to about unit size.
+        """
+        a, b, i, j = self.rows[k]
+        if self.pieces.ranges[i, FACES] == self.pieces.ranges[i, FACES + 1] or self.pieces.ranges[j, FACES] == self.pieces.ranges[j, FACES + 1]:
+            return self._ask_capsule(k, position, rotation)
+        exponent = int(np.frexp(max(self.pieces.sizes[i, 0], self.pieces.sizes[j, 0]))[1])
+        one, two = self._hull(i, exponent, "a"), self._hull(j, exponent, "b")
+        back = rotation[a].T
+        two.setTransform(fcl.Transform(back @ rotation[b], np.ldexp(back @ (position[b] - position[a]), -exponent)))
+        result = fcl.DistanceResult()
+        distance = fcl.distance(one, two, self._request, result)
+        self.calls += 1
+        if not distance > 0.0:
+            return 0.0, 0.0, 0.0
+        line = np.asarray(result.nearest_points[1]) - np.asarray(result.nearest_points[0])
+        size = sqrt(line @ line)
+        if not size > 0.0:
+            return 0.0, 0.0, 0.0
+        # FCL answers in the frame of its world, here the frame of a
+        return tuple(rotation[a] @ (line / size))
+
+    def _ask_capsule(self, k, position, rotation):
+        """Direction between a capsule and a polytope: from the segment's point that lies nearest (FCL is not needed for a segment)."""
+        a, b, i, j = self.rows[k]
+        return capsule_direction(self.pieces, i, j, rotation[a], rotation[b], *(position[b] - position[a]))
+
+
+@njit(cache=True)
+def capsule_direction(pieces, i, j, rotation_a, rotation_b, dx, dy, dz):
+    """Direction a to b between a capsule's core and a polytope, by ternary search for the nearest point of the core; zero if inside."""
+    flip = pieces.ranges[j, FACES] == pieces.ranges[j, FACES + 1]
+    if flip:
+        px, py, pz, ux, uy, uz = core(pieces, j, rotation_b)
+        px, py, pz = turn_back(rotation_a, px + dx, py + dy, pz + dz)
+        ux, uy, uz = turn_back(rotation_a, ux, uy, uz)
+        solid = i
+    else:
+        px, py, pz, ux, uy, uz = core(pieces, i, rotation_a)
+        px, py, pz = turn_back(rotation_b, px - dx, py - dy, pz - dz)
+        ux, uy, uz = turn_back(rotation_b, ux, uy, uz)
+        solid = j
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        s, t = low + (high - low) / 3.0, high - (high - low) / 3.0
+        ex, ey, ez = closest_on_piece(pieces, solid, px + s * ux, py + s * uy, pz + s * uz)
+        fx, fy, fz = closest_on_piece(pieces, solid, px + t * ux, py + t * uy, pz + t * uz)
+        if length(px + s * ux - ex, py + s * uy - ey, pz + s * uz - ez) < length(px + t * ux - fx, py + t * uy - fy, pz + t * uz - fz):
+            high = t
+        else:
+            low = s
+    x, y, z = px + low * ux, py + low * uy, pz + low * uz
+    ex, ey, ez = closest_on_piece(pieces, solid, x, y, z)
+    x, y, z = x - ex, y - ey, z - ez
+    size = length(x, y, z)
+    if size == 0.0:
+        return 0.0, 0.0, 0.0
+    if flip:
+        return turn(rotation_a, x / size, y / size, z / size)
+    return turn(rotation_b, -x / size, -y / size, -z / size)

@@ -1,0 +1,316 @@
+"""From one normal to a manifold: up to four contact points a pair of pieces, clipped from the faces that meet.
+
+FCL gives one point a pair, and one point cannot hold a stack. The face whose normal is the contact normal clips the face of the other
+piece that looks at it most squarely; every corner left within reach is a contact with its own gap. Points are matched with those of the
+step before, so that impulses can start where they ended (warm start).
+"""
+
+from math import sqrt
+
+import numpy as np
+from numba import njit
+
+from minibullet.collision import DIRECTION, EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, core, segment_closest
+from minibullet.geometry import EDGES, FACES, VERTICES, turn, turn_back
+
+NEAR = 0.1  # a point is the same as last step's if it moved by less than this share of the piece: [-]
+
+
+@njit(cache=True)
+def facing(pieces, piece, x, y, z):
+    """Face of ``piece`` whose normal is most opposite to (x, y, z), body axes."""
+    best, least = -1, np.inf
+    for face in range(pieces.ranges[piece, FACES], pieces.ranges[piece, FACES + 1]):
+        value = pieces.normals[face, 0] * x + pieces.normals[face, 1] * y + pieces.normals[face, 2] * z
+        if value < least:
+            best, least = face, value
+    return best
+
+
+@njit(cache=True)
+def clip(pieces, face, polygon, count, work):
+    """Clip ``polygon`` (count points in the axes of the face's body) by the side planes of ``face``; returns the number left, in place.
+
+    Sutherland and Hodgman's algorithm (Commun. ACM 17, 1974).
+    """
+    first, end = pieces.face_ranges[face]
+    nx, ny, nz = pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2]
+    for k in range(first, end):
+        v, w = pieces.loops[k], pieces.loops[k + 1 if k + 1 < end else first]
+        ux, uy, uz = (pieces.vertices[w, 0] - pieces.vertices[v, 0], pieces.vertices[w, 1] - pieces.vertices[v, 1],
+                      pieces.vertices[w, 2] - pieces.vertices[v, 2])
+        ox, oy, oz = uy * nz - uz * ny, uz * nx - ux * nz, ux * ny - uy * nx
+        limit = ox * pieces.vertices[v, 0] + oy * pieces.vertices[v, 1] + oz * pieces.vertices[v, 2]
+        left = 0
+        if count == 0:
+            return 0
+        for p in range(count):
+            q = p + 1 if p + 1 < count else 0
+            here = ox * polygon[p, 0] + oy * polygon[p, 1] + oz * polygon[p, 2] - limit
+            there = ox * polygon[q, 0] + oy * polygon[q, 1] + oz * polygon[q, 2] - limit
+            if here <= 0.0:
+                work[left] = polygon[p]
+                left += 1
+            if (here < 0.0 < there or there < 0.0 < here) and count > 1 and not (count == 2 and p == 1):
+                share = here / (here - there)
+                for axis in range(3):
+                    work[left, axis] = polygon[p, axis] + share * (polygon[q, axis] - polygon[p, axis])
+                left += 1
+        count = left
+        polygon[:count] = work[:count]
+    return count
+
+
+@njit(cache=True)
+def thin_out(points, gaps, count):
+    """Keep four of the points: the deepest, the farthest from it, and the two that span most area on either side; in place."""
+    if count <= 4:
+        return count
+    chosen = np.empty(4, dtype=np.int64)
+    chosen[0] = np.argmin(gaps[:count])
+    best = -1.0
+    for p in range(count):
+        distance = ((points[p] - points[chosen[0]]) ** 2).sum()
+        if distance > best:
+            best, chosen[1] = distance, p
+    line = points[chosen[1]] - points[chosen[0]]
+    reference = np.zeros(3)
+    high, low = 0.0, 0.0
+    chosen[2] = chosen[3] = -1
+    for p in range(count):
+        offset = points[p] - points[chosen[0]]
+        area = np.array((line[1] * offset[2] - line[2] * offset[1], line[2] * offset[0] - line[0] * offset[2],
+                         line[0] * offset[1] - line[1] * offset[0]))
+        if reference[0] == 0.0 and reference[1] == 0.0 and reference[2] == 0.0:
+            reference[:] = area
+        value = area[0] * reference[0] + area[1] * reference[1] + area[2] * reference[2]
+        if value > high:
+            high, chosen[2] = value, p
+        if value < low:
+            low, chosen[3] = value, p
+    kept = 0
+    for p in range(count):  # in the polygon's order, so that the result does not depend on the order of choice
+        if p == chosen[0] or p == chosen[1] or p == chosen[2] or p == chosen[3]:
+            points[kept], gaps[kept] = points[p], gaps[p]
+            kept += 1
+    return kept
+
+
+@njit(cache=True)
+def support_edge(pieces, piece, direction, x, y, z):
+    """Edge of ``piece`` with the given direction index that lies farthest along (x, y, z), body axes."""
+    best, most = -1, -np.inf
+    for edge in range(pieces.ranges[piece, EDGES], pieces.ranges[piece, EDGES + 1]):
+        if pieces.edges[edge, 2] == direction:
+            v, w = pieces.edges[edge, 0], pieces.edges[edge, 1]
+            value = (x * (pieces.vertices[v, 0] + pieces.vertices[w, 0]) + y * (pieces.vertices[v, 1] + pieces.vertices[w, 1])
+                     + z * (pieces.vertices[v, 2] + pieces.vertices[w, 2]))
+            if value > most:
+                best, most = edge, value
+    return best
+
+
+@njit(cache=True)
+def support_vertex(pieces, piece, x, y, z):
+    """Vertex of ``piece`` farthest along (x, y, z), body axes."""
+    best, most = -1, -np.inf
+    for v in range(pieces.ranges[piece, VERTICES], pieces.ranges[piece, VERTICES + 1]):
+        value = x * pieces.vertices[v, 0] + y * pieces.vertices[v, 1] + z * pieces.vertices[v, 2]
+        if value > most:
+            best, most = v, value
+    return best
+
+
+@njit(cache=True)
+def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, reach, points, gaps, work):
+    """Contacts of piece ``other`` on ``face`` of piece ``own``: points midway between the surfaces, axes of own; returns the count."""
+    nx, ny, nz = pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2]
+    wx, wy, wz = turn(rotation_own, nx, ny, nz)
+    tx, ty, tz = turn_back(rotation_other, wx, wy, wz)
+    sx, sy, sz = turn_back(rotation_own, dx, dy, dz)
+    loop_first, loop_end = pieces.face_ranges[face]
+    incident = facing(pieces, other, tx, ty, tz) if loop_first < loop_end else -1
+    count = 0
+    if incident >= 0:
+        first, end = pieces.face_ranges[incident]
+    else:  # a plane takes every vertex, a capsule offers its two ends
+        first, end = pieces.ranges[other, VERTICES], pieces.ranges[other, VERTICES + 1]
+    for k in range(first, end):
+        v = pieces.loops[k] if incident >= 0 else k
+        x, y, z = turn(rotation_other, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
+        x, y, z = turn_back(rotation_own, x, y, z)
+        points[count] = (x + sx, y + sy, z + sz)
+        count += 1
+    if loop_first < loop_end:
+        count = clip(pieces, face, points, count, work)
+    rounding, own_rounding = pieces.sizes[own, 1] + pieces.sizes[other, 1], pieces.sizes[own, 1]
+    kept = 0
+    for p in range(count):
+        height = nx * points[p, 0] + ny * points[p, 1] + nz * points[p, 2] - pieces.offsets[face]
+        gap = height - rounding
+        if gap <= reach:
+            move = own_rounding + 0.5 * gap - height  # midway between the two surfaces
+            points[kept] = (points[p, 0] + move * nx, points[p, 1] + move * ny, points[p, 2] + move * nz)
+            gaps[kept] = gap
+            kept += 1
+    return thin_out(points, gaps, kept)
+
+
+@njit(cache=True)
+def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, dy, dz, nx, ny, nz, points):
+    """The point, world axes about a, midway between two edges, two round bodies or two corners along the normal; returns 1 or 2.
+
+    Two parallel capsules touch along a line: both of its ends are given.
+    """
+    ax, ay, az = turn_back(rotation_a, nx, ny, nz)
+    bx, by, bz = turn_back(rotation_b, -nx, -ny, -nz)
+    radius_a, radius_b = pieces.sizes[i, 1], pieces.sizes[j, 1]
+    if kind == EDGE_EDGE:
+        e, f = support_edge(pieces, i, first, ax, ay, az), support_edge(pieces, j, second, bx, by, bz)
+        v, w = pieces.edges[e, 0], pieces.edges[e, 1]
+        px, py, pz = turn(rotation_a, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
+        ux, uy, uz = turn(rotation_a, pieces.vertices[w, 0], pieces.vertices[w, 1], pieces.vertices[w, 2])
+        v, w = pieces.edges[f, 0], pieces.edges[f, 1]
+        qx, qy, qz = turn(rotation_b, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
+        vx, vy, vz = turn(rotation_b, pieces.vertices[w, 0], pieces.vertices[w, 1], pieces.vertices[w, 2])
+        ux, uy, uz, vx, vy, vz = ux - px, uy - py, uz - pz, vx - qx, vy - qy, vz - qz
+    elif kind == ROUND and pieces.ranges[i, VERTICES + 1] - pieces.ranges[i, VERTICES] <= 2 \
+            and pieces.ranges[j, VERTICES + 1] - pieces.ranges[j, VERTICES] <= 2:
+        px, py, pz, ux, uy, uz = core(pieces, i, rotation_a)
+        qx, qy, qz, vx, vy, vz = core(pieces, j, rotation_b)
+        uu, vv, uv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
+        if uu > 0.0 and vv > 0.0 and uu * vv - uv * uv < 1e-8 * uu * vv:
+            low = min(max((ux * (qx + dx - px) + uy * (qy + dy - py) + uz * (qz + dz - pz)) / uu, 0.0), 1.0)
+            high = min(max((ux * (qx + vx + dx - px) + uy * (qy + vy + dy - py) + uz * (qz + vz + dz - pz)) / uu, 0.0), 1.0)
+            for p in range(2):
+                s = low if p == 0 else high
+                points[p] = (px + s * ux + radius_a * nx, py + s * uy + radius_a * ny, pz + s * uz + radius_a * nz)
+            return 2
+    elif kind == ROUND and pieces.ranges[i, VERTICES + 1] - pieces.ranges[i, VERTICES] == 1:
+        v = pieces.ranges[i, VERTICES]
+        px, py, pz = turn(rotation_a, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
+        points[0] = (px + radius_a * nx, py + radius_a * ny, pz + radius_a * nz)
+        return 1
+    elif kind == ROUND:
+        v = pieces.ranges[j, VERTICES]
+        px, py, pz = turn(rotation_b, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
+        points[0] = (px + dx - radius_b * nx, py + dy - radius_b * ny, pz + dz - radius_b * nz)
+        return 1
+    else:
+        v, w = support_vertex(pieces, i, ax, ay, az), support_vertex(pieces, j, bx, by, bz)
+        px, py, pz = turn(rotation_a, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
+        qx, qy, qz = turn(rotation_b, pieces.vertices[w, 0], pieces.vertices[w, 1], pieces.vertices[w, 2])
+        ux = uy = uz = vx = vy = vz = 0.0
+    s, t = segment_closest(px, py, pz, ux, uy, uz, qx + dx, qy + dy, qz + dz, vx, vy, vz)
+    points[0] = (
+        0.5 * (px + s * ux + radius_a * nx + qx + dx + t * vx - radius_b * nx),
+        0.5 * (py + s * uy + radius_a * ny + qy + dy + t * vy - radius_b * ny),
+        0.5 * (pz + s * uz + radius_a * nz + qz + dz + t * vz - radius_b * nz),
+    )
+    return 1
+
+
+@njit(cache=True)
+def build(pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin, old_point, old_impulse):
+    """All contacts of the step, in the order of the pair list.
+
+    Returns bodies (m, 2), arms from a's and b's centres to the point and the normal (m, 9), gap (m,), last step's impulse [N s], world axes
+    (m, 3), and the point in a's body axes (m, 3), by which the next step will know it again. ``contact_range`` is brought up to date.
+    """
+    capacity = 64
+    bodies = np.empty((capacity, 2), dtype=np.int64)
+    vectors, gaps = np.empty((capacity, 9)), np.empty(capacity)
+    impulse, local = np.zeros((capacity, 3)), np.empty((capacity, 3))
+    points, point_gaps, work = np.empty((512, 3)), np.empty(512), np.empty((512, 3))
+    total = 0
+    for k in range(len(rows)):
+        a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
+        old_first, old_end = contact_range[k]
+        contact_range[k] = (total, total)
+        size = min(pieces.sizes[i, 0], pieces.sizes[j, 0])
+        reach = stride[a] + stride[b] + 2e-3 * size
+        if numbers[k, 0] > reach:
+            continue
+        kind = answers[k, 0]
+        dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
+        nx, ny, nz = numbers[k, 6], numbers[k, 7], numbers[k, 8]
+        if nx == 0.0 and ny == 0.0 and nz == 0.0:
+            continue
+        if kind == FACE_A or kind == PLANE:
+            count = face_points(pieces, answers[k, 1], i, j, rotation[a], rotation[b], dx, dy, dz, reach + margin, points, point_gaps, work)
+            for p in range(count):
+                points[p] = turn(rotation[a], points[p, 0], points[p, 1], points[p, 2])
+        elif kind == FACE_B:
+            count = face_points(pieces, answers[k, 1], j, i, rotation[b], rotation[a], -dx, -dy, -dz, reach + margin, points, point_gaps, work)
+            for p in range(count):
+                x, y, z = turn(rotation[b], points[p, 0], points[p, 1], points[p, 2])
+                points[p] = (x + dx, y + dy, z + dz)
+        elif kind == EDGE_EDGE or kind == DIRECTION or kind == ROUND:
+            count = single_point(pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation[a], rotation[b], dx, dy, dz, nx, ny, nz, points)
+            point_gaps[:count] = numbers[k, 0] + margin
+        else:
+            count = 0
+        if total + count > capacity:
+            capacity *= 2
+            bodies, vectors, gaps = grown_index(bodies, capacity), grown(vectors, capacity), grown_flat(gaps, capacity)
+            impulse, local = grown(impulse, capacity), grown(local, capacity)
+        for p in range(count):
+            bodies[total] = (a, b)
+            x, y, z = points[p, 0], points[p, 1], points[p, 2]
+            vectors[total] = (x, y, z, x - dx, y - dy, z - dz, nx, ny, nz)
+            gaps[total] = point_gaps[p] - margin
+            x, y, z = turn_back(rotation[b if kind == PLANE else a], x - (dx if kind == PLANE else 0.0), y - (dy if kind == PLANE else 0.0),
+                                z - (dz if kind == PLANE else 0.0))
+            local[total] = (x, y, z)
+            impulse[total] = 0.0
+            nearest, found = (NEAR * size) ** 2, -1
+            for old in range(old_first, old_end):
+                distance = (old_point[old, 0] - x) ** 2 + (old_point[old, 1] - y) ** 2 + (old_point[old, 2] - z) ** 2
+                if distance < nearest:
+                    nearest, found = distance, old
+            if found >= 0:
+                impulse[total] = old_impulse[found]
+                old_point[found, 0] = np.inf  # taken: no other point may start from it
+            total += 1
+        contact_range[k] = (total - count, total)
+    return bodies[:total], vectors[:total], gaps[:total], impulse[:total], local[:total]
+
+
+@njit(cache=True)
+def grown(array, capacity):
+    """A copy with room for ``capacity`` rows."""
+    larger = np.zeros((capacity, array.shape[1]))
+    larger[:len(array)] = array
+    return larger
+
+
+@njit(cache=True)
+def grown_index(array, capacity):
+    """A copy of an integer array with room for ``capacity`` rows."""
+    larger = np.zeros((capacity, array.shape[1]), dtype=np.int64)
+    larger[:len(array)] = array
+    return larger
+
+
+@njit(cache=True)
+def grown_flat(array, capacity):
+    """A copy of a vector with room for ``capacity`` entries."""
+    larger = np.zeros(capacity)
+    larger[:len(array)] = array
+    return larger
+
+
+@njit(cache=True)
+def tangents(nx, ny, nz):
+    """Two unit tangents that make a right-handed frame with the unit normal, smooth but at one point (Frisvad, J. Graphics Tools 16, 2012)."""
+    if nz < -0.9999999:
+        return 0.0, -1.0, 0.0, -1.0, 0.0, 0.0
+    a = 1.0 / (1.0 + nz)
+    b = -nx * ny * a
+    return 1.0 - nx * nx * a, b, -nx, b, 1.0 - ny * ny * a, -ny
+
+
+@njit(cache=True)
+def norm3(v):
+    """Euclidean length of a 3-vector."""
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])

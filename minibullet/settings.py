@@ -1,0 +1,51 @@
+"""The numbers that define how a World computes; a frozen value."""
+
+from dataclasses import dataclass, fields
+from math import isfinite
+
+from minibullet.errors import InputError
+
+SOLVERS = ("exact", "gauss_seidel", "sequential_impulse")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a World computes. Raises InputError that names the field, its value and the rule.
+
+    time_step [s]; friction, restitution: of a contact where the bodies say nothing else [-]; margin: gap that a resting contact
+    keeps open [m]; linear_damping, angular_damping with damping_law "bullet" (v (1-d)^dt) or "per_step" (v (1-d), Eq. 6 as printed) [-];
+    solver "exact" (Gauss-Seidel, then Newton where it stalls), "gauss_seidel" (never more than ``iterations`` sweeps) or
+    "sequential_impulse" (Bullet's way); iterations: most sweeps a step; tolerance: relative residual at which a step counts as solved [-].
+    """
+
+    time_step: float = 1.0 / 240.0
+    friction: float = 0.5
+    restitution: float = 0.0
+    margin: float = 0.0
+    linear_damping: float = 0.0
+    angular_damping: float = 0.0
+    damping_law: str = "bullet"
+    solver: str = "exact"
+    iterations: int = 100
+    tolerance: float = 1e-8
+
+    def __post_init__(self):
+        rules = {
+            "time_step": (lambda v: v > 0, "must be > 0 (seconds; 1/240 is usual)"),
+            "friction": (lambda v: v >= 0, "must be >= 0"),
+            "restitution": (lambda v: 0 <= v <= 1, "must lie between 0 and 1"),
+            "margin": (lambda v: v >= 0, "must be >= 0 (metres)"),
+            "linear_damping": (lambda v: 0 <= v <= 1, "must lie between 0 and 1"),
+            "angular_damping": (lambda v: 0 <= v <= 1, "must lie between 0 and 1"),
+            "iterations": (lambda v: v >= 1 and v == int(v), "must be a whole number >= 1"),
+            "tolerance": (lambda v: v > 0, "must be > 0"),
+        }
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name in rules:
+                rule, words = rules[field.name]
+                if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value) or not rule(value):
+                    raise InputError(f"settings: {field.name} = {value!r}; it {words}")
+        for name, allowed in (("damping_law", ("bullet", "per_step")), ("solver", SOLVERS)):
+            if getattr(self, name) not in allowed:
+                raise InputError(f"settings: {name} = {getattr(self, name)!r}; it must be one of {', '.join(allowed)}")

@@ -1,0 +1,205 @@
+"""The World: bodies, effects and settings, and the step that moves them. The composition and nothing else."""
+
+import numpy as np
+
+from minibullet import constraints, effects as effect_room, impacts, integration, manifolds, rotations, sequential_impulse, solver
+from minibullet.bodies import Contacts, ContactLaw
+from minibullet.errors import InputError
+from minibullet.ledger import Step
+from minibullet.registry import Registry
+from minibullet.settings import Settings
+
+
+class World:
+    """Rigid bodies with hard contact under effects that are added from outside.
+
+    effects: values of minibullet.Effect (gravity is one); settings: a Settings value. SI units, z up, world frame.
+    """
+
+    def __init__(self, effects=(), settings=None):
+        self.effects = tuple(effects)
+        self.settings = settings or Settings()
+        if not isinstance(self.settings, Settings):
+            raise InputError(f"world: settings = {settings!r}; it must be a Settings value")
+        self._acting = effect_room.compose(self.effects)
+        self.registry = Registry(self.settings.margin)
+        self.time, self.steps, self.unsolved_steps, self.worst_residual = 0.0, 0, 0, 0.0
+        self.last_step = None
+        self._kept = np.empty((0, 3)), np.empty((0, 3))  # contact points in body axes, impulses in world axes, of the last step
+
+    # ---- what stands in the world ------------------------------------------------------------------------------------------------
+
+    def add(self, shape, *, density=None, mass=None, inertia=None, position=(0.0, 0.0, 0.0), orientation=(1.0, 0.0, 0.0, 0.0),
+            velocity=(0.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.0), friction=None, restitution=None, fixed=False, name=None, group=None):
+        """Add a body and return its handle. position: of the centre of mass [m]; orientation (w, x, y, z); density [kg/m3] or mass [kg];
+        inertia: principal moments or a 3x3 matrix about the centre of mass, body axes [kg m2], from the shape where left out;
+        friction, restitution of this body's contacts [-]; fixed bodies never move; bodies of different groups (numbers) never touch.
+
+        Raises InputError that names the body, the field, the value and the remedy.
+        """
+        return self.registry.add(shape, density, mass, inertia, position, orientation, velocity, angular_velocity, friction, restitution,
+                                 fixed, name, group)
+
+    def add_plane(self, normal=(0.0, 0.0, 1.0), height=0.0, *, friction=None, restitution=None, name=None):
+        """Add the fixed half-space below the plane normal . x = height |normal| and return its handle."""
+        return self.registry.add_plane(normal, height, friction, restitution, name)
+
+    def freeze(self, bodies=None):
+        """Fix these bodies (all by default) where they are; they keep touching others but never move again."""
+        self.registry.freeze(self.registry.handles if bodies is None else bodies)
+
+    @property
+    def bodies(self):
+        """Handles of all bodies, planes left out, in the order they were added."""
+        return [handle for handle in self.registry.handles if not handle.is_plane]
+
+    # ---- the step ----------------------------------------------------------------------------------------------------------------
+
+    def step(self, n=1):
+        """Advance by n steps of settings.time_step."""
+        for _ in range(n):
+            self._step()
+
+    def _step(self):
+        scene, settings, dt = self.registry.enrol(), self.settings, self.settings.time_step
+        before = scene.bodies
+        rotation = rotations.matrix(before.orientation)
+
+        # what pulls: one wrench per effect, and the mass the contacts will feel
+        wrenches = [effect_room.wrench(effect, before, self.time) for effect in self._acting]
+        inverse_mass = integration.inverse_mass(before, rotation, effect_room.added_mass(self._acting, before))
+        free_twist, mean_twist, spun = integration.free(before, inverse_mass, sum(wrenches, np.zeros_like(before.twist)), settings)
+
+        # who touches whom, where, how hard last time
+        stride = integration.stride(before.twist, free_twist, scene.reach, dt)
+        rows = scene.collision.find(before, rotation, scene.piece_ranges, scene.group, scene.moved, stride)
+        pair, arms, gap, impulse, point = manifolds.build(
+            scene.collision.pieces, rows, scene.collision.answers, scene.collision.numbers, scene.collision.contact_range,
+            before.position, rotation, stride, settings.margin, *self._kept)
+        axes = constraints.frames(pair, arms, inverse_mass)
+        contacts, law = self._law(scene, pair, arms, gap, axes, impulse)
+
+        # blows with restitution first, each at its own moment; then the resting contact problem
+        twist, lag = before.twist.copy(), np.zeros_like(before.twist)
+        blows = 0.0
+        if law.restitution.any():
+            blows, _ = impacts.resolve(pair, axes, gap, scene.reach[pair].min(axis=1), law.restitution, law.friction, twist,
+                                       (free_twist - before.twist) / dt, lag, dt, 20 + 4 * len(pair))
+            free_twist, mean_twist = free_twist + (twist - before.twist), mean_twist + (twist - before.twist) - lag / dt
+        problem = constraints.assemble(scene, pair, axes, gap, law, free_twist, lag, inverse_mass, dt)
+        solution = self._solve(problem, constraints.into_axes(axes, impulse))
+
+        # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity
+        change = solution.twist - free_twist
+        motion = integration.admissible_motion(pair, axes, gap, 1e-9 * scene.reach[pair].min(axis=1), mean_twist + 0.5 * change,
+                                               solution.twist - lag / dt, dt)
+        motion += solver.undo_overlap(problem, gap, scene.reach, dt)
+        after = integration.move(before, motion, solution.twist, spun, dt)
+        self._finish(scene, before, after, motion, wrenches, contacts, law, problem, solution, blows, point)
+
+    def _law(self, scene, pair, arms, gap, axes, impulse):
+        """Contacts as the effects see them, and the law that holds there."""
+        bodies, dt = scene.bodies, self.settings.time_step
+        law = ContactLaw(scene.pair_value(scene.friction, pair, self.settings.friction),
+                         scene.pair_value(scene.restitution, pair, self.settings.restitution),
+                         np.zeros(len(pair)), np.zeros(len(pair)), np.zeros(len(pair)))
+        velocity = constraints.relative_velocity(pair, axes, bodies.twist)
+        world_velocity = np.einsum("mi,mij->mj", velocity, axes[:, :9].reshape(-1, 3, 3))
+        normal = arms[:, 6:9]
+        contacts = Contacts(pair[:, 0], pair[:, 1], bodies.position[pair[:, 0]] + arms[:, :3], normal, gap, world_velocity,
+                            np.einsum("mi,mi->m", impulse, normal) / dt)
+        return contacts, effect_room.contact_law(self._acting, contacts, bodies, law)
+
+    def _solve(self, problem, impulse):
+        settings = self.settings
+        moment = np.zeros_like(impulse)
+        if settings.solver == "sequential_impulse":
+            return sequential_impulse.solve(problem, impulse, moment, iterations=settings.iterations, tolerance=settings.tolerance)
+        solution = solver.solve(problem, impulse, moment, iterations=settings.iterations, tolerance=settings.tolerance)
+        if settings.solver == "exact" and len(solution.stalled):
+            solution = solver.escalate(problem, solution, settings.tolerance)
+        return solution
+
+    def _finish(self, scene, before, after, motion, wrenches, contacts, law, problem, solution, blows, point):
+        """Take over the state after the step and publish what happened."""
+        if not np.isfinite(after.twist).all() or not np.isfinite(after.position).all():
+            bad = int(np.argmin(np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)))
+            raise InputError(f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: the motion of body "
+                             f"{scene.names[bad]!r} is not finite; the world stays at step {self.steps}")
+        scene.bodies = after
+        scene.moved = self.settings.time_step * (np.sqrt((motion[:, :3] ** 2).sum(axis=1))
+                                                 + np.sqrt((motion[:, 3:] ** 2).sum(axis=1)) * scene.reach)
+        self._kept = point, constraints.into_world(problem.rows, solution.impulse)
+        self.time += self.settings.time_step
+        self.steps += 1
+        self.unsolved_steps += solution.residual > self.settings.tolerance
+        self.worst_residual = max(self.worst_residual, solution.residual)
+        self.last_step = Step(self, before, after, wrenches, contacts, law, problem, solution, blows)
+
+    # ---- running -----------------------------------------------------------------------------------------------------------------
+
+    def run(self, duration):
+        """Advance by ``duration`` seconds (rounded to whole steps)."""
+        if not duration >= 0.0 or not np.isfinite(duration):
+            raise InputError(f"run: duration = {duration!r} s; it must be finite and >= 0")
+        self.step(round(duration / self.settings.time_step))
+
+    def settle(self, max_time=10.0, watch=None):
+        """Advance until nothing moves, or for ``max_time`` seconds; returns "at_rest" or "time_limit".
+
+        At rest: for as long as a free fall over a quarter of its radius takes, every moving body was slower than 5e-4 sqrt(a R), with R
+        its bounding radius and a what effects accelerate it by. ``watch(world)`` is called after every step.
+        """
+        if not max_time > 0.0:
+            raise InputError(f"settle: max_time = {max_time!r} s; it must be > 0")
+        calm = 0
+        for _ in range(max(1, round(max_time / self.settings.time_step))):
+            self._step()
+            if watch is not None:
+                watch(self)
+            slow, wait = self._rest_scale()
+            calm = calm + 1 if slow else 0
+            if calm and calm * self.settings.time_step >= wait:
+                return "at_rest"
+        return "time_limit"
+
+    def _rest_scale(self):
+        """Whether every moving body is slow now, and how long it must stay so [s]."""
+        scene = self.registry.scene
+        moving = np.isfinite(scene.bodies.mass)
+        if not moving.any():
+            return True, 0.0
+        reach, mass = scene.reach[moving], scene.bodies.mass[moving]
+        pull = sum((w[moving, :3] for w in self.last_step.wrenches), np.zeros((len(mass), 3)))
+        acceleration = np.sqrt((pull ** 2).sum(axis=1)) / mass
+        twist = scene.bodies.twist[moving]
+        speed = np.sqrt((twist[:, :3] ** 2).sum(axis=1)) + np.sqrt((twist[:, 3:] ** 2).sum(axis=1)) * reach
+        wait = np.sqrt(0.5 * reach / np.where(acceleration > 0.0, acceleration, np.inf)).max()
+        return bool((speed <= 5e-4 * np.sqrt(acceleration * reach)).all()), float(wait)
+
+    @property
+    def contacts(self):
+        """The contacts of the last step: ``to_dataframe()`` says who touches whom, where, how hard."""
+        return ContactTable(self.last_step)
+
+
+class ContactTable:
+    """Contacts of one step, for reading."""
+
+    def __init__(self, step):
+        self._step = step
+
+    def __len__(self):
+        return 0 if self._step is None else len(self._step.contacts.gap)
+
+    def to_dataframe(self):
+        """One row a contact: body_a, body_b, point x y z [m], normal x y z (a to b), gap [m], normal_force [N], friction_force [N], friction."""
+        import pandas as pd
+
+        names = ("body_a", "body_b", "x", "y", "z", "normal_x", "normal_y", "normal_z", "gap", "normal_force", "friction_force", "friction")
+        if self._step is None:
+            return pd.DataFrame({name: [] for name in names})
+        contacts, force = self._step.contacts, (self._step.solution.impulse + self._step.blows) / self._step.time_step
+        columns = ([self._step.names[a] for a in contacts.body_a], [self._step.names[b] for b in contacts.body_b], *contacts.point.T,
+                   *contacts.normal.T, contacts.gap, force[:, 0], np.sqrt((force[:, 1:] ** 2).sum(axis=1)), self._step.law.friction)
+        return pd.DataFrame(dict(zip(names, columns, strict=True)))
