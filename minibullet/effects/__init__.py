@@ -5,6 +5,7 @@ after laws.
 """
 
 from minibullet.effects.body import Gravity, TiltedGravity
+from minibullet.effects.catalogue import library, load_effects
 from minibullet.effects.check import Report, check_effect
 from minibullet.effects.contact import (
     Adhesion,
@@ -44,7 +45,6 @@ from minibullet.effects.fluid import (
     QuadraticDrag,
     SpinDecay,
 )
-from minibullet.effects.library import library, load_effects
 
 __all__ = [
     "AddedMass", "Adhesion", "AnisotropicFriction", "Buoyancy", "Drag", "DragCrisis", "DragModifier", "Effect",

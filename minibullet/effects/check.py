@@ -6,7 +6,7 @@ from numbers import Real
 import numpy as np
 
 from minibullet.effects import samples
-from minibullet.effects.contract import Effect, EffectError, _checked, _checked_law, name_of, parameters
+from minibullet.effects.contract import Effect, EffectError, checked_answer, checked_law, name_of, parameters
 from minibullet.errors import InputError
 
 TIMES = (0.0, 1.7)  # the start, and a while later [s]
@@ -132,8 +132,8 @@ def rotation(effect):
         turn = samples.turned_columns(q, np.eye(6)).T
         expected = [samples.turned_columns(q, straight[0]), turn @ straight[1] @ turn.T, *straight[2:]]
         if not _close(turned, expected):
-            raise _Broken("turning all bodies does not turn the answer with them; if a direction is meant, write isotropic = False "
-                          "in the class")
+            raise _Broken("turning all bodies does not turn the answer with them; if a direction is meant, write "
+                          "isotropic = False in the class")
     return True
 
 
@@ -264,16 +264,15 @@ def _ask(effect, method, arguments):
 def _answers(effect, bodies, time, contacts=None, law=None):
     """Wrench, added mass and the five arrays of the law, checked for shape and finite values; nothing where not overridden."""
     n = len(bodies.mass)
-    if contacts is None:
-        contacts, law = samples.sample_contacts()
-    result = {"forces": np.zeros((n, 6)), "added_mass": np.zeros((n, 6, 6)), "contact_law": law}
+    plain_contacts, plain_law = samples.sample_contacts() if contacts is None else (contacts, law)
+    result = {"forces": np.zeros((n, 6)), "added_mass": np.zeros((n, 6, 6)), "contact_law": plain_law}
     for method, arguments in _calls(effect, bodies, time, contacts, law):
         given = _ask(effect, method, arguments)
         try:
             if method == "contact_law":
-                result[method] = _checked_law(effect, given, contacts)
+                result[method] = checked_law(effect, given, plain_contacts)
             else:
-                result[method] = _checked(effect, given, n, result[method].shape[1:])
+                result[method] = checked_answer(effect, given, n, result[method].shape[1:])
         except (ValueError, TypeError) as error:
             hint = "; is it divided by a speed of zero?" if "body 0 is not finite" in str(error) else ""
             raise _Broken(f"{method}: {str(error).removeprefix(type(effect).__name__ + ': ')}{hint}") from error

@@ -127,7 +127,7 @@ def contact_law(effects, contacts: Contacts, bodies: Bodies, law: ContactLaw) ->
     """
     for effect in effects:
         if len(contacts.gap) and type(effect).contact_law is not Effect.contact_law:
-            law = _checked_law(effect, effect.contact_law(contacts, bodies, law), contacts)
+            law = checked_law(effect, effect.contact_law(contacts, bodies, law), contacts)
     return law
 
 
@@ -135,15 +135,16 @@ def _of_moving(effect, ask, bodies, shape):
     """Ask about the moving bodies only; rows of zeros for the others."""
     movable = moving(bodies)
     if movable.all() and len(movable):
-        return _checked(effect, ask(bodies), len(movable), shape)
+        return checked_answer(effect, ask(bodies), len(movable), shape)
     result = np.zeros((len(movable), *shape))
     if movable.any():
-        result[movable] = _checked(effect, ask(Bodies(*(array[movable] for array in bodies))), np.count_nonzero(movable), shape)
+        some = Bodies(*(array[movable] for array in bodies))
+        result[movable] = checked_answer(effect, ask(some), len(some.mass), shape)
     return result
 
 
-def _checked(effect, answer, n, shape):
-    """The answer as a float array of n rows; None stands for zeros."""
+def checked_answer(effect, answer, n, shape):
+    """The answer of forces or added_mass as a float array of n rows, or InputError; None for added mass counts as zeros."""
     if answer is None and shape == (6, 6):
         return np.zeros((n, *shape))
     answer = np.asarray(answer, dtype=float)
@@ -155,7 +156,7 @@ def _checked(effect, answer, n, shape):
     return answer
 
 
-def _checked_law(effect, law, contacts):
+def checked_law(effect, law, contacts):
     """The law itself, refused by effect, field and contact where no contact can have it."""
     if not isinstance(law, ContactLaw):
         raise InputError(f"{type(effect).__name__}: contact_law must return a ContactLaw, not {type(law).__name__}")

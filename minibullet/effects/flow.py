@@ -23,9 +23,9 @@ from minibullet.rotations import conjugate, rotate
 class DragModifier(FluidForce):
     """A change of the forces of other effects, which stand in the field `through` (a tuple of effects)."""
 
-    def through_force(self, bodies: Bodies, time: float) -> np.ndarray:
-        """Force of the modified effects together, (n, 3)."""
-        return sum((effect.forces(bodies, time)[:, :3] for effect in self.through), np.zeros((len(bodies.mass), 3)))
+    def through_wrench(self, bodies: Bodies, time: float) -> np.ndarray:
+        """Wrench of the modified effects together, (n, 6)."""
+        return sum((effect.forces(bodies, time) for effect in self.through), np.zeros((len(bodies.mass), 6)))
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,7 @@ class UniformFlow(DragModifier):
 
     def forces(self, bodies, time):
         flow = np.array([self.velocity_x, self.velocity_y, self.velocity_z, 0.0, 0.0, 0.0])
-        in_flow = self.through_force(bodies._replace(twist=bodies.twist - flow), time)
-        return force_only(in_flow - self.through_force(bodies, time))
+        return self.through_wrench(bodies._replace(twist=bodies.twist - flow), time) - self.through_wrench(bodies, time)
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class OrientationDrag(DragModifier):
     through: tuple = ()  # the drags that depend on attitude
 
     def forces(self, bodies, time):
-        drag = self.through_force(bodies, time)
+        drag = self.through_wrench(bodies, time)[:, :3]
         size = length_of(drag)
         direction = rotate(conjugate(bodies.orientation), drag / np.where(size > 0.0, size, 1.0))
         b = (self.face_edge_ratio - 1.0) / (0.4 + 0.1 * self.face_edge_ratio)
@@ -83,7 +82,7 @@ class WallDrag(DragModifier):
 
     def forces(self, bodies, time):
         normal = unit_vector(self.wall_normal)
-        drag = self.through_force(bodies, time)
+        drag = self.through_wrench(bodies, time)[:, :3]
         nearness = bodies.radius / np.maximum(bodies.position @ normal - self.wall_height, bodies.radius)
         towards = (drag @ normal)[:, None] * normal
         return force_only(self.multiplier * 0.5625 * nearness[:, None] * (drag + towards))
