@@ -1,6 +1,6 @@
 """Physics added from outside: one law, one class, one source. See ``contract`` for how to write your own.
 
-The engine asks through ``compose``, ``wrench``, ``added_mass`` and ``contact_law``; everything else here is a law or looks
+The engine asks through ``compose``, ``wrenches``, ``added_mass`` and ``contact_law``; everything else here is a law or looks
 after laws.
 """
 
@@ -30,6 +30,7 @@ from minibullet.effects.contract import (
     parameter,
     parameters,
     wrench,
+    wrenches,
 )
 from minibullet.effects.flow import DragModifier, OrientationDrag, UniformFlow, WallDrag, compose
 from minibullet.effects.fluid import (
@@ -52,5 +53,5 @@ __all__ = [
     "LoadDependentFriction", "Magnus", "OrientationDrag", "Parameter", "QuadraticDrag", "Report", "Restitution",
     "RollingFriction", "SpinDecay", "SpinningFriction", "StaticFriction", "StribeckFriction", "TiltedGravity", "UniformFlow",
     "VelocityDependentRestitution", "ViscousFriction", "WallDrag", "added_mass", "check_effect", "compose", "contact_law",
-    "library", "load_effects", "name_of", "parameter", "parameters", "wrench",
+    "library", "load_effects", "name_of", "parameter", "parameters", "wrench", "wrenches",
 ]

@@ -1,7 +1,7 @@
 """Forces on the mass of a body."""
 
 from dataclasses import dataclass
-from math import cos, sin, sqrt
+from math import cos, hypot, inf, sin
 
 import numpy as np
 
@@ -13,11 +13,14 @@ STANDARD_GRAVITY = 9.81  # the value used throughout this project; measured on E
 
 def unit_vector(vector) -> np.ndarray:
     """A direction given by any three numbers, at length 1, (3,); InputError where it has none."""
-    vector = np.asarray(vector, dtype=float)
-    length = sqrt(float(np.sum(vector * vector))) if vector.shape == (3,) else 0.0
-    if not 0.0 < length < np.inf:
-        raise InputError(f"a direction must be three finite numbers, not all zero; got {vector.tolist()}")
-    return vector / length
+    try:
+        x, y, z = map(float, vector)
+        length = hypot(x, y, z)
+    except (TypeError, ValueError):
+        length = 0.0
+    if not 0.0 < length < inf:
+        raise InputError(f"a direction must be three finite numbers, not all zero; got {vector!r}")
+    return np.array([x / length, y / length, z / length])
 
 
 def force_only(force) -> np.ndarray:

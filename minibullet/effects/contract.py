@@ -102,20 +102,33 @@ class Effect:
         return law
 
 
-def wrench(effect: Effect, bodies: Bodies, time: float) -> np.ndarray:
-    """The wrench of one effect on all bodies, checked, exactly zero on fixed ones, (n, 6). This is how the engine asks.
+def wrenches(effects, bodies: Bodies, time: float) -> list[np.ndarray]:
+    """The wrench of each effect on all bodies, checked, exactly zero on fixed ones, (n, 6) each. This is how the engine asks.
 
-    Raises InputError, naming the effect, where the answer has a wrong shape or is not finite.
+    Raises InputError, naming the effect, where an answer has a wrong shape or is not finite.
     """
-    return _of_moving(effect, lambda movable: effect.forces(movable, time), bodies, (6,))
+    rows, movable = _movable(bodies)
+    result = []
+    for effect in effects:
+        if type(effect).forces is not Effect.forces and len(movable.mass):
+            result.append(_spread(effect, rows, movable, effect.forces(movable, time), bodies, (6,)))
+        else:
+            result.append(np.zeros((len(bodies.mass), 6)))
+    return result
+
+
+def wrench(effect: Effect, bodies: Bodies, time: float) -> np.ndarray:
+    """The wrench of one effect on all bodies, as in `wrenches`, (n, 6)."""
+    return wrenches((effect,), bodies, time)[0]
 
 
 def added_mass(effects, bodies: Bodies) -> np.ndarray | None:
     """The added mass of all effects together, zero for fixed bodies, (n, 6, 6), or None where no effect adds any."""
+    rows, movable = _movable(bodies)
     total = None
     for effect in effects:
-        if type(effect).added_mass is not Effect.added_mass:
-            matrices = _of_moving(effect, effect.added_mass, bodies, (6, 6))
+        if type(effect).added_mass is not Effect.added_mass and len(movable.mass):
+            matrices = _spread(effect, rows, movable, effect.added_mass(movable), bodies, (6, 6))
             total = matrices if total is None else total + matrices
     return total
 
@@ -131,15 +144,25 @@ def contact_law(effects, contacts: Contacts, bodies: Bodies, law: ContactLaw) ->
     return law
 
 
-def _of_moving(effect, ask, bodies, shape):
-    """Ask about the moving bodies only; rows of zeros for the others."""
-    movable = moving(bodies)
-    if movable.all() and len(movable):
-        return checked_answer(effect, ask(bodies), len(movable), shape)
-    result = np.zeros((len(movable), *shape))
-    if movable.any():
-        some = Bodies(*(array[movable] for array in bodies))
-        result[movable] = checked_answer(effect, ask(some), len(some.mass), shape)
+def _movable(bodies):
+    """Rows of the bodies that can move, and these bodies; as a slice where they follow one another: it copies nothing."""
+    rows = moving(bodies)
+    count = np.count_nonzero(rows)
+    if count == len(rows):
+        return slice(None), bodies
+    first = int(np.argmax(rows))
+    if rows[first:first + count].all():
+        rows = slice(first, first + count)
+    return rows, Bodies(*(array[rows] for array in bodies))
+
+
+def _spread(effect, rows, movable, answer, bodies, shape):
+    """The checked answer about the moving bodies in the rows of all bodies, zeros elsewhere."""
+    answer = checked_answer(effect, answer, len(movable.mass), shape)
+    if movable is bodies:
+        return answer
+    result = np.zeros((len(bodies.mass), *shape))
+    result[rows] = answer
     return result
 
 

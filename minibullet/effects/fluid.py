@@ -23,7 +23,7 @@ WATER_VISCOSITY = 1.0e-3  # fresh water at 20 degrees Celsius [Pa s]
 
 def length_of(vectors) -> np.ndarray:
     """Length of each vector, kept as a column, (n, 3) -> (n, 1)."""
-    return np.sqrt(np.sum(vectors * vectors, axis=1, keepdims=True))
+    return np.sqrt(np.einsum("ni,ni->n", vectors, vectors))[:, None]
 
 
 class FluidForce(Effect):
