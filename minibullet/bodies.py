@@ -1,7 +1,7 @@
 """The records that cross the engine's borders: bodies, contacts, and the law that holds at each contact.
 
-Plain tuples of NumPy arrays in SI units, world frame, z up. Effects read them and never write them; the engine hands
-out views that refuse to be written. There are no body types: what cannot move has infinite mass.
+Plain tuples of NumPy arrays in SI units, world frame, z up. Effects read them and never write them. There are no body types:
+what cannot move has infinite mass.
 """
 
 from typing import NamedTuple

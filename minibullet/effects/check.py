@@ -28,7 +28,7 @@ class Report:
 def check_effect(effect: Effect) -> Report:
     """Try an effect on sample bodies and contacts and return a Report; EffectError names the effect and the first rule it breaks.
 
-    It is tried as it is, and with every number that stands at its null value moved to the middle of its bounds, so that
+    It is tried as it is, and with every number that stands at its null value moved well inside its bounds, so that
     ``check_effect(MyDrag())`` tells the whole truth.
     """
     if not isinstance(effect, Effect):
