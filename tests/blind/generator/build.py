@@ -1,0 +1,208 @@
+"""From a deal (family, what is hidden, how strong) to a case: files as a user writes them, and the answer to be sealed."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .case import csv_text, toml_text
+from .library import ALIASES, LIBRARY
+from .noise import REGIMES, Noise, frames, spoil, spoil_orientation
+from .observe import FINE, axes_seen, film
+from .strength import Lens, gentle, inside, look_alikes, scaled
+
+SIGMAS = {"flight": (1e-3, 8e-3), "sinking": (3e-4, 2e-3), "bounce": (8e-4, 5e-3), "slide": (5e-4, 3e-3), "roll": (3e-4, 2e-3),
+          "topple": (3e-4, 1.5e-3), "stack": (2e-4, 8e-4)}  # what trackers of such experiments reach [m]
+WRONG = {"mass": 0.02, "size": 0.01, "tilt_x": 0.017, "tilt_y": 0.017}  # nominal inputs may be off by this much, or less (see gentle)
+MISFIT = 3.0  # information that the departure from the textbook law and the wrong inputs may leave after the best textbook fit
+SHARE = 0.35  # an outside effect must keep this share of its information after the best single library law
+
+
+class Redraw(Exception):
+    """This draw cannot be made as dealt; draw again."""
+
+
+@dataclass(frozen=True)
+class Deal:
+    """What is to be hidden. kind: null, single, degenerate, double, outside."""
+
+    family: str
+    kind: str
+    names: tuple[str, ...]
+    style: str
+    strengths: tuple[float, ...]
+    regime: str
+
+
+def trajectory(deal, room, rng):
+    """One case of a trajectory family: ({file name: text}, answer). Raises Redraw."""
+    rate = int(rng.choice(REGIMES[deal.regime][2]))
+    low, high = SIGMAS[deal.family]
+    sigma = float(np.exp(rng.uniform(np.log(low), np.log(high))))
+    noise = Noise.draw(rng, deal.regime, rate, sigma, float(rng.choice([0.005, 0.01, 0.02])))
+    outside = deal.names if deal.kind == "outside" else ()
+    setup = room.setup(rng, lambda duration: frames(rng, noise, duration), deal.style, outside)
+    if min(len(trial.times) for trial in setup.trials) < 8 or sum(len(trial.times) for trial in setup.trials) < 100:
+        raise Redraw("too few frames")
+    lens = Lens(setup, noise.position, noise.orientation, noise.rho)
+    table = room.OUTSIDE if deal.kind == "outside" else room.HIDDEN
+    laws, amplitudes = [], []
+    for name, strength in zip(deal.names, deal.strengths, strict=True):
+        make = table[name].draw(rng)
+        amplitude, lens, noise = _scaled_or_resighted(lens, noise, make, strength, table[name])
+        laws.append(make)
+        amplitudes.append(amplitude)
+    limits = [float(np.clip(rng.normal(), -1.5, 1.5) / 1.5 * WRONG[key]) for key in setup.errors]
+    errors = gentle(lens, setup.errors, limits)
+    hidden = _hidden(laws, amplitudes)
+    answer, rows, fitted = _judge(deal, lens, hidden, errors)
+    answer["amplitudes"] = dict(zip(deal.names, amplitudes, strict=True))
+    films = [film(setup, trial, {**setup.base(), **answer["hidden_laws"]}, errors, step=FINE) for trial in setup.trials]
+    if not all(np.isfinite(position).all() for position, _ in films):
+        raise Redraw("not finite")
+    files, noisy = _files(rng, setup, noise, films)
+    answer.update(noise={"regime": deal.regime, **{key: value for key, value in noise.__dict__.items()}}, nominal_errors=errors,
+                  oracle=_oracle(lens, noisy, fitted))
+    return files, answer
+
+
+def _scaled_or_resighted(lens, noise, make, strength, dial):
+    """Amplitude of the wanted strength; where no user would believe it, the nearest believable one seen by another tracker."""
+    start = np.sqrt(dial.low * dial.high)
+    amplitude = scaled(lens, make, strength, start)
+    if amplitude is not None and dial.low <= amplitude <= dial.high:
+        return amplitude, lens, noise
+    amplitude = dial.high if amplitude is None or amplitude > dial.high else dial.low
+    factor = lens.strength(lens.signal(make(amplitude))) / strength
+    if not 0.05 <= factor <= 20:
+        raise Redraw(f"no believable amplitude (factor {factor:.3g})")
+    noise = replace(noise, position=noise.position * factor, orientation=float(np.clip(noise.orientation * factor, 1e-3, 0.05)))
+    lens = Lens(lens.setup, noise.position, noise.orientation, noise.rho)
+    amplitude = scaled(lens, make, strength, amplitude)
+    if amplitude is None or not 0.5 * dial.low <= amplitude <= 1.1 * dial.high:
+        raise Redraw("no believable amplitude")
+    return amplitude, lens, noise
+
+
+def _hidden(laws, amplitudes, blend=1.0):
+    """{effect: parameters} of all hidden laws; blend < 1 brings their form nearer to the textbook."""
+    merged = {}
+    for make, amplitude in zip(laws, amplitudes, strict=True):
+        for name, law in make(amplitude).items():
+            merged[name] = {key: value * blend if key == "form" else value for key, value in law.items()}
+    return merged
+
+
+def _soften(hidden, blend):
+    return {name: {key: value * blend if key == "form" else value for key, value in law.items()} for name, law in hidden.items()}
+
+
+def _judge(deal, lens, hidden, errors):
+    """What an ideal analyst could find: the answer, the noiseless rows, and the rows of the best textbook law (None: nothing)."""
+    names = [name for name in deal.names if name in LIBRARY]
+    blend = 1.0
+    for _ in range(7):
+        laws = _soften(hidden, blend)
+        rows = lens.signal(laws, errors)
+        fitted, left = lens.fit(names, rows) if names else ({}, lens.information(rows))
+        if left <= MISFIT or deal.kind == "outside":
+            break
+        blend *= 0.4
+    else:
+        raise Redraw(f"the textbook law leaves {left:.3g}")
+    answer = {"kind": deal.kind, "family": deal.family, "style": deal.style, "effects": list(deal.names), "hidden_laws": laws, "parameters": {},
+              "strengths": dict(zip(deal.names, deal.strengths, strict=True)), "outside": deal.kind == "outside", "tied": [], "possible": [],
+              "largest_cosine": 0.0, "information": lens.information(rows), "left_by_truth": left, "form_blend": blend, "numbers": lens.count(),
+              "total_strength": lens.strength(rows)}
+    if deal.kind == "outside":
+        return _outside(answer, lens, rows), rows, None
+    if not names:
+        return answer, rows, None
+    for name in names:
+        if not inside(name, fitted[name]):
+            raise Redraw(f"{name} out of bounds")
+        answer["parameters"][name] = {knob.name: fitted[name][knob.name] for knob in LIBRARY[name] if knob.scored}
+    for name in names:  # every hidden law beside its own rivals
+        own = lens.signal({name: laws[name]}) if len(names) > 1 else rows
+        own_left = lens.fit([name], own)[1] if len(names) > 1 else left
+        tied, possible, cosine = look_alikes(lens, name, own, own_left, len(LIBRARY[name]))
+        answer["tied"] += [rival for rival in tied if rival not in names]
+        answer["possible"] += [rival for rival in possible if rival not in names]
+        answer["largest_cosine"] = max(answer["largest_cosine"], cosine)
+        if len(names) > 1:
+            answer.setdefault("each", {})[name] = {"tied": tied, "possible": possible, "cosine": cosine}
+    if deal.kind == "degenerate" and not answer["tied"]:
+        raise Redraw("not degenerate")
+    if deal.kind == "double":
+        pair = [lens.project(lens.signal({name: laws[name]}), white=True) for name in names]
+        cosine = float(abs(pair[0] @ pair[1]) / np.sqrt((pair[0] @ pair[0]) * (pair[1] @ pair[1])))
+        if cosine > 0.9:
+            raise Redraw("the two hide each other")
+        answer["pair_cosine"] = cosine
+    return answer, rows, lens.signal(fitted)
+
+
+def _outside(answer, lens, rows):
+    """How much of an outside effect the best single library law imitates."""
+    best, who = answer["information"], None
+    for name in lens.setup.rivals:
+        if lens.cosine(name, rows) < 0.3:
+            continue
+        law, left = lens.fit([name], rows, turns=2)
+        if inside(name, law[name]) and left < best:
+            best, who = left, name
+    share = best / max(answer["information"], 1e-12)
+    if share < SHARE:
+        raise Redraw(f"{who} imitates it")
+    answer.update(left_by_truth=None, imitator=who, unexplained_share=share,
+                  unexplained_strength=answer["total_strength"] * float(np.sqrt(share)))
+    answer["possible"] = sorted(set(lens.setup.rivals) | {alias for name in lens.setup.rivals for alias in ALIASES.get(name, ())})
+    return answer
+
+
+def _oracle(lens, noisy, fitted):
+    """RMS [m] of the recorded positions against the model under test, and against the true law with textbook coefficients, starts fitted."""
+    rows = [lens._rows(seen, base) for seen, base in zip(noisy, lens.base, strict=True)]
+    positions = len(axes_seen(lens.setup))
+    def rms(parts):
+        flat, at, total, count = lens.project(parts), 0, 0.0, 0
+        for part in parts:
+            kept = flat[at:at + part.size].reshape(part.shape)[:, :positions]
+            at, total, count = at + part.size, total + float(np.sum(kept**2)), count + kept.size
+        return lens.sigma_position * float(np.sqrt(total / count))
+    before = rms(rows)
+    after = before if fitted is None else rms([a - b for a, b in zip(rows, fitted, strict=True)])
+    return {"before": before, "after": after, "noise": lens.sigma_position}
+
+
+def _files(rng, setup, noise, films):
+    """The folder a user would hand in, and the films as recorded."""
+    header = ["t_s"] + [name for name in setup.columns if name != "q"] + (["qw", "qx", "qy", "qz"] if "q" in setup.columns else [])
+    seen_axes = axes_seen(setup)
+
+    def recorded(position, orientation):
+        position = position.copy()
+        position[:, seen_axes] = spoil(rng, noise, position[:, seen_axes], noise.position)
+        return position, None if "q" not in setup.columns else spoil_orientation(rng, noise, orientation)
+
+    def table(times, position, orientation):
+        parts = [times[:, None], position[:, seen_axes]] + ([] if orientation is None else [orientation])
+        return csv_text(header, np.concatenate(parts, axis=1))
+
+    files, noisy, entries = {}, [], []
+    for number, (trial, (position, orientation)) in enumerate(zip(setup.trials, films, strict=True), start=1):
+        seen = recorded(position, orientation)
+        noisy.append(seen)
+        files[f"recording_{number:02d}.csv"] = table(trial.times, *seen)
+        known = {key: [float(x) for x in np.round(trial.start[key], 9)] for key in trial.known}
+        entries.append({"file": f"recording_{number:02d}.csv", "group": trial.group, **({"start": known} if known else {}), **trial.overrides})
+    still = np.arange(600) / noise.rate
+    place = np.repeat(np.array([[0.1, 0.2, 1.0]]), 600, axis=0)
+    files["rest.csv"] = table(np.round(still, 6), *recorded(place, np.repeat([[1.0, 0.0, 0.0, 0.0]], 600, axis=0)))
+    files["experiment.toml"] = toml_text({
+        "": {"kind": "trajectory", "title": setup.title}, "body": {**setup.shape, "mass": setup.inputs["mass"]},
+        "surroundings": setup.surroundings, "model": {"effects": list(setup.model)}, "measurement": {"static": "rest.csv"},
+        "diagnose": {"hold_out": "group"}, "trial": entries})
+    return files, noisy
+
+
+__all__ = ["Deal", "Redraw", "trajectory"]
