@@ -1,5 +1,7 @@
 """Sphinx settings. Build with `sphinx-build -W docs docs/_build`: every warning is an error, every notebook is executed."""
 
+import dataclasses
+import inspect
 import re
 import sys
 import tomllib
@@ -42,9 +44,37 @@ autodoc_typehints = "none"
 numpydoc_show_class_members = False
 
 
+MARKUP = re.compile(r"([|*\\]|(?<=\w)_(?!\w))")
+
+
+def fields_of(record):
+    """Lines that describe the fields of a record by the comments, or the metadata, that stand beside them in the code."""
+    try:
+        source = inspect.getsource(record)
+    except (OSError, TypeError):
+        return []
+    comments = dict(re.findall(r"^    (\w+)\s*:[^#\n]*#\s*(.+?)\s*$", source, re.MULTILINE))
+    for field in dataclasses.fields(record) if dataclasses.is_dataclass(record) else ():
+        if field.metadata and field.name not in comments:
+            facts = field.metadata
+            parts = [f"[{facts.get('unit', '-')}]"]
+            parts += [f"{facts['low']:g} to {facts['high']:g}"] if None not in (facts.get("low"), facts.get("high")) else []
+            parts += [f"no effect at {facts['null']:g}"] if facts.get("null") is not None else []
+            comments[field.name] = ", ".join(parts + [facts["source"]] * bool(facts.get("source")))
+    named = [name for name in getattr(record, "__annotations__", {}) if name in comments]
+    return ["", *(f"- ``{name}``: {comments[name]}" for name in named), ""] if named else []
+
+
+def skip_alias(app, what, name, obj, skip, options):
+    """The fields of a named tuple are described with the class."""
+    return True if type(obj).__name__ == "_tuplegetter" else skip
+
+
 def plain_docstring(app, what, name, obj, options, lines):
     """Let docstrings be plain text: formulas such as |r_T| or x* mean themselves, deeper indented lines are kept as they are."""
     result, literal = [], False
+    if what == "class":
+        lines += fields_of(obj)
     for line in lines:
         indented = line.startswith((" ", "\t"))
         bullet = line.lstrip().startswith(("- ", "* "))
@@ -58,7 +88,7 @@ def plain_docstring(app, what, name, obj, options, lines):
         if not literal:
             # escape what reStructuredText would read as markup, outside of `names` in backticks
             parts = re.split(r"(``.+?``|`.+?`)", line)
-            line = "".join(part if index % 2 else re.sub(r"([|*\\]|(?<=\w)_(?!\w))", r"\\\1", part) for index, part in enumerate(parts))
+            line = "".join(part if index % 2 else MARKUP.sub(r"\\\1", part) for index, part in enumerate(parts))
             line = re.sub(r"^(\s*)\\\* ", r"\1* ", line)
         result.append(line)
     lines[:] = result
@@ -66,3 +96,4 @@ def plain_docstring(app, what, name, obj, options, lines):
 
 def setup(app):
     app.connect("autodoc-process-docstring", plain_docstring, priority=400)
+    app.connect("autodoc-skip-member", skip_alias)
