@@ -20,14 +20,21 @@ CONCRETE = 2300.0       # kg/m3, the density used by the paper
 
 
 class Unit:
-    """What every armour unit does; a unit defines side, volume, pieces, hull and the poses on its faces."""
+    """What every armour unit does; a unit defines its side, relative volume, pieces, hull and the poses on its faces."""
 
     name = "unit"
+    relative_volume = 1.0       # V / L^3
+
+    @property
+    def volume(self):
+        """Volume of the true unit [m3]."""
+        return self.relative_volume * self.side * self.side * self.side
 
     @property
     def nominal_diameter(self):
         """Edge of the cube of equal volume [m]: Dn = V^(1/3)."""
-        return cbrt(self.volume)
+        # The root of the relative volume: a side scaled by a power of two scales Dn exactly.
+        return cbrt(self.relative_volume) * self.side
 
     def mass(self, density=CONCRETE):
         """Mass of the unit [kg] at a density [kg/m3]."""
@@ -90,17 +97,13 @@ class Cubipod(Unit):
         if not protrusion_top <= protrusion_base <= 1.0:
             raise InputError(f"cubipod: protrusion_base = {protrusion_base}, protrusion_top = {protrusion_top}; "
                              "a protrusion narrows outwards on a face of side 1: top <= base <= 1")
-        object.__setattr__(self, "side", _side(self.name, side, nominal_diameter, cbrt(self._volume_of_unit_side)))
+        object.__setattr__(self, "side", _side(self.name, side, nominal_diameter, cbrt(self.relative_volume)))
 
     @property
-    def _volume_of_unit_side(self):
+    def relative_volume(self):
+        """Cube and six frusta over the cube: 1 + 6 h/3 (b^2 + b t + t^2) [-]."""
         h, b, t = self.protrusion_height, self.protrusion_base, self.protrusion_top
-        return 1.0 + 6.0 * h / 3.0 * (b * b + b * t + t * t)
-
-    @property
-    def volume(self):
-        """Cube and six frusta: L^3 + 6 h/3 (b^2 + b t + t^2) [m3]."""
-        return self._volume_of_unit_side * self.side * self.side * self.side
+        return 1.0 + 2.0 * h * (b * b + b * t + t * t)
 
     @cached_property
     def pieces(self):
@@ -169,10 +172,6 @@ class Cube(Unit):
 
     def __init__(self, side=None, nominal_diameter=None):
         object.__setattr__(self, "side", _side(self.name, side, nominal_diameter, 1.0))
-
-    @property
-    def volume(self):
-        return self.side * self.side * self.side
 
     @cached_property
     def pieces(self):

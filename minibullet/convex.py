@@ -28,18 +28,22 @@ class ConvexPiece:
         if self.radius == 0.0:
             corners, faces = polyhedra.convex_hull(points)
             self._set(points[corners], faces)
+            self._refuse_unweighable()
             return
         check_lengths("hull", radius=self.radius)
         if len(points) > 2 or (len(points) == 2 and np.array_equal(points[0], points[1])):
             raise InputError(f"hull: radius = {self.radius} with {len(points)} points; only one point (a ball) "
                              "or two different points (a capsule) can be rounded")
         self._set(points, ())
+        self._refuse_unweighable()
 
     def _set(self, vertices, faces):
         vertices.setflags(write=False)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "radius", float(self.radius))
         object.__setattr__(self, "faces", faces)       # tuple of counter-clockwise loops of vertex indices
+
+    def _refuse_unweighable(self):
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
             size = np.trace(self.inertia)
         if not (np.isfinite(size) and self.volume > 0 and size > 0):
