@@ -1,0 +1,80 @@
+"""Which candidates can take part in a diagnosis of trajectories, and why the others cannot."""
+
+import minibullet.effects as forces
+
+from .effects import NOT_FORCES, Candidate, candidate, class_named, classes
+from .effects.contract import name_of
+from .model import solid
+
+NEED_MASS_AND_SIZE = {"drag_crisis", "buoyancy", "added_mass", "magnus", "history_force", "ground_cushion", "mass_offset",
+                      "size_error"}
+NEED_DRAG = {"uniform_flow", "orientation_drag", "wall_drag"}
+NEED_FLOOR = {"wall_drag", "ground_cushion", "tracker_smoothing"}
+
+
+def candidates_for(measurement, contact, names=None, own=()):
+    """(candidates, {name: why it cannot take part}) for trajectories; `names` None = all that fit, else just these."""
+    trials = measurement.trials
+    surroundings = trials[0].surroundings
+    radius = solid(trials[0].body).radius
+    wanted = list(classes()) if names is None else [name_of(class_named(name, own)) for name in names]
+    kinds = [class_named(name, own) for name in wanted]
+    kinds += [kind for kind in own if kind not in kinds]
+    already = {entry["name"] for entry in measurement.file.effects}
+    found, absent = [], {}
+    for kind in kinds:
+        name = name_of(kind)
+        why = None if kind in own else _obstacle(kind, name, measurement, contact)
+        if name in already:
+            why = "already in the model"
+        if why:
+            absent[name] = why
+        else:
+            found.append(candidate(kind, surroundings, radius, own=kind in own, only=_free(name, trials)))
+    return sorted(found, key=lambda entry: entry.name), absent
+
+
+def _free(name, trials):
+    """Names of the numbers to be found where not all are: drag of a body without mass or size is known per metre only."""
+    if name != "quadratic_drag":
+        return None
+    return ("drag_coefficient",) if all(_known(trial.body) for trial in trials) else ("drag_per_metre",)
+
+
+def _known(body):
+    return body.mass is not None and any((body.radius, body.size, body.side, body.mesh))
+
+
+def _obstacle(kind, name, measurement, contact):
+    """Why a shipped candidate cannot take part, or None."""
+    trials = measurement.trials
+    columns = set().union(*(trial.columns for trial in trials))
+    spin_known = "rx" in columns or any("angular_velocity" in trial.start for trial in trials)
+    if name in NEED_MASS_AND_SIZE and not all(_known(trial.body) for trial in trials):
+        return "mass and size of the body are not stated"
+    if name in NEED_FLOOR and trials[0].surroundings.floor_height is None:
+        return "there is no floor"
+    if name in ("magnus", "orientation_drag") and not spin_known:
+        return "the spin is neither measured nor stated"
+    if name in ("spin_decay", "inertia_error") and "rx" not in columns:
+        return "orientations are not measured"
+    if name == "clock_offset" and not any("velocity" in trial.start for trial in trials):
+        return "the moment of release is not known (no start velocity stated)"
+    if name in ("tilted_gravity", "tilted_frame", "uniform_flow") and not columns & {"x", "y"}:
+        return "no horizontal position is measured"
+    if name == "history_force" and not any("velocity" in trial.start for trial in trials):
+        return "the moment of release is not known (no start velocity stated)"
+    if not contact and kind not in NOT_FORCES and "contact" in Candidate(name, kind, ()).touches:
+        return "nothing touches in these data"
+    if issubclass(kind, forces.Effect) is False and name == "calibration_curve" and "z" not in columns:
+        return "no height is measured"
+    return None
+
+
+def blocked(candidate_entry, model):
+    """Why a candidate cannot join this model now, or None: some act only through a drag that must be there first."""
+    if candidate_entry.name in NEED_DRAG and not any(
+            issubclass(term.candidate.kind, forces.Drag) for term in model.terms) and not any(
+            name in ("linear_drag", "quadratic_drag", "drag_crisis") for name in model.names):
+        return "acts through a drag, and the model has none"
+    return None

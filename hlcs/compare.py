@@ -1,0 +1,137 @@
+"""Compare: where, and by how much, does the model miss the measurement."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .experiment_files import read_experiment_file
+from .fit import CHANNELS
+from .measurement import read_measurement
+from .trajectories import judge, prepare
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The model beside the measurement."""
+
+    kind: str
+    title: str
+    adequate: bool | None  # None where the noise is unknown
+    statistic: float | None
+    p: float | None
+    error: dict  # rms and noise
+    where: tuple[dict, ...]
+    noise: dict
+    notes: tuple[str, ...] = ()
+    table: Any = field(default=None, repr=False, compare=False)
+    trials: tuple[str, ...] = ()
+
+    def to_json(self):
+        """The comparison as a dictionary of plain numbers and texts."""
+        from .diagnosis import plain
+
+        return plain({"format": 1, "kind": self.kind, "title": self.title, "adequate": self.adequate, "p": self.p,
+                      "statistic": self.statistic, "error": self.error, "where": list(self.where), "noise": self.noise,
+                      "notes": list(self.notes)})
+
+    def to_dataframe(self):
+        """One row an observation: trial, channel, time, height, speed, measured, model, residual, sigmas."""
+        import pandas as pd
+
+        frame = pd.DataFrame(self.table or {})
+        if "trial" in frame and self.trials:
+            frame["trial"] = [self.trials[k] for k in frame["trial"]]
+            frame["channel"] = [CHANNELS[k] for k in frame["channel"]]
+        return frame
+
+    def summary(self):
+        """The printed report."""
+        from .report import comparison_text
+
+        return comparison_text(self)
+
+    def __str__(self):
+        return self.summary()
+
+    def _repr_html_(self):
+        from .report import as_html
+
+        return as_html(self.title, self.summary())
+
+    def plot(self, ax=None):
+        """Residual against time, height and speed, and measured over model; returns the Axes."""
+        from .figures import comparison_panels
+
+        return comparison_panels(self, ax)
+
+    def save(self, folder):
+        """Write comparison.json, residuals.csv, report.txt and comparison.png into a folder; returns it."""
+        from .report import save_comparison
+
+        return save_comparison(self, folder)
+
+
+def compare(path, *others, **options):
+    """Where and by how much a model misses a measurement: a Comparison of an experiment file.
+
+    With a result and a laboratory table in place of a path, the table of layer coefficients beside each other.
+    """
+    if others or not isinstance(path, str) and not hasattr(path, "__fspath__"):
+        from .layer_data import compare_layers
+
+        return compare_layers(path, *others, **options)
+    file = read_experiment_file(path)
+    if file.kind == "layers":
+        from .layer_data import compare_layer_file
+
+        return compare_layer_file(file, **options)
+    measurement = read_measurement(file)
+    if file.kind == "outcomes":
+        from .outcomes import compare_outcomes
+
+        return compare_outcomes(measurement)
+    return compare_trajectories(measurement)
+
+
+def compare_trajectories(measurement):
+    """The comparison of recordings with the model under test, starts fitted where they are not stated."""
+    prepared = prepare(measurement)
+    noise = {"position": prepared.noise.position, "orientation": prepared.noise.orientation, "rho": prepared.noise.rho,
+             "source": prepared.noise.source, "flexible": prepared.noise.hint}
+    if prepared.problem is None:
+        return Comparison(measurement.file.kind, measurement.file.title, None, None, None,
+                          {"rms": None, "noise": None, "unit": "m"}, (), noise, prepared.notes)
+    verdict, table = judge(prepared.problem, prepared.base)
+    position = table["channel"] < 3
+    unit = "m" if position.any() else "rad"
+    inside = position if position.any() else ~position
+    error = {"rms": float(np.sqrt(np.mean(table["residual"][inside] ** 2))), "unit": unit,
+             "noise": prepared.noise.position if unit == "m" else prepared.noise.orientation,
+             "bias": float(np.mean(-table["residual"][inside]))}
+    return Comparison(measurement.file.kind, measurement.file.title, verdict.adequate, verdict.statistic, verdict.p, error,
+                      where_it_fails(prepared.problem, table), noise, prepared.notes, table,
+                      tuple(trial.name for trial in measurement.trials))
+
+
+def where_it_fails(problem, table):
+    """Rows {trial, channel, phase, rms, sigma, height, speed, time}, the worst first.
+
+    sigma: root mean square of the residual in units of the noise; height, speed and time where the residual is largest.
+    """
+    found = []
+    phases = table.get("phase")
+    for trial in np.unique(table["trial"]):
+        for channel in range(6):
+            inside = (table["trial"] == trial) & (table["channel"] == channel)
+            for phase in (np.unique(phases[inside]) if phases is not None else ["flight"]):
+                here = inside & (phases == phase) if phases is not None else inside
+                if not here.any():
+                    continue
+                worst = np.flatnonzero(here)[np.argmax(np.abs(table["sigmas"][here]))]
+                found.append({"trial": problem.trials[trial].name, "channel": CHANNELS[channel], "phase": str(phase),
+                              "rms": float(np.sqrt(np.mean(table["residual"][here] ** 2))),
+                              "sigma": float(np.sqrt(np.mean(table["sigmas"][here] ** 2))),
+                              "time": float(table["time"][worst]), "height": float(table["height"][worst]),
+                              "speed": float(table["speed"][worst])})
+    return tuple(sorted(found, key=lambda row: (-row["sigma"], row["trial"], row["channel"], row["phase"])))

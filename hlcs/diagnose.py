@@ -1,0 +1,255 @@
+"""Diagnose: which effect is missing from the model. The order of the work, and the verdict."""
+
+import numpy as np
+from scipy import stats
+
+from . import identify, inference
+from .candidates import candidates_for
+from .compare import where_it_fails
+from .diagnosis import Diagnosis, Finding
+from .effects import SETS, own_classes, set_of
+from .experiment_files import read_experiment_file
+from .measurement import read_measurement
+from .search import Folds, Search
+from .trajectories import judge, prepare
+
+INTERVAL = 0.90  # of coefficients
+
+
+def diagnose(path, candidates=None, effects_file=None, seed=0, workers=None, progress=False, effects=None):
+    """Find what is missing from the model of an experiment file; returns a Diagnosis.
+
+    path: experiment file; candidates: names to try (None = the file's list, or all that fit); effects_file: Python file with
+    effects of your own; effects: the same as classes or values; seed, workers: for layer data (paired simulations);
+    progress: print what is being tried. Raises InputError where the input is at fault.
+    """
+    file = read_experiment_file(path)
+    own = own_classes(effects, effects_file)
+    if candidates is None:
+        candidates = file.candidates
+    if file.kind == "layers":
+        from .layer_data import layers_diagnosis
+
+        return layers_diagnosis(file, candidates=candidates, own=own, seed=seed, workers=workers, progress=progress)
+    measurement = read_measurement(file)
+    say = _teller(progress)
+    if file.kind == "outcomes":
+        from .outcomes import diagnose_outcomes
+
+        return diagnose_outcomes(measurement, candidates, own, say)
+    return diagnose_trajectories(measurement, candidates, own, say)
+
+
+def _teller(progress):
+    """A function that shows what is being tried: on a terminal in one line, otherwise nothing."""
+    if not progress:
+        return lambda text: None
+    from tqdm import tqdm
+
+    bar = tqdm(bar_format="{desc} {elapsed}", leave=False, disable=None)
+
+    def say(text):
+        bar.set_description_str(text)
+        bar.refresh()
+    return say
+
+
+def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None):
+    """The diagnosis of recordings."""
+    file = measurement.file
+    say("fitting the model under test")
+    prepared = prepare(measurement, own)
+    entries, absent = candidates_for(measurement, prepared.contact, names, own)
+    if prepared.problem is None:
+        return unknown_noise(measurement, prepared, entries)
+    problem, base = prepared.problem, prepared.base
+    folds = Folds(problem.trials, file.hold_out)
+    search = Search(problem, entries, folds, say)
+    before, table_before = judge(problem, base)
+    fits, rounds = search.run(base)
+    final = fits[-1]
+    after, table_after = judge(problem, final)
+    say("rivals")
+    rivals = search.rivals(final, 1.0 if after.adequate else max(after.chi2, 1.0))
+    return assemble(prepared, search, fits, rounds, rivals, (before, table_before), (after, table_after), absent)
+
+
+def assemble(prepared, search, fits, rounds, rivals, before, after, absent):
+    """The Diagnosis from everything the search found."""
+    measurement, problem = prepared.measurement, prepared.problem
+    base, final = fits[0], fits[-1]
+    (verdict_before, table_before), (verdict_after, table_after) = before, after
+    terms = final.model.terms
+    effects = tuple(term.name for term in terms)
+    sets = [tuple([term.name] + sorted(name for name, _, _ in others)) for term, others in zip(terms, rivals, strict=True)]
+    ambiguous = tuple(members for members in sets if len(members) > 1)
+    if not verdict_after.adequate:
+        verdict = "unexplained"
+    elif ambiguous:
+        verdict = "ambiguous"
+    else:
+        verdict = "effect" if effects else "complete"
+    unit = _unit(problem)
+    error = _errors(search, base, final, unit)
+    steps, shown = [], []
+    for fit in fits:
+        names = [term.name for term in fit.model.terms]
+        if names not in shown:
+            shown.append(names)
+            held, fitted = held_out_error(search, fit, unit), fitted_error(search, fit, unit)
+            steps.append({"effects": names, "held_out": held, "fitted": fitted})
+    findings = _findings(search, fits, rounds, rivals, effects, absent, unit, verdict_after)
+    following = None
+    if verdict in ("ambiguous", "unexplained"):
+        following = identify.next_experiment(prepared, search, final, rivals, verdict)
+    adequate = {"before": verdict_before.adequate, "after": verdict_after.adequate, "statistic": verdict_after.statistic,
+                "p": verdict_after.p, "threshold": verdict_after.threshold, "speaks": verdict_after.worst,
+                "chi2_per_freedom": {"before": verdict_before.chi2, "after": verdict_after.chi2}}
+    noise = {"position": prepared.noise.position, "orientation": prepared.noise.orientation, "rho": prepared.noise.rho,
+             "source": prepared.noise.source, "flexible": prepared.noise.hint}
+    return Diagnosis(
+        kind="trajectory", title=measurement.file.title, verdict=verdict, effects=effects,
+        parameters=intervals(final, 1.0 if verdict_after.adequate else verdict_after.chi2), ambiguous=ambiguous, error=error,
+        steps=tuple(steps), adequate=adequate, candidates=findings, where=where_it_fails(problem, table_after),
+        next_experiment=following, notes=prepared.notes, noise=noise, model=final.model,
+        pictures={"before": table_before, "after": table_after, "trials": [trial.name for trial in problem.trials],
+                  "groups": [trial.group for trial in problem.trials]})
+
+
+def intervals(fit, inflation):
+    """{effect: {name: value, low, high, unit}} at 90 %, widened where the model is not adequate."""
+    found, place = {}, 0
+    quantile = stats.t.ppf(0.5 + INTERVAL / 2, fit.freedom)
+    for term in fit.model.terms:
+        numbers = {}
+        for free in term.candidate.free:
+            error = quantile * np.sqrt(max(inflation, 1.0) * max(fit.covariance[place, place], 0.0))
+            value = fit.estimate[place]
+            numbers[free.name] = {"value": float(value), "low": float(value - error), "high": float(value + error),
+                                  "unit": free.unit}
+            place += 1
+        found[term.name] = numbers
+    return found
+
+
+def _unit(problem):
+    """Index of the channels the error is told in: positions where there are any, else rotations."""
+    return "m" if any((recording.channel < 3).any() for recording in problem.recordings) else "rad"
+
+
+def _rms(problem, residuals, unit):
+    """RMS over positions [m] or rotations [rad] of residuals in units of sigma."""
+    total, count = 0.0, 0
+    for recording, part in zip(problem.recordings, residuals, strict=True):
+        inside = recording.channel < 3 if unit == "m" else recording.channel >= 3
+        total += float(np.sum(part[inside] ** 2))
+        count += int(inside.sum())
+    sigma = problem.noise.position if unit == "m" else problem.noise.orientation
+    return float(sigma * np.sqrt(total / max(count, 1)))
+
+
+def fitted_error(search, fit, unit):
+    """RMS residual of a fit on the data it was fitted to."""
+    r, s = fit.linear.projected
+    return _rms(search.problem, search.coloured(r), unit)
+
+
+def held_out_error(search, fit, unit):
+    """RMS residual on recordings the numbers were not fitted to; None where nothing can be held out."""
+    if not search.folds.possible:
+        return None
+    return _rms(search.problem, search.coloured(search.folds.residuals(fit)), unit)
+
+
+def _errors(search, base, final, unit):
+    noise = search.problem.noise.position if unit == "m" else search.problem.noise.orientation
+    held = None
+    if search.folds.possible:
+        held = {"before": held_out_error(search, base, unit), "after": held_out_error(search, final, unit), "noise": noise}
+    return {"measure": "rms", "unit": unit, "held_out": held,
+            "fitted": {"before": fitted_error(search, base, unit), "after": fitted_error(search, final, unit), "noise": noise}}
+
+
+def _findings(search, fits, rounds, rivals, effects, absent, unit, adequacy):
+    """One Finding a candidate: accepted ones first, then by evidence."""
+    log_count = np.log(fits[0].count)
+    found = []
+    partners = {name: (effect, cosine) for effect, others in zip(effects, rivals, strict=True) for name, _, cosine in others}
+    for name in sorted({entry.name for entry in search.candidates}):
+        trials = [trials[name] for trials in rounds if name in trials]
+        refitted = [trial for trial in trials if trial.fit is not None]
+        best = max(refitted, key=lambda trial: trial.gain, default=None)
+        last = trials[-1] if trials else None
+        accepted = name in effects
+        same = tuple(sorted({other for members in _sets(effects, rivals) if name in members for other in members} - {name}))
+        cosines = {}
+        if name in partners:
+            cosines = {partners[name][0]: round(partners[name][1], 4)}
+        elif accepted:
+            cosines = {other: round(cosine, 4) for other, _, cosine in rivals[effects.index(name)]}
+        why = _why(name, accepted, same, best, last, effects, adequacy)
+        if best is not None:
+            fitted, held, gain = fitted_error(search, best.fit, unit), held_out_error(search, best.fit, unit), best.gain
+        else:
+            fitted, held, gain = None, None, last.linear_gain if last is not None and last.visible else None
+        evidence = None if gain is None else float(gain - len(trials[-1].candidate.free) * log_count)
+        found.append(Finding(name, fitted, held, evidence, accepted, same, why, cosines, _visible(last)))
+    found.sort(key=lambda entry: (not entry.accepted, -(entry.evidence if entry.evidence is not None else -1e9), entry.effect))
+    found += [Finding(name, None, None, None, False, (), f"not tried: {why}") for name, why in sorted(absent.items())]
+    return tuple(found)
+
+
+def _sets(effects, rivals):
+    return [[effect] + [name for name, _, _ in others] for effect, others in zip(effects, rivals, strict=True)]
+
+
+def _why(name, accepted, same, best, last, effects, adequacy):
+    """One sentence on a candidate."""
+    form = set_of(name)
+    if accepted:
+        text = f"accepted: chi2 falls by {best.gain:.0f} for a price of {best.price:.0f}"
+        if best.directions:
+            text += "; held-out error falls by " + " and ".join(f"{100 * fall:.0f} %" for fall in best.directions)
+        return text + (f"; cannot be told from {', '.join(same)}" if same else "")
+    if same:
+        label = f" ({form})" if form and any(other in SETS[form] for other in same) else ""
+        return f"does as well as {', '.join(other for other in same if other in effects)}: not to be told apart here{label}"
+    if best is not None and form and any(other in SETS[form] for other in effects):
+        return f"another form of the same law ({form}), which these data do not decide"
+    if last is not None and last.fit is not None and last.gain > last.price and last.fails:
+        return "suspected: " + "; ".join(last.fails)
+    if last is None or not last.visible:
+        return "cannot be seen in these data: what it does is absorbed by the unknown start or by what is in the model"
+    if best is not None and best.gain > best.price and not best.fails:
+        return "explained the residual too, less well than what was accepted"
+    if best is not None and best.gain > best.price:
+        return "pointed at the residual before the rest was explained: " + "; ".join(best.fails)
+    return f"not seen: chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.price:.1f}"
+
+
+def _visible(last):
+    """The smallest value of a one-number candidate these data would have shown nine times in ten."""
+    if last is None or not last.visible or len(last.candidate.free) != 1 or last.candidate.absent is None:
+        return ""
+    free = last.candidate.free[0]
+    size = (np.sqrt(last.price) + 1.28) / last.visible
+    return f"{free.name} {size:.2g}{'' if free.unit == '1' else ' ' + free.unit} from {free.null:g}"
+
+
+def unknown_noise(measurement, prepared, entries):
+    """The verdict cannot_judge, with what to record."""
+    hint = prepared.noise.hint
+    text = ("record the tracker looking at a body at rest (measurement.static), or repeat a trial from the same start, or state "
+            "measurement.noise")
+    if hint:
+        text += f"; a flexible curve through the data leaves {hint:.2g} m (rho {prepared.noise.rho:.2f}): a hint, no more"
+    return Diagnosis(kind=measurement.file.kind, title=measurement.file.title, verdict="cannot_judge", effects=(), parameters={},
+                     ambiguous=(), error={"measure": "rms", "unit": "m", "fitted": None, "held_out": None}, steps=(),
+                     adequate={"before": None, "after": None, "statistic": None, "p": None},
+                     candidates=tuple(Finding(entry.name, None, None, None, False, (), "not judged: the noise is unknown")
+                                      for entry in entries), where=(),
+                     next_experiment=identify.NextExperiment(text, (), None, {}), notes=prepared.notes,
+                     noise={"position": None, "source": "unknown", "flexible": hint})
+
+
+__all__ = ["diagnose", "diagnose_trajectories", "inference"]

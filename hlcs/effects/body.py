@@ -1,0 +1,52 @@
+"""The body is not quite what the file says: mass, size, inertia."""
+
+from dataclasses import dataclass, replace
+
+from .contract import Change, parameter
+
+
+@dataclass(frozen=True)
+class MassOffset(Change):
+    """True mass = (1 + relative) stated mass; the size is right."""
+
+    relative: float = parameter(0.0, unit="-", low=-0.05, high=0.05, null=0.0)
+    group = "body"
+
+    def setup(self, setup):
+        body = setup.body
+        factor = 1 + self.relative
+        inertia = None if body.inertia is None else tuple(factor * moment for moment in body.inertia)
+        return replace(setup, body=replace(body, mass=None if body.mass is None else factor * body.mass, inertia=inertia))
+
+
+@dataclass(frozen=True)
+class SizeError(Change):
+    """True lengths of the body = (1 + relative) stated lengths; the mass is right."""
+
+    relative: float = parameter(0.0, unit="-", low=-0.02, high=0.02, null=0.0)
+    group = "body"
+
+    def setup(self, setup):
+        body, factor = setup.body, 1 + self.relative
+        return replace(setup, body=replace(
+            body, radius=None if body.radius is None else factor * body.radius,
+            side=None if body.side is None else factor * body.side,
+            size=None if body.size is None else tuple(factor * edge for edge in body.size)))
+
+
+@dataclass(frozen=True)
+class InertiaError(Change):
+    """True principal moments = factors times the model's; what turns freely or tips tells."""
+
+    factor_x: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0)
+    factor_y: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0)
+    factor_z: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0)
+    group = "body"
+
+    def setup(self, setup):
+        from ..model import solid
+
+        moments = solid(setup.body).inertia
+        factors = (self.factor_x, self.factor_y, self.factor_z)
+        return replace(setup, body=replace(setup.body, inertia=tuple(
+            float(factor * moment) for factor, moment in zip(factors, moments, strict=True))))

@@ -1,0 +1,52 @@
+"""Candidates that are not forces: the same face as an effect of the engine, another hook.
+
+An effect of the engine adds forces, added mass or a contact law. A `Change` instead alters the set-up before the model
+runs (`setup`: the body, the surroundings, the settings) or what the camera saw of the run (`look`). Parameters carry the
+same metadata, and at its null value a change is exactly absent.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from minibullet.effects.contract import name_of, parameter, parameters
+
+from ..experiment_files import Body, Surroundings
+
+__all__ = ["Change", "Scene", "Setup", "name_of", "parameter", "parameters"]
+
+
+@dataclass(frozen=True)
+class Setup:
+    """All that a run of the model depends on, besides effects and the start."""
+
+    body: Body
+    surroundings: Surroundings
+    time_step: float = 1 / 240  # [s]
+    unknown: tuple = ()  # properties nobody stated, among "mass", "size"
+
+
+class Scene(NamedTuple):
+    """What a change of the measurement may know of B runs seen together."""
+
+    start_position: np.ndarray  # (B, 3) [m]
+    still_before: np.ndarray  # the body is known to rest until its release, boolean (B,)
+    floor_height: float | None  # [m]
+    low: float  # lowest and highest measured height of the whole experiment [m]
+    high: float
+
+
+@dataclass(frozen=True)
+class Change:
+    """Base of the candidates that are not forces; override one hook."""
+
+    group: ClassVar[str] = ""
+
+    def setup(self, setup: Setup) -> Setup:
+        """The set-up as it really was, given the nominal one."""
+        return setup
+
+    def look(self, look, scene: Scene):
+        """What was recorded, given what happened: a function times (B, n) -> (position (B, n, 3), orientation (B, n, 4))."""
+        return look

@@ -1,0 +1,123 @@
+"""What the measurement itself does to the data: frames, scales, clocks, smoothing. On the same footing as forces."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from minibullet import rotations
+
+from .contract import Change, Scene, parameter
+
+# nodes and weights of Gauss-Legendre on [-1/2, 1/2]: a moving average of a smooth motion to high order
+_NODES, _WEIGHTS = (0.5 * half for half in np.polynomial.legendre.leggauss(5))
+
+
+def _anchor(scene: Scene):
+    """The point that frames and scales leave fixed: below the start, on the floor if there is one, (B, 1, 3)."""
+    anchor = np.array(scene.start_position, dtype=float)
+    if scene.floor_height is not None:
+        anchor[:, 2] = scene.floor_height
+    return anchor[:, None, :]
+
+
+@dataclass(frozen=True)
+class TiltedFrame(Change):
+    """The camera's axes lean: recorded = R_y(angle_y) R_x(angle_x) true, so in flight it looks like tilted gravity."""
+
+    angle_x: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
+    angle_y: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
+    group = "measurement"
+
+    def look(self, look, scene):
+        turn = rotations.product(rotations.exponential(np.array([0.0, self.angle_y, 0.0])),
+                                 rotations.exponential(np.array([self.angle_x, 0.0, 0.0])))
+        anchor = _anchor(scene)
+
+        def seen(times):
+            position, orientation = look(times)
+            return anchor + rotations.rotate(turn, position - anchor), rotations.product(turn, orientation)
+        return seen
+
+
+@dataclass(frozen=True)
+class LengthScale(Change):
+    """Wrong scale of the picture: recorded lengths = factor times true lengths."""
+
+    factor: float = parameter(1.0, unit="-", low=0.9, high=1.1, null=1.0)
+    group = "measurement"
+
+    def look(self, look, scene):
+        anchor = _anchor(scene)
+
+        def seen(times):
+            position, orientation = look(times)
+            return anchor + self.factor * (position - anchor), orientation
+        return seen
+
+
+@dataclass(frozen=True)
+class TimeScale(Change):
+    """Wrong frame rate: true time = factor times stamped time since the start, so apparent accelerations scale with factor^2."""
+
+    factor: float = parameter(1.0, unit="-", low=0.95, high=1.05, null=1.0)
+    group = "measurement"
+
+    def look(self, look, scene):
+        return lambda times: look(self.factor * times)
+
+
+@dataclass(frozen=True)
+class ClockOffset(Change):
+    """Late release or early trigger: the motion starts `offset` after its stamp; a body known to rest waits until then."""
+
+    offset: float = parameter(0.0, unit="s", low=-0.3, high=0.3, null=0.0)
+    group = "measurement"
+
+    def look(self, look, scene):
+        def seen(times):
+            late = times - self.offset
+            return look(np.where(scene.still_before[:, None], np.maximum(late, 0.0), late))
+        return seen
+
+
+@dataclass(frozen=True)
+class CalibrationCurve(Change):
+    """The scale of height is not uniform: recorded z = z + sum c_k T_k(u), T_k the Chebyshev polynomials.
+
+    u runs from -1 at the lowest to 1 at the highest recorded height, so c_1 .. c_5 are amplitudes in metres.
+    """
+
+    c_1: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
+    c_2: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
+    c_3: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
+    c_4: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
+    c_5: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
+    group = "measurement"
+    relative_bound = 0.05  # the correction stays below this part of the range of heights
+
+    def look(self, look, scene):
+        half = max((scene.high - scene.low) / 2, 1e-9)
+        coefficients = [0.0, self.c_1, self.c_2, self.c_3, self.c_4, self.c_5]
+
+        def seen(times):
+            position, orientation = look(times)
+            u = np.clip((position[..., 2] - (scene.high + scene.low) / 2) / half, -1.2, 1.2)
+            position = position.copy()
+            position[..., 2] += np.polynomial.chebyshev.chebval(u, coefficients)
+            return position, orientation
+        return seen
+
+
+@dataclass(frozen=True)
+class TrackerSmoothing(Change):
+    """The tracker averages over a window: recorded = mean of the motion over [t - window/2, t + window/2]."""
+
+    window: float = parameter(0.0, unit="s", low=0.0, high=0.2, null=0.0)
+    group = "measurement"
+
+    def look(self, look, scene):
+        def seen(times):
+            here, orientation = look(times)
+            mean = sum(weight * look(times + node * self.window)[0] for node, weight in zip(_NODES, _WEIGHTS, strict=True))
+            return (mean if self.window > 0 else here), orientation
+        return seen

@@ -1,0 +1,338 @@
+"""Experiment files: the TOML a user writes, checked key by key, as frozen records.
+
+Every complaint is one line that names the file, the line, the key and the remedy. Numbers are SI; paths are relative
+to the file. The recordings themselves are read and checked by `hlcs.measurement`.
+"""
+
+import difflib
+import re
+import tomllib
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from minibullet.errors import InputError
+
+SECTIONS = {
+    "": ["kind", "title", "body", "surroundings", "model", "measurement", "diagnose", "trial", "placement"],
+    "body": ["shape", "radius", "size", "side", "mesh", "mass", "inertia"],
+    "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "floor", "friction", "restitution"],
+    "surroundings.floor": ["height", "normal"],
+    "model": ["effects", "time_step"],
+    "measurement": ["noise", "static", "file"],
+    "measurement.noise": ["position", "orientation", "outcome", "fall_time_s", "rebound_height_m", "stop_distance_m",
+                          "slide_time_s", "rest_height_m"],
+    "diagnose": ["candidates", "hold_out"],
+    "trial": ["file", "group", "start"],
+    "trial.start": ["position", "orientation", "velocity", "angular_velocity"],
+}
+SECTIONS["trial"] += SECTIONS["body"] + SECTIONS["surroundings"]
+KINDS = ("trajectory", "outcomes", "layers")
+SHAPES = {"sphere": "radius", "box": "size", "cubipod": "side", "mesh": "mesh"}
+START_LENGTHS = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}
+
+
+@dataclass(frozen=True)
+class Body:
+    """What was dropped, slid, rolled or thrown. None = not stated."""
+
+    shape: str = "sphere"
+    radius: float | None = None  # of a sphere [m]
+    size: tuple[float, ...] | None = None  # edge lengths of a box [m]
+    side: float | None = None  # cube side of a Cubipod [m]
+    mesh: str | None = None  # path of a mesh file
+    mass: float | None = None  # [kg]
+    inertia: tuple[float, ...] | None = None  # principal moments, body axes [kg m2]
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What the body moves in and on."""
+
+    gravity: float = 9.81  # downwards [m/s2]
+    fluid_density: float = 0.0  # 0 = none [kg/m3]
+    fluid_viscosity: float = 0.0  # [Pa s]
+    floor_height: float | None = None  # None = no floor; distance of the plane from the origin along its normal [m]
+    floor_normal: tuple[float, ...] = (0.0, 0.0, 1.0)
+    friction: float = 0.5  # of the pair [-]
+    restitution: float = 0.0  # [-]
+
+
+@dataclass(frozen=True)
+class TrialEntry:
+    """One [[trial]] of the file: where its recording lies and what is known of its start."""
+
+    file: Path
+    group: str
+    body: Body
+    surroundings: Surroundings
+    start: dict = field(default_factory=dict)  # position [m], orientation (w, x, y, z), velocity [m/s], angular_velocity [rad/s]
+
+
+@dataclass(frozen=True)
+class ExperimentFile:
+    """An experiment file, read and checked; nothing of the recordings yet."""
+
+    path: Path
+    kind: str
+    title: str
+    body: Body
+    surroundings: Surroundings
+    effects: tuple[dict, ...]  # entries of [model] effects: name and parameters
+    time_step: float  # [s]
+    noise: dict  # stated one-sigma values, may be empty
+    static: Path | None
+    data_file: Path | None  # outcomes and layers
+    candidates: tuple[str, ...] | None
+    hold_out: str
+    trials: tuple[TrialEntry, ...]
+    placement: dict  # kind "layers" only, as written
+
+
+class _Reader:
+    """The text of the file beside its values, so that complaints can name the line."""
+
+    def __init__(self, path):
+        self.path = Path(path)
+        try:
+            self.text = self.path.read_text(encoding="utf-8")
+        except OSError as problem:
+            why = problem.strerror or problem
+            raise InputError(f"{self.path}: cannot be read ({why}); give the path of an experiment file") from None
+        except UnicodeDecodeError:
+            raise InputError(f"{self.path}: is not text; give the path of an experiment file in TOML") from None
+        try:
+            self.values = tomllib.loads(self.text)
+        except tomllib.TOMLDecodeError as problem:
+            raise InputError(f"{self.path}: not valid TOML: {problem}") from None
+
+    def line_of(self, key, section="", index=None):
+        """Line number (from 1) where the key stands in its section, by a search of the text; None where not found."""
+        lines, current, count = self.text.splitlines(), "", -1
+        pattern = re.compile(rf"(^|[\s{{,.\[])[\"']?{re.escape(key)}[\"']?\s*[=\].]")
+        fallback = None
+        for number, line in enumerate(lines, start=1):
+            bare = line.split("#", 1)[0]
+            header = re.match(r"\s*\[\[?\s*([^\]]+?)\s*\]\]?\s*$", bare)
+            if header and "=" not in bare:
+                current = header.group(1)
+                count += bare.strip().startswith("[[")
+            if pattern.search(bare):
+                fallback = fallback or number
+                if section.startswith(current) and (current or not section) and (index is None or count == index):
+                    return number
+        return fallback
+
+    def fail(self, key, what, section="", index=None):
+        """Raise the one-line complaint about a key."""
+        line = self.line_of(key, section, index)
+        where = f"{self.path}" + (f", line {line}" if line else "")
+        name = f"{section}.{key}" if section else key
+        raise InputError(f"{where}: {name}: {what}")
+
+    def known(self, table, section, index=None):
+        """Refuse keys that the section does not know, with the nearest that it does."""
+        if not isinstance(table, dict):
+            parent, _, name = section.rpartition(".")
+            self.fail(name, "must be a table", parent, index)
+        for key in table:
+            if key not in SECTIONS[section]:
+                near = difflib.get_close_matches(key, SECTIONS[section], n=1, cutoff=0.0)
+                self.fail(key, f"unknown key; the nearest known key is '{near[0]}'", section, index)
+
+    def number(self, table, key, section, *, low=None, high=None, above=None, default=None, index=None):
+        """A finite number within bounds, or the default where the key is left out."""
+        if key not in table:
+            return default
+        value = table[key]
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            self.fail(key, f"must be a finite number, got {value!r}", section, index)
+        if above is not None and not value > above:
+            self.fail(key, f"must be greater than {above:g}, got {value:g}", section, index)
+        if (low is not None and value < low) or (high is not None and value > high):
+            bounds = f"at least {low:g}" if high is None else f"between {low:g} and {high:g}"
+            self.fail(key, f"must be {bounds}, got {value:g}; units are SI (m, kg, s, rad)", section, index)
+        return float(value)
+
+    def vector(self, table, key, section, length, *, above=None, index=None):
+        """`length` finite numbers as a tuple, or None where the key is left out."""
+        if key not in table:
+            return None
+        value = table[key]
+        good = isinstance(value, list) and len(value) == length and all(
+            isinstance(v, int | float) and not isinstance(v, bool) and np.isfinite(v) for v in value)
+        if not good:
+            self.fail(key, f"must be {length} finite numbers, got {value!r}", section, index)
+        if above is not None and min(value) <= above:
+            self.fail(key, f"every component must be greater than {above:g}, got {value!r}", section, index)
+        return tuple(float(v) for v in value)
+
+    def words(self, table, key, section, allowed=None, default=None, index=None):
+        """A string, perhaps one of a few."""
+        if key not in table:
+            return default
+        value = table[key]
+        if not isinstance(value, str):
+            self.fail(key, f"must be text, got {value!r}", section, index)
+        if allowed and value not in allowed:
+            near = difflib.get_close_matches(value, allowed, n=1, cutoff=0.0)
+            self.fail(key, f"'{value}' is not one of {', '.join(allowed)}; nearest: '{near[0]}'", section, index)
+        return value
+
+
+def read_experiment_file(path):
+    """Read and check an experiment file; raises InputError naming file, line, key, value and remedy."""
+    reader = _Reader(path)
+    values = reader.values
+    reader.known(values, "")
+    if "kind" not in values:
+        raise InputError(f"{reader.path}: kind is missing; add kind = \"trajectory\", \"outcomes\" or \"layers\"")
+    kind = reader.words(values, "kind", "", KINDS)
+    for section in ("body", "surroundings", "model", "measurement", "diagnose"):
+        reader.known(values.get(section, {}), section)
+    body = _body(reader, values.get("body", {}), "body", Body())
+    surroundings = _surroundings(reader, values.get("surroundings", {}), "surroundings", Surroundings())
+    model, measurement, diagnose = values.get("model", {}), values.get("measurement", {}), values.get("diagnose", {})
+    trials = tuple(_trial(reader, entry, index, body, surroundings) for index, entry in enumerate(_trial_list(reader, values)))
+    if kind == "trajectory" and not trials:
+        raise InputError(f"{reader.path}: no [[trial]]; add one [[trial]] with file = \"....csv\" for each recording")
+    if kind != "trajectory" and "file" not in measurement:
+        raise InputError(f"{reader.path}: measurement.file is missing; \"{kind}\" needs file = \"....csv\" in [measurement]")
+    folder = reader.path.parent
+    return ExperimentFile(
+        path=reader.path, kind=kind, title=reader.words(values, "title", "", default=reader.path.stem), body=body,
+        surroundings=surroundings, effects=_effect_entries(reader, model), noise=_noise(reader, measurement),
+        time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1, default=1 / 240),
+        static=_path(reader, folder, measurement, "static", "measurement"),
+        data_file=_path(reader, folder, measurement, "file", "measurement"), candidates=_candidates(reader, diagnose),
+        hold_out=reader.words(diagnose, "hold_out", "diagnose", ("group", "none", "campaign", "grid"), default="group"),
+        trials=trials, placement=dict(values.get("placement", {})))
+
+
+def _path(reader, folder, table, key, section):
+    value = reader.words(table, key, section)
+    if value is None:
+        return None
+    path = folder / value
+    if not path.is_file():
+        reader.fail(key, f"file '{value}' is not there (looked for {path})", section)
+    return path
+
+
+def _trial_list(reader, values):
+    trials = values.get("trial", [])
+    if not isinstance(trials, list) or not all(isinstance(entry, dict) for entry in trials):
+        reader.fail("trial", "must be written as [[trial]] tables, one for each recording")
+    return trials
+
+
+def _body(reader, table, section, base, index=None):
+    numbers = {key: reader.number(table, key, section, above=0.0, index=index) for key in ("radius", "side", "mass")}
+    changes = {key: value for key, value in numbers.items() if value is not None}
+    for key in ("size", "inertia"):
+        value = reader.vector(table, key, section, 3, above=0.0, index=index)
+        changes |= {} if value is None else {key: value}
+    for key, allowed in (("shape", tuple(SHAPES)), ("mesh", None)):
+        value = reader.words(table, key, section, allowed, index=index)
+        changes |= {} if value is None else {key: value}
+    if "mesh" in changes:
+        mesh = reader.path.parent / changes["mesh"]
+        if not mesh.is_file():
+            reader.fail("mesh", f"file '{changes['mesh']}' is not there (looked for {mesh})", section, index)
+        changes["mesh"] = str(mesh)
+    body = replace(base, **changes)
+    for shape, key in SHAPES.items():
+        if key in changes and shape != body.shape:
+            reader.fail(key, f"belongs to shape \"{shape}\", but the shape is \"{body.shape}\"", section, index)
+    if body.inertia:
+        a, b, c = sorted(body.inertia)
+        if a + b < c * (1 - 1e-9):
+            reader.fail("inertia", f"no solid has principal moments {list(body.inertia)}: the largest exceeds the sum of the "
+                        "others", section, index)
+    _check_density(reader, body, table, section, index)
+    return body
+
+
+def _check_density(reader, body, table, section, index):
+    volume = {"sphere": lambda: 4 / 3 * np.pi * body.radius**3, "box": lambda: float(np.prod(body.size)),
+              "cubipod": lambda: body.side**3}.get(body.shape)
+    if volume is None or body.mass is None or getattr(body, SHAPES[body.shape]) is None:
+        return
+    density = body.mass / volume()
+    if not 0.02 <= density <= 30000.0:
+        key = "mass" if "mass" in table else SHAPES[body.shape]
+        reader.fail(key, f"mass and size give a density of {density:.3g} kg/m3, which no body has; units are kg and m "
+                         "(not g, mm or cm)", section, index)
+
+
+def _surroundings(reader, table, section, base, index=None):
+    bounds = {"gravity": dict(low=0.0, high=300.0), "fluid_density": dict(low=0.0, high=25000.0),
+              "fluid_viscosity": dict(low=0.0, high=1e4), "friction": dict(low=0.0, high=10.0),
+              "restitution": dict(low=0.0, high=1.0)}
+    numbers = {key: reader.number(table, key, section, index=index, **limit) for key, limit in bounds.items()}
+    changes = {key: value for key, value in numbers.items() if value is not None}
+    if "floor" in table:
+        floor = table["floor"]
+        reader.known(floor, "surroundings.floor", index)
+        normal = reader.vector(floor, "normal", f"{section}.floor", 3, index=index) or (0.0, 0.0, 1.0)
+        length = float(np.linalg.norm(normal))
+        if not length > 0:
+            reader.fail("normal", "has zero length; give a direction such as [0, 0, 1]", f"{section}.floor", index)
+        changes["floor_height"] = reader.number(floor, "height", f"{section}.floor", default=0.0, index=index)
+        changes["floor_normal"] = tuple(component / length for component in normal)
+    return replace(base, **changes)
+
+
+def _trial(reader, entry, index, body, surroundings):
+    for part in ("body", "surroundings"):  # overrides may stand in sub-tables or beside the file name
+        if isinstance(entry.get(part), dict):
+            reader.known(entry[part], part, index)
+            entry = {**{key: value for key, value in entry.items() if key != part}, **entry[part]}
+    reader.known(entry, "trial", index)
+    if "file" not in entry:
+        raise InputError(f"{reader.path}: [[trial]] number {index + 1} has no file; add file = \"....csv\"")
+    name = reader.words(entry, "file", "trial", index=index)
+    file = reader.path.parent / name
+    if not file.is_file():
+        reader.fail("file", f"file '{name}' is not there (looked for {file})", "trial", index)
+    group = entry.get("group", name)
+    if not isinstance(group, str | int | float):
+        reader.fail("group", f"must be a name, got {group!r}", "trial", index)
+    given = entry.get("start", {})
+    reader.known(given, "trial.start", index)
+    start = {key: reader.vector(given, key, "trial.start", length, index=index)
+             for key, length in START_LENGTHS.items() if key in given}
+    if "orientation" in start and abs(np.linalg.norm(start["orientation"]) - 1) > 1e-2:
+        reader.fail("orientation", f"must be a unit quaternion (w, x, y, z), got {list(start['orientation'])}",
+                    "trial.start", index)
+    return TrialEntry(file=file, group=str(group), start=start, body=_body(reader, entry, "trial", body, index),
+                      surroundings=_surroundings(reader, entry, "trial", surroundings, index))
+
+
+def _effect_entries(reader, model):
+    entries = model.get("effects", [])
+    if not isinstance(entries, list):
+        reader.fail("effects", "must be a list such as [{ name = \"quadratic_drag\", drag_coefficient = 0.47 }]", "model")
+    entries = [{"name": entry} if isinstance(entry, str) else entry for entry in entries]
+    for entry in entries:
+        if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
+            reader.fail("effects", f"every entry needs a name, got {entry!r}", "model")
+    return tuple(dict(entry) for entry in entries)
+
+
+def _noise(reader, measurement):
+    noise = measurement.get("noise", {})
+    if isinstance(noise, int | float) and not isinstance(noise, bool):
+        noise = {"outcome": noise}
+    reader.known(noise, "measurement.noise")
+    return {key: reader.number(noise, key, "measurement.noise", above=0.0) for key in noise}
+
+
+def _candidates(reader, diagnose):
+    names = diagnose.get("candidates")
+    if names is None:
+        return None
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        reader.fail("candidates", f"must be a list of effect names, got {names!r}", "diagnose")
+    return tuple(names)

@@ -1,0 +1,312 @@
+"""Fitting the model to recordings: whitened residuals, one unknown start per recording, Gauss-Newton through the simulator.
+
+Shared numbers (the parameters of effects) and starts are refined together; the starts are then projected out, so that
+everything downstream sees, per recording, a white residual and white signatures with the freedom of the start removed.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from minibullet import rotations
+
+from . import inference
+from .model import Model, Shots
+
+CHANNELS = ("x", "y", "z", "rx", "ry", "rz")
+STEPS = np.array([1e-4] * 3 + [1e-3] * 3 + [1e-4] * 3 + [1e-3] * 3)  # differences of a start: m, m/s, rad, rad/s
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Which numbers of one trial are observations, sorted by channel and time."""
+
+    channel: np.ndarray  # 0-2 position, 3-5 rotation (n,)
+    sample: np.ndarray  # row of the trial (n,)
+    times: np.ndarray  # (n,) [s]
+    links: inference.Chain
+    unknown: tuple[int, ...]  # which of the 12 numbers of the start are fitted
+
+
+@dataclass(frozen=True)
+class Linear:
+    """The problem around one point: per recording white residuals r, start columns N, parameter columns S (all n_i rows)."""
+
+    raw: list  # residuals in units of the channels
+    r: list
+    n: list
+    s: list
+
+    @cached_property
+    def bases(self):
+        """Orthonormal bases of the start columns."""
+        return [inference.basis(columns) for columns in self.n]
+
+    @cached_property
+    def projected(self):
+        """(residuals, signatures) with the starts projected out."""
+        return ([inference.project_out(q, r) for q, r in zip(self.bases, self.r, strict=True)],
+                [inference.project_out(q, s) for q, s in zip(self.bases, self.s, strict=True)])
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model."""
+
+    model: Model
+    starts: np.ndarray  # (trials, 13)
+    linear: Linear
+    estimate: np.ndarray  # of the free numbers of model.terms, in order (p,)
+    covariance: np.ndarray  # for the stated noise (p, p)
+    at_bound: tuple[bool, ...]
+
+    @cached_property
+    def losses(self):
+        """chi2 of each recording, starts projected out (trials,)."""
+        return np.array([float(r @ r) for r in self.linear.projected[0]])
+
+    @property
+    def chi2(self):
+        """Sum of squares of the whitened residuals."""
+        return float(self.losses.sum())
+
+    @cached_property
+    def count(self):
+        """Number of observations."""
+        return sum(len(r) for r in self.linear.r)
+
+    @cached_property
+    def freedom(self):
+        """Observations less fitted numbers."""
+        return max(self.count - sum(q.shape[1] for q in self.linear.bases) - len(self.estimate), 1)
+
+
+class Problem:
+    """Trials, their noise, and the simulator that predicts them."""
+
+    def __init__(self, trials, noise, shots: Shots):
+        self.trials, self.noise, self.shots = tuple(trials), noise, shots
+        self.dropped = [np.zeros((len(trial.times), 6), bool) for trial in self.trials]
+        self.recordings = [self._recording(k) for k in range(len(self.trials))]
+
+    def _recording(self, index):
+        trial, noise = self.trials[index], self.noise
+        there = np.concatenate([np.isfinite(trial.position), np.repeat(np.isfinite(trial.orientation[:, :1]), 3, axis=1)], axis=1)
+        there &= ~self.dropped[index]
+        if noise.orientation is None:
+            there[:, 3:] = False
+        if noise.position is None:
+            there[:, :3] = False
+        channel, sample = np.nonzero(there.T)
+        sigma = np.where(channel < 3, noise.position or 1.0, noise.orientation or 1.0)
+        rho = np.where(channel < 3, noise.rho, noise.rho_orientation)
+        times = trial.times[sample]
+        known = [("position" in trial.start)] * 3 + [("velocity" in trial.start)] * 3 + [("orientation" in trial.start)] * 3 + [
+            ("angular_velocity" in trial.start)] * 3
+        measured = there.any(axis=0)
+        seen = [measured[0], measured[1], measured[2]] * 2 + [measured[3]] * 6
+        unknown = tuple(k for k in range(12) if seen[k] and not known[k])
+        return Recording(channel, sample, times, inference.chain(channel, times, sigma, rho, noise.step), unknown)
+
+    def drop(self, flags):
+        """Leave isolated samples out, for every model alike: flags is a list of (n, 6) booleans."""
+        self.dropped = [old | new for old, new in zip(self.dropped, flags, strict=True)]
+        self.recordings = [self._recording(k) for k in range(len(self.trials))]
+
+    # --- residuals ------------------------------------------------------------------------------------------------------------
+
+    def residual(self, index, answer):
+        """Measured - model for one recording, (n_obs,) [m, rad]."""
+        trial, recording = self.trials[index], self.recordings[index]
+        position, orientation = answer
+        table = np.empty((len(trial.times), 6))
+        table[:, :3] = trial.position - position
+        if (recording.channel >= 3).any():
+            measured = np.nan_to_num(trial.orientation)
+            table[:, 3:] = rotations.logarithm(rotations.product(measured, rotations.conjugate(orientation)))
+        return table[recording.sample, recording.channel]
+
+    def guess(self):
+        """Starts read off the first samples, (trials, 13); what the file states is taken from there."""
+        starts = np.zeros((len(self.trials), 13))
+        starts[:, 6] = 1.0
+        for k, trial in enumerate(self.trials):
+            t0 = self.shots.start_time[k]
+            for axis in range(3):
+                there = np.flatnonzero(np.isfinite(trial.position[:, axis]))
+                if len(there) == 0:
+                    continue
+                first = there[:max(4, min(9, len(there) // 3))]
+                t = trial.times[first] - t0
+                fall = -0.5 * trial.surroundings.gravity * t**2 if axis == 2 and trial.surroundings.floor_height is None else 0.0
+                slope, level = np.polyfit(t, trial.position[first, axis] - fall, 1)
+                starts[k, axis], starts[k, 3 + axis] = level, slope
+            there = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
+            if len(there) >= 2:
+                a, b = there[0], there[min(5, len(there) - 1)]
+                turns = rotations.logarithm(rotations.product(trial.orientation[there[1:b + 1]],
+                                                              rotations.conjugate(trial.orientation[there[:b]])))
+                spin = np.mean(turns / np.diff(trial.times[there[:b + 1]])[:, None], axis=0) if b >= 1 else np.zeros(3)
+                starts[k, 10:13] = spin
+                back = rotations.exponential(-spin * (trial.times[a] - t0))
+                starts[k, 6:10] = rotations.product(back, trial.orientation[a])
+            for name, place in (("position", slice(0, 3)), ("velocity", slice(3, 6)), ("orientation", slice(6, 10)),
+                                ("angular_velocity", slice(10, 13))):
+                if name in trial.start:
+                    starts[k, place] = trial.start[name]
+        return starts
+
+    @staticmethod
+    def shifted(start, number, amount):
+        """A start (13,) with one of its 12 numbers changed."""
+        start = start.copy()
+        if number < 6:
+            start[number] += amount
+        elif number < 9:
+            start[6:10] = rotations.product(rotations.exponential(amount * np.eye(3)[number - 6]), start[6:10])
+        else:
+            start[number + 1] += amount
+        return start
+
+    def residuals(self, model, starts):
+        """Raw residuals of every recording, list of (n_i,)."""
+        answers = self.shots.simulate(model, starts, np.arange(len(self.trials)))
+        return [self.residual(k, answer) for k, answer in enumerate(answers)]
+
+    def signature(self, model, starts, plus, minus=None, distance=1.0):
+        """White change of the observations from `minus` (default: the model) to `plus`, per unit distance, list of (n_i,)."""
+        first = self.residuals(minus if minus is not None else model, starts)
+        second = self.residuals(plus, starts)
+        return [inference.whiten(recording.links, (a - b) / distance)
+                for recording, a, b in zip(self.recordings, first, second, strict=True)]
+
+    def linearise(self, model, starts, terms=True):
+        """Linear at this point; `terms` False leaves the parameter columns out."""
+        rows, owner = [starts], [np.arange(len(self.trials))]
+        for k, recording in enumerate(self.recordings):
+            for number in recording.unknown:
+                rows.append(self.shifted(starts[k], number, STEPS[number] * self.difference)[None])
+                owner.append(np.array([k]))
+        owner = np.concatenate(owner)
+        answers = self.shots.simulate(model, np.concatenate(rows), owner)
+        raw = [self.residual(k, answers[k]) for k in range(len(self.trials))]
+        place, n = len(self.trials), []
+        for k, recording in enumerate(self.recordings):
+            columns = []
+            for number in recording.unknown:
+                columns.append((raw[k] - self.residual(k, answers[place])) / (STEPS[number] * self.difference))
+                place += 1
+            n.append(inference.whiten(recording.links, np.column_stack(columns)) if columns else np.zeros((len(raw[k]), 0)))
+        r = [inference.whiten(recording.links, part) for recording, part in zip(self.recordings, raw, strict=True)]
+        s = [[] for _ in self.trials]
+        if terms:
+            for plus, distance in self._parameter_steps(model):
+                for k, residual in enumerate(self.residuals(plus, starts)):
+                    s[k].append(inference.whiten(self.recordings[k].links, (raw[k] - residual) / distance))
+        s = [np.column_stack(columns) if columns else np.zeros((len(raw[k]), 0)) for k, columns in enumerate(s)]
+        return Linear(raw, r, n, s)
+
+    @property
+    def difference(self):
+        """Size of finite differences relative to the smooth case: contacts need wider ones."""
+        return 10.0 if self.shots.contact else 1.0
+
+    def _parameter_steps(self, model):
+        """[(model with one number moved a little, by how much)] for every free number."""
+        found = []
+        for index, term in enumerate(model.terms):
+            for free in term.candidate.free:
+                value = term.numbers[free.name]
+                amount = parameter_step(free, value) * self.difference
+                if value + amount > free.high:
+                    amount = -amount
+                moved = term.at(term.numbers | {free.name: value + amount})
+                found.append((Model(model.terms[:index] + (moved,) + model.terms[index + 1:], model.fixed, model.own,
+                                    model.time_step), amount))
+        return found
+
+    # --- Gauss-Newton ---------------------------------------------------------------------------------------------------------
+
+    def fit(self, model, starts=None, iterations=12):
+        """Fit of the model's free numbers and of all starts; keeps to the bounds."""
+        starts = self.guess() if starts is None else starts.copy()
+        linear = self.linearise(model, starts)
+        loss = sum(float(r @ r) for r in linear.r)
+        frees = [(index, free) for index, term in enumerate(model.terms) for free in term.candidate.free]
+        for _ in range(iterations):
+            values = np.array([model.terms[index].numbers[free.name] for index, free in frees])
+            step, start_steps, promised = self._newton_step(linear, values, frees)
+            if promised < 0.02 + 1e-6 * loss:
+                break
+            factor = 1.0
+            while factor > 0.02:
+                trial_model = _with_values(model, frees, values + factor * step)
+                trial_starts = np.array([self._stepped(starts[k], recording.unknown, factor * start_steps[k])
+                                         for k, recording in enumerate(self.recordings)])
+                trial_raw = self.residuals(trial_model, trial_starts)
+                trial_loss = sum(float(np.sum(inference.whiten(rec.links, part) ** 2))
+                                 for rec, part in zip(self.recordings, trial_raw, strict=True))
+                if trial_loss < loss:
+                    break
+                factor *= 0.35
+            else:
+                break
+            model, starts = trial_model, trial_starts
+            linear = self.linearise(model, starts)
+            gained, loss = loss - trial_loss, trial_loss
+            if gained < 0.02 + 1e-6 * loss:
+                break
+        return self.finished(model, starts, linear, frees)
+
+    def finished(self, model, starts, linear, frees):
+        """The Fit at this point, with covariance of the free numbers."""
+        values = np.array([model.terms[index].numbers[free.name] for index, free in frees])
+        r, s = linear.projected
+        fit = inference.least_squares(np.concatenate(s), np.concatenate(r))
+        covariance = fit.covariance if len(frees) else np.zeros((0, 0))
+        at_bound = tuple(bool(value <= free.low + 1e-6 * abs(free.high - free.low) and free.null != free.low
+                              or value >= free.high - 1e-6 * abs(free.high - free.low))
+                         for value, (_, free) in zip(values, frees, strict=True))
+        return Fit(model, starts, linear, values, covariance, at_bound)
+
+    def _newton_step(self, linear, values, frees):
+        """(step of the free numbers, list of steps of the starts, promised fall of chi2), numbers kept within bounds."""
+        r, s = linear.projected
+        r, s = np.concatenate(r), np.concatenate(s)
+        low = np.array([free.low for _, free in frees])
+        high = np.array([free.high for _, free in frees])
+        step, held = np.zeros(len(values)), np.zeros(len(values), bool)
+        for _ in range(len(values) + 1):  # numbers that would leave their bounds stop there, the rest is solved again
+            free = ~held
+            step[free] = inference.least_squares(s[:, free], r - s[:, held] @ step[held]).estimate if free.any() else 0.0
+            outside = free & ((values + step < low) | (values + step > high))
+            if not outside.any():
+                break
+            step[outside] = np.clip(values + step, low, high)[outside] - values[outside]
+            held |= outside
+        starts, promised = [], 0.0
+        for rec_r, rec_n, rec_s in zip(linear.r, linear.n, linear.s, strict=True):
+            rest = rec_r - rec_s @ step
+            move = inference.least_squares(rec_n, rest).estimate if rec_n.shape[1] else np.zeros(0)
+            starts.append(move)
+            promised += float(rec_r @ rec_r) - float(np.sum((rest - rec_n @ move) ** 2))
+        return step, starts, promised
+
+    def _stepped(self, start, unknown, move):
+        for number, amount in zip(unknown, move, strict=True):
+            start = self.shifted(start, number, amount)
+        return start
+
+
+def parameter_step(free, value):
+    """Difference for a derivative with respect to a free number."""
+    span = free.high - free.low
+    return 1e-4 * span if np.isfinite(span) and span < 1e5 else 1e-4 * max(abs(value), 1.0)
+
+
+def _with_values(model, frees, values):
+    terms = list(model.terms)
+    for (index, free), value in zip(frees, values, strict=True):
+        terms[index] = terms[index].at(terms[index].numbers | {free.name: float(np.clip(value, free.low, free.high))})
+    return Model(tuple(terms), model.fixed, model.own, model.time_step)

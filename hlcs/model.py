@@ -1,0 +1,215 @@
+"""The model under test: an experiment's settings and a list of effects in it -> what the measurement would have shown."""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from minibullet import rotations
+from minibullet.bodies import Bodies
+from minibullet.effects import Gravity, compose
+from minibullet.errors import InputError
+
+from .effects import Candidate, build, candidate, class_named
+from .effects.contract import Scene, Setup, parameters
+from .experiment_files import Body, Surroundings
+from .flight import fly
+
+
+class Solid(NamedTuple):
+    """What the laws of motion need to know of a body, in its principal axes."""
+
+    mass: float  # [kg]
+    inertia: tuple[float, float, float]  # principal moments [kg m2]
+    volume: float  # [m3]
+    area: float  # mean projected area [m2]
+    radius: float  # of the sphere of equal volume [m]
+    turn: tuple[float, ...]  # quaternion of the principal axes in body axes
+    shape: object  # minibullet shape
+
+
+@lru_cache(maxsize=4096)
+def solid(body: Body) -> Solid:
+    """Mass properties of a body; a mass or size nobody stated is taken as 1 kg and 0.05 m (and then never used by a law)."""
+    from minibullet import shapes
+
+    if body.shape == "sphere":
+        shape = shapes.Sphere(body.radius or 0.05)
+    elif body.shape == "box":
+        shape = shapes.Box(*(body.size or (0.1, 0.1, 0.1)))
+    elif body.shape == "cubipod":
+        from .armour import cubipod
+        shape = cubipod(body.side or 1.0)
+    else:
+        shape = shapes.mesh_file(body.mesh)
+    mass = body.mass or 1.0
+    moments, axes = np.linalg.eigh(shape.inertia)
+    if np.allclose(shape.inertia, np.diag(np.diag(shape.inertia)), rtol=0, atol=1e-9 * moments[-1]):
+        moments, axes = np.diag(shape.inertia), np.eye(3)
+    elif np.linalg.det(axes) < 0:
+        axes = axes * np.array([1.0, 1.0, -1.0])
+    moments = np.asarray(body.inertia) if body.inertia else moments * mass / shape.volume
+    return Solid(mass, tuple(float(m) for m in moments), shape.volume, shape.surface_area / 4,
+                 (3 * shape.volume / (4 * np.pi)) ** (1 / 3), tuple(rotations.from_matrix(axes)), shape)
+
+
+@dataclass(frozen=True)
+class Term:
+    """One effect in the model with its numbers."""
+
+    candidate: Candidate
+    values: tuple[tuple[str, float], ...]
+
+    @property
+    def name(self):
+        return self.candidate.name
+
+    @property
+    def numbers(self):
+        """The numbers as a dictionary name -> value."""
+        return dict(self.values)
+
+    def at(self, numbers):
+        """The same term with other numbers."""
+        return Term(self.candidate, tuple((key, float(value)) for key, value in numbers.items()))
+
+
+@dataclass(frozen=True)
+class Model:
+    """What is believed to happen: gravity, the floor, and these effects. A value: `with_term` makes another one."""
+
+    terms: tuple[Term, ...] = ()
+    fixed: tuple[dict, ...] = ()  # effects of the experiment file, as written
+    own: tuple[type, ...] = ()  # the user's classes, to look names up
+    time_step: float = 1 / 240  # of the model with contacts [s]
+
+    def with_term(self, term):
+        """The model with one more effect."""
+        return replace(self, terms=(*self.terms, term))
+
+    def without(self, index):
+        """The model without its term number `index`."""
+        return replace(self, terms=self.terms[:index] + self.terms[index + 1:])
+
+    def changes(self, surroundings):
+        """(effects for the engine with gravity first, changes of the set-up, changes of the look) in these surroundings."""
+        built = [build_entry(entry, surroundings, self.own) for entry in self.fixed]
+        built += [term.candidate.build(term.numbers, surroundings) for term in self.terms]
+        from minibullet.effects.contract import Effect
+
+        from .effects.contract import Change
+        acting = [effect for effect in built if isinstance(effect, Effect)]
+        changes = [change for change in built if isinstance(change, Change)]
+        gravity = Gravity(acceleration=surroundings.gravity)
+        return (compose((gravity, *acting)), [c for c in changes if type(c).setup is not Change.setup],
+                [c for c in changes if type(c).look is not Change.look])
+
+    @property
+    def names(self):
+        """Names of all effects in it."""
+        return tuple(entry["name"] for entry in self.fixed) + tuple(term.name for term in self.terms)
+
+    def __str__(self):
+        lines = ["Model: gravity" + (", " + ", ".join(self.names) if self.names else " alone")]
+        lines += [f"  {term.name}: " + ", ".join(f"{key} = {value:.4g}" for key, value in term.values) for term in self.terms]
+        return "\n".join(lines)
+
+    def to_toml(self):
+        """The [model] section of an experiment file that holds these effects."""
+        entries = [dict(entry) for entry in self.fixed] + [{"name": term.name, **term.numbers} for term in self.terms]
+        written = ["{ " + ", ".join(f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value!r}"
+                                    for key, value in entry.items()) + " }" for entry in entries]
+        return "[model]\neffects = [" + ", ".join(written) + "]\n" + f"time_step = {self.time_step!r}\n"
+
+    def run(self, trial, start, times):
+        """Positions (n, 3) and orientations (n, 4) of one trial at the times (n,), from a start (13,): x, v, q, w."""
+        trial = replace(trial, times=np.asarray(times, dtype=float))
+        shots = Shots(self, (trial,), start_time=np.array([0.0]), contact=trial.surroundings.floor_height is not None)
+        (position, orientation), = shots.simulate(self, np.asarray(start, dtype=float)[None], np.zeros(1, int))
+        return position, orientation
+
+
+def build_entry(entry, surroundings, own=()):
+    """The effect of one entry of [model] effects; InputError with the nearest known name or parameter."""
+    kind = class_named(entry["name"], own)
+    values = {key: value for key, value in entry.items() if key != "name"}
+    known = parameters(kind)
+    for key in values:
+        if key not in known:
+            raise InputError(f"model.effects: {entry['name']} has no parameter '{key}'; it has {', '.join(known)}")
+    return build(kind, values, surroundings)
+
+
+class Shots:
+    """Runs the model for trials, many perturbed starts at a time.
+
+    A start is (13,): position of the centre of mass, velocity, orientation (w, x, y, z), angular velocity, world frame, at
+    `start_time` of its trial on the trial's own clock.
+    """
+
+    def __init__(self, model, trials, start_time, contact=False, step=None):
+        self.trials = tuple(trials)
+        self.contact = contact
+        self.start_time = np.asarray(start_time, dtype=float)
+        heights = [trial.position[np.isfinite(trial.position[:, 2]), 2] for trial in self.trials]
+        heights = np.concatenate(heights) if heights else np.zeros(0)
+        self.range = (float(heights.min()), float(heights.max())) if len(heights) else (0.0, 1.0)
+        self.step = step or (model.time_step if contact else 1 / 30)
+
+    def simulate(self, model, starts, owner, time_step=None):
+        """[(position (n, 3), orientation (n, 4)) at the sample times of trials[owner[b]]] for starts (B, 13), owner (B,)."""
+        answers = [None] * len(owner)
+        for key, members in self._kinds(owner):
+            inside = np.array(members)
+            for b, answer in zip(members, self._batch(model, key, starts[inside], owner[inside], time_step), strict=True):
+                answers[b] = answer
+        return answers
+
+    def _kinds(self, owner):
+        """Runs that share surroundings go together: [(surroundings, indices)]."""
+        kinds = {}
+        for b, who in enumerate(owner):
+            kinds.setdefault(self.trials[who].surroundings, []).append(b)
+        return kinds.items()
+
+    def _batch(self, model, surroundings: Surroundings, starts, owner, time_step):
+        effects, setups, looks = model.changes(surroundings)
+        prepared = {}
+        for who in set(owner.tolist()):
+            setup = Setup(self.trials[who].body, surroundings)
+            for change in setups:
+                setup = change.setup(setup)
+            prepared[who] = setup
+        setup_surroundings = next(iter(prepared.values())).surroundings
+        solids = [solid(prepared[who].body) for who in owner]
+        samples = [self.trials[who].times - self.start_time[who] for who in owner]
+        longest = max(len(times) for times in samples)
+        times = np.stack([np.pad(t, (0, longest - len(t)), mode="edge") for t in samples])
+        step = time_step or self.step
+        duration = max(float(times.max()), step) * 1.0
+        duration += 0.06 * duration + 0.05 if looks else 0.0
+        turn = np.array([s.turn for s in solids])
+        state = Bodies(position=starts[:, :3], orientation=rotations.product(starts[:, 6:10], turn),
+                       twist=np.concatenate([starts[:, 3:6], starts[:, 10:13]], axis=1), mass=np.array([s.mass for s in solids]),
+                       inertia=np.array([s.inertia for s in solids]), volume=np.array([s.volume for s in solids]),
+                       area=np.array([s.area for s in solids]), radius=np.array([s.radius for s in solids]))
+        if self.contact:
+            from .contact_motion import touch_down
+            track = touch_down(state, [s.shape for s in solids], turn, effects, setup_surroundings, duration, step)
+        else:
+            track = fly(state, effects, duration, step)
+        track = track._replace(orientation=rotations.product(track.orientation, rotations.conjugate(turn)))
+        look = track.look
+        if looks:
+            still = np.all(starts[:, 3:6] == 0, axis=1) & np.array(["velocity" in self.trials[who].start for who in owner])
+            scene = Scene(starts[:, :3], still, surroundings.floor_height, *self.range)
+            for change in looks:
+                look = change.look(look, scene)
+        position, orientation = look(times)
+        return [(position[b, :len(t)], orientation[b, :len(t)]) for b, t in enumerate(samples)]
+
+
+def term_for(name, surroundings, numbers, own=()):
+    """A Term by name and numbers, for models written in Python."""
+    return Term(candidate(class_named(name, own), surroundings), tuple(numbers.items()))

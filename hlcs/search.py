@@ -1,0 +1,364 @@
+"""The search for what is missing: screen, refit, hold out; forward with re-tries, backward; rivals.
+
+Rules (thresholds from theory or set here, none tuned to a data set): a candidate with p numbers is accepted when the
+whitened chi2 falls by more than p log n + 6 (12 where nothing can be held out), when it predicts recordings it was not
+fitted to better than without it, when its numbers lie inside their bounds, and when the held-out error falls by 2 % or
+by 0.1 sigma. Never more than three.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import stats
+
+from minibullet.errors import InputError
+
+from . import inference
+from .candidates import blocked
+from .effects import FORMS, SETS, Candidate
+from .fit import Fit, Problem, parameter_step
+from .model import Term
+
+PRICE, PRICE_ALONE = 6.0, 12.0
+MOST_TERMS = 3
+RIVAL_MARGIN = 6.0
+FEW_RECORDINGS = 6
+REFIT_BEST = 6
+
+
+@dataclass
+class Trial_:
+    """What became of one candidate in one round."""
+
+    candidate: Candidate
+    linear_gain: float = 0.0
+    gain: float = 0.0  # fall of chi2 after the refit
+    price: float = 0.0
+    fit: Fit | None = None
+    held_out: float | None = None  # RMS over sigma on data not used
+    p: float = 1.0  # one-sided, of being no better on held-out data
+    holm: float = 1.0
+    directions: tuple[float, ...] = ()  # relative fall of the held-out error in each direction
+    falls: float = 0.0  # relative fall of the held-out error, all directions
+    falls_sigma: float = 0.0
+    fails: list = field(default_factory=list)
+    visible: float = 0.0  # norm of the projected signature: 0 = these data cannot show it
+
+
+class Folds:
+    """Two halves of the recordings, by group."""
+
+    def __init__(self, trials, hold_out):
+        groups = sorted({trial.group for trial in trials})
+        self.possible = hold_out != "none" and len(groups) >= 2
+        half = {name: index % 2 for index, name in enumerate(groups)}
+        self.side = np.array([half[trial.group] for trial in trials])
+        bodies = {}
+        for trial in trials:
+            bodies[trial.body] = bodies.get(trial.body, 0) + 1
+        self.few = min(bodies.values()) < FEW_RECORDINGS
+
+    def residuals(self, fit):
+        """White, projected residuals of every recording, numbers taken from the other half (list of (n_i,))."""
+        r, s = fit.linear.projected
+        held = [None] * len(r)
+        for side in (0, 1):
+            train = np.flatnonzero(self.side != side)
+            step = inference.least_squares(np.concatenate([s[k] for k in train]), np.concatenate([r[k] for k in train])).estimate
+            for k in np.flatnonzero(self.side == side):
+                held[k] = r[k] - s[k] @ step
+        return held
+
+
+class Search:
+    """One search over candidates on one problem."""
+
+    def __init__(self, problem: Problem, candidates, folds: Folds, progress=None):
+        self.problem, self.folds = problem, folds
+        self.candidates = sorted(candidates, key=lambda entry: entry.name)
+        self.progress = progress or (lambda text: None)
+
+    # --- one candidate --------------------------------------------------------------------------------------------------------
+
+    def screen(self, fit, entry):
+        """Linear signatures of a candidate at a fit, white and projected, list of (n_i, p); None where it cannot join."""
+        if blocked(entry, fit.model):
+            return None
+        columns = [[] for _ in fit.linear.r]
+        absent = entry.absent
+        try:
+            if absent is None:
+                plus = fit.model.with_term(Term(entry, tuple((free.name, free.start) for free in entry.free)))
+                parts = [self.problem.signature(fit.model, fit.starts, plus)]
+            else:
+                parts = []
+                for free in entry.free:
+                    if free.null is None:
+                        continue
+                    amount = parameter_step(free, free.null) * self.problem.difference
+                    amount = -amount if free.null + amount > free.high else amount
+                    plus = fit.model.with_term(Term(entry, tuple((absent | {free.name: free.null + amount}).items())))
+                    parts.append(self._moved(fit, plus, amount))
+        except InputError:
+            return None
+        for part in parts:
+            for k, column in enumerate(part):
+                columns[k].append(column)
+        return [inference.project_out(q, np.column_stack(c)) for q, c in zip(fit.linear.bases, columns, strict=True)]
+
+    def _moved(self, fit, plus, amount):
+        raw = self.problem.residuals(plus, fit.starts)
+        return [inference.whiten(rec.links, (a - b) / amount)
+                for rec, a, b in zip(self.problem.recordings, fit.linear.raw, raw, strict=True)]
+
+    def price(self, count):
+        """What a candidate with `count` numbers must gain in chi2."""
+        n = sum(len(recording.channel) for recording in self.problem.recordings)
+        return count * np.log(n) + (PRICE if self.folds.possible else PRICE_ALONE)
+
+    def refit(self, fit, entry):
+        """The fit with the candidate in, from its null value."""
+        if entry.absent is not None:
+            return self.problem.fit(fit.model.with_term(Term(entry, tuple(entry.absent.items()))), fit.starts)
+        fits = [self.problem.fit(fit.model.with_term(Term(entry, values)), fit.starts) for values in entry.starts]
+        return min(fits, key=lambda found: found.chi2)
+
+    def judge(self, before, entry, fit, trial):
+        """Fill in the held-out figures of a refitted candidate against the fit without it."""
+        trial.fit, trial.gain = fit, before.chi2 - fit.chi2
+        if not self.folds.possible:
+            return
+        r0, r1 = self.folds.residuals(before), self.folds.residuals(fit)
+        dots = spread = clustered = 0.0
+        for a, b in zip(r0, r1, strict=True):
+            difference = a - b
+            dots += float(difference @ a)
+            spread += float(difference @ difference)
+            clustered += float(difference @ b) ** 2
+        trial.p = float(stats.norm.sf(dots / np.sqrt(max(spread, clustered)))) if spread > 0 else 1.0
+        raw0, raw1 = self.coloured(r0), self.coloured(r1)
+        falls = []
+        for side in (0, 1):
+            inside = np.flatnonzero(self.folds.side == side)
+            e0, e1 = (_rms([raw[k] for k in inside]) for raw in (raw0, raw1))
+            falls.append(1 - e1 / e0)
+        trial.directions = tuple(falls)
+        e0, e1 = _rms(raw0), _rms(raw1)
+        trial.held_out, trial.falls, trial.falls_sigma = e1, 1 - e1 / e0, e0 - e1
+
+    def coloured(self, residuals):
+        """White residuals turned back into residuals in units of sigma, list of (n_i,)."""
+        return [colour(recording.links, part) for recording, part in zip(self.problem.recordings, residuals, strict=True)]
+
+    def decide(self, trials):
+        """Fill in `fails`: the rules each refitted candidate breaks."""
+        tried = [trial for trial in trials if trial.visible > 0]
+        ordered = sorted(tried, key=lambda trial: (trial.p, trial.candidate.name))
+        largest = 0.0
+        for place, trial in enumerate(ordered):  # Holm's step-down
+            largest = max(largest, min(1.0, (len(ordered) - place) * trial.p))
+            trial.holm = largest
+        for trial in tried:
+            if trial.fit is None:
+                continue
+            rest = max(trial.fit.chi2 / trial.fit.freedom, 1.0)  # what stays unexplained counts as noise
+            if trial.gain <= trial.price * rest:
+                trial.fails.append(f"its gain of {trial.gain:.1f} does not pay its price of {trial.price * rest:.1f}")
+                continue
+            if self.folds.possible:
+                if self.folds.few and min(trial.directions) <= 0.02:
+                    changes = " and ".join(f"{-100 * fall:+.0f} %" for fall in trial.directions)
+                    trial.fails.append(f"held-out error changes by {changes} in the two directions; a fall above 2 % in each is "
+                                       "needed")
+                elif not self.folds.few and trial.holm >= 0.05:
+                    trial.fails.append(f"no better on recordings it was not fitted to (p = {trial.holm:.2g} after Holm)")
+                elif trial.falls <= 0.02 and trial.falls_sigma <= 0.1:
+                    trial.fails.append(f"held-out error falls by {100 * trial.falls:.1f} % only")
+            trial.fails += self.out_of_bounds(trial)
+            if self.contradicts(trial.fit):
+                density = trial.fit.model.terms[-1].numbers["fluid_density"]
+                trial.fails.append(f"a fluid of {density:.3g} kg/m3 is not the one the file states")
+
+    def out_of_bounds(self, trial):
+        """Sentences about numbers of the newest term that lie at a bound or cannot be told from their null value."""
+        term, fit = trial.fit.model.terms[-1], trial.fit
+        count = len(term.candidate.free)
+        found = []
+        for free, at_bound in zip(term.candidate.free, fit.at_bound[-count:], strict=True):
+            if at_bound:
+                found.append(f"{free.name} = {term.numbers[free.name]:.3g} lies at the bound of what is plausible")
+        relative = getattr(term.candidate.kind, "relative_bound", None)
+        if relative:
+            low, high = self.problem.shots.range
+            size = sum(abs(value) for value in term.numbers.values())
+            if size > 2 * relative * (high - low):
+                found.append(f"a correction of {size:.2g} m is not plausible")
+        return found
+
+    # --- rounds ---------------------------------------------------------------------------------------------------------------
+
+    def round(self, fit):
+        """Every candidate tried on top of a fit: {name: Trial_}."""
+        trials = {}
+        r = np.concatenate(fit.linear.projected[0])
+        s_now = np.concatenate(fit.linear.projected[1])
+        q_now = inference.basis(s_now)
+        r = inference.project_out(q_now, r)
+        for entry in self.candidates:
+            if entry.name in fit.model.names:
+                continue
+            trial = Trial_(entry, price=self.price(len(entry.free)))
+            trials[entry.name] = trial
+            self.progress(f"screening {entry.name}")
+            signature = self.screen(fit, entry)
+            if signature is None:
+                continue
+            s = inference.project_out(q_now, np.concatenate(signature))
+            full = np.linalg.norm(np.concatenate(signature))
+            trial.visible = float(np.linalg.norm(s)) if np.linalg.norm(s) > 1e-6 * max(full, 1e-300) and full > 1e-9 else 0.0
+            if trial.visible:
+                trial.linear_gain = inference.least_squares(s, r).gain
+        ranked = sorted((trial for trial in trials.values() if trial.visible),
+                        key=lambda trial: (trial.price - trial.linear_gain, trial.candidate.name))
+        for place, trial in enumerate(ranked):
+            if trial.linear_gain > 0.6 * trial.price or place < REFIT_BEST and trial.linear_gain > 0.3 * trial.price:
+                self.progress(f"refitting {trial.candidate.name}")
+                self.judge(fit, trial.candidate, self.refit(fit, trial.candidate), trial)
+        self.decide(list(trials.values()))
+        return trials
+
+    def run(self, fit):
+        """(fits after each accepted step, rounds): forward with re-tries, then backward."""
+        fits, rounds = [fit], []
+        while True:
+            trials = self.round(fits[-1])
+            rounds.append(trials)
+            terms = fits[-1].model.terms
+            allowed = [trial for trial in trials.values() if trial.fit is not None and not trial.fails
+                       and not self._same_form(trial.candidate.name, terms)]
+            if not allowed or len(terms) >= MOST_TERMS:
+                break
+            best = max(allowed, key=lambda trial: (round(trial.gain - trial.price, 6), trial.candidate.name))
+            best = self.simplest_form(best, allowed)
+            fits.append(best.fit)
+            pruned = self.prune(fits[-1])
+            if pruned is not None:
+                fits.append(pruned)
+                if len(fits) > 2 * MOST_TERMS + 2:
+                    break
+        return fits, rounds
+
+    def contradicts(self, fit):
+        """Does the newest term deny what the file states (lift of a fluid far denser), and without mending the model?"""
+        stated, term = self.problem.trials[0].surroundings.fluid_density, fit.model.terms[-1]
+        return term.name == "buoyancy" and 0 < 2 * stated < term.numbers["fluid_density"] and fit.chi2 > 1.5 * fit.freedom
+
+    def simplest_form(self, best, allowed):
+        """Among forms of one law that all leave the model inadequate, the one with the fewest numbers."""
+        if best.fit.chi2 < 1.5 * best.fit.freedom:
+            return best
+        forms = [trial for trial in allowed if self._same_form(trial.candidate.name, (best.fit.model.terms[-1],))
+                 and trial.gain > 0.5 * best.gain]
+        return min(forms, key=lambda trial: (len(trial.candidate.free), -trial.gain), default=best)
+
+    @staticmethod
+    def _same_form(name, terms):
+        return any(name in SETS[label] and any(term.name in SETS[label] for term in terms) for label in FORMS)
+
+    def prune(self, fit):
+        """The fit without the first term whose removal costs less than its price, or None."""
+        if len(fit.model.terms) < 2:
+            return None
+        for index, term in enumerate(fit.model.terms[:-1]):
+            without = self.problem.fit(fit.model.without(index), fit.starts)
+            if without.chi2 - fit.chi2 < self.price(len(term.candidate.free)):
+                return without
+        return None
+
+    # --- rivals ---------------------------------------------------------------------------------------------------------------
+
+    def rivals(self, fit, inflation):
+        """For every term of the final fit: [(name, fit with it in place of the term)] that these data cannot rule out.
+
+        inflation: chi2 per degree of freedom where the final model is not adequate (else 1); differences smaller than
+        what stays unexplained decide nothing.
+        """
+        found = []
+        for index, term in enumerate(fit.model.terms):
+            without = self.problem.fit(fit.model.without(index), fit.starts)
+            r = np.concatenate(without.linear.projected[0])
+            q_now = inference.basis(np.concatenate(without.linear.projected[1]))
+            r = inference.project_out(q_now, r)
+            mine = without.chi2 - fit.chi2 - len(term.candidate.free) * self._log_count()
+            keep = []
+            for entry in self.candidates:
+                if entry.name in fit.model.names:
+                    continue
+                signature = self.screen(without, entry)
+                if signature is None:
+                    continue
+                s = inference.project_out(q_now, np.concatenate(signature))
+                same_form = self._same_form(entry.name, (term,))
+                linear = inference.least_squares(s, r).gain
+                if linear < 0.5 * (mine - RIVAL_MARGIN * inflation) and not same_form:
+                    continue
+                self.progress(f"rival {entry.name}")
+                other = self.refit(without, entry)
+                gain = without.chi2 - other.chi2 - len(entry.free) * self._log_count()
+                trial = Trial_(entry, fit=other)
+                if self.out_of_bounds(trial) or self.contradicts(other):
+                    continue
+                close = mine - gain <= RIVAL_MARGIN * inflation and gain > 0
+                cosine = inference.cosine(self._own_columns(fit, index), self._own_columns(other, -1))
+                if same_form and inflation > 1 and cosine > 0.9 and gain > 0.5 * mine:
+                    close = True  # a form is not decided by differences smaller than what stays unexplained
+                if inflation > 1 and not self._holds_out(without, other):
+                    continue
+                if close and not self._beaten(fit, other, inflation):
+                    keep.append((entry.name, other, cosine))
+            found.append(keep)
+        return found
+
+    def _log_count(self):
+        return np.log(sum(len(recording.channel) for recording in self.problem.recordings))
+
+    def _holds_out(self, before, other):
+        """Does the newest term of `other` lower the held-out error, in each direction where recordings are few?"""
+        if not self.folds.possible:
+            return True
+        trial = Trial_(other.model.terms[-1].candidate)
+        self.judge(before, None, other, trial)
+        return (min(trial.directions) if self.folds.few else trial.falls) > 0.02
+
+    def _beaten(self, fit, other, inflation):
+        """Is `other` worse than `fit` on held-out data at p < 0.01, with the unexplained rest counted as noise?"""
+        if not self.folds.possible or inflation > 1:
+            return False
+        trial = Trial_(fit.model.terms[-1].candidate)
+        self.judge(other, None, fit, trial)
+        return trial.p < 0.01 and other.chi2 - fit.chi2 > 1.0
+
+    @staticmethod
+    def _own_columns(fit, index):
+        """Projected signature of one term of a fit, all recordings in one column (n, p)."""
+        counts = [len(term.candidate.free) for term in fit.model.terms]
+        index = index % len(counts)
+        start = sum(counts[:index])
+        columns = np.concatenate(fit.linear.projected[1])
+        others = np.delete(columns, np.arange(start, start + counts[index]), axis=1)
+        return inference.project_out(inference.basis(others), columns[:, start:start + counts[index]])
+
+
+def colour(links, white):
+    """The inverse of whitening, in units of sigma: (n,) -> (n,)."""
+    sigma = links.scale / np.sqrt(np.maximum(1 - links.decay**2, 1e-12))
+    values = links.scale * white
+    for k, before in enumerate(links.previous):
+        if before >= 0:
+            values[k] += links.decay[k] * values[before]
+    return values / sigma
+
+
+def _rms(parts):
+    total = np.concatenate(parts)
+    return float(np.sqrt(np.mean(total**2)))

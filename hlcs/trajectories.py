@@ -1,0 +1,156 @@
+"""From the recordings of an experiment file to a fitted model: the problem set up, the noise known, odd samples set aside."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from minibullet import rotations
+
+from . import inference
+from .fit import CHANNELS, Fit, Problem
+from .measurement import Measurement
+from .model import Model, Shots, solid
+from .noise import Noise, estimate_noise
+
+FINEST = 1 / 2000  # no step is halved below this [s]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A trajectory experiment ready to be compared or diagnosed."""
+
+    measurement: Measurement
+    noise: Noise
+    problem: Problem | None  # None where the noise is unknown
+    base: Fit | None
+    contact: bool
+    notes: tuple[str, ...]
+    numerics: float = 0.0  # RMS change of the prediction when the step is halved, in sigma
+
+
+def start_times(trials):
+    """The moment each stated or fitted start belongs to, (trials,) [s].
+
+    Time zero of the recording where something of the start is stated and the first sample follows within ten steps
+    (dropped first frames); otherwise the first sample.
+    """
+    found = []
+    for trial in trials:
+        first, step = trial.times[0], float(np.median(np.diff(trial.times)))
+        at_zero = bool(trial.start) and 0 <= first <= 10 * step
+        found.append(0.0 if at_zero else first)
+    return np.array(found)
+
+
+def touches(trials, noise):
+    """Does any body come near its floor in these data?"""
+    for trial in trials:
+        if trial.surroundings.floor_height is None:
+            continue
+        shape = solid(trial.body).shape
+        there = np.isfinite(trial.position).all(axis=1)
+        if not there.any():
+            there = np.isfinite(trial.position[:, 2])
+        position = np.nan_to_num(trial.position[there])
+        gap = position @ np.asarray(trial.surroundings.floor_normal) - trial.surroundings.floor_height - shape.bounding_radius
+        if gap.min() < 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius:
+            return True
+    return False
+
+
+def prepare(measurement: Measurement, own=()):
+    """Noise, problem and the fit of the model under test."""
+    noise = estimate_noise(measurement)
+    notes = list(measurement.notes) + list(noise.notes)
+    trials = measurement.trials
+    contact = touches(trials, noise)
+    if noise.position is None and noise.orientation is None:
+        return Prepared(measurement, noise, None, None, contact, tuple(notes))
+    model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
+    for trial in trials[:1]:
+        model.changes(trial.surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
+    problem = Problem(trials, noise, Shots(model, trials, start_times(trials), contact))
+    base = problem.fit(model)
+    flags, found = [], 0
+    for trial, recording, raw in zip(trials, problem.recordings, base.linear.raw, strict=True):
+        flag = np.zeros((len(trial.times), 6), bool)
+        for channel in range(6):
+            inside = recording.channel == channel
+            odd = recording.sample[inside][inference.isolated_outliers(raw[inside])]
+            flag[odd, channel] = True
+            if len(odd):
+                found += len(odd)
+                rows = ", ".join(str(row + 2) for row in odd[:4]) + (" .." if len(odd) > 4 else "")
+                notes.append(f"{trial.name}, {CHANNELS[channel]}: {len(odd)} isolated samples set aside for all models, rows "
+                             + rows)
+        flags.append(flag)
+    if found:
+        problem.drop(flags)
+        base = problem.fit(model, base.starts)
+    base, shift = refine(problem, base)
+    if shift > 0.1:
+        notes.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
+    return Prepared(measurement, noise, problem, base, contact, tuple(notes), shift)
+
+
+def refine(problem, base):
+    """Halve the step until the prediction stands still to 0.02 sigma (flight), and say by how much it still moves [sigma]."""
+    while True:
+        starts, owner = base.starts, np.arange(len(problem.trials))
+        coarse = problem.shots.simulate(base.model, starts, owner)
+        fine = problem.shots.simulate(base.model, starts, owner, time_step=problem.shots.step / 2)
+        moved = [(problem.residual(k, a) - problem.residual(k, b)) * recording_scale(problem.recordings[k])
+                 for k, (a, b) in enumerate(zip(coarse, fine, strict=True))]
+        shift = float(np.sqrt(np.mean(np.concatenate(moved) ** 2)))
+        if problem.shots.contact or shift < 0.02 or problem.shots.step / 2 < FINEST:
+            return base, shift
+        problem.shots.step /= 2
+        base = problem.fit(base.model, base.starts)
+
+
+def recording_scale(recording):
+    """1/sigma of every observation of a recording, (n,)."""
+    return np.sqrt(np.maximum(1 - recording.links.decay**2, 1e-12)) / recording.links.scale
+
+
+def observations(problem, fit):
+    """Table of all observations as arrays: trial, channel, time, height, speed, residual, in sigma, white (n,) each."""
+    answers = problem.shots.simulate(fit.model, fit.starts, np.arange(len(problem.trials)))
+    white = fit.linear.projected[0]
+    columns = {}
+    for k, (recording, (position, orientation)) in enumerate(zip(problem.recordings, answers, strict=True)):
+        times = problem.trials[k].times
+        speed = np.linalg.norm(np.gradient(position, times, axis=0), axis=1)
+        raw = fit.linear.raw[k]
+        turn = rotations.logarithm(orientation)
+        table = np.concatenate([position, turn], axis=1)[recording.sample, recording.channel]
+        rows = {"trial": np.full(len(raw), k), "channel": recording.channel, "time": recording.times,
+                "height": position[recording.sample, 2], "speed": speed[recording.sample], "measured": table + raw,
+                "model": table, "residual": raw, "sigmas": raw * recording_scale(recording), "white": white[k]}
+        for name, values in rows.items():
+            columns.setdefault(name, []).append(values)
+    return {name: np.concatenate(parts) for name, parts in columns.items()}
+
+
+def partitions(table):
+    """Ways to cut the observations into blocks whose sums would show a slow or a common misfit: name -> labels (n,)."""
+    chain = table["trial"] * 6 + table["channel"]
+    found = {f"blocks of {length} samples": inference.blocks_in_time(chain, length) for length in (4, 12, 36)}
+    if len(np.unique(table["trial"])) >= 3:
+        for name in ("time", "height", "speed"):
+            values = table[name]
+            edges = np.quantile(values, np.linspace(0, 1, 13)[1:-1])
+            found[f"common to all recordings against {name}"] = table["channel"] * 100 + np.searchsorted(edges, values)
+    return found
+
+
+def judge(problem, fit):
+    """Adequacy of a fit and its table of observations."""
+    table = observations(problem, fit)
+    r, s = fit.linear.projected
+    s_all = np.concatenate(s)
+    r_all = inference.project_out(inference.basis(s_all), np.concatenate(r))
+    cuts = np.cumsum([len(part) for part in r])[:-1]
+    verdict = inference.adequacy(np.split(r_all, cuts), [recording.links for recording in problem.recordings], fit.linear.n, s,
+                                 partitions(table), problem.noise.errors(), pool=problem.noise.pool)
+    return verdict, table
