@@ -78,7 +78,10 @@ def test_equation_13_pools_more_than_this_study():
 
 def test_first_layers_of_table_2_average_above_theory():
     """Laboratory and this study 1.312, with Centi 1.314; Eq. 13a prints the theory's 1.30."""
-    first = {study: [tables.paper_numerical("table2", grid, study).mean[0] for grid in ("RPG", "TPG")] for study in ("numerical", "centi")}
+    first = {
+        study: [tables.paper_numerical("table2", grid, study).mean[0] for grid in ("RPG", "TPG")]
+        for study in ("numerical", "centi")
+    }
     first["physical"] = [tables.laboratory("table2", grid).mean[0] for grid in ("RPG", "TPG")]
     assert np.mean(first["physical"] + first["numerical"]) == pytest.approx(1.312, abs=6e-4)
     assert np.mean(sum(first.values(), [])) == pytest.approx(1.314, abs=6e-4)
