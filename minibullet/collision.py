@@ -190,7 +190,7 @@ def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, m
         dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
         gap, nx, ny, nz = evaluate(pieces, answers[k, 0], answers[k, 1], answers[k, 2], numbers[k, 3:6], i, j,
                                    rotation[a], rotation[b], dx, dy, dz)
-        gap -= margin
+        gap -= margin[a] + margin[b]
         if gap <= reach and answers[k, 0] == UNKNOWN:  # first look: planes and round bodies have closed forms, then the line of centres
             if pieces.ranges[i, VERTICES] == pieces.ranges[i, VERTICES + 1]:
                 answers[k, 0], answers[k, 1] = PLANE, pieces.ranges[i, FACES]
@@ -210,7 +210,7 @@ def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, m
                     numbers[k, 1], numbers[k, 2] = np.inf, 0.0
             gap, nx, ny, nz = evaluate(pieces, answers[k, 0], answers[k, 1], answers[k, 2], numbers[k, 3:6], i, j,
                                        rotation[a], rotation[b], dx, dy, dz)
-            gap -= margin
+            gap -= margin[a] + margin[b]
         numbers[k, 0], numbers[k, 6], numbers[k, 7], numbers[k, 8] = gap, nx, ny, nz
         kind = answers[k, 0]
         if gap > reach or kind == PLANE or kind == ROUND:
@@ -236,11 +236,11 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
     count = 0
     for face in range(pieces.ranges[i, FACES], pieces.ranges[i, FACES + 1]):
         apart, x, y, z = face_separation(pieces, face, j, rotation[a], rotation[b], dx, dy, dz, rounding)
-        found[count] = (apart, x, y, z, FACE_A, face, 0)
+        found[count] = (apart, x, y, z, float(FACE_A), float(face), 0.0)
         count += 1
     for face in range(pieces.ranges[j, FACES], pieces.ranges[j, FACES + 1]):
         apart, x, y, z = face_separation(pieces, face, i, rotation[b], rotation[a], -dx, -dy, -dz, rounding)
-        found[count] = (apart, -x, -y, -z, FACE_B, face, 0)
+        found[count] = (apart, -x, -y, -z, float(FACE_B), float(face), 0.0)
         count += 1
     preference = 1e-5 * size  # an edge or a free direction must beat the faces by this much: faces give full manifolds
     for first in range(pieces.ranges[i, DIRECTIONS], pieces.ranges[i, DIRECTIONS + 1]):
@@ -249,11 +249,11 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
             if x == 0.0 and y == 0.0 and z == 0.0:
                 continue
             apart = separation(pieces, i, j, rotation[a], rotation[b], dx, dy, dz, x, y, z)
-            found[count] = (apart - preference, x, y, z, EDGE_EDGE, first, second)
+            found[count] = (apart - preference, x, y, z, float(EDGE_EDGE), float(first), float(second))
             count += 1
     if nx != 0.0 or ny != 0.0 or nz != 0.0:
         apart = separation(pieces, i, j, rotation[a], rotation[b], dx, dy, dz, nx, ny, nz)
-        found[count] = (apart - preference, nx, ny, nz, DIRECTION, 0, 0)
+        found[count] = (apart - preference, nx, ny, nz, float(DIRECTION), 0.0, 0.0)
         count += 1
     best = np.argmax(found[:count, 0])
     second_best = -np.inf
@@ -262,7 +262,7 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
             second_best = max(second_best, found[other, 0])
     answers[k, 0], answers[k, 1], answers[k, 2] = int(found[best, 4]), int(found[best, 5]), int(found[best, 6])
     x, y, z = found[best, 1], found[best, 2], found[best, 3]
-    numbers[k, 0] = found[best, 0] - margin + (0.0 if found[best, 4] < EDGE_EDGE else preference)
+    numbers[k, 0] = found[best, 0] - margin[a] - margin[b] + (0.0 if found[best, 4] < EDGE_EDGE else preference)
     numbers[k, 1], numbers[k, 2] = 0.0, found[best, 0] - second_best
     numbers[k, 3], numbers[k, 4], numbers[k, 5] = turn_back(rotation[a], x, y, z)
     numbers[k, 6], numbers[k, 7], numbers[k, 8] = x, y, z
@@ -271,8 +271,8 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
 class Collision:
     """The list of close pieces with FCL's kept answers. One object belongs to one World; ``calls`` counts the calls of FCL."""
 
-    def __init__(self, pieces, margin=0.0):
-        self.pieces, self.margin = pieces, margin
+    def __init__(self, pieces):
+        self.pieces = pieces
         self.rows = np.empty((0, 4), dtype=np.int64)  # body a, body b, piece a, piece b
         self.answers = np.empty((0, 3), dtype=np.int64)
         self.numbers = np.empty((0, 9))
@@ -282,16 +282,16 @@ class Collision:
         self._hulls = {}  # (piece, exponent of scale, role) -> fcl object; keeps FCL's geometry alive
         self._request, self._result = fcl.DistanceRequest(enable_nearest_points=True), None
 
-    def find(self, bodies, rotation, piece_ranges, group, moved, stride):
-        """Refresh the list and the answers; ``moved`` and ``stride`` are each body's motion in the last and bound for this step [m]."""
-        self._update_list(bodies, rotation, piece_ranges, group, moved, stride)
-        ask = refresh(self.pieces, self.rows, self.answers, self.numbers, bodies.position, rotation, moved, stride, self.margin)
+    def find(self, bodies, rotation, piece_ranges, group, margin, moved, stride):
+        """Refresh the list and the answers; per body: margin [m], motion in the last step and bound on it in this one [m]."""
+        self._update_list(bodies, rotation, piece_ranges, group, margin, moved, stride)
+        ask = refresh(self.pieces, self.rows, self.answers, self.numbers, bodies.position, rotation, moved, stride, margin)
         for k in ask:
             x, y, z = self._ask(k, bodies.position, rotation)
-            adopt(self.pieces, self.rows, self.answers, self.numbers, k, bodies.position, rotation, self.margin, x, y, z)
+            adopt(self.pieces, self.rows, self.answers, self.numbers, k, bodies.position, rotation, margin, x, y, z)
         return self.rows
 
-    def _update_list(self, bodies, rotation, piece_ranges, group, moved, stride):
+    def _update_list(self, bodies, rotation, piece_ranges, group, margin, moved, stride):
         """Make the list anew when some body's motion since, and the reach of this step, have used up its allowance."""
         if len(self.travel) == len(moved):
             self.travel += moved
@@ -302,7 +302,7 @@ class Collision:
         self.travel = np.zeros(len(moved))
         # a fast body gets a thicker skin: about eight steps of its motion, or its list would be made anew at every step
         self.allowance = np.where(moving, 0.05 * size + np.minimum(8.0 * stride, 0.3 * size) + 1.5 * stride, stride)
-        grown = self.allowance + 0.005 * size + 0.5 * self.margin
+        grown = self.allowance + 0.005 * size + margin
         lower, upper = pairs_module.bounds(self.pieces, piece_ranges, bodies.position, rotation, grown)
         body_pairs = pairs_module.overlapping(lower, upper, moving, group)
         rows = pairs_module.close_pieces(body_pairs, self.pieces, piece_ranges, bodies.position, rotation, grown)

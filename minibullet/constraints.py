@@ -168,7 +168,7 @@ def assemble(scene, pair, rows, gap, law, free_twist, lag, inverse_mass, time_st
     if law.adhesion.any():
         free_twist = free_twist.copy()
         pull = np.zeros((len(pair), 3))
-        touching = gap <= 1e-4 * np.where(scene.reach[pair] > 0.0, scene.reach[pair], np.inf).min(axis=1)
+        touching = gap <= 1e-4 * scene.contact_size(pair)
         pull[:, 0] = np.where(touching, -time_step * law.adhesion, 0.0)
         apply_impulses(pair, rows, pull, free_twist)
     order, islands = find_islands(pair, np.isfinite(scene.bodies.mass))

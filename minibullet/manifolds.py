@@ -237,17 +237,17 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
         if nx == 0.0 and ny == 0.0 and nz == 0.0:
             continue
         if kind == FACE_A or kind == PLANE:
-            count = face_points(pieces, answers[k, 1], i, j, rotation[a], rotation[b], dx, dy, dz, reach + margin, points, point_gaps, work)
+            count = face_points(pieces, answers[k, 1], i, j, rotation[a], rotation[b], dx, dy, dz, reach + margin[a] + margin[b], points, point_gaps, work)
             for p in range(count):
                 points[p] = turn(rotation[a], points[p, 0], points[p, 1], points[p, 2])
         elif kind == FACE_B:
-            count = face_points(pieces, answers[k, 1], j, i, rotation[b], rotation[a], -dx, -dy, -dz, reach + margin, points, point_gaps, work)
+            count = face_points(pieces, answers[k, 1], j, i, rotation[b], rotation[a], -dx, -dy, -dz, reach + margin[a] + margin[b], points, point_gaps, work)
             for p in range(count):
                 x, y, z = turn(rotation[b], points[p, 0], points[p, 1], points[p, 2])
                 points[p] = (x + dx, y + dy, z + dz)
         elif kind == EDGE_EDGE or kind == DIRECTION or kind == ROUND:
             count = single_point(pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation[a], rotation[b], dx, dy, dz, nx, ny, nz, points)
-            point_gaps[:count] = numbers[k, 0] + margin
+            point_gaps[:count] = numbers[k, 0] + margin[a] + margin[b]
         else:
             count = 0
         if total + count > capacity:
@@ -258,7 +258,7 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
             bodies[total] = (a, b)
             x, y, z = points[p, 0], points[p, 1], points[p, 2]
             vectors[total] = (x, y, z, x - dx, y - dy, z - dz, nx, ny, nz)
-            gaps[total] = point_gaps[p] - margin
+            gaps[total] = point_gaps[p] - margin[a] - margin[b]
             x, y, z = turn_back(rotation[b if kind == PLANE else a], x - (dx if kind == PLANE else 0.0), y - (dy if kind == PLANE else 0.0),
                                 z - (dz if kind == PLANE else 0.0))
             local[total] = (x, y, z)

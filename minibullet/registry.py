@@ -65,21 +65,27 @@ class Plane(Body):
 class Scene:
     """The arrays of n bodies that a step reads. Rows never change place."""
 
-    def __init__(self, margin):
+    def __init__(self):
         self.bodies = Bodies(*(np.empty((0, *shape)) for shape in ((3,), (4,), (6,), (), (3,), (), (), ())))
         self.friction, self.restitution, self.reach = np.empty(0), np.empty(0), np.empty(0)  # NaN = the world's; radius [m]; (n,)
+        self.margin = np.empty(0)  # layer around the body that contacts keep open [m], (n,)
         self.moved = np.empty(0)  # bound on the motion of any point of the body in the last step [m], (n,)
         self.group = np.empty(0, dtype=np.int64)
         self.piece_ranges = np.empty((0, 2), dtype=np.int64)
         self.frame = np.empty((0, 4))  # principal axes in the user's body axes, (n, 4)
         self.names = []
-        self.collision = Collision(pack([PlaneShape((0.0, 0.0, 1.0))]), margin)
+        self.collision = Collision(pack([PlaneShape((0.0, 0.0, 1.0))]))
 
     @property
     def reference_mass(self):
         """Median mass of the moving bodies [kg]: turns impulses into velocities in residuals."""
         finite = self.bodies.mass[np.isfinite(self.bodies.mass)]
         return float(np.sort(finite)[len(finite) // 2]) if len(finite) else 1.0
+
+    def contact_size(self, pair):
+        """Bounding radius of the smaller body of each pair (m, 2), planes left out [m], (m,)."""
+        reach = self.reach[pair]
+        return np.where(reach > 0.0, reach, np.inf).min(axis=1)
 
     def pair_value(self, values, pair, default):
         """Value of each contact: the geometric mean of both bodies' own values, the only one there is, or the default, (m,)."""
@@ -93,13 +99,14 @@ class Scene:
 class Registry:
     """Checks what is added, keeps the handles in the order of adding and the scene's arrays."""
 
-    def __init__(self, margin):
-        self.handles, self.waiting, self.scene = [], [], Scene(margin)
+    def __init__(self):
+        self.handles, self.waiting, self.scene = [], [], Scene()
         self._pieces, self._piece_ranges = [PlaneShape((0.0, 0.0, 1.0))], {}
 
     # ---- adding ------------------------------------------------------------------------------------------------------------------
 
-    def add(self, shape, density, mass, inertia, position, orientation, velocity, angular_velocity, friction, restitution, fixed, name, group):
+    def add(self, shape, density, mass, inertia, position, orientation, velocity, angular_velocity, friction, restitution, margin, fixed,
+            name, group):
         name = f"body {len(self.handles)}" if name is None else str(name)
         title = f"body {name!r}"
         if not hasattr(shape, "pieces"):
@@ -110,6 +117,7 @@ class Registry:
         record["orientation"] = _unit(title, record["orientation"])
         record["friction"] = _number(title, "friction", friction, 0.0, np.inf)
         record["restitution"] = _number(title, "restitution", restitution, 0.0, 1.0)
+        record["margin"] = _number(title, "margin", margin, 0.0, np.inf)
         if fixed:
             if np.any(record["velocity"]) or np.any(record["angular_velocity"]):
                 raise InputError(f"{title}: fixed=True with a velocity; a fixed body never moves (leave velocity out)")
@@ -130,7 +138,7 @@ class Registry:
         unit = normal / size
         record = {"shape": None, "name": name, "fixed": True, "group": -1, "position": unit * height, "normal": unit, "height": height,
                   "orientation": rotations.between(np.array([0.0, 0.0, 1.0]), unit), "velocity": np.zeros(3), "angular_velocity": np.zeros(3),
-                  "mass": np.inf, "inertia": np.full(3, np.inf), "frame": np.array([1.0, 0.0, 0.0, 0.0]),
+                  "mass": np.inf, "margin": 0.0, "inertia": np.full(3, np.inf), "frame": np.array([1.0, 0.0, 0.0, 0.0]),
                   "friction": _number(title, "friction", friction, 0.0, np.inf),
                   "restitution": _number(title, "restitution", restitution, 0.0, 1.0)}
         return self._wait(Plane(self, record))
@@ -151,7 +159,7 @@ class Registry:
         if len(self._pieces) > before:
             scene.collision.pieces = pack(self._pieces)
         columns = {key: np.array([handle._record[key] for handle in order], dtype=float)
-                   for key in ("position", "orientation", "velocity", "angular_velocity", "mass", "inertia", "friction", "restitution", "frame")}
+                   for key in ("position", "orientation", "velocity", "angular_velocity", "mass", "inertia", "friction", "restitution", "margin", "frame")}
         shapes = [handle._record["shape"] for handle in order]
         volume = np.array([shape.volume if shape else np.inf for shape in shapes])
         new = Bodies(
@@ -164,6 +172,7 @@ class Registry:
         scene.bodies = Bodies(*(np.concatenate(pair) for pair in zip(scene.bodies, new, strict=True)))
         scene.friction = np.concatenate([scene.friction, columns["friction"]])
         scene.restitution = np.concatenate([scene.restitution, columns["restitution"]])
+        scene.margin = np.concatenate([scene.margin, columns["margin"]])
         scene.frame = np.concatenate([scene.frame, columns["frame"]])
         scene.reach = np.concatenate([scene.reach, [shape.bounding_radius if shape else 0.0 for shape in shapes]])
         scene.moved = np.concatenate([scene.moved, np.zeros(len(order))])

@@ -2,7 +2,8 @@
 
 Every shape is a frozen value with
     volume [m3]; centre_of_mass (3,) [m], in the frame the shape was given in; inertia (3, 3) [m5 = kg m2 per kg/m3],
-    about the centre of mass; surface_area [m2] (a quarter is the mean projected area); bounding_radius [m], about the centre of mass;
+    about the centre of mass; surface_area [m2] (a quarter is the mean projected area); bounding_radius [m], about the
+    centre of mass;
     pieces: tuple of ConvexPiece, moved so that the centre of mass is the origin (the axes stay the user's).
 Shapes compare and hash by content. Input that makes no solid raises InputError.
 """

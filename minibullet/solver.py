@@ -210,8 +210,8 @@ def separate(bodies, rows, gap, tolerance, inverse_mass_rows, share, sweeps):
 
 
 def undo_overlap(problem, gap, size, time_step, share=0.3, sweeps=10):
-    """Extra mean twist (n, 6) for this step's move that takes away a share of every overlap beyond 1e-9 of the bodies' size (n,)."""
-    tolerance = 1e-9 * np.where(size[problem.bodies] > 0.0, size[problem.bodies], np.inf).min(axis=1)
+    """Extra mean twist (n, 6) for this step's move that takes away a share of every overlap beyond 1e-9 of the contact's size (m,)."""
+    tolerance = 1e-9 * size
     if not (gap < -tolerance).any():
         return 0.0
     return separate(problem.bodies, problem.rows, gap, tolerance, len(problem.free_twist), share, sweeps) / time_step

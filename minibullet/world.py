@@ -22,7 +22,7 @@ class World:
         if not isinstance(self.settings, Settings):
             raise InputError(f"world: settings = {settings!r}; it must be a Settings value")
         self._acting = effect_room.compose(self.effects)
-        self.registry = Registry(self.settings.margin)
+        self.registry = Registry()
         self.time, self.steps, self.unsolved_steps, self.worst_residual = 0.0, 0, 0, 0.0
         self.last_step = None
         self._kept = np.empty((0, 3)), np.empty((0, 3))  # contact points in body axes, impulses in world axes, of the last step
@@ -30,23 +30,71 @@ class World:
     # ---- what stands in the world ------------------------------------------------------------------------------------------------
 
     def add(self, shape, *, density=None, mass=None, inertia=None, position=(0.0, 0.0, 0.0), orientation=(1.0, 0.0, 0.0, 0.0),
-            velocity=(0.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.0), friction=None, restitution=None, fixed=False, name=None, group=None):
+            velocity=(0.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.0), friction=None, restitution=None, margin=None, fixed=False,
+            name=None, group=None):
         """Add a body and return its handle. position: of the centre of mass [m]; orientation (w, x, y, z); density [kg/m3] or mass [kg];
         inertia: principal moments or a 3x3 matrix about the centre of mass, body axes [kg m2], from the shape where left out;
-        friction, restitution of this body's contacts [-]; fixed bodies never move; bodies of different groups (numbers) never touch.
+        friction, restitution of this body's contacts [-]; margin: layer around the body that contacts keep open, settings.margin where
+        left out [m]; fixed bodies never move; bodies of different groups (numbers) never touch.
 
         Raises InputError that names the body, the field, the value and the remedy.
         """
         return self.registry.add(shape, density, mass, inertia, position, orientation, velocity, angular_velocity, friction, restitution,
-                                 fixed, name, group)
+                                 self.settings.margin if margin is None else margin, fixed, name, group)
 
     def add_plane(self, normal=(0.0, 0.0, 1.0), height=0.0, *, friction=None, restitution=None, name=None):
-        """Add the fixed half-space below the plane normal . x = height |normal| and return its handle."""
+        """Add the fixed half-space below the plane normal . x = height |normal| and return its handle; it has no margin."""
         return self.registry.add_plane(normal, height, friction, restitution, name)
 
     def freeze(self, bodies=None):
         """Fix these bodies (all by default) where they are; they keep touching others but never move again."""
         self.registry.freeze(self.registry.handles if bodies is None else bodies)
+
+    def overlaps(self, tolerance=1e-9):
+        """Bodies that overlap where they stand, before any step: rows (handle a, handle b, depth [m]), deepest first.
+
+        Depths below ``tolerance`` times the smaller body's radius are touch, not overlap.
+        """
+        scene, depth = self.registry.enrol(), {}
+        rows = self._look()
+        for (a, b, _, _), gap in zip(rows, scene.collision.numbers[:, 0], strict=True):
+            if gap < -tolerance * scene.contact_size(np.array([[a, b]]))[0]:
+                depth[a, b] = max(depth.get((a, b), 0.0), -float(gap))
+        handle = {h._row: h for h in self.registry.handles}
+        return sorted(((handle[a], handle[b], d) for (a, b), d in depth.items()), key=lambda row: -row[2])
+
+    def separate(self, bodies=None, most=200):
+        """Push overlapping bodies apart without giving them velocity; only ``bodies`` (all moving ones by default) are moved, none is turned.
+
+        Returns the largest distance any of them was moved [m].
+        """
+        scene = self.registry.enrol()
+        movable = np.zeros(len(scene.reach))
+        movable[[h._row for h in (self.registry.handles if bodies is None else bodies)]] = 1.0
+        movable[~np.isfinite(scene.bodies.mass)] = 0.0
+        inverse = np.zeros((len(movable), 6, 6))
+        inverse[:, :3, :3] = movable[:, None, None] * np.eye(3)
+        start = scene.bodies.position
+        for _ in range(most):
+            if not self.overlaps():
+                break
+            reach = 0.02 * scene.reach
+            pair, arms, gap, _, _ = manifolds.build(
+                scene.collision.pieces, self._look(), scene.collision.answers, scene.collision.numbers, scene.collision.contact_range.copy(),
+                scene.bodies.position, rotations.matrix(scene.bodies.orientation), reach, scene.margin, np.empty((0, 3)), np.empty((0, 3)))
+            shift = solver.separate(pair, constraints.frames(pair, arms, inverse), gap, np.zeros(len(gap)), len(movable), 1.0, 50)
+            scene.bodies = scene.bodies._replace(position=scene.bodies.position + shift[:, :3])
+            scene.moved = np.sqrt((shift[:, :3] ** 2).sum(axis=1))
+        return float(np.sqrt(((scene.bodies.position - start) ** 2).sum(axis=1)).max())
+
+    def _look(self):
+        """Bring the list of close pieces and its answers to where the bodies are now."""
+        scene = self.registry.scene
+        none = np.zeros(len(scene.reach))
+        rows = scene.collision.find(scene.bodies, rotations.matrix(scene.bodies.orientation), scene.piece_ranges, scene.group, scene.margin,
+                                    scene.moved, none)
+        scene.moved = none
+        return rows
 
     @property
     def bodies(self):
@@ -72,18 +120,18 @@ class World:
 
         # who touches whom, where, how hard last time
         stride = integration.stride(before.twist, free_twist, scene.reach, dt)
-        rows = scene.collision.find(before, rotation, scene.piece_ranges, scene.group, scene.moved, stride)
+        rows = scene.collision.find(before, rotation, scene.piece_ranges, scene.group, scene.margin, scene.moved, stride)
         pair, arms, gap, impulse, point = manifolds.build(
             scene.collision.pieces, rows, scene.collision.answers, scene.collision.numbers, scene.collision.contact_range,
-            before.position, rotation, stride, settings.margin, *self._kept)
-        axes = constraints.frames(pair, arms, inverse_mass)
+            before.position, rotation, stride, scene.margin, *self._kept)
+        axes, size = constraints.frames(pair, arms, inverse_mass), scene.contact_size(pair)
         contacts, law = self._law(scene, pair, arms, gap, axes, impulse)
 
         # blows with restitution first, each at its own moment; then the resting contact problem
         twist, lag = before.twist.copy(), np.zeros_like(before.twist)
         blows = 0.0
         if law.restitution.any():
-            blows, _ = impacts.resolve(pair, axes, gap, scene.reach[pair].min(axis=1), law.restitution, law.friction, twist,
+            blows, _ = impacts.resolve(pair, axes, gap, size, law.restitution, law.friction, twist,
                                        (free_twist - before.twist) / dt, lag, dt, 20 + 4 * len(pair))
             free_twist, mean_twist = free_twist + (twist - before.twist), mean_twist + (twist - before.twist) - lag / dt
         problem = constraints.assemble(scene, pair, axes, gap, law, free_twist, lag, inverse_mass, dt)
@@ -91,9 +139,9 @@ class World:
 
         # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity
         change = solution.twist - free_twist
-        motion = integration.admissible_motion(pair, axes, gap, 1e-9 * scene.reach[pair].min(axis=1), mean_twist + 0.5 * change,
+        motion = integration.admissible_motion(pair, axes, gap, 1e-9 * size, mean_twist + 0.5 * change,
                                                solution.twist - lag / dt, dt)
-        motion += solver.undo_overlap(problem, gap, scene.reach, dt)
+        motion += solver.undo_overlap(problem, gap, size, dt)
         after = integration.move(before, motion, solution.twist, spun, dt)
         self._finish(scene, before, after, motion, wrenches, contacts, law, problem, solution, blows, point)
 

@@ -1,0 +1,119 @@
+"""One layer of units: aimed, oriented, dropped, settled, frozen (section 3.2.3 of the paper).
+
+The first layer is laid at rest: every unit in its lowest pose with an edge on the bottom, heading free on a triangular grid; on a
+rectangular one, where free headings collide, with its horizontal tip axis along x. Units of the next layers are oriented at random, their
+lowest point a falling distance above the mean height of the layers below, over the hollows, all dropped at once.
+Orientations are drawn again while units overlap; what no drawing can free (tips that are longer than the spacing) is pushed apart.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hlcs.bottoms import Flat
+from minibullet import rotations
+from minibullet.errors import InputError
+
+MOST_DRAWS = 400  # redraws of overlapping orientations before the layer is refused
+
+
+@dataclass(frozen=True)
+class LayerRecord:
+    """How one layer came to rest."""
+
+    layer: int  # from 1
+    handles: tuple  # of its units
+    reason: str  # "at_rest" or "time_limit"
+    unsettled: int  # units still moving when the layer was frozen
+    penetration: float  # deepest overlap in any step of this layer [m]
+    steps: int  # steps it took
+    unsolved_steps: int  # steps whose residual stayed above the tolerance
+
+
+def lay_first_layer(world, unit, shape, centres, bottom, triangular, generator, density, margin):
+    """Lay units at rest on the bottom; centres (n, 2) [m]. Returns the handles; overlaps are redrawn, then pushed apart sideways."""
+    handles = []
+    for x, y in centres:
+        normal = np.asarray(bottom.normal(x, y), dtype=float)
+        orientation = _first_pose(unit, normal, triangular, generator)
+        foot = np.array([x, y, float(bottom.height(x, y))])
+        # with a margin the unit rests that much above the bottom
+        handles.append(world.add(shape, density=density, position=foot + (unit.rest_height + margin) * normal, orientation=orientation,
+                                 name=f"1.{len(handles) + 1}"))
+    def redraw(handle):
+        handle.orientation = _first_pose(unit, np.asarray(bottom.normal(*handle.position[:2]), dtype=float), triangular, generator)
+    _free(world, handles, redraw if triangular else None)
+    return handles
+
+
+def _first_pose(unit, normal, triangular, generator):
+    heading = generator.uniform(0.0, 2.0 * np.pi) if triangular else np.pi * generator.integers(2)
+    return rotations.product(rotations.between(np.array([0.0, 0.0, 1.0]), normal), unit.first_layer_orientation(heading))
+
+
+def hang_layer(world, layer, shape, centres, lowest, generator, density):
+    """Units at random orientations with their lowest points at height ``lowest`` (n,) over centres (n, 2) [m]; no two overlap."""
+    vertices = np.concatenate([piece.vertices for piece in shape.pieces])
+    level = dict()
+
+    def oriented():
+        orientation = rotations.random(generator, 1)[0]
+        return orientation, -(vertices @ rotations.matrix(orientation)[2]).min()
+
+    handles = []
+    for (x, y), z in zip(centres, lowest, strict=True):
+        orientation, depth = oriented()
+        handle = world.add(shape, density=density, position=(x, y, z + depth), orientation=orientation, name=f"{layer}.{len(handles) + 1}")
+        level[handle] = (x, y, z)
+        handles.append(handle)
+
+    def redraw(handle):
+        x, y, z = level[handle]
+        orientation, depth = oriented()
+        handle.orientation = orientation
+        handle.position = (x, y, z + depth)
+
+    _free(world, handles, redraw)
+    return handles
+
+
+def _free(world, handles, redraw):
+    """Redraw units of this layer until none overlaps; where there is nothing to draw or it does not help, push them apart."""
+    own = set(handles)
+    for _ in range(MOST_DRAWS if redraw else 0):
+        bad = sorted({handles.index(b if b in own else a) for a, b, _ in world.overlaps() if a in own or b in own})
+        if not bad:
+            return
+        for index in bad:
+            redraw(handles[index])
+    world.separate(handles)
+    left = [(a, b, d) for a, b, d in world.overlaps(1e-6) if a in own or b in own]
+    if left:
+        a, b, depth = left[0]
+        raise InputError(f"placement: units {a.name!r} and {b.name!r} overlap by {depth:.3g} m and cannot be freed; widen the grid")
+
+
+def settle_layer(world, layer, handles, max_time):
+    """Run until the layer is at rest or the time is up, freeze it, and say how it went."""
+    first, unsolved, deepest = world.steps, world.unsolved_steps, [0.0]
+
+    def watch(world):
+        deepest[0] = max(deepest[0], world.last_step.penetration)
+
+    reason = world.settle(max_time, watch=watch)
+    size = np.sqrt(9.81 * handles[0].shape.bounding_radius)
+    speed = [np.linalg.norm(h.velocity) + np.linalg.norm(h.angular_velocity) * h.shape.bounding_radius for h in handles]
+    unsettled = 0 if reason == "at_rest" else int((np.array(speed) > 5e-3 * size).sum())
+    world.freeze(handles)
+    return LayerRecord(layer, tuple(handles), str(reason), unsettled, deepest[0], world.steps - first, world.unsolved_steps - unsolved)
+
+
+def reference_shift(handles, centres):
+    """How far the unit nearest the middle of a layer came to rest from its aim, in plan [m]: what "layer reference" passes on."""
+    middle = int(np.argmin(((centres - centres.mean(axis=0)) ** 2).sum(axis=1)))
+    return handles[middle].position[:2] - centres[middle]
+
+
+def is_flat(bottom):
+    """Whether the bottom is the plane z = 0."""
+    return isinstance(bottom, Flat)

@@ -1,0 +1,127 @@
+"""A small software renderer: solids in, an image out. NumPy only, so a picture needs neither a window nor a GPU.
+
+Each visible face is filled into a depth buffer, which gives exact visibility; then faces are shaded, edges drawn, and
+places deeper than their surroundings darkened (T. Luft et al., Image enhancement by unsharp masking the depth buffer,
+ACM Trans. Graphics 25 (2006) 1206-1213), which is what makes hollows look like hollows.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import uniform_filter
+
+SUN = np.array([-0.45, -0.35, 0.82]) / np.linalg.norm([-0.45, -0.35, 0.82])
+DISTANCE = 3.2          # of the eye from the middle of the scene, in radii of the scene
+
+
+class Solid(NamedTuple):
+    """A body to be drawn."""
+
+    vertices: np.ndarray    # (v, 3) m, world
+    faces: tuple            # loops of vertex indices, counter-clockwise from outside, convex
+    colour: tuple           # red, green, blue from 0 to 1
+
+
+class Faces(NamedTuple):
+    """All faces that look at the eye, f of them."""
+
+    corners: list           # of (k, 2) pixels
+    plane: np.ndarray       # (f, 3): 1/depth = plane . (column, row, 1)
+    normal: np.ndarray      # (f, 3) world
+    colour: np.ndarray      # (f, 3)
+    solid: np.ndarray       # (f,) which solid
+
+
+def render(solids, width=1200, height=800, azimuth=-60.0, elevation=28.0, supersample=2):
+    """An image (height, width, 4), red green blue alpha from 0 to 1, of solids seen from azimuth, elevation [degrees]."""
+    width, height = supersample * width, supersample * height
+    faces = _visible(solids, width, height, np.radians(azimuth), np.radians(elevation))
+    inverse_depth, number = _fill(faces, width, height)
+    image = _shaded(faces, inverse_depth, number, max(3, height // 25))
+    return image.reshape(height // supersample, supersample, width // supersample, supersample, 4).mean(axis=(1, 3))
+
+
+def view_axes(azimuth, elevation):
+    """Right, down and forward in world axes (3, 3) of an eye at azimuth, elevation [rad] that looks at the middle."""
+    back = np.array([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)])
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    return np.array([right, np.cross(right, back), -back])
+
+
+def _visible(solids, width, height, azimuth, elevation):
+    points = np.concatenate([solid.vertices for solid in solids])
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    radius = np.sqrt(np.max(np.sum(np.square(points - middle), axis=1)))
+    axes = view_axes(azimuth, elevation)
+    eye = middle - DISTANCE * radius * axes[2]
+
+    # Fit everything into the image with a margin of 3 %.
+    seen = (points - eye) @ axes.T
+    plan = seen[:, :2] / seen[:, 2:]
+    low, high = plan.min(axis=0), plan.max(axis=0)
+    scale = 0.94 * min(width / (high[0] - low[0]), height / (high[1] - low[1]))
+    shift = 0.5 * np.array([width, height]) - scale * 0.5 * (low + high)
+
+    corners, planes, normals, colours, owners = [], [], [], [], []
+    for index, solid in enumerate(solids):
+        body = (solid.vertices - eye) @ axes.T
+        pixels = scale * body[:, :2] / body[:, 2:] + shift
+        for loop in solid.faces:
+            a = body[list(loop)]
+            normal = np.sum(np.cross(a[1:-1] - a[0], a[2:] - a[0]), axis=0)
+            offset = normal @ a[0]
+            size = np.sqrt(normal @ normal)
+            if offset >= -1e-9 * size * radius:         # looks away, or is seen edge-on
+                continue
+            # normal . (x, y, z) = offset with x/z = (column - shift)/scale gives 1/z in pixels.
+            per_pixel = normal[:2] / scale
+            planes.append(np.array([*per_pixel, normal[2] - per_pixel @ shift]) / offset)
+            corners.append(pixels[list(loop)])
+            normals.append(normal @ axes / size)
+            colours.append(solid.colour)
+            owners.append(index)
+    return Faces(corners, np.array(planes), np.array(normals), np.array(colours, dtype=float), np.array(owners))
+
+
+def _fill(faces, width, height):
+    """1/depth (height, width), zero where nothing is, and the number of the face seen, -1 where nothing is."""
+    inverse_depth, number = np.zeros((height, width)), np.full((height, width), -1)
+    for index, (corners, plane) in enumerate(zip(faces.corners, faces.plane, strict=True)):
+        left, top = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
+        right, bottom = np.minimum(np.ceil(corners.max(axis=0)).astype(int) + 1, (width, height))
+        if left >= right or top >= bottom:
+            continue
+        x, y = np.arange(left, right) + 0.5, (np.arange(top, bottom) + 0.5)[:, None]
+        nearer = plane[0] * x + plane[1] * y + plane[2]
+        window = inverse_depth[top:bottom, left:right]
+        inside = nearer > window
+        for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            # Rows count downwards, so what turns left in the world turns right in the image.
+            inside &= (x1 - x0) * (y - y0) <= (y1 - y0) * (x - x0)
+        window[inside] = nearer[inside]
+        number[top:bottom, left:right][inside] = index
+    return inverse_depth, number
+
+
+def _shaded(faces, inverse_depth, number, reach):
+    """Colours (height, width, 4) from the depth buffer."""
+    sun = np.clip(faces.normal @ SUN, 0.0, 1.0)
+    light = 0.50 + 0.16 * faces.normal[:, 2] + 0.50 * sun
+    seen = number >= 0
+    image = np.where(seen[..., None], (faces.colour * light[:, None])[number], 1.0)
+
+    depth = np.where(seen, 1.0 / np.where(seen, inverse_depth, 1.0), 0.0)
+    share = np.maximum(uniform_filter(seen.astype(float), reach), 1e-6)
+    around = uniform_filter(depth, reach) / share
+    span = np.ptp(depth[seen]) if seen.any() else 1.0
+    # Towards the rim of the scene the surroundings are incomplete: fade out.
+    strength = 0.55 * np.clip(2.5 * share - 1.5, 0.0, 1.0)
+    image *= np.where(seen, 1.0 - strength * np.clip((depth - around) / (0.05 * span), 0.0, 1.0), 1.0)[..., None]
+
+    for axis in (0, 1):
+        one, two = number, np.roll(number, -1, axis=axis)
+        owner_differs = faces.solid[one] != faces.solid[two]
+        bent = np.sum(faces.normal[one] * faces.normal[two], axis=-1) < 0.98
+        line = np.where((one >= 0) != (two >= 0), 0.5, np.where(owner_differs, 0.45, np.where(bent, 0.82, 1.0)))
+        image *= np.where(seen | (two >= 0), np.where(one == two, 1.0, line), 1.0)[..., None]
+    return np.concatenate([np.clip(image, 0.0, 1.0), np.where(seen, 1.0, 0.0)[..., None]], axis=-1)
