@@ -4,6 +4,7 @@ Each import is made where it is used, so that a run of one engine never loads th
 """
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,7 @@ class Pybullet:
     def __init__(self, scene, residual_stop=True, cone=True, maximal=True, iterations=50):
         import pybullet
 
+        self.margin = scene.margin
         self.bullet, self.maximal, self.scene = pybullet, maximal, scene
         self.client = pybullet.connect(pybullet.DIRECT)
         pybullet.setGravity(0, 0, -9.81)
@@ -113,3 +115,64 @@ class Pybullet:
     def counts(self):
         """Bullet publishes neither collision calls nor, in this path, its iterations."""
         return {"fcl_calls_per_step": None, "iterations_per_step": None}
+
+
+class Minibullet:
+    """Ours with its default settings but for the cap of 50 iterations; no margin.
+
+    residual_stop=False asks for a residual that is never reached, so that every sweep is made.
+    """
+
+    def __init__(self, scene, residual_stop=True, solver="exact", tolerance=None, iterations=50):
+        import minibullet
+
+        self.engine, self.scene, self.margin = minibullet, scene, 0.0
+        settings = minibullet.Settings(time_step=scene.time_step, friction=scene.friction, solver=solver, iterations=iterations)
+        if tolerance is not None or not residual_stop:
+            settings = replace(settings, tolerance=tolerance if residual_stop else 1e-300)
+        self.world = minibullet.World(effects=[minibullet.Gravity(9.81)], settings=settings)
+        self.shape = self._shape(scene.form)
+        self.sweeps = self.steps = 0
+        for normal, height in scene.planes:
+            self.world.add_plane(normal=normal, height=height)
+        self.add(scene.position, scene.orientation, scene.fixed)
+
+    def _shape(self, form):
+        if form.radius > 0:
+            return self.engine.Sphere(form.radius)
+        pieces = [self.engine.ConvexPiece(points) for points in form.pieces]
+        return pieces[0] if len(pieces) == 1 else self.engine.Compound(tuple(pieces))
+
+    def add(self, position, orientation, fixed):
+        """Add bodies and return their numbers."""
+        form, first = self.scene.form, len(self.world.bodies)
+        for place, turn, held in zip(position, orientation, fixed, strict=True):
+            given = {"fixed": True} if held else {"mass": form.mass, "inertia": form.inertia}
+            self.world.add(self.shape, position=place, orientation=turn, **given)
+        return np.arange(first, len(self.world.bodies))
+
+    def step(self, count):
+        for _ in range(count):
+            self.world.step()
+            self.sweeps += self.world.last_step.iterations
+        self.steps += count
+
+    def freeze(self, numbers):
+        """Fix bodies where they are."""
+        bodies = self.world.bodies
+        self.world.freeze([bodies[number] for number in numbers])
+
+    def poses(self):
+        """position (n, 3), orientation (n, 4)."""
+        bodies = self.world.bodies
+        return np.array([body.position for body in bodies]), np.array([body.orientation for body in bodies])
+
+    def velocities(self):
+        """(n, 6): linear, angular."""
+        return np.array([np.concatenate([body.velocity, body.angular_velocity]) for body in self.world.bodies])
+
+    def counts(self):
+        """Collision calls and sweeps a step, and the worst residual of the run."""
+        calls = self.world.last_step.fcl_calls  # counted from the beginning of the world
+        return {"fcl_calls_per_step": calls / self.steps, "iterations_per_step": self.sweeps / self.steps,
+                "worst_residual": self.world.worst_residual, "unsolved_steps": self.world.unsolved_steps / self.steps}

@@ -23,10 +23,13 @@ import scenes
 REST_CHECK = 30  # steps between two looks at the velocities
 VARIANTS = {  # name: (engine class, keyword arguments)
     "minibullet": ("Minibullet", {}),
-    "minibullet_fixed": ("Minibullet", {"residual_stop": False}),
+    "minibullet_fixed": ("Minibullet", {"residual_stop": False, "solver": "gauss_seidel"}),
+    "minibullet_gauss_seidel": ("Minibullet", {"solver": "gauss_seidel"}),
     "minibullet_sequential": ("Minibullet", {"solver": "sequential_impulse"}),
     "minibullet_sequential_fixed": ("Minibullet", {"solver": "sequential_impulse", "residual_stop": False}),
     "minibullet_1e-8": ("Minibullet", {"tolerance": 1e-8}),
+    "minibullet_1e-5": ("Minibullet", {"tolerance": 1e-5}),
+    "minibullet_gauss_seidel_1e-5": ("Minibullet", {"solver": "gauss_seidel", "tolerance": 1e-5}),
     "pybullet": ("Pybullet", {}),
     "pybullet_fixed": ("Pybullet", {"residual_stop": False}),
     "pybullet_multibody_cone": ("Pybullet", {"maximal": False}),
@@ -76,7 +79,7 @@ def run_once(variant, name):
     velocity = engine.velocities()[numbers]
     fixed = np.ones(len(position), bool)
     fixed[numbers] = False
-    overlap = geometry.deepest_overlap(scene.form, scene.planes, scene.margin, position, orientation,
+    overlap = geometry.deepest_overlap(scene.form, scene.planes, engine.margin, position, orientation,
                                        fixed if not scene.layers else np.zeros(len(position), bool))
     before = position[numbers]
     engine.step(round(1.0 / scene.time_step))
