@@ -33,14 +33,12 @@ HIDDEN = {
     "buoyancy": one("buoyancy", "fluid_density", 0.05, 20.0, STYLES),
     "added_mass": one("added_mass", "coefficient", 0.02, 1.4, STYLES),
     "bottom_slope": Dial(lambda rng: _slope(rng), 3e-4, 0.09, STYLES),
-    "size_error": one("size_error", "relative", 1e-3, 0.018, STYLES, sign=0),
-    "margin_offset": one("margin_offset", "offset", 1e-3, 0.018, STYLES),
 }
 OUTSIDE = {
     "camera_shake": camera_shake(STYLES), "camera_drift": camera_drift(STYLES), "gust": gust(STYLES), "growing_lift": growing_lift(("throws",)),
     "magnet": magnet(STYLES, (0.4, 0.0, 0.5), 1.0), "swirl": swirl(("throws",)),
 }
-DEGENERATE = (("buoyancy", "drops"), ("margin_offset", "drops"), ("size_error", "drops"), ("buoyancy", "throws"))
+DEGENERATE = (("buoyancy", "drops"), ("buoyancy", "throws"), ("added_mass", "drops"))
 DOUBLES = (("restitution", "tilted_gravity", "drops"), ("restitution", "quadratic_drag", "throws"), ("friction", "bottom_slope", "throws"),
            ("velocity_dependent_restitution", "tilted_gravity", "drops"), ("restitution", "length_scale", "throws"))
 

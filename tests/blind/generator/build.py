@@ -48,13 +48,13 @@ def trajectory(deal, room, rng):
     laws, amplitudes = [], []
     for name, strength in zip(deal.names, deal.strengths, strict=True):
         make = table[name].draw(rng)
-        amplitude, lens, noise = _scaled_or_resighted(lens, noise, make, strength, table[name])
+        amplitude, lens, noise = scaled_or_resighted(lens, noise, make, strength, table[name])
         laws.append(make)
         amplitudes.append(amplitude)
     limits = [float(np.clip(rng.normal(), -1.5, 1.5) / 1.5 * WRONG[key]) for key in setup.errors]
     errors = gentle(lens, setup.errors, limits)
-    hidden = _hidden(laws, amplitudes)
-    answer, rows, fitted = _judge(deal, lens, hidden, errors)
+    hidden = hidden_laws(laws, amplitudes)
+    answer, rows, fitted = judge(deal, lens, hidden, errors)
     answer["amplitudes"] = dict(zip(deal.names, amplitudes, strict=True))
     films = [film(setup, trial, {**setup.base(), **answer["hidden_laws"]}, errors, step=FINE) for trial in setup.trials]
     if not all(np.isfinite(position).all() for position, _ in films):
@@ -65,7 +65,7 @@ def trajectory(deal, room, rng):
     return files, answer
 
 
-def _scaled_or_resighted(lens, noise, make, strength, dial):
+def scaled_or_resighted(lens, noise, make, strength, dial, trackers=None):
     """Amplitude of the wanted strength; where no user would believe it, the nearest believable one seen by another tracker."""
     start = np.sqrt(dial.low * dial.high)
     amplitude = scaled(lens, make, strength, start)
@@ -73,17 +73,18 @@ def _scaled_or_resighted(lens, noise, make, strength, dial):
         return amplitude, lens, noise
     amplitude = dial.high if amplitude is None or amplitude > dial.high else dial.low
     factor = lens.strength(lens.signal(make(amplitude))) / strength
-    if not 0.05 <= factor <= 20:
+    low, high = trackers or SIGMAS[lens.setup.family]
+    if not 0.3 * low <= noise.position * factor <= 3 * high:
         raise Redraw(f"no believable amplitude (factor {factor:.3g})")
     noise = replace(noise, position=noise.position * factor, orientation=float(np.clip(noise.orientation * factor, 1e-3, 0.05)))
-    lens = Lens(lens.setup, noise.position, noise.orientation, noise.rho)
+    lens = replace(lens, sigma_position=noise.position, sigma_orientation=noise.orientation)
     amplitude = scaled(lens, make, strength, amplitude)
     if amplitude is None or not 0.5 * dial.low <= amplitude <= 1.1 * dial.high:
         raise Redraw("no believable amplitude")
     return amplitude, lens, noise
 
 
-def _hidden(laws, amplitudes, blend=1.0):
+def hidden_laws(laws, amplitudes, blend=1.0):
     """{effect: parameters} of all hidden laws; blend < 1 brings their form nearer to the textbook."""
     merged = {}
     for make, amplitude in zip(laws, amplitudes, strict=True):
@@ -96,14 +97,14 @@ def _soften(hidden, blend):
     return {name: {key: value * blend if key == "form" else value for key, value in law.items()} for name, law in hidden.items()}
 
 
-def _judge(deal, lens, hidden, errors):
+def judge(deal, lens, hidden, errors):
     """What an ideal analyst could find: the answer, the noiseless rows, and the rows of the best textbook law (None: nothing)."""
     names = [name for name in deal.names if name in LIBRARY]
     blend = 1.0
     for _ in range(7):
         laws = _soften(hidden, blend)
         rows = lens.signal(laws, errors)
-        fitted, left = lens.fit(names, rows) if names else ({}, lens.information(rows))
+        fitted, left = lens.fit(names, rows, near=laws) if names else ({}, lens.information(rows))
         if left <= MISFIT or deal.kind == "outside":
             break
         blend *= 0.4
@@ -123,7 +124,7 @@ def _judge(deal, lens, hidden, errors):
         answer["parameters"][name] = {knob.name: fitted[name][knob.name] for knob in LIBRARY[name] if knob.scored}
     for name in names:  # every hidden law beside its own rivals
         own = lens.signal({name: laws[name]}) if len(names) > 1 else rows
-        own_left = lens.fit([name], own)[1] if len(names) > 1 else left
+        own_left = lens.fit([name], own, near=laws)[1] if len(names) > 1 else left
         tied, possible, cosine = look_alikes(lens, name, own, own_left, len(LIBRARY[name]))
         answer["tied"] += [rival for rival in tied if rival not in names]
         answer["possible"] += [rival for rival in possible if rival not in names]
@@ -203,6 +204,3 @@ def _files(rng, setup, noise, films):
         "surroundings": setup.surroundings, "model": {"effects": list(setup.model)}, "measurement": {"static": "rest.csv"},
         "diagnose": {"hold_out": "group"}, "trial": entries})
     return files, noisy
-
-
-__all__ = ["Deal", "Redraw", "trajectory"]

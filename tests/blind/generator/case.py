@@ -58,8 +58,7 @@ def value_text(value):
         return "[" + ", ".join(value_text(entry) for entry in value) + "]"
     if isinstance(value, int | np.integer):
         return str(int(value))
-    text = repr(float(f"{float(value):.8g}"))
-    return text
+    return repr(float(f"{float(value):.8g}") + 0.0)  # + 0.0 makes -0.0 a plain zero
 
 
 def toml_text(tables):

@@ -95,6 +95,10 @@ def own_moments(rng, outside, duration):
         return {"gust": {"gust_time": float(rng.uniform(0.3, 0.7) * duration), "side": float(rng.choice([-1.0, 1.0]))}}
     if outside == "camera_drift":
         return {"camera_drift": {"side": float(rng.choice([-1.0, 1.0]))}}
+    if outside == "kick":
+        return {"kick": {"kick_time": float(rng.uniform(0.3, 0.6) * duration), "side": float(rng.choice([-1.0, 1.0]))}}
+    if outside in ("shaken_board", "shaken_floor"):
+        return {outside: {"shake_phase": float(rng.uniform(0, 2 * np.pi)), "phase": float(rng.uniform(0, 2 * np.pi))}}
     if outside == "camera_shake":
         return {"camera_shake": {"phase": float(rng.uniform(0, 2 * np.pi))}}
     return {}

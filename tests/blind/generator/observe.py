@@ -4,7 +4,7 @@ import numpy as np
 
 from .noise import product, small_turn, turn_between
 
-FINE, COARSE = 1e-4, 1e-3  # steps [s]: of what is recorded, and of the sensitivities that set coefficients
+FINE, COARSE = 1e-4, 2e-3  # steps [s]: of what is recorded, and of the sensitivities that set coefficients
 
 
 def with_errors(inputs, overrides, errors):

@@ -6,10 +6,11 @@ from numba import njit
 from .noise import product, small_turn
 
 NAMES = ("g_1", "g_2", "g_n", "mu", "ratio", "stribeck_speed", "stribeck_power", "viscous", "viscous_form", "smooth", "cross", "cross_angle",
-         "rate", "quadratic", "arm", "arm_form", "kappa", "held", "patch", "patch_1", "patch_2", "patch_size", "wave", "wave_number", "fade",
-         "rough", "thread", "spin_torque", "spin_rate")
-(G1, G2, GN, MU, RATIO, STRIBECK_SPEED, STRIBECK_POWER, VISCOUS, VISCOUS_FORM, SMOOTH, CROSS, CROSS_ANGLE, RATE, QUADRATIC, ARM, ARM_FORM,
- KAPPA, HELD, PATCH, PATCH_1, PATCH_2, PATCH_SIZE, WAVE, WAVE_NUMBER, FADE, ROUGH, THREAD, SPIN_TORQUE, SPIN_RATE) = range(len(NAMES))
+         "rate", "quadratic", "arm", "arm_form", "kappa", "held", "patch", "patch_1", "patch_2", "patch_size", "wave", "wave_number",
+         "shake", "shake_rate", "shake_phase", "shake_heading", "spin_torque", "spin_rate")
+(G1, G2, GN, MU, RATIO, STRIBECK_SPEED, STRIBECK_POWER, VISCOUS, VISCOUS_FORM, SMOOTH, CROSS, CROSS_ANGLE,
+ RATE, QUADRATIC, ARM, ARM_FORM, KAPPA, HELD, PATCH, PATCH_1, PATCH_2, PATCH_SIZE, WAVE, WAVE_NUMBER,
+ SHAKE, SHAKE_RATE, SHAKE_PHASE, SHAKE_HEADING, SPIN_TORQUE, SPIN_RATE) = range(len(NAMES))
 
 
 @njit(cache=True)
@@ -35,16 +36,25 @@ def acceleration(q, t, p):
     brake = resistance(speed, c, s, p)
     d1, d2 = q[0] - p[PATCH_1], q[1] - p[PATCH_2]
     brake += p[PATCH] * p[GN] * np.exp(-(d1 * d1 + d2 * d2) / p[PATCH_SIZE] ** 2)  # a rough or sticky spot
-    brake += p[FADE] * p[GN] * t  # the surface wears while it is used
-    brake += p[THREAD] * (np.abs(q[0]) + np.abs(q[1]))  # a thread that tightens
     air = p[RATE] + p[QUADRATIC] * speed
     gain = 1.0 / (1.0 + p[KAPPA])
     wave = p[WAVE] * p[GN] * np.sin(p[WAVE_NUMBER] * (q[0] + 0.6 * q[1]))  # an undulating floor
+    shake = p[SHAKE] * np.sin(p[SHAKE_RATE] * t + p[SHAKE_PHASE])  # the board shakes along itself
     out = np.empty(4)
     out[0], out[1] = q[2], q[3]
-    out[2] = gain * (p[G1] + wave - air * q[2]) - brake * c
-    out[3] = gain * (p[G2] + 0.6 * wave - air * q[3]) - brake * s
+    out[2] = gain * (p[G1] + wave + shake * np.cos(p[SHAKE_HEADING]) - air * q[2]) - brake * c
+    out[3] = gain * (p[G2] + 0.6 * wave + shake * np.sin(p[SHAKE_HEADING]) - air * q[3]) - brake * s
     return out
+
+
+@njit(cache=True)
+def advance(q, t, h, p):
+    """One classical fourth-order step."""
+    a = acceleration(q, t, p)
+    b = acceleration(q + 0.5 * h * a, t + 0.5 * h, p)
+    c = acceleration(q + 0.5 * h * b, t + 0.5 * h, p)
+    d = acceleration(q + h * c, t + h, p)
+    return q + h / 6.0 * (a + 2 * b + 2 * c + d)
 
 
 @njit(cache=True)
@@ -66,18 +76,18 @@ def travel(start, times, step, p):
                 stopped = False
                 q[2], q[3] = 1e-9 * p[G1] / drive, 1e-9 * p[G2] / drive
             h = min(step, times[i] - t)
-            a = acceleration(q, t, p)
-            b = acceleration(q + 0.5 * h * a, t + 0.5 * h, p)
-            c = acceleration(q + 0.5 * h * b, t + 0.5 * h, p)
-            d = acceleration(q + h * c, t + h, p)
-            after = q + h / 6.0 * (a + 2 * b + 2 * c + d)
+            after = advance(q, t, h, p)
             if after[2] * q[2] + after[3] * q[3] <= 0:  # the velocity turned round: it stopped on the way
-                speed, slower = np.sqrt(q[2] ** 2 + q[3] ** 2), np.sqrt(a[2] ** 2 + a[3] ** 2)
-                part = min(h, speed / (slower + 1e-12))
-                q[0] += 0.5 * q[2] * part
-                q[1] += 0.5 * q[3] * part
+                low, high = 0.0, h
+                for _ in range(40):
+                    middle = 0.5 * (low + high)
+                    after = advance(q, t, middle, p)
+                    if after[2] * q[2] + after[3] * q[3] <= 0:
+                        high = middle
+                    else:
+                        low = middle
+                q, t = advance(q, t, low, p), t + low
                 q[2] = q[3] = 0.0
-                t += part
                 stopped = True
             else:
                 q, t = after, t + h
@@ -126,7 +136,7 @@ def parameters(inputs, effects, axes, rolling):
         p.update(arm=law.get("arm", 0.0) / radius, arm_form=law.get("form", 0.0))
         p["spin_torque"] = effects.get("spinning_friction", {}).get("arm", 0.0) * p["g_n"] / (p["kappa"] * radius**2)
         p["spin_rate"] = effects.get("spin_decay", {}).get("rate", 0.0)
-    for outside in ("sticky_patch", "wavy_floor", "wearing_surface", "thread"):
+    for outside in ("sticky_patch", "wavy_floor", "shaken_board"):
         p.update({key: value for key, value in effects.get(outside, {}).items() if key in p})
     return np.array([p[name] for name in NAMES])
 

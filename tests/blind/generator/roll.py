@@ -7,7 +7,7 @@ import numpy as np
 from . import plane
 from .case import Setup, Trial
 from .dials import Dial, camera_drift, camera_shake, groups, one, own_moments, tilt
-from .slide import _patch, _slope, _thread, _wave, floor_of
+from .slide import _patch, _shaken, _slope, _wave, floor_of
 
 STYLES = ("boards", "spins")
 HIDDEN = {
@@ -28,7 +28,7 @@ HIDDEN = {
 }
 OUTSIDE = {
     "camera_shake": camera_shake(STYLES, low=1e-4), "camera_drift": camera_drift(STYLES), "sticky_patch": Dial(_patch, 2e-4, 0.05, ("boards",)),
-    "wavy_floor": Dial(_wave, 2e-4, 0.05, ("boards",)), "thread": Dial(_thread, 0.002, 1.0, ("boards",)),
+    "wavy_floor": Dial(_wave, 2e-4, 0.05, ("boards",)), "shaken_board": Dial(_shaken, 0.005, 3.0, ("boards",)),
 }
 DEGENERATE = (("size_error", "boards"), ("margin_offset", "boards"), ("bottom_slope", "spins"), ("tilted_gravity", "spins"))
 DOUBLES = (("rolling_friction", "tilted_gravity", "boards"), ("rolling_friction", "linear_drag", "boards"), ("spinning_friction", "tilted_gravity", "spins"),

@@ -50,12 +50,9 @@ def _wave(rng):
     return lambda amplitude: {"wavy_floor": {"wave": amplitude, "wave_number": number}}
 
 
-def _wear(rng):
-    return lambda amplitude: {"wearing_surface": {"fade": -amplitude}}
-
-
-def _thread(rng):
-    return lambda amplitude: {"thread": {"thread": amplitude}}
+def _shaken(rng):
+    rate, heading = float(rng.uniform(15, 35)), float(rng.uniform(0, 2 * np.pi))
+    return lambda amplitude: {"shaken_board": {"shake": amplitude, "shake_rate": rate, "shake_heading": heading}}
 
 
 HIDDEN = {
@@ -75,8 +72,8 @@ HIDDEN = {
 }
 OUTSIDE = {
     "camera_shake": camera_shake(STYLES), "camera_drift": camera_drift(STYLES), "sticky_patch": Dial(_patch, 2e-3, 0.5, ("incline",)),
-    "wavy_floor": Dial(_wave, 1e-3, 0.4, STYLES), "wearing_surface": Dial(_wear, 2e-3, 0.25, ("launched",)),
-    "thread": Dial(_thread, 0.01, 3.0, STYLES),
+    "wavy_floor": Dial(_wave, 1e-3, 0.4, STYLES),
+    "shaken_board": Dial(_shaken, 0.01, 4.0, STYLES),
 }
 DEGENERATE = (("linear_drag", "incline"), ("viscous_friction", "incline"), ("margin_offset", "launched"), ("size_error", "incline"),
               ("size_error", "launched"))

@@ -62,7 +62,7 @@ class Lens:
         for part, plain, bleached in zip(rows, self.plain, self.white, strict=True):
             flat = (whitened(part, self.rho) if white else part).ravel()
             basis = bleached if white else plain
-            out.append(flat - basis @ (basis.T @ flat))
+            out.append(flat - basis @ (basis.T @ flat) if basis.shape[1] else flat)
         return np.concatenate(out)
 
     def strength(self, rows):
@@ -90,30 +90,34 @@ class Lens:
             self._sensitivities[name] = result
         return result
 
-    def fit(self, names, rows, turns=4):
-        """Library laws fitted to noiseless rows: ({name: parameters}, remaining information). Gauss-Newton from the null values."""
+    def fit(self, names, rows, turns=4, near=None):
+        """Library laws fitted to noiseless rows: ({name: parameters}, remaining information). Gauss-Newton from the null values,
+        or from `near`, laws whose parameters are known to be close."""
         target = self.project(rows, white=True)
-        laws = {name: nulls(name, self.setup) for name in names}
-        if "stribeck_friction" in laws:
-            laws["stribeck_friction"]["ratio"] = 1.1
-        if "anisotropic_friction" in laws:
-            laws["anisotropic_friction"].update(ratio=1.05, angle=0.4)
-        best = laws, float(target @ target)
+        plain = {name: nulls(name, self.setup) for name in names}
+        starts = _starts(plain)
+        if near:
+            starts = [{name: {key: near[name].get(key, value) for key, value in plain[name].items()} for name in names}]
+        return min((self._descend(names, target, start, turns) for start in starts), key=lambda found: found[1])
+
+    def _descend(self, names, target, laws, turns):
+        """Gauss-Newton with halved steps from one start: ({name: parameters}, remaining information)."""
+        residual = target - self.project(self.signal(laws), white=True)
+        left = float(residual @ residual)
         for _ in range(turns):
             design = np.concatenate([self.sensitivities(name, laws) for name in names], axis=1)
-            residual = target - self.project(self.signal(laws), white=True)
             change = np.linalg.lstsq(design, residual, rcond=1e-10)[0]
-            laws = _moved(laws, names, change)
-            left = target - self.project(self.signal(laws), white=True)
-            if not np.isfinite(left).all():
-                break
-            if left @ left < best[1]:
-                gain, best = best[1] - left @ left, (laws, float(left @ left))
-                if gain < 1e-3 * (1 + best[1]):
+            for shrink in (1.0, 0.4, 0.1):
+                tried = _moved(laws, names, shrink * change)
+                rest = target - self.project(self.signal(tried), white=True)
+                if np.isfinite(rest).all() and rest @ rest < left:
+                    gain, laws, residual, left = left - rest @ rest, tried, rest, float(rest @ rest)
                     break
             else:
                 break
-        return best
+            if gain < 1e-3 * (1 + left):
+                break
+        return laws, left
 
     def cosine(self, name, rows):
         """Cosine between noiseless rows and what a library law can do near its null value."""
@@ -136,6 +140,17 @@ def _basis(columns):
     matrix = matrix / np.where(size > 1e-12, size, 1.0)
     left, values, _ = np.linalg.svd(matrix, full_matrices=False)
     return left[:, values > 1e-7]
+
+
+def _starts(laws):
+    """Where the search begins: null values, or beside them where the null value hides the law's other parameters."""
+    if "stribeck_friction" in laws:
+        return [{**laws, "stribeck_friction": {"ratio": 1.1, "speed": speed}} for speed in (0.12, 0.3)]
+    if "anisotropic_friction" in laws:
+        return [{**laws, "anisotropic_friction": {"ratio": 1.02, "angle": angle}} for angle in (0.4, 1.2)]
+    if laws.get("restitution", {}).get("coefficient") == 0:  # a rebound goes with the square
+        return [{**laws, "restitution": {"coefficient": 0.1}}]
+    return [laws]
 
 
 def _moved(laws, names, change):

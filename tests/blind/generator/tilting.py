@@ -9,12 +9,12 @@ from .noise import product, small_turn
 @njit(cache=True)
 def angular_acceleration(angle, rate, t, p):
     """Angular acceleration [rad/s2]; p = lever_1, lever_3 [m] of the centre from the edge upright, inertia about the edge / m,
-    g_1, g_3, then outside: damping [1/s], spring [1/s2], shake amplitude [m/s2], shake frequency, shake phase, kick, kick time."""
+    g_1, g_3, then outside: shake amplitude [m/s2], rate [rad/s], phase, kick [rad/s2], its time [s] and side."""
     c, s = np.cos(angle), np.sin(angle)
     x, z = p[0] * c + p[1] * s, p[1] * c - p[0] * s
-    g1 = p[3] + p[7] * np.sin(p[8] * t + p[9])
-    kick = p[10] * np.exp(-((t - p[11]) / 0.05) ** 2)
-    return (z * g1 - x * p[4]) / p[2] - p[5] * rate - p[6] * angle + kick
+    g1 = p[3] + p[5] * np.sin(p[6] * t + p[7])
+    kick = p[8] * p[10] * np.exp(-((t - p[9]) / 0.05) ** 2)
+    return (z * g1 - x * p[4]) / p[2] + kick
 
 
 @njit(cache=True)
@@ -57,8 +57,8 @@ def parameters(inputs, effects, heading):
     g = inputs["gravity"]
     g1 = g * (np.sin(ax) * np.cos(heading) + np.sin(ay) * np.sin(heading))
     g3 = -g * np.sqrt(1 - np.sin(ax) ** 2 - np.sin(ay) ** 2)
-    outside = {"damping": 0.0, "spring": 0.0, "shake": 0.0, "frequency": 1.0, "phase": 0.0, "kick": 0.0, "kick_time": 0.0}
-    for name in ("sticky_edge", "hinge_spring", "shaken_floor", "kick"):
+    outside = {"shake": 0.0, "frequency": 1.0, "phase": 0.0, "kick": 0.0, "kick_time": 0.0, "side": 1.0}
+    for name in ("shaken_floor", "kick"):
         outside.update({key: value for key, value in effects.get(name, {}).items() if key in outside})
     return np.array([*mass_centre, inertia, g1, g3, *outside.values()])
 

@@ -21,9 +21,8 @@ HIDDEN = {
 }
 OUTSIDE = {
     "camera_shake": camera_shake(STYLES, low=1e-4), "camera_drift": camera_drift(STYLES, high=2.0),
-    "hinge_spring": Dial(lambda rng: lambda a: {"hinge_spring": {"spring": -a}}, 0.02, 30.0, STYLES),
     "shaken_floor": Dial(lambda rng: _shaken(rng), 0.01, 6.0, STYLES),
-    "kick": Dial(lambda rng: lambda a: {"kick": {"kick": a, "kick_time": 0.15}}, 0.02, 40.0, STYLES),
+    "kick": Dial(lambda rng: lambda amplitude: {"kick": {"kick": amplitude}}, 0.02, 60.0, STYLES),
 }
 DEGENERATE = ()
 DOUBLES = (("inertia_error", "tilted_gravity", "falls"), ("clock_offset", "tilted_frame", "falls"), ("inertia_error", "length_scale", "falls"))
