@@ -56,7 +56,13 @@ def _obstacle(kind, name, measurement, contact):
         return "there is no floor"
     if name in ("magnus", "orientation_drag") and not spin_known:
         return "the spin is neither measured nor stated"
-    if name in ("spin_decay", "inertia_error") and "rx" not in columns:
+    if name == "spin_decay" and "rx" not in columns:
+        return "orientations are not measured"
+    if name in ("inertia_error", "centre_of_mass_offset") and not (contact or "rx" in columns):
+        return "orientations are not measured"
+    if name in ("bottom_slope", "margin_offset") and not contact:
+        return "nothing touches in these data"
+    if name == "centre_of_mass_offset" and trials[0].body.shape == "sphere" and "rx" not in columns:
         return "orientations are not measured"
     if name == "clock_offset" and not any("velocity" in trial.start for trial in trials):
         return "the moment of release is not known (no start velocity stated)"

@@ -11,11 +11,12 @@ import numpy as np
 
 from minibullet import rotations
 
-from . import inference
-from .model import Model, Shots
+from . import contact_motion, inference
+from .model import Model, Shots, solid
 
 CHANNELS = ("x", "y", "z", "rx", "ry", "rz")
-STEPS = np.array([1e-4] * 3 + [1e-3] * 3 + [1e-4] * 3 + [1e-3] * 3)  # differences of a start: m, m/s, rad, rad/s
+SLOTS = ("position", "velocity", "orientation", "angular_velocity")
+STEPS = (1e-4, 1e-3, 1e-4, 1e-3)  # differences of a start: m, m/s, rad, rad/s
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,7 @@ class Recording:
     sample: np.ndarray  # row of the trial (n,)
     times: np.ndarray  # (n,) [s]
     links: inference.Chain
-    unknown: tuple[int, ...]  # which of the 12 numbers of the start are fitted
+    unknown: tuple  # what of the start is fitted: (slot, direction (3,)) each
 
 
 @dataclass(frozen=True)
@@ -102,12 +103,26 @@ class Problem:
         sigma = np.where(channel < 3, noise.position or 1.0, noise.orientation or 1.0)
         rho = np.where(channel < 3, noise.rho, noise.rho_orientation)
         times = trial.times[sample]
-        known = [("position" in trial.start)] * 3 + [("velocity" in trial.start)] * 3 + [("orientation" in trial.start)] * 3 + [
-            ("angular_velocity" in trial.start)] * 3
-        measured = there.any(axis=0)
-        seen = [measured[0], measured[1], measured[2]] * 2 + [measured[3]] * 6
-        unknown = tuple(k for k in range(12) if seen[k] and not known[k])
-        return Recording(channel, sample, times, inference.chain(channel, times, sigma, rho, noise.step), unknown)
+        links = inference.chain(channel, times, sigma, rho, noise.step)
+        return Recording(channel, sample, times, links, self._unknown(index, there.any(axis=0)))
+
+    def _unknown(self, index, measured):
+        """What of a start is neither stated nor fixed by lying on the floor: ((slot, direction), ...)."""
+        trial, seated = self.trials[index], self.shots.seated[index]
+        axes = [axis for axis, seen in zip(np.eye(3), measured[:3], strict=True) if seen]
+        if seated:
+            normal = np.asarray(trial.surroundings.floor_normal)
+            first = np.eye(3)[np.argmin(np.abs(normal))]
+            first = first - (first @ normal) * normal
+            first /= np.linalg.norm(first)
+            axes = [first, np.cross(normal, first)]
+        turns = list(np.eye(3)) if measured[3] else []
+        rolls = axes if seated and trial.body.shape == "sphere" and not measured[3] and "velocity" not in trial.start else turns
+        found = []
+        for slot, directions in enumerate((axes, axes, turns, rolls)):
+            if SLOTS[slot] not in trial.start:
+                found += [(slot, direction) for direction in directions]
+        return tuple(found)
 
     def drop(self, flags):
         """Leave isolated samples out, for every model alike: flags is a list of (n, 6) booleans."""
@@ -155,18 +170,27 @@ class Problem:
                                 ("angular_velocity", slice(10, 13))):
                 if name in trial.start:
                     starts[k, place] = trial.start[name]
+            if self.shots.seated[k]:
+                self._seat(starts[k], trial)
         return starts
 
     @staticmethod
-    def shifted(start, number, amount):
-        """A start (13,) with one of its 12 numbers changed."""
+    def _seat(start, trial):
+        """Put a start (13,) on the nominal floor, in place; a ball whose spin nobody knows rolls."""
+        shape = solid(trial.body).shape
+        start[:] = contact_motion.seat(shape, start, trial.surroundings, trial.surroundings, 0.0)
+        if trial.body.shape == "sphere" and "angular_velocity" not in trial.start and not np.isfinite(trial.orientation).any():
+            start[10:13] = np.cross(trial.surroundings.floor_normal, start[3:6]) / shape.bounding_radius
+
+    @staticmethod
+    def shifted(start, unknown, amount):
+        """A start (13,) changed by an amount of one of its unknowns."""
         start = start.copy()
-        if number < 6:
-            start[number] += amount
-        elif number < 9:
-            start[6:10] = rotations.product(rotations.exponential(amount * np.eye(3)[number - 6]), start[6:10])
+        slot, direction = unknown
+        if slot == 2:
+            start[6:10] = rotations.product(rotations.exponential(amount * direction), start[6:10])
         else:
-            start[number + 1] += amount
+            start[(0, 3, None, 10)[slot]:(3, 6, None, 13)[slot]] += amount * direction
         return start
 
     def residuals(self, model, starts):
@@ -186,7 +210,7 @@ class Problem:
         rows, owner = [starts], [np.arange(len(self.trials))]
         for k, recording in enumerate(self.recordings):
             for number in recording.unknown:
-                rows.append(self.shifted(starts[k], number, STEPS[number] * self.difference)[None])
+                rows.append(self.shifted(starts[k], number, STEPS[number[0]] * self.difference)[None])
                 owner.append(np.array([k]))
         owner = np.concatenate(owner)
         answers = self.shots.simulate(model, np.concatenate(rows), owner)
@@ -195,7 +219,7 @@ class Problem:
         for k, recording in enumerate(self.recordings):
             columns = []
             for number in recording.unknown:
-                columns.append((raw[k] - self.residual(k, answers[place])) / (STEPS[number] * self.difference))
+                columns.append((raw[k] - self.residual(k, answers[place])) / (STEPS[number[0]] * self.difference))
                 place += 1
             n.append(inference.whiten(recording.links, np.column_stack(columns)) if columns else np.zeros((len(raw[k]), 0)))
         r = [inference.whiten(recording.links, part) for recording, part in zip(self.recordings, raw, strict=True)]

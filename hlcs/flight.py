@@ -12,6 +12,8 @@ from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.effects import contract
 
+JUMP = 60.0  # a mean acceleration over one step that only an impact gives [m/s2]
+
 
 class Track(NamedTuple):
     """Motion of B bodies on a common grid of T times since the start."""
@@ -23,7 +25,11 @@ class Track(NamedTuple):
     spin: np.ndarray  # angular velocity, world frame (T, B, 3) [rad/s]
 
     def look(self, times):
-        """Position (B, n, 3) and orientation (B, n, 4) at times (B, n): cubic Hermite inside, straight on outside."""
+        """Position (B, n, 3) and orientation (B, n, 4) at times (B, n).
+
+        Cubic Hermite between nodes, straight on outside; where the velocity jumps inside a step (an impact), two straight
+        pieces that meet at the moment of the jump.
+        """
         h = np.diff(self.times)
         last = len(self.times) - 2
         index = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, last)
@@ -37,6 +43,12 @@ class Track(NamedTuple):
         square, cube = inside**2, inside**3
         position = ((2 * cube - 3 * square + 1) * x0 + (cube - 2 * square + inside) * v0
                     + (3 * square - 2 * cube) * x1 + (cube - square) * v1)
+        jump = v0 - v1
+        size = np.sum(jump**2, axis=-1, keepdims=True)
+        hit = size > (JUMP * step[..., None] ** 2) ** 2
+        if hit.any():
+            moment = np.clip(np.sum((x1 - x0 - v1) * jump, axis=-1, keepdims=True) / np.where(size > 0, size, 1.0), 0.0, 1.0)
+            position = np.where(hit, np.where(inside < moment, x0 + inside * v0, x1 - (1 - inside) * v1), position)
         position = position + beyond * np.where(s[..., None] > 1, v1, v0) / step[..., None]
         q0, q1 = self.orientation[index, who], self.orientation[index + 1, who]
         turn = rotations.logarithm(rotations.product(q1, rotations.conjugate(q0)))

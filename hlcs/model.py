@@ -8,12 +8,12 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.bodies import Bodies
-from minibullet.effects import Gravity, compose
+from minibullet.effects import Effect, Gravity, compose
 from minibullet.errors import InputError
 
 from .effects import Candidate, build, candidate, class_named
-from .effects.contract import Scene, Setup, parameters
-from .experiment_files import Body, Surroundings
+from .effects.contract import Change, Scene, Setup, parameters
+from .experiment_files import Body
 from .flight import fly
 
 
@@ -27,6 +27,12 @@ class Solid(NamedTuple):
     radius: float  # of the sphere of equal volume [m]
     turn: tuple[float, ...]  # quaternion of the principal axes in body axes
     shape: object  # minibullet shape
+
+    @property
+    def tensor(self):
+        """Inertia about the centre of mass, body axes, (3, 3) [kg m2]."""
+        turn = rotations.matrix(np.array(self.turn))
+        return turn @ np.diag(self.inertia) @ turn.T
 
 
 @lru_cache(maxsize=4096)
@@ -96,9 +102,6 @@ class Model:
         """(effects for the engine with gravity first, changes of the set-up, changes of the look) in these surroundings."""
         built = [build_entry(entry, surroundings, self.own) for entry in self.fixed]
         built += [term.candidate.build(term.numbers, surroundings) for term in self.terms]
-        from minibullet.effects.contract import Effect
-
-        from .effects.contract import Change
         acting = [effect for effect in built if isinstance(effect, Effect)]
         changes = [change for change in built if isinstance(change, Change)]
         gravity = Gravity(acceleration=surroundings.gravity)
@@ -148,9 +151,10 @@ class Shots:
     `start_time` of its trial on the trial's own clock.
     """
 
-    def __init__(self, model, trials, start_time, contact=False, step=None):
+    def __init__(self, model, trials, start_time, contact=False, step=None, seated=None):
         self.trials = tuple(trials)
         self.contact = contact
+        self.seated = np.zeros(len(self.trials), bool) if seated is None else np.asarray(seated)
         self.start_time = np.asarray(start_time, dtype=float)
         heights = [trial.position[np.isfinite(trial.position[:, 2]), 2] for trial in self.trials]
         heights = np.concatenate(heights) if heights else np.zeros(0)
@@ -160,46 +164,38 @@ class Shots:
     def simulate(self, model, starts, owner, time_step=None):
         """[(position (n, 3), orientation (n, 4)) at the sample times of trials[owner[b]]] for starts (B, 13), owner (B,)."""
         answers = [None] * len(owner)
-        for key, members in self._kinds(owner):
+        for members in self._together(model, owner):
             inside = np.array(members)
-            for b, answer in zip(members, self._batch(model, key, starts[inside], owner[inside], time_step), strict=True):
+            for b, answer in zip(members, self._batch(model, starts[inside], owner[inside], time_step), strict=True):
                 answers[b] = answer
         return answers
 
-    def _kinds(self, owner):
-        """Runs that share surroundings go together: [(surroundings, indices)]."""
+    def _together(self, model, owner):
+        """Runs that can share one simulation: same surroundings, save that floors may differ where no effect reads them."""
+        floors_matter = bool({"wall_drag", "ground_cushion"} & set(model.names))
         kinds = {}
         for b, who in enumerate(owner):
-            kinds.setdefault(self.trials[who].surroundings, []).append(b)
-        return kinds.items()
+            surroundings = self.trials[who].surroundings
+            key = surroundings if floors_matter else replace(surroundings, floor_height=None, floor_normal=())
+            kinds.setdefault(key, []).append(b)
+        return kinds.values()
 
-    def _batch(self, model, surroundings: Surroundings, starts, owner, time_step):
-        effects, setups, looks = model.changes(surroundings)
-        prepared = {}
-        for who in set(owner.tolist()):
-            setup = Setup(self.trials[who].body, surroundings)
-            for change in setups:
+    def _batch(self, model, starts, owner, time_step):
+        surroundings = self.trials[owner[0]].surroundings
+        effects, changes, looks = model.changes(surroundings)
+        setups = {}
+        for who in sorted(set(owner.tolist())):
+            setup = Setup(self.trials[who].body, self.trials[who].surroundings)
+            for change in changes:
                 setup = change.setup(setup)
-            prepared[who] = setup
-        setup_surroundings = next(iter(prepared.values())).surroundings
-        solids = [solid(prepared[who].body) for who in owner]
+            setups[who] = setup
         samples = [self.trials[who].times - self.start_time[who] for who in owner]
         longest = max(len(times) for times in samples)
         times = np.stack([np.pad(t, (0, longest - len(t)), mode="edge") for t in samples])
         step = time_step or self.step
-        duration = max(float(times.max()), step) * 1.0
+        duration = max(float(times.max()), step)
         duration += 0.06 * duration + 0.05 if looks else 0.0
-        turn = np.array([s.turn for s in solids])
-        state = Bodies(position=starts[:, :3], orientation=rotations.product(starts[:, 6:10], turn),
-                       twist=np.concatenate([starts[:, 3:6], starts[:, 10:13]], axis=1), mass=np.array([s.mass for s in solids]),
-                       inertia=np.array([s.inertia for s in solids]), volume=np.array([s.volume for s in solids]),
-                       area=np.array([s.area for s in solids]), radius=np.array([s.radius for s in solids]))
-        if self.contact:
-            from .contact_motion import touch_down
-            track = touch_down(state, [s.shape for s in solids], turn, effects, setup_surroundings, duration, step)
-        else:
-            track = fly(state, effects, duration, step)
-        track = track._replace(orientation=rotations.product(track.orientation, rotations.conjugate(turn)))
+        track = self._move([setups[who] for who in owner], starts, owner, effects, duration, step)
         look = track.look
         if looks:
             still = np.all(starts[:, 3:6] == 0, axis=1) & np.array(["velocity" in self.trials[who].start for who in owner])
@@ -208,6 +204,43 @@ class Shots:
                 look = change.look(look, scene)
         position, orientation = look(times)
         return [(position[b, :len(t)], orientation[b, :len(t)]) for b, t in enumerate(samples)]
+
+    def _move(self, setups, starts, owner, effects, duration, step):
+        """Track of the tracked points, by flight alone or with contacts."""
+        solids = [solid(setup.body) for setup in setups]
+        centres = np.array([setup.centre for setup in setups])
+        shapes = [s.shape for s in solids]
+        if self.contact:
+            from . import contact_motion
+
+            starts = np.array([contact_motion.seat(shape, start, self.trials[who].surroundings, setup.surroundings, setup.margin)
+                               if self.seated[who] else start
+                               for shape, start, who, setup in zip(shapes, starts, owner, setups, strict=True)])
+            floors = [None if setup.surroundings.floor_height is None else (setup.surroundings.floor_normal,
+                                                                            setup.surroundings.floor_height) for setup in setups]
+        starts = starts.copy()
+        off_centre = bool(centres.any())
+        if off_centre:
+            arms = rotations.rotate(starts[:, 6:10], centres)
+            starts[:, :3] += arms
+            starts[:, 3:6] += np.cross(starts[:, 10:13], arms)
+            shapes = [contact_motion.OffCentre(shape, setup.centre) if self.contact else shape
+                      for shape, setup in zip(shapes, setups, strict=True)]
+        if self.contact:
+            track = contact_motion.run(solids, shapes, starts, floors, effects, setups[0].surroundings.friction,
+                                       setups[0].surroundings.restitution, np.array([setup.margin for setup in setups]),
+                                       duration, step)
+        else:
+            turn = np.array([s.turn for s in solids])
+            twist = np.concatenate([starts[:, 3:6], starts[:, 10:13]], axis=1)
+            state = Bodies(starts[:, :3], rotations.product(starts[:, 6:10], turn), twist, *(
+                np.array([getattr(s, name) for s in solids]) for name in ("mass", "inertia", "volume", "area", "radius")))
+            track = fly(state, effects, duration, step)
+            track = track._replace(orientation=rotations.product(track.orientation, rotations.conjugate(turn)))
+        if off_centre:
+            arms = rotations.rotate(track.orientation, centres[None])
+            track = track._replace(position=track.position - arms, velocity=track.velocity - np.cross(track.spin, arms))
+        return track
 
 
 def term_for(name, surroundings, numbers, own=()):

@@ -42,8 +42,8 @@ def _noise(noise):
 def _where_lines(rows, unit):
     keys = [key for key in rows[0] if key not in ("rms", "sigma")]
     head = "  " + " ".join(f"{key:>{_width(key)}s}" for key in keys) + f" {'rms ' + unit:>12s} {'in sigma':>9s}"
-    return [head] + ["  " + " ".join(f"{_cell(row[key]):>{_width(key)}s}" for key in keys) + f" {row['rms']:12.4g} {row['sigma']:9.2f}"
-                     for row in rows]
+    cells = ["  " + " ".join(f"{_cell(row[key]):>{_width(key)}s}" for key in keys) for row in rows]
+    return [head] + [text + f" {row['rms']:12.4g} {row['sigma']:9.2f}" for text, row in zip(cells, rows, strict=True)]
 
 
 def _cell(value):

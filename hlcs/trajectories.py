@@ -7,6 +7,7 @@ import numpy as np
 from minibullet import rotations
 
 from . import inference
+from .contact_motion import gap
 from .fit import CHANNELS, Fit, Problem
 from .measurement import Measurement
 from .model import Model, Shots, solid
@@ -58,6 +59,27 @@ def touches(trials, noise):
     return False
 
 
+def starts_seated(trial, time, noise):
+    """Does the body lie on its floor at the start? By the stated position, else by the first samples' gap within their noise."""
+    if trial.surroundings.floor_height is None:
+        return False
+    shape = solid(trial.body).shape
+    there = np.flatnonzero(np.isfinite(trial.position).all(axis=1))
+    if len(there) == 0:
+        return False
+    orientation = trial.start.get("orientation")
+    if orientation is None:
+        orientation = trial.orientation[there[0]] if np.isfinite(trial.orientation[there[0], 0]) else (1.0, 0.0, 0.0, 0.0)
+    orientation = np.asarray(orientation, dtype=float)
+    if "position" in trial.start:
+        lift = gap(shape, np.asarray(trial.start["position"]), orientation, trial.surroundings)
+        return abs(lift) < 1e-3 * shape.bounding_radius + 1e-5
+    first = there[:6]
+    lifts = np.array([gap(shape, position, orientation, trial.surroundings) for position in trial.position[first]])
+    tolerance = 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius
+    return bool(np.all(np.abs(lifts) < tolerance))
+
+
 def prepare(measurement: Measurement, own=()):
     """Noise, problem and the fit of the model under test."""
     noise = estimate_noise(measurement)
@@ -69,7 +91,9 @@ def prepare(measurement: Measurement, own=()):
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     for trial in trials[:1]:
         model.changes(trial.surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
-    problem = Problem(trials, noise, Shots(model, trials, start_times(trials), contact))
+    times = start_times(trials)
+    seated = [contact and starts_seated(trial, time, noise) for trial, time in zip(trials, times, strict=True)]
+    problem = Problem(trials, noise, Shots(model, trials, times, contact, seated=seated))
     base = problem.fit(model)
     flags, found = [], 0
     for trial, recording, raw in zip(trials, problem.recordings, base.linear.raw, strict=True):

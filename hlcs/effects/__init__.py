@@ -15,12 +15,13 @@ from minibullet.effects.contract import Effect
 from minibullet.errors import InputError
 
 from ..experiment_files import Surroundings
-from . import body, measurement
+from . import body, ground, measurement, numerics
 from .contract import Change, name_of, parameters
 
 SHARED_FORCES = {forces.Gravity}  # part of every model, never a candidate
 NOT_FORCES = (measurement.TiltedFrame, measurement.LengthScale, measurement.TimeScale, measurement.ClockOffset,
-              measurement.CalibrationCurve, measurement.TrackerSmoothing, body.MassOffset, body.SizeError, body.InertiaError)
+              measurement.CalibrationCurve, measurement.TrackerSmoothing, body.MassOffset, body.SizeError,
+              body.InertiaError, body.CentreOfMassOffset, ground.BottomSlope, numerics.MarginOffset)
 
 # Entries that may turn out to be one and the same for given data, with the name of their set.
 SETS = {"effective_gravity": ("buoyancy", "length_scale", "time_scale"),

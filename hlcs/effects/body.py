@@ -35,6 +35,23 @@ class SizeError(Change):
 
 
 @dataclass(frozen=True)
+class CentreOfMassOffset(Change):
+    """The centre of mass lies off the centre of the shape, in multiples of its size (side of the cube of equal volume)."""
+
+    x: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0)
+    y: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0)
+    z: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0)
+    group = "body"
+
+    def setup(self, setup):
+        from ..model import solid
+
+        size = solid(setup.body).volume ** (1 / 3)
+        moved = tuple(here + size * part for here, part in zip(setup.centre, (self.x, self.y, self.z), strict=True))
+        return replace(setup, centre=moved)
+
+
+@dataclass(frozen=True)
 class InertiaError(Change):
     """True principal moments = factors times the model's; what turns freely or tips tells."""
 

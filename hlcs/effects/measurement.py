@@ -6,23 +6,15 @@ import numpy as np
 
 from minibullet import rotations
 
-from .contract import Change, Scene, parameter
+from .contract import Change, parameter
 
 # nodes and weights of Gauss-Legendre on [-1/2, 1/2]: a moving average of a smooth motion to high order
 _NODES, _WEIGHTS = (0.5 * half for half in np.polynomial.legendre.leggauss(5))
 
 
-def _anchor(scene: Scene):
-    """The point that frames and scales leave fixed: below the start, on the floor if there is one, (B, 1, 3)."""
-    anchor = np.array(scene.start_position, dtype=float)
-    if scene.floor_height is not None:
-        anchor[:, 2] = scene.floor_height
-    return anchor[:, None, :]
-
-
 @dataclass(frozen=True)
 class TiltedFrame(Change):
-    """The camera's axes lean: recorded = R_y(angle_y) R_x(angle_x) true, so in flight it looks like tilted gravity."""
+    """The camera's axes lean about its origin: recorded = R_y(angle_y) R_x(angle_x) true; in flight like tilted gravity."""
 
     angle_x: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
     angle_y: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
@@ -31,27 +23,24 @@ class TiltedFrame(Change):
     def look(self, look, scene):
         turn = rotations.product(rotations.exponential(np.array([0.0, self.angle_y, 0.0])),
                                  rotations.exponential(np.array([self.angle_x, 0.0, 0.0])))
-        anchor = _anchor(scene)
 
         def seen(times):
             position, orientation = look(times)
-            return anchor + rotations.rotate(turn, position - anchor), rotations.product(turn, orientation)
+            return rotations.rotate(turn, position), rotations.product(turn, orientation)
         return seen
 
 
 @dataclass(frozen=True)
 class LengthScale(Change):
-    """Wrong scale of the picture: recorded lengths = factor times true lengths."""
+    """Wrong scale of the picture: recorded = factor times true coordinates, about the origin of the file's frame."""
 
     factor: float = parameter(1.0, unit="-", low=0.9, high=1.1, null=1.0)
     group = "measurement"
 
     def look(self, look, scene):
-        anchor = _anchor(scene)
-
         def seen(times):
             position, orientation = look(times)
-            return anchor + self.factor * (position - anchor), orientation
+            return self.factor * position, orientation
         return seen
 
 

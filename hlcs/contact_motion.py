@@ -1,0 +1,107 @@
+"""Motion with contacts: many independent runs of one body on its floor, side by side in one World of the engine."""
+
+import inspect
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from minibullet import rotations
+
+from .flight import Track
+
+
+@dataclass(frozen=True)
+class OffCentre:
+    """A solid whose centre of mass was moved by `centre` (body axes) [m]; everything else is the shape's own."""
+
+    shape: object
+    centre: tuple
+
+    def __getattr__(self, name):
+        return getattr(self.shape, name)
+
+    @cached_property
+    def pieces(self):
+        """Convex pieces relative to the moved centre of mass."""
+        from minibullet.shapes import ConvexPiece
+
+        return tuple(ConvexPiece(piece.vertices - np.asarray(self.centre), piece.radius) for piece in self.shape.pieces)
+
+
+def support(shape, orientation, normal):
+    """Heights of all vertices (less their rounding radius) above the centre of mass along the normal, (V,) [m]."""
+    heights = [rotations.rotate(orientation, piece.vertices) @ normal - piece.radius for piece in shape.pieces]
+    return np.concatenate(heights)
+
+
+def gap(shape, position, orientation, surroundings):
+    """Gap between a body and its floor [m]; inf without a floor."""
+    if surroundings.floor_height is None:
+        return np.inf
+    normal = np.asarray(surroundings.floor_normal)
+    return float(position @ normal - surroundings.floor_height + support(shape, orientation, normal).min())
+
+
+def seat(shape, start, nominal, actual, margin):
+    """A start (13,) that rests on the nominal floor, moved to rest on the actual one; its velocity into the floor taken out.
+
+    A face or a rounded body that lies flat turns with the floor; a body on an edge or corner keeps its attitude.
+    """
+    start = start.copy()
+    old, new = np.asarray(nominal.floor_normal), np.asarray(actual.floor_normal)
+    if not np.allclose(old, new):
+        heights = support(shape, start[6:10], old)
+        if np.sum(heights < heights.min() + 0.01 * np.ptp(heights) + 1e-9) >= 3:
+            turn = rotations.between(old, new)
+            start[6:10] = rotations.product(turn, start[6:10])
+    start[:3] += (margin - gap(shape, start[:3], start[6:10], actual)) * new
+    start[3:6] -= (start[3:6] @ new) * new
+    return start
+
+
+def run(solids, shapes, starts, floors, effects, friction, restitution, margins, duration, step):
+    """Track of B runs: shapes and starts (B, 13) on floors [(normal, height) or None]; no run touches another."""
+    import minibullet as mb
+
+    world = mb.World(effects=effects, settings=mb.Settings(time_step=step, friction=friction, restitution=restitution,
+                                                           margin=float(margins.max())))
+    distinct = {floor for floor in floors if floor is not None}
+    for b, (solid, shape, start, floor) in enumerate(zip(solids, shapes, starts, floors, strict=True)):
+        if floor is not None and len(distinct) > 1:
+            _own_floor(world, floor, b, start, duration, shape)
+        world.add(shape, mass=solid.mass, inertia=solid.tensor, position=start[:3], orientation=start[6:10], velocity=start[3:6],
+                  angular_velocity=start[10:13], name=f"run {b}", group=b)
+    if len(distinct) == 1:
+        (normal, height), = distinct
+        world.add_plane(normal, height)
+    count = max(int(np.ceil(duration / step - 1e-9)), 1)
+    record = [np.empty((count + 1, len(starts), size)) for size in (3, 3, 4, 3)]
+    for store, columns in zip(record, (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)), strict=True):
+        store[0] = starts[:, columns]
+    order = None
+    for k in range(1, count + 1):
+        world.step()
+        last = world.last_step
+        if order is None:
+            place = {name: row for row, name in enumerate(last.names)}
+            order = np.array([place[f"run {b}"] for b in range(len(starts))])
+            frames = np.array([world.registry.scene.frame[row] for row in order])
+        after = last.after
+        record[0][k], record[1][k], record[3][k] = after.position[order], after.twist[order, :3], after.twist[order, 3:]
+        record[2][k] = rotations.product(after.orientation[order], rotations.conjugate(frames))
+    return Track(np.arange(count + 1) * step, *record)
+
+
+def _own_floor(world, floor, group, start, duration, shape):
+    """A floor that only one group touches."""
+    normal, height = np.asarray(floor[0]), floor[1]
+    if "group" in inspect.signature(world.add_plane).parameters:
+        world.add_plane(normal, height, group=group)
+        return
+    import minibullet as mb
+
+    reach = 2.0 * (np.linalg.norm(start[3:6]) * duration + 5.0 * duration**2) + 10 * shape.bounding_radius
+    centre = start[:3] - (start[:3] @ normal - height + reach / 4) * normal
+    turn = rotations.between(np.array([0.0, 0.0, 1.0]), normal)
+    world.add(mb.Box(2 * reach, 2 * reach, reach / 2), density=1000.0, position=centre, orientation=turn, fixed=True, group=group)

@@ -1,0 +1,24 @@
+"""The ground is not as level as the file says."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .contract import Change, parameter
+
+
+@dataclass(frozen=True)
+class BottomSlope(Change):
+    """The floor rises by grade_x along x and grade_y along y beside its stated slope; gravity stays vertical."""
+
+    grade_x: float = parameter(0.0, unit="-", low=-0.1, high=0.1, null=0.0)
+    grade_y: float = parameter(0.0, unit="-", low=-0.1, high=0.1, null=0.0)
+    group = "ground"
+
+    def setup(self, setup):
+        surroundings = setup.surroundings
+        if surroundings.floor_height is None:
+            return setup
+        normal = np.asarray(surroundings.floor_normal) - np.array([self.grade_x, self.grade_y, 0.0])
+        normal = tuple(float(part) for part in normal / np.linalg.norm(normal))
+        return replace(setup, surroundings=replace(surroundings, floor_normal=normal))
