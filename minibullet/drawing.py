@@ -63,12 +63,15 @@ def write_page(path, scene, *, title="minibullet", colours=None):
 
 def page(scene, *, title="minibullet", colours=None):
     """The text of that HTML page, to be embedded elsewhere."""
+    items = _items(scene, colours)
+    # Lengths in units of the smallest body: five digits are then enough for any size.
+    unit = min(np.abs(vertices).max() for item in items for vertices, _ in item.parts)
     numbers, shapes, bodies = {}, [], []
-    for item in _items(scene, colours):
+    for item in items:
         if item.key not in numbers:
             numbers[item.key] = len(shapes)
-            shapes.append([[_rounded(vertices), [list(loop) for loop in faces]] for vertices, faces in item.parts])
-        bodies.append([numbers[item.key], _rounded(item.position), _rounded(item.orientation), _rounded(item.colour, 3)])
+            shapes.append([[_rounded(vertices / unit), [list(loop) for loop in faces]] for vertices, faces in item.parts])
+        bodies.append([numbers[item.key], _rounded(item.position / unit), _rounded(item.orientation), _rounded(item.colour, 3)])
     # "<" cannot end the script early when it is written as an escape.
     data = json.dumps({"title": title, "shapes": shapes, "bodies": bodies}, separators=(",", ":")).replace("<", "\\u003c")
     template = files("minibullet").joinpath("page.html").read_text(encoding="utf-8")
@@ -134,12 +137,17 @@ def _parts(shape):
 
 
 def _round_part(piece):
-    """A ball or capsule as the hull of 400 points spread evenly over balls about its one or two vertices."""
-    k = np.arange(400) + 0.5
-    z, turn = 1.0 - 2.0 * k / len(k), np.pi * (1.0 + np.sqrt(5.0)) * k       # golden spiral
-    ball = np.column_stack([np.sqrt(1.0 - z * z) * np.cos(turn), np.sqrt(1.0 - z * z) * np.sin(turn), z])
-    hull = ConvexPiece(np.concatenate([vertex + piece.radius * ball for vertex in piece.vertices]))
-    return hull.vertices, hull.faces
+    """A ball or capsule as a polyhedron of rings about its axis, 32 faces round."""
+    core = piece.vertices[-1] - piece.vertices[0]
+    length = np.sqrt(core @ core)
+    angle = np.pi * np.arange(33) / 32
+    x = np.repeat(-piece.radius * np.cos(angle), 32)
+    x += np.where(x > 0, 0.5, -0.5) * length
+    ring = np.repeat(piece.radius * np.sin(angle), 32)
+    turn = np.tile(2.0 * angle[:32], 33)
+    hull = ConvexPiece(np.column_stack([x, ring * np.cos(turn), ring * np.sin(turn)]))
+    along = rotations.between([1.0, 0.0, 0.0], core) if length else rotations.IDENTITY
+    return rotations.rotate(along, hull.vertices) + piece.centre_of_mass, hull.faces
 
 
 def _solids(items):
@@ -173,7 +181,7 @@ def _rgb(colour):
 
 
 def _rounded(values, digits=5):
-    """Nested lists with so many digits after the point: a page is drawn, not computed with."""
+    """Nested lists of numbers with so many digits after the point: a page is looked at, not computed with."""
     return np.round(np.asarray(values, dtype=float), digits).tolist()
 
 

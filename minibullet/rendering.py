@@ -113,10 +113,11 @@ def _shaded(faces, inverse_depth, number, reach):
     depth = np.where(seen, 1.0 / np.where(seen, inverse_depth, 1.0), 0.0)
     share = np.maximum(uniform_filter(seen.astype(float), reach), 1e-6)
     around = uniform_filter(depth, reach) / share
-    span = np.ptp(depth[seen]) if seen.any() else 1.0
+    span = max(np.ptp(depth[seen]), 1e-6 * depth.max()) if seen.any() else 1.0
     # Towards the rim of the scene the surroundings are incomplete: fade out.
-    strength = 0.55 * np.clip(2.5 * share - 1.5, 0.0, 1.0)
-    image *= np.where(seen, 1.0 - strength * np.clip((depth - around) / (0.05 * span), 0.0, 1.0), 1.0)[..., None]
+    strength = 0.6 * np.clip(2.5 * share - 1.5, 0.0, 1.0)
+    deeper = np.maximum(depth - around, 0.0) / (0.08 * span)
+    image *= np.where(seen, 1.0 - strength * (1.0 - np.exp(-deeper)), 1.0)[..., None]
 
     for axis in (0, 1):
         one, two = number, np.roll(number, -1, axis=axis)
