@@ -108,7 +108,7 @@ def _items(scene, colours):
     high = np.max([position + shape.bounding_radius for shape, position, _, _ in solid], axis=0)
     items = [Item(shape, _parts(shape), position, orientation, _rgb(colour)) for shape, position, orientation, colour in solid]
     for _, position, orientation, colour in (row for row in rows if row[0] is None):
-        items.append(_floor(position, orientation, _rgb(colour), 0.5 * (low + high), 0.62 * np.max(high - low)))
+        items.append(_floor(position, orientation, _rgb(colour), 0.5 * (low + high), 0.56 * np.max(high - low)))
     return items
 
 

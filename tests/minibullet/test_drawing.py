@@ -52,7 +52,8 @@ def test_a_square_covers_its_area():
 def test_a_scene_scaled_by_a_power_of_two_is_the_same_picture():
     """Drawing has no length scale either."""
     def picture(s):
-        return rendering.render(solids((Box(s, 2 * s, 3 * s), HERE, UPRIGHT, RED), (Sphere(s), (0, 4 * s, 0), UPRIGHT, BLUE)), 120, 80)
+        box, ball = (Box(s, 2 * s, 3 * s), HERE, UPRIGHT, RED), (Sphere(s), (0.0, 4 * s, 0.0), UPRIGHT, BLUE)
+        return rendering.render(solids(box, ball), 120, 80)
     np.testing.assert_allclose(picture(1.0), picture(2.0**-10), atol=1e-12)
 
 
