@@ -15,14 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sparse
-from numba import njit
 from scipy.sparse.csgraph import connected_components
 
-from .cone import natural_map_error, project_cone, solve_block
+from .cone import compress, gauss_seidel, into_cone, natural_map_residual
 from .errors import InputError
-from .newton import proximal_newton
-
-MACHINE_EPSILON = 2.220446049250313e-16
+from .newton import solve_scaled
 
 
 class ContactSolution(NamedTuple):
@@ -33,113 +30,37 @@ class ContactSolution(NamedTuple):
     iterations: int  # Gauss-Seidel sweeps plus Newton steps, summed over the islands
 
 
-@njit(cache=True)
-def compress(W):
-    """Dense W (3m, 3m) as block rows: start (m+1,), column (b,), block (b, 3, 3); diagonal blocks are always kept."""
-    m = W.shape[0] // 3
-    filled = np.zeros((m, m), np.bool_)
-    for i in range(m):
-        for a in range(3):
-            for j in range(m):
-                if W[3 * i + a, 3 * j] != 0.0 or W[3 * i + a, 3 * j + 1] != 0.0 or W[3 * i + a, 3 * j + 2] != 0.0:
-                    filled[i, j] = True
-        filled[i, i] = True
-    start = np.zeros(m + 1, np.int64)
-    for i in range(m):
-        start[i + 1] = start[i] + filled[i].sum()
-    column = np.empty(start[m], np.int64)
-    block = np.empty((start[m], 3, 3))
-    k = 0
-    for i in range(m):
-        for j in range(m):
-            if filled[i, j]:
-                column[k] = j
-                block[k] = W[3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
-                k += 1
-    return start, column, block
-
-
-@njit(cache=True)
-def natural_map_residual(start, column, block, q, friction, impulse, reference_mass):
-    """E / max(|q|, |r|, |u|) with E = |r - P_K(r - u~)| and r in units of the reference mass; E itself if all of them vanish."""
-    error = q_2 = r_2 = u_2 = 0.0
-    for i in range(len(friction)):
-        u_n, u_1, u_2nd = q[3 * i], q[3 * i + 1], q[3 * i + 2]
-        q_2 += u_n * u_n + u_1 * u_1 + u_2nd * u_2nd
-        for k in range(start[i], start[i + 1]):
-            j, w = 3 * column[k], block[k]
-            u_n += w[0, 0] * impulse[j] + w[0, 1] * impulse[j + 1] + w[0, 2] * impulse[j + 2]
-            u_1 += w[1, 0] * impulse[j] + w[1, 1] * impulse[j + 1] + w[1, 2] * impulse[j + 2]
-            u_2nd += w[2, 0] * impulse[j] + w[2, 1] * impulse[j + 1] + w[2, 2] * impulse[j + 2]
-        r_n = impulse[3 * i] / reference_mass
-        r_1 = impulse[3 * i + 1] / reference_mass
-        r_2nd = impulse[3 * i + 2] / reference_mass
-        r_2 += r_n * r_n + r_1 * r_1 + r_2nd * r_2nd
-        u_2 += u_n * u_n + u_1 * u_1 + u_2nd * u_2nd
-        error += natural_map_error(r_n, r_1, r_2nd, u_n, u_1, u_2nd, friction[i], 1.0)
-    size = np.sqrt(max(q_2, r_2, u_2))
-    return np.sqrt(error) / size if size > MACHINE_EPSILON else np.sqrt(error)
-
-
-@njit(cache=True)
-def gauss_seidel(start, column, block, q, friction, impulse, sweeps):
-    """Solve every contact exactly with the others held, in order, `sweeps` times; changes impulse in place."""
-    for _ in range(sweeps):
-        for i in range(len(friction)):
-            b_n, b_1, b_2 = q[3 * i], q[3 * i + 1], q[3 * i + 2]
-            own = start[i]
-            for k in range(start[i], start[i + 1]):
-                if column[k] == i:
-                    own = k
-                    continue
-                j, w = 3 * column[k], block[k]
-                b_n += w[0, 0] * impulse[j] + w[0, 1] * impulse[j + 1] + w[0, 2] * impulse[j + 2]
-                b_1 += w[1, 0] * impulse[j] + w[1, 1] * impulse[j + 1] + w[1, 2] * impulse[j + 2]
-                b_2 += w[2, 0] * impulse[j] + w[2, 1] * impulse[j + 1] + w[2, 2] * impulse[j + 2]
-            w = block[own]
-            impulse[3 * i], impulse[3 * i + 1], impulse[3 * i + 2] = solve_block(
-                w[0, 0], w[0, 1], w[0, 2], w[1, 0], w[1, 1], w[1, 2], w[2, 0], w[2, 1], w[2, 2], b_n, b_1, b_2, friction[i]
-            )
-
-
-@njit(cache=True)
-def into_cone(friction, impulse):
-    """A copy of impulse (3m,) with every contact projected on its friction cone."""
-    inside = np.empty_like(impulse)
-    for i in range(len(friction)):
-        inside[3 * i], inside[3 * i + 1], inside[3 * i + 2] = project_cone(
-            impulse[3 * i], impulse[3 * i + 1], impulse[3 * i + 2], friction[i]
-        )
-    return inside
-
-
-def solve_dense(W, q, mu, r0, tolerance, reference_mass=1.0, sweeps=200):
+def solve_dense(W, q, mu, r0, tolerance, reference_mass=1.0):
     """One island, dense float64 W (3m, 3m), unchecked: returns (impulse, residual, iterations). r0 (3m,) is the warm start."""
-    start, column, block = compress(W)
-    impulse = into_cone(mu, r0)
-    if not q.any():
-        impulse[:] = 0.0
-    residual = natural_map_residual(start, column, block, q, mu, impulse, reference_mass)
+    return solve_rows(compress(W), q, mu, r0, tolerance, reference_mass)
+
+
+def solve_rows(rows, q, mu, r0, tolerance, reference_mass=1.0, sweeps=200):
+    """One island as block rows (start, column, block), unchecked: returns (impulse, residual, iterations)."""
+    impulse = into_cone(mu, r0) if q.any() else np.zeros_like(q)
+    residual = natural_map_residual(*rows, q, mu, impulse, reference_mass)
     used = 0
     while residual > tolerance and used < sweeps:
-        gauss_seidel(start, column, block, q, mu, impulse, 10)
+        gauss_seidel(*rows, q, mu, impulse, 10)
         used += 10
-        residual = natural_map_residual(start, column, block, q, mu, impulse, reference_mass)
+        residual = natural_map_residual(*rows, q, mu, impulse, reference_mass)
     if residual <= tolerance:
         return impulse, residual, used
 
     # one factor per contact keeps the cones; afterwards the diagonal of W and the velocities are about 1 in any units
-    length = np.repeat(1.0 / np.sqrt(np.diag(W).reshape(-1, 3).mean(axis=1)), 3)
-    speed = np.linalg.norm(length * q) / np.sqrt(len(q))
+    start, column, block = rows
+    row = np.repeat(np.arange(len(mu)), np.diff(start))
+    length = 1.0 / np.sqrt(np.trace(block[row == column], axis1=1, axis2=2) / 3.0)
+    scaled_rows = (start, column, block * (length[row] * length[column])[:, None, None])
+    scaled_q = np.repeat(length, 3) * q
+    speed = np.linalg.norm(scaled_q) / np.sqrt(len(q))
+    unit = speed * np.repeat(length, 3)
 
     def true_residual(scaled):
-        inside = into_cone(mu, length * speed * scaled)
-        return natural_map_residual(start, column, block, q, mu, inside, reference_mass)
+        return natural_map_residual(*rows, q, mu, into_cone(mu, unit * scaled), reference_mass)
 
-    scaled, residual, steps = proximal_newton(
-        length[:, None] * W * length, length * q / speed, mu, impulse / (length * speed), true_residual, tolerance
-    )
-    return into_cone(mu, length * speed * scaled), residual, used + steps
+    scaled, residual, steps = solve_scaled(scaled_rows, scaled_q / speed, mu, impulse / unit, true_residual, tolerance)
+    return into_cone(mu, unit * scaled), residual, used + steps
 
 
 def checked(W, q, mu, impulse):

@@ -1,113 +1,141 @@
-"""Semismooth Newton's method for the one-step friction problem, wrapped in a proximal loop.
+"""Newton's method for the one-step friction problem, for what Gauss-Seidel cannot finish.
 
-Used when Gauss-Seidel stalls: on hyperstatic stacks, large mass ratios and redundant contacts, where W is far from diagonal or
-singular. Impulses r and velocities u are arrays (3m,), order normal, tangent, tangent at each contact. Every step of the outer
-loop adds alpha (r - centre) to the velocity, so that W may be singular; at a fixed point r = centre the term vanishes.
+Hyperstatic stacks, large mass ratios and redundant contacts make W singular and far from diagonal. Two globalisations of the same
+Newton step share the work; each alone leaves problems unsolved that the other solves:
 
-Sources: P. Alart and A. Curnier, CMAME 92 (1991), the equations; R. T. Rockafellar, SIAM J. Control Optim. 14 (1976), the loop.
+- `follow_path` rounds the kinks of the law by a smoothing that goes to zero, as in interior-point methods: few, sure steps;
+- `proximal_loop` solves W + alpha I about the last iterate and lets alpha go to zero: slower, but works where no path exists.
+
+All problems come scaled: the diagonal of W and the velocities are about 1. `rows` is (start, column, block), see `cone`.
+
+Sources: M. Fukushima, Z.-Q. Luo, P. Tseng, SIAM J. Optim. 12 (2002), smoothing on second-order cones; R. T. Rockafellar, SIAM J.
+Control Optim. 14 (1976), the proximal point algorithm; V. Acary, M. Bremond, O. Huber (2018), both ideas compared for friction.
 """
 
 import numpy as np
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import splu
+
+from .cone import gauss_seidel, into_cone, law_equations, newton_system, velocity
 
 
-def alart_curnier(impulse, velocity, friction):
-    """Coulomb's law as equations F(r, u) = 0 and their generalised derivative.
+class Progress:
+    """The best impulse so far by the true residual, and the Newton steps spent of those allowed."""
 
-    F_N = r_N - max(y_N, 0), F_T = r_T - (y_T shortened to length mu max(y_N, 0)) with y = r - u. Returns F (m, 3) and the blocks
-    A = dF/dr and B = dF/du, both (m, 3, 3); a contact that takes off has B = 0.
-    """
-    r, u = impulse.reshape(-1, 3), velocity.reshape(-1, 3)
-    y = r - u
-    pressed = y[:, 0] > 0.0
-    limit = friction * np.maximum(y[:, 0], 0.0)
-    length = np.hypot(y[:, 1], y[:, 2])
-    sliding = length > limit
-    safe = np.where(length > 0.0, length, 1.0)
-    direction = y[:, 1:] / safe[:, None]
-    F = np.empty_like(r)
-    F[:, 0] = np.where(pressed, u[:, 0], r[:, 0])
-    F[:, 1:] = np.where(sliding[:, None], r[:, 1:] - limit[:, None] * direction, u[:, 1:])
-    A, B = np.zeros((len(r), 3, 3)), np.zeros((len(r), 3, 3))
-    A[:, 0, 0], B[:, 0, 0] = ~pressed, pressed
-    across = np.eye(2) - direction[:, :, None] * direction[:, None, :]
-    turning = np.where(sliding[:, None, None], (limit / safe)[:, None, None] * across, np.eye(2))
-    A[:, 1:, 1:], B[:, 1:, 1:] = np.eye(2) - turning, turning
-    growth = np.where(sliding & pressed, friction, 0.0)[:, None] * direction
-    A[:, 1:, 0], B[:, 1:, 0] = -growth, growth
-    return F, A, B
+    def __init__(self, residual, impulse, tolerance, steps):
+        self.residual, self.tolerance, self.steps, self.spent = residual, tolerance, steps, 0
+        self.impulse, self.best = impulse, residual(impulse)
+
+    def judge(self, impulse):
+        """Residual of an impulse; kept if it is the best so far."""
+        value = self.residual(impulse)
+        if value < self.best:
+            self.best, self.impulse = value, impulse
+        return value
+
+    @property
+    def over(self):
+        """Solved, or out of steps."""
+        return self.best <= self.tolerance or self.spent >= self.steps
 
 
-def newton_direction(W, alpha, impulse, F, A, B):
-    """Solve (A + B (W + alpha I)) d = -F; contacts that take off (B = 0, d = -r) are eliminated first. None if singular."""
-    m = len(F)
-    held = np.flatnonzero(B.any(axis=(1, 2)))
-    rows = (3 * held[:, None] + np.arange(3)).ravel()
+def regularised(rows, q, alpha, centre):
+    """Block rows and q of the velocity W r + q + alpha (r - centre)."""
+    start, column, block = rows
+    block = block.copy()
+    block[column == np.repeat(np.arange(len(start) - 1), np.diff(start))] += alpha * np.eye(3)
+    return (start, column, block), q - alpha * centre
+
+
+def newton_direction(rows, impulse, F, A, B):
+    """The Newton step (3m,), or None where the matrix is singular."""
+    number, pointer, index, value, right = newton_system(*rows, impulse, F, A, B)
     step = -impulse
-    if len(held) == 0:
-        return step
-    free = np.ones(3 * m, dtype=bool)
-    free[rows] = False
-    blocks, k = B[held], len(held)
-    J = np.matmul(blocks, W[np.ix_(rows, rows)].reshape(k, 3, 3 * k)).reshape(3 * k, 3 * k)
-    each = np.arange(k)
-    J.reshape(k, 3, k, 3)[each, :, each, :] += A[held] + alpha * blocks
-    released = W[np.ix_(rows, free)] @ step[free]
-    right = -F[held] - np.matmul(blocks, released.reshape(k, 3, 1))[:, :, 0]
-    try:
-        step[rows] = np.linalg.solve(J, right.ravel())
-    except np.linalg.LinAlgError:
-        return None
+    if len(right):
+        try:
+            # compressed rows read as columns are the transpose; the pattern is symmetric, so a symmetric ordering fills least
+            transpose = csc_array((value, index, pointer), shape=(len(right), len(right)))
+            factors = splu(transpose, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True})
+        except RuntimeError:
+            return None
+        step.reshape(-1, 3)[number >= 0] = factors.solve(right, "T").reshape(-1, 3)
     return step if np.all(np.isfinite(step)) else None
 
 
-def newton(W, q, friction, impulse, alpha, centre, tolerance, iterations=30):
-    """Solve F(r, (W + alpha I) r + q - alpha centre) = 0 from `impulse`; returns (r, reached, iterations).
+def newton(rows, q, friction, impulse, rho, smoothing, goal, iterations, progress):
+    """Solve law_equations = 0 from `impulse` until |F| <= goal; returns (impulse, reached, iterations).
 
-    The line search halves the step until |F| falls below the largest of the last three values (not monotone: kinks of F would
-    otherwise trap the iteration).
+    The line search halves the step until |F| falls below the largest of the last three values; kinks would trap a
+    monotone search.
     """
-    shifted = q - alpha * centre
-    recent = []
+    m = len(friction)
+    F, A, B = np.empty(3 * m), np.empty((m, 3, 3)), np.empty((m, 3, 3))
+    error = law_equations(impulse, velocity(*rows, q, impulse), friction, rho, smoothing, F, A, B)
+    recent = [error]
     for iteration in range(iterations):
-        F, A, B = alart_curnier(impulse, W @ impulse + alpha * impulse + shifted, friction)
-        error = np.linalg.norm(F)
-        if error <= tolerance:
+        if error <= goal:
             return impulse, True, iteration
-        recent = [*recent[-2:], error]
-        step = newton_direction(W, alpha, impulse, F, A, B)
+        step = newton_direction(rows, impulse, F, A, B)
+        progress.spent += 1
         if step is None:
             return impulse, False, iteration
         fraction = 1.0
-        while True:
+        while fraction > 1e-3:
             following = impulse + fraction * step
-            F, _, _ = alart_curnier(following, W @ following + alpha * following + shifted, friction)
-            if np.linalg.norm(F) <= (1.0 - 1e-4 * fraction) * max(recent):
+            error = law_equations(following, velocity(*rows, q, following), friction, rho, smoothing, F, A, B)
+            if error <= (1.0 - 1e-4 * fraction) * max(recent):
                 break
             fraction *= 0.5
-            if fraction < 1e-4:
-                return impulse, False, iteration
+        else:
+            return impulse, False, iteration
         impulse = following
-    return impulse, False, iterations
+        recent = [*recent[-2:], error]
+    return impulse, error <= goal, iterations
 
 
-def proximal_newton(W, q, friction, impulse, residual, tolerance, alpha=1e-2, outer=80):
-    """Proximal loop: the best impulse by `residual(impulse)`, its residual and the number of Newton steps.
+def follow_path(rows, q, friction, impulse, progress, rho=10.0, alpha=1e-7, smoothing=1.0, failures=6):
+    """Follow the central path of the smoothed law to smoothing 0, stepping back where Newton's method fails."""
+    failed = 0
+    for _ in range(200):
+        shifted_rows, shifted_q = regularised(rows, q, alpha, impulse)
+        goal = 0.1 * smoothing * np.sqrt(len(friction))
+        impulse, reached, used = newton(shifted_rows, shifted_q, friction, impulse, rho, smoothing, goal, 8, progress)
+        progress.judge(impulse)
+        failed = 0 if reached else failed + 1
+        if progress.over or failed > failures:
+            break
+        smoothing = max(smoothing * (0.2 if used < 4 else 0.5), 1e-13) if reached else 2.0 * smoothing
 
-    W, q must be scaled so that the diagonal of W is about 1 and q about 1. alpha falls while Newton's method reaches its goal
-    and grows tenfold where it does not.
-    """
-    centre, here = impulse, residual(impulse)
-    best, best_residual, steps, size = centre, here, 0, np.linalg.norm(q)
+
+def proximal_loop(rows, q, friction, impulse, progress, rho=30.0, alpha=1e-2, outer=100):
+    """Proximal point algorithm: alpha falls while Newton's method reaches its goal and grows where it does not."""
+    centre, here, size = impulse, progress.judge(impulse), np.linalg.norm(q)
     for _ in range(outer):
-        goal = size * max(1e-14, 1e-2 * min(best_residual, 1e-2))
-        following, reached, used = newton(W, q, friction, centre, alpha, centre, goal)
-        there = residual(following)
-        steps += used + 1
-        if there < best_residual:
-            best, best_residual = following, there
-        if best_residual <= tolerance:
+        shifted_rows, shifted_q = regularised(rows, q, alpha, centre)
+        goal = size * max(1e-14, 1e-2 * min(progress.best, 1e-2))
+        following, reached, _ = newton(shifted_rows, shifted_q, friction, centre, rho, 0.0, goal, 30, progress)
+        for _ in range(2):
+            if reached:
+                break
+            # a few sweeps move the iterate off the kink that stopped the line search
+            following = into_cone(friction, following)
+            gauss_seidel(*shifted_rows, shifted_q, friction, following, 50)
+            following, reached, _ = newton(shifted_rows, shifted_q, friction, following, rho, 0.0, goal, 30, progress)
+        there = progress.judge(following)
+        if progress.over:
             break
         if reached or there < here:
             centre, here = following, there
         alpha = max(0.2 * alpha, 1e-9) if reached else min(10.0 * alpha, 1e2)
-    return best, best_residual, steps
+
+
+def solve_scaled(rows, q, friction, impulse, residual, tolerance, steps=2000):
+    """Both methods in turn from the best point so far: (impulse, residual, Newton steps)."""
+    progress = Progress(residual, impulse, tolerance, steps)
+    first = impulse
+    follow_path(rows, q, friction, first, progress)
+    for rho in (30.0, 100.0, 10.0, 1.0):
+        if progress.over:
+            break
+        proximal_loop(rows, q, friction, progress.impulse, progress, rho)
+    return progress.impulse, progress.best, progress.spent
