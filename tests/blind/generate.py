@@ -1,7 +1,8 @@
 """Make sealed cases: `python -m tests.blind.generate --out DIR --seed N --cases K [--family F] [--suite small|full]`.
 
-DIR/cases/case_0001/ ... hold what a user would hand in; DIR/answers.json (only the scorer reads it) holds what is hidden; DIR/commitment.json
-the SHA-256 of the answers and of the seed, and whether that seed was sealed before (tests/blind/seals.txt).
+DIR/cases/case_0001/ ... hold what a user would hand in; DIR/answers.json (only the scorer reads it) holds what is hidden;
+DIR/commitment.json the SHA-256 of the answers and of the seed, and whether that seed was sealed before (tests/blind/seals.txt).
+--placebo: every case has an effect, but what it adds is shuffled between the recordings with random signs; nothing may be found.
 """
 
 import argparse
@@ -34,27 +35,39 @@ def plain(value):
 
 
 def _one(job):
-    seed, index, dealt, strengths, folder = job
-    files, answer = deck.make(seed, index, *dealt, strengths)
+    seed, index, dealt, strengths, folder, placebo = job
+    files, answer = deck.make(seed, index, *dealt, strengths, placebo=placebo)
     write_case(folder, files)
-    return {"case": folder.name, "kind_of_data": "layers" if "layers.csv" in files else "outcomes" if "outcomes.csv" in files else "trajectory", **answer}
+    data = "layers" if "layers.csv" in files else "outcomes" if "outcomes.csv" in files else "trajectory"
+    return {"case": folder.name, "kind_of_data": data, **answer}
 
 
-def generate(out, seed, cases=None, family=None, suite="full", workers=1, quiet=True):
+def generate(out, seed, cases=None, family=None, suite="full", workers=1, quiet=True, placebo=False):
     """Write the suite under `out`; the answers as {case name: answer}."""
     chosen = SUITES[suite]
     cases = cases or chosen["cases"]
     out = Path(out)
-    dealt = deck.deal_all(seed, cases, family, chosen["strengths"])
-    jobs = [(seed, index, deal, chosen["strengths"], out / "cases" / f"case_{index + 1:04d}") for index, deal in enumerate(dealt)]
+    dealt = deck.deal_all(seed, cases, family)
+    strengths = chosen["strengths"]
+    if placebo:
+        dealt = [("single", name if name != "layers" else "flight", turn) for _, name, turn in dealt]
+        strengths = (1.2, 3.0)
+    jobs = [
+        (seed, index, deal, strengths, out / "cases" / f"case_{index + 1:04d}", placebo) for index, deal in enumerate(dealt)
+    ]
     if workers > 1:
         with ProcessPoolExecutor(workers) as pool:
             answers = list(tqdm(pool.map(_one, jobs), total=len(jobs), disable=quiet))
     else:
         answers = [_one(job) for job in tqdm(jobs, disable=quiet)]
-    text = json.dumps({"format": 1, "seed": seed, "suite": suite, "cases": {answer.pop("case"): plain(answer) for answer in answers}}, indent=1)
+    record = {"format": 1, "seed": seed, "suite": suite, "cases": {answer.pop("case"): plain(answer) for answer in answers}}
+    text = json.dumps(record, indent=1)
     (out / "answers.json").write_text(text, encoding="utf-8")
-    commitment = {"answers_sha256": hashlib.sha256(text.encode()).hexdigest(), "seed_sha256": seal.digest(seed), "sealed_as": seal.sealed(seed)}
+    commitment = {
+        "answers_sha256": hashlib.sha256(text.encode()).hexdigest(),
+        "seed_sha256": seal.digest(seed),
+        "sealed_as": seal.sealed(seed),
+    }
     (out / "commitment.json").write_text(json.dumps(commitment, indent=1), encoding="utf-8")
     return json.loads(text)["cases"]
 
@@ -68,10 +81,13 @@ def main(arguments=None):
     parser.add_argument("--family", choices=deck.FAMILIES)
     parser.add_argument("--suite", choices=SUITES, default="full")
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--placebo", action="store_true")
     given = parser.parse_args(arguments)
     seed = int(Path(given.seed_file).read_text()) if given.seed_file else SMALL_SEED if given.seed is None else given.seed
-    answers = generate(given.out, seed, given.cases, given.family, given.suite, given.workers, quiet=False)
-    print(f"{len(answers)} cases in {given.out}/cases; answers sealed in {given.out}/answers.json (seed {seal.digest(seed)[:16]}...)")
+    answers = generate(
+        given.out, seed, given.cases, given.family, given.suite, given.workers, quiet=False, placebo=given.placebo
+    )
+    print(f"{len(answers)} cases in {given.out}/cases; answers in {given.out}/answers.json (seed {seal.digest(seed)[:16]}...)")
 
 
 if __name__ == "__main__":

@@ -35,12 +35,21 @@ HIDDEN = {
     "bottom_slope": Dial(lambda rng: _slope(rng), 3e-4, 0.09, STYLES),
 }
 OUTSIDE = {
-    "camera_shake": camera_shake(STYLES), "camera_drift": camera_drift(STYLES), "gust": gust(STYLES), "growing_lift": growing_lift(("throws",)),
-    "magnet": magnet(STYLES, (0.4, 0.0, 0.5), 1.0), "swirl": swirl(("throws",)),
+    "camera_shake": camera_shake(STYLES),
+    "camera_drift": camera_drift(STYLES),
+    "gust": gust(STYLES),
+    "growing_lift": growing_lift(("throws",)),
+    "magnet": magnet(STYLES, (0.4, 0.0, 0.5), 1.0),
+    "swirl": swirl(("throws",)),
 }
 DEGENERATE = (("buoyancy", "drops"), ("buoyancy", "throws"), ("added_mass", "drops"))
-DOUBLES = (("restitution", "tilted_gravity", "drops"), ("restitution", "quadratic_drag", "throws"), ("friction", "bottom_slope", "throws"),
-           ("velocity_dependent_restitution", "tilted_gravity", "drops"), ("restitution", "length_scale", "throws"))
+DOUBLES = (
+    ("restitution", "tilted_gravity", "drops"),
+    ("restitution", "quadratic_drag", "throws"),
+    ("friction", "bottom_slope", "throws"),
+    ("velocity_dependent_restitution", "tilted_gravity", "drops"),
+    ("restitution", "length_scale", "throws"),
+)
 
 
 def _slope(rng):
@@ -57,19 +66,60 @@ def setup(rng, stamps, style, outside=()):
         heading = np.pi / 2 * (i % 4) + rng.uniform(-0.3, 0.3)
         height = float(np.linspace(0.25, 1.8, count)[(i * 3) % count] + rng.uniform(0, 0.05))
         forward = 0.0 if style == "drops" else float(rng.uniform(1.0, 4.0))
-        start = {"position": np.array([rng.uniform(-0.2, 0.2), rng.uniform(-0.2, 0.2), height + radius]),
-                 "velocity": forward * np.array([np.cos(heading), np.sin(heading), 0.0]), "angular_velocity": np.zeros(3)}
+        start = {
+            "position": np.array([rng.uniform(-0.2, 0.2), rng.uniform(-0.2, 0.2), height + radius]),
+            "velocity": forward * np.array([np.cos(heading), np.sin(heading), 0.0]),
+            "angular_velocity": np.zeros(3),
+        }
         fall = np.sqrt(2 * height / 9.81)
         duration = min(fall * (1 + 2 * 0.75 + rng.choice([0.0, 1.0])), 1.8)
         known = ("velocity", "angular_velocity") if style == "drops" else ("angular_velocity",)
         own = {key: value for name in outside for key, value in own_moments(rng, name, duration).items()}
         trials.append(Trial(group, start, known, stamps(duration), own=own))
-    rivals = ["restitution", "velocity_dependent_restitution", "linear_drag", "quadratic_drag", "buoyancy", "added_mass", "tilted_gravity",
-              "tilted_frame", "length_scale", "time_scale", "bottom_slope", "size_error", "margin_offset"]
+    rivals = [
+        "restitution",
+        "velocity_dependent_restitution",
+        "linear_drag",
+        "quadratic_drag",
+        "buoyancy",
+        "added_mass",
+        "tilted_gravity",
+        "tilted_frame",
+        "length_scale",
+        "time_scale",
+        "bottom_slope",
+        "size_error",
+        "margin_offset",
+    ]
     rivals += ["clock_offset"] if style == "drops" else ["friction"]
-    inputs = {"mass": mass, "radius": radius, "gravity": 9.81, "fluid_density": 1.2, "v_ref": 3.0, "floor_height": 0.0,
-              "floor_normal": (0.0, 0.0, 1.0), "restitution": 0.75, "friction": 0.09}
-    surroundings = {"gravity": 9.81, "fluid_density": 1.2, "fluid_viscosity": 1.8e-5,
-                    "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]}, "friction": 0.09, "restitution": 0.75}
-    return Setup("bounce", "ball bouncing on a waxed floor", {"shape": "sphere", "radius": radius}, inputs, surroundings, (), tuple(trials),
-                 ("x_m", "y_m", "z_m"), motion.simulate, tuple(rivals))
+    inputs = {
+        "mass": mass,
+        "radius": radius,
+        "gravity": 9.81,
+        "fluid_density": 1.2,
+        "v_ref": 3.0,
+        "floor_height": 0.0,
+        "floor_normal": (0.0, 0.0, 1.0),
+        "restitution": 0.75,
+        "friction": 0.09,
+    }
+    surroundings = {
+        "gravity": 9.81,
+        "fluid_density": 1.2,
+        "fluid_viscosity": 1.8e-5,
+        "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]},
+        "friction": 0.09,
+        "restitution": 0.75,
+    }
+    return Setup(
+        "bounce",
+        "ball bouncing on a waxed floor",
+        {"shape": "sphere", "radius": radius},
+        inputs,
+        surroundings,
+        (),
+        tuple(trials),
+        ("x_m", "y_m", "z_m"),
+        motion.simulate,
+        tuple(rivals),
+    )

@@ -10,9 +10,21 @@ from .noise import REGIMES, Noise, frames, spoil, spoil_orientation
 from .observe import FINE, axes_seen, film
 from .strength import Lens, gentle, inside, look_alikes, scaled
 
-SIGMAS = {"flight": (1e-3, 8e-3), "sinking": (3e-4, 2e-3), "bounce": (8e-4, 5e-3), "slide": (5e-4, 3e-3), "roll": (3e-4, 2e-3),
-          "topple": (3e-4, 1.5e-3), "stack": (2e-4, 8e-4)}  # what trackers of such experiments reach [m]
-WRONG = {"mass": 0.02, "size": 0.01, "tilt_x": 0.017, "tilt_y": 0.017}  # nominal inputs may be off by this much, or less (see gentle)
+SIGMAS = {
+    "flight": (1e-3, 8e-3),
+    "sinking": (3e-4, 2e-3),
+    "bounce": (8e-4, 5e-3),
+    "slide": (5e-4, 3e-3),
+    "roll": (3e-4, 2e-3),
+    "topple": (3e-4, 1.5e-3),
+    "stack": (2e-4, 8e-4),
+}  # what trackers of such experiments reach [m]
+WRONG = {
+    "mass": 0.02,
+    "size": 0.01,
+    "tilt_x": 0.017,
+    "tilt_y": 0.017,
+}  # nominal inputs may be off by this much, or less (see gentle)
 MISFIT = 3.0  # information that the departure from the textbook law and the wrong inputs may leave after the best textbook fit
 SHARE = 0.35  # an outside effect must keep this share of its information after the best single library law
 
@@ -33,8 +45,9 @@ class Deal:
     regime: str
 
 
-def trajectory(deal, room, rng):
-    """One case of a trajectory family: ({file name: text}, answer). Raises Redraw."""
+def trajectory(deal, room, rng, placebo=False):
+    """One case of a trajectory family: ({file name: text}, answer). placebo: what is hidden is shuffled between recordings.
+    Raises Redraw."""
     rate = int(rng.choice(REGIMES[deal.regime][2]))
     low, high = SIGMAS[deal.family]
     sigma = float(np.exp(rng.uniform(np.log(low), np.log(high))))
@@ -59,9 +72,16 @@ def trajectory(deal, room, rng):
     films = [film(setup, trial, {**setup.base(), **answer["hidden_laws"]}, errors, step=FINE) for trial in setup.trials]
     if not all(np.isfinite(position).all() for position, _ in films):
         raise Redraw("not finite")
+    if placebo:
+        plain = [film(setup, trial, setup.base(), step=FINE) for trial in setup.trials]
+        films = shuffled(rng, films, plain)
+        answer.update(kind="placebo", parameters={}, tied=[])
     files, noisy = _files(rng, setup, noise, films)
-    answer.update(noise={"regime": deal.regime, **{key: value for key, value in noise.__dict__.items()}}, nominal_errors=errors,
-                  oracle=_oracle(lens, noisy, fitted))
+    answer.update(
+        noise={"regime": deal.regime, **{key: value for key, value in noise.__dict__.items()}},
+        nominal_errors=errors,
+        oracle=_oracle(lens, noisy, fitted),
+    )
     return files, answer
 
 
@@ -94,7 +114,9 @@ def hidden_laws(laws, amplitudes, blend=1.0):
 
 
 def _soften(hidden, blend):
-    return {name: {key: value * blend if key == "form" else value for key, value in law.items()} for name, law in hidden.items()}
+    return {
+        name: {key: value * blend if key == "form" else value for key, value in law.items()} for name, law in hidden.items()
+    }
 
 
 def judge(deal, lens, hidden, errors):
@@ -110,10 +132,24 @@ def judge(deal, lens, hidden, errors):
         blend *= 0.4
     else:
         raise Redraw(f"the textbook law leaves {left:.3g}")
-    answer = {"kind": deal.kind, "family": deal.family, "style": deal.style, "effects": list(deal.names), "hidden_laws": laws, "parameters": {},
-              "strengths": dict(zip(deal.names, deal.strengths, strict=True)), "outside": deal.kind == "outside", "tied": [], "possible": [],
-              "largest_cosine": 0.0, "information": lens.information(rows), "left_by_truth": left, "form_blend": blend, "numbers": lens.count(),
-              "total_strength": lens.strength(rows)}
+    answer = {
+        "kind": deal.kind,
+        "family": deal.family,
+        "style": deal.style,
+        "effects": list(deal.names),
+        "hidden_laws": laws,
+        "parameters": {},
+        "strengths": dict(zip(deal.names, deal.strengths, strict=True)),
+        "outside": deal.kind == "outside",
+        "tied": [],
+        "possible": [],
+        "largest_cosine": 0.0,
+        "information": lens.information(rows),
+        "left_by_truth": left,
+        "form_blend": blend,
+        "numbers": lens.count(),
+        "total_strength": lens.strength(rows),
+    }
     if deal.kind == "outside":
         return _outside(answer, lens, rows), rows, None
     if not names:
@@ -154,22 +190,43 @@ def _outside(answer, lens, rows):
     share = best / max(answer["information"], 1e-12)
     if share < SHARE:
         raise Redraw(f"{who} imitates it")
-    answer.update(left_by_truth=None, imitator=who, unexplained_share=share,
-                  unexplained_strength=answer["total_strength"] * float(np.sqrt(share)))
-    answer["possible"] = sorted(set(lens.setup.rivals) | {alias for name in lens.setup.rivals for alias in ALIASES.get(name, ())})
+    answer.update(
+        left_by_truth=None,
+        imitator=who,
+        unexplained_share=share,
+        unexplained_strength=answer["total_strength"] * float(np.sqrt(share)),
+    )
+    answer["possible"] = sorted(
+        set(lens.setup.rivals) | {alias for name in lens.setup.rivals for alias in ALIASES.get(name, ())}
+    )
     return answer
 
 
+def shuffled(rng, films, plain):
+    """Films in which what was added to the plain motion comes from another recording, each axis with a sign of its own."""
+    count = len(films)
+    order = (np.arange(count) + rng.integers(1, count)) % count
+    mixed = []
+    for (position, turn), source in zip(plain, order, strict=True):
+        added = films[source][0] - plain[source][0]
+        rows = np.minimum(np.arange(len(position)), len(added) - 1)
+        mixed.append((position + added[rows] * rng.choice([-1.0, 1.0], 3), turn))
+    return mixed
+
+
 def _oracle(lens, noisy, fitted):
-    """RMS [m] of the recorded positions against the model under test, and against the true law with textbook coefficients, starts fitted."""
+    """RMS [m] of the recorded positions against the model under test, and against the true law with textbook coefficients,
+    starts fitted."""
     rows = [lens._rows(seen, base) for seen, base in zip(noisy, lens.base, strict=True)]
     positions = len(axes_seen(lens.setup))
+
     def rms(parts):
         flat, at, total, count = lens.project(parts), 0, 0.0, 0
         for part in parts:
-            kept = flat[at:at + part.size].reshape(part.shape)[:, :positions]
+            kept = flat[at : at + part.size].reshape(part.shape)[:, :positions]
             at, total, count = at + part.size, total + float(np.sum(kept**2)), count + kept.size
         return lens.sigma_position * float(np.sqrt(total / count))
+
     before = rms(rows)
     after = before if fitted is None else rms([a - b for a, b in zip(rows, fitted, strict=True)])
     return {"before": before, "after": after, "noise": lens.sigma_position}
@@ -177,7 +234,9 @@ def _oracle(lens, noisy, fitted):
 
 def _files(rng, setup, noise, films):
     """The folder a user would hand in, and the films as recorded."""
-    header = ["t_s"] + [name for name in setup.columns if name != "q"] + (["qw", "qx", "qy", "qz"] if "q" in setup.columns else [])
+    header = (
+        ["t_s"] + [name for name in setup.columns if name != "q"] + (["qw", "qx", "qy", "qz"] if "q" in setup.columns else [])
+    )
     seen_axes = axes_seen(setup)
 
     def recorded(position, orientation):
@@ -195,12 +254,26 @@ def _files(rng, setup, noise, films):
         noisy.append(seen)
         files[f"recording_{number:02d}.csv"] = table(trial.times, *seen)
         known = {key: [float(x) for x in np.round(trial.start[key], 9)] for key in trial.known}
-        entries.append({"file": f"recording_{number:02d}.csv", "group": trial.group, **({"start": known} if known else {}), **trial.overrides})
+        entries.append(
+            {
+                "file": f"recording_{number:02d}.csv",
+                "group": trial.group,
+                **({"start": known} if known else {}),
+                **trial.overrides,
+            }
+        )
     still = np.arange(600) / noise.rate
     place = np.repeat(np.array([[0.1, 0.2, 1.0]]), 600, axis=0)
     files["rest.csv"] = table(np.round(still, 6), *recorded(place, np.repeat([[1.0, 0.0, 0.0, 0.0]], 600, axis=0)))
-    files["experiment.toml"] = toml_text({
-        "": {"kind": "trajectory", "title": setup.title}, "body": {**setup.shape, "mass": setup.inputs["mass"]},
-        "surroundings": setup.surroundings, "model": {"effects": list(setup.model)}, "measurement": {"static": "rest.csv"},
-        "diagnose": {"hold_out": "group"}, "trial": entries})
+    files["experiment.toml"] = toml_text(
+        {
+            "": {"kind": "trajectory", "title": setup.title},
+            "body": {**setup.shape, "mass": setup.inputs["mass"]},
+            "surroundings": setup.surroundings,
+            "model": {"effects": list(setup.model)},
+            "measurement": {"static": "rest.csv"},
+            "diagnose": {"hold_out": "group"},
+            "trial": entries,
+        }
+    )
     return files, noisy

@@ -10,7 +10,8 @@ START_KEYS = ("position", "orientation", "velocity", "angular_velocity")
 
 @dataclass(frozen=True)
 class Trial:
-    """One recording to be made. All vectors in the world frame, SI; `times` as the recorder stamps them, from the release at 0."""
+    """One recording to be made. All vectors in the world frame, SI; `times` as the recorder stamps them, from the release
+    at 0."""
 
     group: str
     start: dict  # true start: position (3,), orientation (4,) w x y z, velocity (3,), angular_velocity (3,)
@@ -74,10 +75,12 @@ def toml_text(tables):
 
 def csv_text(columns, rows, digits=6):
     """CSV text; rows (n, len(columns)) of numbers or strings, NaN = blank."""
+
     def cell(value):
         if isinstance(value, str | int | np.integer):
             return str(value)
         return "" if np.isnan(value) else f"{value:.{digits}f}"
+
     return "\n".join([",".join(columns)] + [",".join(cell(value) for value in row) for row in rows]) + "\n"
 
 

@@ -1,11 +1,21 @@
-"""Which case hides what: a deterministic, shuffled deck with fixed shares of nulls, outside effects, degenerate pairs and doubles."""
+"""Which case hides what: a deterministic, shuffled deck with fixed shares of nulls, outside effects, degenerate pairs and
+doubles."""
 
 import numpy as np
 
 from . import bounce, flight, layers, roll, sinking, slide, stack, tables, topple
 from .build import Deal, Redraw, trajectory
 
-ROOMS = {"flight": flight, "sinking": sinking, "bounce": bounce, "slide": slide, "roll": roll, "topple": topple, "stack": stack, "layers": layers}
+ROOMS = {
+    "flight": flight,
+    "sinking": sinking,
+    "bounce": bounce,
+    "slide": slide,
+    "roll": roll,
+    "topple": topple,
+    "stack": stack,
+    "layers": layers,
+}
 FAMILIES = tuple(ROOMS)
 # of 50 cases; single includes many that turn out to have a twin, which the answer then says
 KINDS = {"null": 11, "outside": 12, "degenerate": 5, "double": 6, "single": 16}
@@ -17,7 +27,7 @@ REGIMES = ("white", "ar6", "ar8_outliers")
 LAYER_STRENGTHS = (0.5, 2.2, 3.0)
 
 
-def deal_all(seed, cases, family=None, strengths=STRENGTHS):
+def deal_all(seed, cases, family=None):
     """(kind, family, turn) for every case: shares kept as exactly as whole numbers allow, order shuffled by the seed."""
     rng = np.random.default_rng([seed, 7])
     kinds = _shares(KINDS, cases)
@@ -39,7 +49,7 @@ def _shares(weights, cases, rng=None):
     total = sum(weights.values())
     exact = {name: cases * weight / total for name, weight in weights.items()}
     whole = {name: int(value) for name, value in exact.items()}
-    for name in sorted(exact, key=lambda name: whole[name] - exact[name])[:cases - sum(whole.values())]:
+    for name in sorted(exact, key=lambda name: whole[name] - exact[name])[: cases - sum(whole.values())]:
         whole[name] += 1
     names = [name for name, number in whole.items() for _ in range(number)]
     if rng is not None:
@@ -47,15 +57,16 @@ def _shares(weights, cases, rng=None):
     return names
 
 
-def draw(rng, kind, family, turn, attempt, strengths=STRENGTHS):
-    """A deal; names and strengths go round in turn so that all are met, another name is taken when a draw fails again and again."""
+def draw(rng, kind, family, turn, attempt, strengths=STRENGTHS, tabled=True):
+    """A deal; names and strengths go round in turn so that all are met, another name is taken when a draw fails again and
+    again."""
     room = ROOMS[family]
     regime = str(rng.choice(REGIMES))
     if family == "layers":
         names = list(layers.OUTSIDE if kind == "outside" else layers.EFFECTS)
         chosen = () if kind == "null" else (names[(turn + attempt // 4) % len(names)],)
         return Deal(family, kind, chosen, "table", (LAYER_STRENGTHS[(turn // 2) % 3],) * len(chosen), "tests")
-    if kind != "degenerate" and rng.random() < TABLE_SHARE.get(family, 0.0):
+    if tabled and kind != "degenerate" and rng.random() < TABLE_SHARE.get(family, 0.0):
         room_hidden, room_outside, doubles = tables.HIDDEN[family], tables.OUTSIDE[family], tables.DOUBLES[family]
         styles = ("table",)
     else:
@@ -74,19 +85,19 @@ def draw(rng, kind, family, turn, attempt, strengths=STRENGTHS):
     return Deal(family, kind, (name,), str(rng.choice(table[name].styles)), (strength,), regime)
 
 
-def make(seed, index, kind, family, turn, strengths=STRENGTHS):
+def make(seed, index, kind, family, turn, strengths=STRENGTHS, placebo=False):
     """Files and answer of one case; draws again (never another kind or family) until one can be made as dealt."""
     problems = []
     for attempt in range(40):
         rng = np.random.default_rng([seed, index, attempt])
-        deal = draw(rng, kind, family, turn, attempt, strengths)
+        deal = draw(rng, kind, family, turn, attempt, strengths, not placebo)
         try:
             if family == "layers":
                 files, answer = layers.case(deal, rng)
             elif deal.style == "table":
                 files, answer = tables.case(deal, rng)
             else:
-                files, answer = trajectory(deal, ROOMS[family], rng)
+                files, answer = trajectory(deal, ROOMS[family], rng, placebo)
         except Redraw as problem:
             problems.append(f"{deal.names}: {problem}")
             continue

@@ -1,4 +1,5 @@
-"""Flight in air: balls thrown in four headings, dropped from heights, thrown with spin, and thrown in a narrow range of speeds."""
+"""Flight in air: balls thrown in four headings, dropped from heights, thrown with spin, and thrown in a narrow range of
+speeds."""
 
 import numpy as np
 
@@ -24,15 +25,31 @@ HIDDEN = {
     "mass_offset": one("mass_offset", "relative", 0.003, 0.045, ("dragged",), sign=0),
 }
 OUTSIDE = {
-    "camera_shake": camera_shake(STYLES), "camera_drift": camera_drift(("throws", "dragged", "spinning")), "gust": gust(STYLES),
-    "growing_lift": growing_lift(("throws", "spinning")), "magnet": magnet(("throws", "dragged"), (1.5, 0.0, 1.0), 3.0),
+    "camera_shake": camera_shake(STYLES),
+    "camera_drift": camera_drift(("throws", "dragged", "spinning")),
+    "gust": gust(STYLES),
+    "growing_lift": growing_lift(("throws", "spinning")),
+    "magnet": magnet(("throws", "dragged"), (1.5, 0.0, 1.0), 3.0),
     "swirl": swirl(("throws", "dragged")),
 }
-DEGENERATE = (("buoyancy", "throws"), ("length_scale", "throws"), ("time_scale", "drops"), ("tilted_gravity", "throws"),
-              ("tilted_frame", "spinning"), ("linear_drag", "narrow"), ("quadratic_drag", "narrow"))
-DOUBLES = (("quadratic_drag", "tilted_gravity", "throws"), ("linear_drag", "tilted_frame", "drops"), ("quadratic_drag", "length_scale", "throws"),
-           ("magnus", "spin_decay", "spinning"), ("magnus", "tilted_gravity", "spinning"), ("quadratic_drag", "clock_offset", "drops"),
-           ("uniform_flow", "time_scale", "dragged"))
+DEGENERATE = (
+    ("buoyancy", "throws"),
+    ("length_scale", "throws"),
+    ("time_scale", "drops"),
+    ("tilted_gravity", "throws"),
+    ("tilted_frame", "spinning"),
+    ("linear_drag", "narrow"),
+    ("quadratic_drag", "narrow"),
+)
+DOUBLES = (
+    ("quadratic_drag", "tilted_gravity", "throws"),
+    ("linear_drag", "tilted_frame", "drops"),
+    ("quadratic_drag", "length_scale", "throws"),
+    ("magnus", "spin_decay", "spinning"),
+    ("magnus", "tilted_gravity", "spinning"),
+    ("quadratic_drag", "clock_offset", "drops"),
+    ("uniform_flow", "time_scale", "dragged"),
+)
 BALLS = ((0.0335, 0.0577), (0.0213, 0.0459), (0.11, 0.43), (0.04, 0.011), (0.105, 0.06), (0.15, 0.11))  # radius [m], mass [kg]
 
 
@@ -59,15 +76,35 @@ def setup(rng, stamps, style, outside=()):
             known = ()
         if spin:
             axis = np.array([rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3), 1.0 if i % 2 else -1.0])
-            start.update(orientation=np.array([1.0, 0.0, 0.0, 0.0]), angular_velocity=axis / np.linalg.norm(axis) * rng.uniform(10, 30))
+            start.update(
+                orientation=np.array([1.0, 0.0, 0.0, 0.0]), angular_velocity=axis / np.linalg.norm(axis) * rng.uniform(10, 30)
+            )
         own = {key: value for name in outside for key, value in own_moments(rng, name, duration).items()}
         trials.append(Trial(group, start, known, stamps(min(duration, 1.6)), own=own))
-    rivals = ["linear_drag", "quadratic_drag", "buoyancy", "added_mass", "tilted_gravity", "tilted_frame", "length_scale", "time_scale"]
+    rivals = [
+        "linear_drag",
+        "quadratic_drag",
+        "buoyancy",
+        "added_mass",
+        "tilted_gravity",
+        "tilted_frame",
+        "length_scale",
+        "time_scale",
+    ]
     rivals += ["clock_offset"] if style == "drops" else []
     rivals += ["magnus", "spin_decay"] if spin else []
     rivals += ["uniform_flow", "mass_offset", "size_error"] if model else []
     columns = ("x_m", "y_m", "z_m", "q") if spin else ("x_m", "y_m", "z_m")
     title = {"drops": "ball dropped from several heights"}.get(style, "ball thrown across a hall")
     return Setup(
-        "flight", title, {"shape": "sphere", "radius": radius}, {"mass": mass, "radius": radius, "gravity": 9.81, "fluid_density": 1.2, "v_ref": 6.0},
-        {"gravity": 9.81, "fluid_density": 1.2, "fluid_viscosity": 1.8e-5}, model, tuple(trials), columns, motion.simulate, tuple(rivals))
+        "flight",
+        title,
+        {"shape": "sphere", "radius": radius},
+        {"mass": mass, "radius": radius, "gravity": 9.81, "fluid_density": 1.2, "v_ref": 6.0},
+        {"gravity": 9.81, "fluid_density": 1.2, "fluid_viscosity": 1.8e-5},
+        model,
+        tuple(trials),
+        columns,
+        motion.simulate,
+        tuple(rivals),
+    )

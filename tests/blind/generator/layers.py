@@ -1,8 +1,9 @@
 """Layer tables: published layer coefficients, published or expected responses, and the scatter of five tests per table.
 
-Kept small on purpose: the response of k to a cause is known only for a few causes (Blender and pybullet runs of the paper's procedure),
-so this family tests the family of the verdict (physics, placement, measurement, numerics), not a coefficient. The baseline is Blender's
-seven-piece unit nearly without margin; another engine differs from it by 1-2 % in layers 2-5, which is part of the test.
+Kept small on purpose: the response of k to a cause is known only for a few causes (Blender and pybullet runs of the paper's
+procedure), so this family tests the family of the verdict (physics, placement, measurement, numerics), not a coefficient. The
+baseline is Blender's seven-piece unit nearly without margin; another engine differs from it by 1-2 % in layers 2-5, which is
+part of the test.
 Strength here = largest shift of a layer / shift detectable with 80 % power among five layers, 3.42 standard errors.
 """
 
@@ -14,9 +15,12 @@ from .case import csv_text, toml_text
 BASE = {"TPG": np.array([1.302, 1.068, 0.993, 0.955, 0.993]), "RPG": np.array([1.302, 1.051, 0.982, 0.931, 0.954])}
 CV = {"TPG": np.array([0.008, 0.010, 0.018, 0.021, 0.021]), "RPG": np.array([0.006, 0.014, 0.019, 0.020, 0.030])}
 SPACING = {"TPG": (1.58, 1.27), "RPG": (1.40, 1.30)}
-HULL = {"TPG": np.array([0.0, 0.105, 0.060, 0.053, 0.045]), "RPG": np.array([0.0, 0.088, -0.004, 0.031, 0.006])}  # hull minus pieces
+HULL = {
+    "TPG": np.array([0.0, 0.105, 0.060, 0.053, 0.045]),
+    "RPG": np.array([0.0, 0.088, -0.004, 0.031, 0.006]),
+}  # hull minus pieces
 CAMPAIGN, TESTS = 0.010, 5
-# effect -> family of the verdict, change of k (relative) per unit amplitude, largest amplitude, factor on the CVs at full amplitude
+# effect -> family of the verdict, change of k [D_n] per unit amplitude, largest amplitude, factor on the CVs at the largest
 EFFECTS = {
     "convex_hull_shape": ("numerics", None, 1.0, 1.0),
     "margin_offset": ("numerics", np.array([2.9, 2.0, 2.0, 2.0, 2.0]), 0.02, 1.0),
@@ -27,7 +31,12 @@ EFFECTS = {
     "loose_lower_layers": ("placement", np.array([0.0, -0.07, -0.05, -0.05, -0.05]), 1.0, 2.0),
 }
 OUTSIDE = {"alternating_layers": np.array([0.6, -1.0, 1.0, -1.0, 1.0])}
-IMITATORS = {"settlement": ("plate_bias", "measurement"), "plate_bias": ("margin_offset", "numerics"), "loose_lower_layers": (), "placement_scatter": ()}
+IMITATORS = {
+    "settlement": ("plate_bias", "measurement"),
+    "plate_bias": ("margin_offset", "numerics"),
+    "loose_lower_layers": (),
+    "placement_scatter": (),
+}
 HIDDEN, DEGENERATE, DOUBLES = dict.fromkeys(EFFECTS), (), ()
 STYLES = ("table",)
 
@@ -71,20 +80,65 @@ def case(deal, rng):
             mean = BASE[grid] * (1 + change[grid]) * common
             tests = mean * (1 + cv * rng.normal(size=(TESTS, 5)))
             seen, scatter = tests.mean(axis=0), tests.std(axis=0, ddof=1) / tests.mean(axis=0)
-            rows += [(grid, f"{SPACING[grid][0]}", f"{SPACING[grid][1]}", "0", str(layer + 1), f"{seen[layer]:.4f}", f"{scatter[layer]:.4f}",
-                      str(TESTS), f"campaign {campaign + 1}") for layer in range(5)]
+            rows += [
+                (
+                    grid,
+                    f"{SPACING[grid][0]}",
+                    f"{SPACING[grid][1]}",
+                    "0",
+                    str(layer + 1),
+                    f"{seen[layer]:.4f}",
+                    f"{scatter[layer]:.4f}",
+                    str(TESTS),
+                    f"campaign {campaign + 1}",
+                )
+                for layer in range(5)
+            ]
     header = ["grid", "spacing_x", "spacing_y", "bottom_slope", "layer", "mean", "cv", "tests", "campaign"]
-    files = {"layers.csv": csv_text(header, rows), "experiment.toml": toml_text({
-        "": {"kind": "layers", "title": "layer coefficients, two grids"},
-        "placement": {"shape": shape, "side": 1.0, "friction": 0.36, "restitution": 0.0, "margin": 0.0, "falling_distance": 0.25,
-                      "reference": "layer", "layers": 5, "rows": 8, "columns": 8},
-        "measurement": {"file": "layers.csv"}, "diagnose": {"hold_out": "campaign"}})}
+    files = {
+        "layers.csv": csv_text(header, rows),
+        "experiment.toml": toml_text(
+            {
+                "": {"kind": "layers", "title": "layer coefficients, two grids"},
+                "placement": {
+                    "shape": shape,
+                    "side": 1.0,
+                    "friction": 0.36,
+                    "restitution": 0.0,
+                    "margin": 0.0,
+                    "falling_distance": 0.25,
+                    "reference": "layer",
+                    "layers": 5,
+                    "rows": 8,
+                    "columns": 8,
+                },
+                "measurement": {"file": "layers.csv"},
+                "diagnose": {"hold_out": "campaign"},
+            }
+        ),
+    }
     names = list(deal.names)
     inside = [name for name in names if name in EFFECTS]
     families = sorted({EFFECTS[name][0] for name in inside} | {IMITATORS[name][1] for name in inside if IMITATORS.get(name)})
-    answer = {"kind": deal.kind, "family": "layers", "style": "table", "effects": names, "hidden_laws": {name: {"amplitude": amplitude} for name in names},
-              "parameters": {}, "strengths": dict.fromkeys(names, strength), "outside": deal.kind == "outside", "tied": [],
-              "possible": sorted({IMITATORS[name][0] for name in inside if IMITATORS.get(name)}), "largest_cosine": 1.0, "total_strength": strength,
-              "detectable": list(detectable), "shift": list(shift), "verdict_families": families, "numbers": len(rows),
-              "noise": {"regime": "tests"}, "nominal_errors": {}, "oracle": None}
+    answer = {
+        "kind": deal.kind,
+        "family": "layers",
+        "style": "table",
+        "effects": names,
+        "hidden_laws": {name: {"amplitude": amplitude} for name in names},
+        "parameters": {},
+        "strengths": dict.fromkeys(names, strength),
+        "outside": deal.kind == "outside",
+        "tied": [],
+        "possible": sorted({IMITATORS[name][0] for name in inside if IMITATORS.get(name)}),
+        "largest_cosine": 1.0,
+        "total_strength": strength,
+        "detectable": list(detectable),
+        "shift": list(shift),
+        "verdict_families": families,
+        "numbers": len(rows),
+        "noise": {"regime": "tests"},
+        "nominal_errors": {},
+        "oracle": None,
+    }
     return files, answer

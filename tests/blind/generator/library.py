@@ -1,4 +1,5 @@
-"""The library's laws as the generator knows them: parameters, null values, bounds (discovery table) and steps for finite differences."""
+"""The library's laws as the generator knows them: parameters, null values, bounds (discovery table) and steps for finite
+differences."""
 
 from dataclasses import dataclass
 
@@ -20,7 +21,11 @@ LIBRARY = {
     "quadratic_drag": (Knob("drag_coefficient", 0, 0, 2.5, 1e-3),),
     "buoyancy": (Knob("fluid_density", 0, 0, 1100, 1e-2),),
     "added_mass": (Knob("coefficient", 0, 0, 1.5, 1e-3),),
-    "uniform_flow": (Knob("velocity_x", 0, -3, 3, 1e-3), Knob("velocity_y", 0, -3, 3, 1e-3), Knob("velocity_z", 0, -3, 3, 1e-3)),
+    "uniform_flow": (
+        Knob("velocity_x", 0, -3, 3, 1e-3),
+        Knob("velocity_y", 0, -3, 3, 1e-3),
+        Knob("velocity_z", 0, -3, 3, 1e-3),
+    ),
     "magnus": (Knob("coefficient", 0, -0.5, 3, 1e-3),),
     "spin_decay": (Knob("rate", 0, 0, 5, 1e-3),),
     "tilted_gravity": (Knob("angle_x", 0, -0.05, 0.05, 1e-5), Knob("angle_y", 0, -0.05, 0.05, 1e-5)),
@@ -53,11 +58,20 @@ LABELS = {
 }
 
 # shortcuts of the analyst's engine that look like these laws and are not simulated here
-ALIASES = {"linear_drag": ("damping", "drag_crisis"), "quadratic_drag": ("drag_crisis", "damping"), "spin_decay": ("damping",),
-           "spinning_friction": ("damping",), "margin_offset": ("plate_bias", "settlement", "slop"), "size_error": ("edge_rounding",),
-           "static_friction": ("stribeck_friction",), "restitution": ("contact_compliance", "error_reduction"),
-           "velocity_dependent_restitution": ("ground_cushion", "contact_compliance"), "rolling_friction": ("damping",),
-           "uniform_flow": ("orientation_drag",), "friction": ("load_dependent_friction", "friction_combination", "static_friction")}
+ALIASES = {
+    "linear_drag": ("damping", "drag_crisis"),
+    "quadratic_drag": ("drag_crisis", "damping"),
+    "spin_decay": ("damping",),
+    "spinning_friction": ("damping",),
+    "margin_offset": ("plate_bias", "settlement", "slop"),
+    "size_error": ("edge_rounding",),
+    "static_friction": ("stribeck_friction",),
+    "restitution": ("contact_compliance", "error_reduction"),
+    "velocity_dependent_restitution": ("ground_cushion", "contact_compliance"),
+    "rolling_friction": ("damping",),
+    "uniform_flow": ("orientation_drag",),
+    "friction": ("load_dependent_friction", "friction_combination", "static_friction"),
+}
 
 
 def nulls(name, setup):

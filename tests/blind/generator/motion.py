@@ -1,4 +1,5 @@
-"""A sphere in a fluid and against a floor: Runge-Kutta of fourth order, impacts located as events. Used by flight, sinking, bounce.
+"""A sphere in a fluid and against a floor: Runge-Kutta of fourth order, impacts located as events. Used by flight, sinking,
+bounce.
 
 Laws are in the form of nature here, not of any library: every one has a `form` number; 0 gives the textbook law that a
 library would use, 1 another one close to it (drag coefficient falling with Reynolds number, restitution of another power).
@@ -9,13 +10,94 @@ from numba import njit
 
 from .noise import product, small_turn
 
-NAMES = ("mass", "radius", "gravity_x", "gravity_y", "gravity_z", "rho", "c_drag", "c_form", "v_ref", "rate", "rate_form", "buoyant",
-         "added", "flow_x", "flow_y", "flow_z", "magnus", "spin_rate", "spin_form", "spin_ref", "n_x", "n_y", "n_z", "height", "e",
-         "e_exponent", "e_form", "mu", "gust_x", "gust_y", "gust_z", "gust_time", "gust_width", "lift", "pull", "pull_x", "pull_y",
-         "pull_z", "pull_size", "swirl", "floor", "mu_form")
-(MASS, RADIUS, GX, GY, GZ, RHO, CD, C_FORM, V_REF, RATE, RATE_FORM, BUOYANT, ADDED, UX, UY, UZ, MAGNUS, SPIN_RATE, SPIN_FORM, SPIN_REF,
- NX, NY, NZ, HEIGHT, E, E_EXPONENT, E_FORM, MU, GUST_X, GUST_Y, GUST_Z, GUST_TIME, GUST_WIDTH, LIFT, PULL, PULL_X, PULL_Y, PULL_Z,
- PULL_SIZE, SWIRL, FLOOR, MU_FORM) = range(len(NAMES))
+NAMES = (
+    "mass",
+    "radius",
+    "gravity_x",
+    "gravity_y",
+    "gravity_z",
+    "rho",
+    "c_drag",
+    "c_form",
+    "v_ref",
+    "rate",
+    "rate_form",
+    "buoyant",
+    "added",
+    "flow_x",
+    "flow_y",
+    "flow_z",
+    "magnus",
+    "spin_rate",
+    "spin_form",
+    "spin_ref",
+    "n_x",
+    "n_y",
+    "n_z",
+    "height",
+    "e",
+    "e_exponent",
+    "e_form",
+    "mu",
+    "gust_x",
+    "gust_y",
+    "gust_z",
+    "gust_time",
+    "gust_width",
+    "lift",
+    "pull",
+    "pull_x",
+    "pull_y",
+    "pull_z",
+    "pull_size",
+    "swirl",
+    "floor",
+    "mu_form",
+)
+(
+    MASS,
+    RADIUS,
+    GX,
+    GY,
+    GZ,
+    RHO,
+    CD,
+    C_FORM,
+    V_REF,
+    RATE,
+    RATE_FORM,
+    BUOYANT,
+    ADDED,
+    UX,
+    UY,
+    UZ,
+    MAGNUS,
+    SPIN_RATE,
+    SPIN_FORM,
+    SPIN_REF,
+    NX,
+    NY,
+    NZ,
+    HEIGHT,
+    E,
+    E_EXPONENT,
+    E_FORM,
+    MU,
+    GUST_X,
+    GUST_Y,
+    GUST_Z,
+    GUST_TIME,
+    GUST_WIDTH,
+    LIFT,
+    PULL,
+    PULL_X,
+    PULL_Y,
+    PULL_Z,
+    PULL_SIZE,
+    SWIRL,
+    FLOOR,
+    MU_FORM,
+) = range(len(NAMES))
 
 
 @njit(cache=True)
@@ -30,7 +112,7 @@ def derivative(s, t, p):
     k = 0.5 * p[RHO] * p[CD] * np.pi * r * r * speed * (speed / p[V_REF]) ** (-0.3 * p[C_FORM])
     k += m * p[RATE] * (speed / p[V_REF]) ** (0.15 * p[RATE_FORM])
     magnus = p[MAGNUS] * np.pi * p[RHO] * r**3
-    gust = m * np.exp(-((t - p[GUST_TIME]) / p[GUST_WIDTH]) ** 2)
+    gust = m * np.exp(-(((t - p[GUST_TIME]) / p[GUST_WIDTH]) ** 2))
     dx, dy, dz = p[PULL_X] - s[0], p[PULL_Y] - s[1], p[PULL_Z] - s[2]
     pull = m * p[PULL] * p[PULL_SIZE] ** 2 / (dx * dx + dy * dy + dz * dz + p[PULL_SIZE] ** 2) ** 1.5
     lift = m * p[LIFT] * t
@@ -38,8 +120,12 @@ def derivative(s, t, p):
     inertia = m + p[ADDED] * volume * p[RHO]
     sink = m - p[BUOYANT] * volume
     out[0], out[1], out[2] = s[3], s[4], s[5]
-    out[3] = (sink * p[GX] - k * wx + magnus * (s[7] * wz - s[8] * wy) + gust * p[GUST_X] + pull * dx - lift * wy - swirl * s[1]) / inertia
-    out[4] = (sink * p[GY] - k * wy + magnus * (s[8] * wx - s[6] * wz) + gust * p[GUST_Y] + pull * dy + lift * wx + swirl * s[0]) / inertia
+    out[3] = (
+        sink * p[GX] - k * wx + magnus * (s[7] * wz - s[8] * wy) + gust * p[GUST_X] + pull * dx - lift * wy - swirl * s[1]
+    ) / inertia
+    out[4] = (
+        sink * p[GY] - k * wy + magnus * (s[8] * wx - s[6] * wz) + gust * p[GUST_Y] + pull * dy + lift * wx + swirl * s[0]
+    ) / inertia
     out[5] = (sink * p[GZ] - k * wz + magnus * (s[6] * wy - s[7] * wx) + gust * p[GUST_Z] + pull * dz) / inertia
     spin = np.sqrt(s[6] ** 2 + s[7] ** 2 + s[8] ** 2) + 1e-12
     decay = p[SPIN_RATE] * (spin / p[SPIN_REF]) ** (0.3 * p[SPIN_FORM])
@@ -73,7 +159,7 @@ def impact(s, p):
         return s
     speed = -normal
     # e = e_1 (v / 1 m/s)^-exponent; the other form is linear in the fifth root of the speed
-    e = p[E] * ((1 - p[E_FORM]) * speed ** (-p[E_EXPONENT]) + p[E_FORM] * (1 + 5 * p[E_EXPONENT] * (1 - speed ** 0.2)))
+    e = p[E] * ((1 - p[E_FORM]) * speed ** (-p[E_EXPONENT]) + p[E_FORM] * (1 + 5 * p[E_EXPONENT] * (1 - speed**0.2)))
     e = min(max(e, 0.0), 1.0)
     slip = v - normal * n + np.cross(w, -p[RADIUS] * n)
     size = np.sqrt(slip @ slip)
@@ -120,9 +206,19 @@ def fly(start, times, step, p):
 def parameters(inputs, effects):
     """Parameter array from nominal-style inputs and {effect: parameters}."""
     p = dict.fromkeys(NAMES, 0.0)
-    p.update(mass=inputs["mass"], radius=inputs["radius"], rho=inputs.get("fluid_density", 0.0), v_ref=inputs.get("v_ref", 3.0),
-             spin_ref=20.0, gust_width=1.0, pull_size=1.0, e=inputs.get("restitution", 0.0), mu=inputs.get("friction", 0.0),
-             floor=float("floor_height" in inputs), height=inputs.get("floor_height", 0.0))
+    p.update(
+        mass=inputs["mass"],
+        radius=inputs["radius"],
+        rho=inputs.get("fluid_density", 0.0),
+        v_ref=inputs.get("v_ref", 3.0),
+        spin_ref=20.0,
+        gust_width=1.0,
+        pull_size=1.0,
+        e=inputs.get("restitution", 0.0),
+        mu=inputs.get("friction", 0.0),
+        floor=float("floor_height" in inputs),
+        height=inputs.get("floor_height", 0.0),
+    )
     p["mass"] *= 1 + effects.get("mass_offset", {}).get("relative", 0.0)
     p["radius"] *= 1 + effects.get("size_error", {}).get("relative", 0.0)
     p["height"] += effects.get("margin_offset", {}).get("offset", 0.0) * p["radius"] * (4 * np.pi / 3) ** (1 / 3)

@@ -9,7 +9,10 @@ FINE, COARSE = 1e-4, 2e-3  # steps [s]: of what is recorded, and of the sensitiv
 
 def with_errors(inputs, overrides, errors):
     """Inputs of one trial: nominal ones, the trial's own, and the true deviations {mass, size: relative, tilt_x, tilt_y: rad}."""
-    true = {**inputs, **{key: value for key, value in overrides.items() if key in ("mass", "radius", "friction", "restitution")}}
+    true = {
+        **inputs,
+        **{key: value for key, value in overrides.items() if key in ("mass", "radius", "friction", "restitution")},
+    }
     if "floor" in overrides:
         true["floor_height"], true["floor_normal"] = overrides["floor"]["height"], overrides["floor"]["normal"]
     if "radius" in overrides and "clearance" in true:
@@ -61,7 +64,8 @@ def axes_seen(setup):
 
 
 def difference(setup, new, old, sigma_position, sigma_orientation):
-    """What separates two films of a trial, in sigmas: (n, c) with the recorded position columns, then three of rotation if recorded."""
+    """What separates two films of a trial, in sigmas: (n, c) with the recorded position columns, then three of rotation if
+    recorded."""
     parts = [(new[0] - old[0])[:, axes_seen(setup)] / sigma_position]
     if "q" in setup.columns:
         parts.append(turn_between(old[1], new[1]) / sigma_orientation)

@@ -1,16 +1,75 @@
-"""A block that slides and a ball that rolls on a plane: two equations in the plane, Runge-Kutta of fourth order, stopping as an event."""
+"""A block that slides and a ball that rolls on a plane: two equations in the plane, Runge-Kutta of fourth order, stopping
+as an event."""
 
 import numpy as np
 from numba import njit
 
 from .noise import product, small_turn
 
-NAMES = ("g_1", "g_2", "g_n", "mu", "ratio", "stribeck_speed", "stribeck_power", "viscous", "viscous_form", "smooth", "cross", "cross_angle",
-         "rate", "quadratic", "arm", "arm_form", "kappa", "held", "patch", "patch_1", "patch_2", "patch_size", "wave", "wave_number",
-         "shake", "shake_rate", "shake_phase", "shake_heading", "spin_torque", "spin_rate")
-(G1, G2, GN, MU, RATIO, STRIBECK_SPEED, STRIBECK_POWER, VISCOUS, VISCOUS_FORM, SMOOTH, CROSS, CROSS_ANGLE,
- RATE, QUADRATIC, ARM, ARM_FORM, KAPPA, HELD, PATCH, PATCH_1, PATCH_2, PATCH_SIZE, WAVE, WAVE_NUMBER,
- SHAKE, SHAKE_RATE, SHAKE_PHASE, SHAKE_HEADING, SPIN_TORQUE, SPIN_RATE) = range(len(NAMES))
+NAMES = (
+    "g_1",
+    "g_2",
+    "g_n",
+    "mu",
+    "ratio",
+    "stribeck_speed",
+    "stribeck_power",
+    "viscous",
+    "viscous_form",
+    "smooth",
+    "cross",
+    "cross_angle",
+    "rate",
+    "quadratic",
+    "arm",
+    "arm_form",
+    "kappa",
+    "held",
+    "patch",
+    "patch_1",
+    "patch_2",
+    "patch_size",
+    "wave",
+    "wave_number",
+    "shake",
+    "shake_rate",
+    "shake_phase",
+    "shake_heading",
+    "spin_torque",
+    "spin_rate",
+)
+(
+    G1,
+    G2,
+    GN,
+    MU,
+    RATIO,
+    STRIBECK_SPEED,
+    STRIBECK_POWER,
+    VISCOUS,
+    VISCOUS_FORM,
+    SMOOTH,
+    CROSS,
+    CROSS_ANGLE,
+    RATE,
+    QUADRATIC,
+    ARM,
+    ARM_FORM,
+    KAPPA,
+    HELD,
+    PATCH,
+    PATCH_1,
+    PATCH_2,
+    PATCH_SIZE,
+    WAVE,
+    WAVE_NUMBER,
+    SHAKE,
+    SHAKE_RATE,
+    SHAKE_PHASE,
+    SHAKE_HEADING,
+    SPIN_TORQUE,
+    SPIN_RATE,
+) = range(len(NAMES))
 
 
 @njit(cache=True)
@@ -115,8 +174,18 @@ def parameters(inputs, effects, axes, rolling):
     mass = inputs["mass"] * (1 + effects.get("mass_offset", {}).get("relative", 0.0))
     radius = inputs.get("radius", 0.0) * (1 + effects.get("size_error", {}).get("relative", 0.0))
     fluid, area = inputs.get("fluid_density", 0.0), np.pi * radius**2 if rolling else inputs.get("area", 0.0)
-    p.update(g_1=axes[0] @ g, g_2=axes[1] @ g, g_n=-axes[2] @ g, mu=inputs.get("friction", 0.0), ratio=1.0, stribeck_speed=1.0,
-             stribeck_power=2.0, cross=1.0, patch_size=1.0, held=1.0)
+    p.update(
+        g_1=axes[0] @ g,
+        g_2=axes[1] @ g,
+        g_n=-axes[2] @ g,
+        mu=inputs.get("friction", 0.0),
+        ratio=1.0,
+        stribeck_speed=1.0,
+        stribeck_power=2.0,
+        cross=1.0,
+        patch_size=1.0,
+        held=1.0,
+    )
     if "friction" in effects:
         p.update(mu=effects["friction"]["coefficient"], smooth=0.01 * effects["friction"].get("form", 0.0))
     if "stribeck_friction" in effects:

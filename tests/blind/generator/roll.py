@@ -27,12 +27,20 @@ HIDDEN = {
     "inertia_error": one("inertia_error", "factor", 2e-3, 0.6, ("boards",), null=1.0),
 }
 OUTSIDE = {
-    "camera_shake": camera_shake(STYLES, low=1e-4), "camera_drift": camera_drift(STYLES), "sticky_patch": Dial(_patch, 2e-4, 0.05, ("boards",)),
-    "wavy_floor": Dial(_wave, 2e-4, 0.05, ("boards",)), "shaken_board": Dial(_shaken, 0.005, 3.0, ("boards",)),
+    "camera_shake": camera_shake(STYLES, low=1e-4),
+    "camera_drift": camera_drift(STYLES),
+    "sticky_patch": Dial(_patch, 2e-4, 0.05, ("boards",)),
+    "wavy_floor": Dial(_wave, 2e-4, 0.05, ("boards",)),
+    "shaken_board": Dial(_shaken, 0.005, 3.0, ("boards",)),
 }
 DEGENERATE = (("size_error", "boards"), ("margin_offset", "boards"), ("bottom_slope", "spins"), ("tilted_gravity", "spins"))
-DOUBLES = (("rolling_friction", "tilted_gravity", "boards"), ("rolling_friction", "linear_drag", "boards"), ("spinning_friction", "tilted_gravity", "spins"),
-           ("rolling_friction", "time_scale", "boards"), ("clock_offset", "bottom_slope", "boards"))
+DOUBLES = (
+    ("rolling_friction", "tilted_gravity", "boards"),
+    ("rolling_friction", "linear_drag", "boards"),
+    ("spinning_friction", "tilted_gravity", "spins"),
+    ("rolling_friction", "time_scale", "boards"),
+    ("clock_offset", "bottom_slope", "boards"),
+)
 BALLS = ((0.02, 0.26), (0.03, 0.12), (0.05, 0.09), (0.06, 0.35))  # radius [m], mass [kg]
 
 
@@ -45,8 +53,12 @@ def setup(rng, stamps, style, outside=()):
         heading = np.pi / 2 * (i % 4) + rng.uniform(-0.2, 0.2)
         slope = np.deg2rad(float(np.linspace(1.0, 6.0, count)[(i * 3) % count])) if style == "boards" else 0.0
         normal, tangents, turn = floor_of(slope, heading)
-        start = {"position": np.round(radius * normal, 6), "orientation": np.array([1.0, 0.0, 0.0, 0.0]), "velocity": np.zeros(3),
-                 "angular_velocity": np.zeros(3)}
+        start = {
+            "position": np.round(radius * normal, 6),
+            "orientation": np.array([1.0, 0.0, 0.0, 0.0]),
+            "velocity": np.zeros(3),
+            "angular_velocity": np.zeros(3),
+        }
         known, overrides = ("position", "orientation", "velocity", "angular_velocity"), {}
         if style == "boards":
             duration = min(np.sqrt(2 * rng.uniform(0.4, 0.9) / (5 / 7 * 9.81 * np.sin(slope))), 2.0)
@@ -58,13 +70,40 @@ def setup(rng, stamps, style, outside=()):
         own = {key: value for name in outside for key, value in own_moments(rng, name, duration).items()}
         trials.append(Trial(group, start, known, stamps(duration), overrides, own, tangents))
     rivals = ["bottom_slope", "tilted_gravity", "tilted_frame", "length_scale", "time_scale", "size_error", "margin_offset"]
-    rivals += ["rolling_friction", "linear_drag", "quadratic_drag", "clock_offset", "inertia_error"] if style == "boards" \
+    rivals += (
+        ["rolling_friction", "linear_drag", "quadratic_drag", "clock_offset", "inertia_error"]
+        if style == "boards"
         else ["spinning_friction", "spin_decay"]
-    inputs = {"mass": mass, "radius": radius, "gravity": 9.81, "fluid_density": 1.2, "clearance": radius, "floor_height": 0.0,
-              "floor_normal": (0.0, 0.0, 1.0), "nominal_diameter": radius * (4 * np.pi / 3) ** (1 / 3)}
-    surroundings = {"gravity": 9.81, "fluid_density": 1.2, "fluid_viscosity": 1.8e-5, "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]},
-                    "friction": 0.6, "restitution": 0.0}
+    )
+    inputs = {
+        "mass": mass,
+        "radius": radius,
+        "gravity": 9.81,
+        "fluid_density": 1.2,
+        "clearance": radius,
+        "floor_height": 0.0,
+        "floor_normal": (0.0, 0.0, 1.0),
+        "nominal_diameter": radius * (4 * np.pi / 3) ** (1 / 3),
+    }
+    surroundings = {
+        "gravity": 9.81,
+        "fluid_density": 1.2,
+        "fluid_viscosity": 1.8e-5,
+        "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]},
+        "friction": 0.6,
+        "restitution": 0.0,
+    }
     title = "ball let go on gently inclined boards" if style == "boards" else "ball spun on the spot"
     columns = ("x_m", "y_m", "z_m") if style == "boards" else ("x_m", "y_m", "z_m", "q")
-    return Setup("roll", title, {"shape": "sphere", "radius": radius}, inputs, surroundings, (), tuple(trials), columns,
-                 partial(plane.simulate, rolling=True), tuple(rivals))
+    return Setup(
+        "roll",
+        title,
+        {"shape": "sphere", "radius": radius},
+        inputs,
+        surroundings,
+        (),
+        tuple(trials),
+        columns,
+        partial(plane.simulate, rolling=True),
+        tuple(rivals),
+    )

@@ -1,6 +1,6 @@
 """Sealed seeds: the SHA-256 of a seed is committed first, the seed itself is opened after the verdicts are stored.
 
-    python -m tests.blind.generator.seal new --suite full --out SECRET_FILE     (appends the digest to tests/blind/seals.txt)
+python -m tests.blind.generator.seal new --suite full --out SECRET_FILE     (appends the digest to tests/blind/seals.txt)
 """
 
 import argparse

@@ -1,4 +1,5 @@
-"""Sinking in water: spheres released below the surface, from rest or pushed, some spinning; the usual fluid forces already in the model."""
+"""Sinking in water: spheres released below the surface, from rest or pushed, some spinning; the usual fluid forces already
+in the model."""
 
 import numpy as np
 
@@ -25,13 +26,28 @@ HIDDEN = {
     "size_error": one("size_error", "relative", 5e-4, 0.018, ("released", "pushed"), sign=0),
 }
 OUTSIDE = {
-    "camera_shake": camera_shake(STYLES), "camera_drift": camera_drift(STYLES), "gust": gust(STYLES), "growing_lift": growing_lift(("pushed",)),
-    "magnet": magnet(("released", "pushed"), (0.1, 0.0, -0.5), 0.6, low=0.005), "swirl": swirl(("released", "pushed")),
+    "camera_shake": camera_shake(STYLES),
+    "camera_drift": camera_drift(STYLES),
+    "gust": gust(STYLES),
+    "growing_lift": growing_lift(("pushed",)),
+    "magnet": magnet(("released", "pushed"), (0.1, 0.0, -0.5), 0.6, low=0.005),
+    "swirl": swirl(("released", "pushed")),
 }
-DEGENERATE = (("tilted_frame", "dragless"), ("tilted_gravity", "dragless"), ("buoyancy", "heavy"), ("length_scale", "heavy"),
-              ("time_scale", "heavy"))
-DOUBLES = (("linear_drag", "uniform_flow", "pushed"), ("quadratic_drag", "tilted_gravity", "dragless"), ("added_mass", "tilted_frame", "massless"),
-           ("magnus", "spin_decay", "spinning"), ("clock_offset", "tilted_gravity", "released"), ("uniform_flow", "length_scale", "released"))
+DEGENERATE = (
+    ("tilted_frame", "dragless"),
+    ("tilted_gravity", "dragless"),
+    ("buoyancy", "heavy"),
+    ("length_scale", "heavy"),
+    ("time_scale", "heavy"),
+)
+DOUBLES = (
+    ("linear_drag", "uniform_flow", "pushed"),
+    ("quadratic_drag", "tilted_gravity", "dragless"),
+    ("added_mass", "tilted_frame", "massless"),
+    ("magnus", "spin_decay", "spinning"),
+    ("clock_offset", "tilted_gravity", "released"),
+    ("uniform_flow", "length_scale", "released"),
+)
 
 
 def setup(rng, stamps, style, outside=()):
@@ -39,14 +55,21 @@ def setup(rng, stamps, style, outside=()):
     radius = float(rng.choice([0.006, 0.01, 0.0125, 0.02]))
     density = 7800.0 if style == "heavy" else float(rng.choice([1180.0, 1400.0, 2500.0]))
     mass = float(f"{density * 4 / 3 * np.pi * radius**3:.4g}")
-    parts = {"buoyancy": {"fluid_density": 998.0}, "added_mass": {"coefficient": 0.5}, "quadratic_drag": {"drag_coefficient": 0.45}}
+    parts = {
+        "buoyancy": {"fluid_density": 998.0},
+        "added_mass": {"coefficient": 0.5},
+        "quadratic_drag": {"drag_coefficient": 0.45},
+    }
     left_out = {"dragless": ("quadratic_drag",), "massless": ("added_mass",), "heavy": tuple(parts)}.get(style, ())
     model = tuple({"name": name, **law} for name, law in parts.items() if name not in left_out)
     count = int(rng.integers(6, 11))
     trials = []
     for i, group in enumerate(groups(rng, count)):
         heading = np.pi / 2 * (i % 4) + rng.uniform(-0.3, 0.3)
-        start = {"position": np.array([rng.uniform(-0.05, 0.05), rng.uniform(-0.05, 0.05), -0.05]), "angular_velocity": np.zeros(3)}
+        start = {
+            "position": np.array([rng.uniform(-0.05, 0.05), rng.uniform(-0.05, 0.05), -0.05]),
+            "angular_velocity": np.zeros(3),
+        }
         known = ()
         if style in ("released", "dragless", "heavy", "massless"):
             start["velocity"], known = np.zeros(3), ("velocity",)
@@ -58,7 +81,9 @@ def setup(rng, stamps, style, outside=()):
         duration = float(rng.uniform(0.7, 1.4)) * (0.5 if style == "heavy" else 1.0)
         if style == "spinning":
             axis = np.array([rng.uniform(-0.2, 0.2), rng.uniform(-0.2, 0.2), 1.0 if i % 2 else -1.0])
-            start.update(orientation=np.array([1.0, 0.0, 0.0, 0.0]), angular_velocity=axis / np.linalg.norm(axis) * rng.uniform(8, 20))
+            start.update(
+                orientation=np.array([1.0, 0.0, 0.0, 0.0]), angular_velocity=axis / np.linalg.norm(axis) * rng.uniform(8, 20)
+            )
         own = {key: value for name in outside for key, value in own_moments(rng, name, duration).items()}
         trials.append(Trial(group, start, known, stamps(duration), own=own))
     rivals = ["linear_drag", "tilted_gravity", "tilted_frame", "length_scale", "time_scale", "mass_offset", "size_error"]
@@ -68,6 +93,14 @@ def setup(rng, stamps, style, outside=()):
     rivals += ["magnus", "spin_decay"] if style == "spinning" else []
     columns = ("x_m", "y_m", "z_m", "q") if style == "spinning" else ("x_m", "y_m", "z_m")
     return Setup(
-        "sinking", "sphere sinking in a water tank", {"shape": "sphere", "radius": radius},
+        "sinking",
+        "sphere sinking in a water tank",
+        {"shape": "sphere", "radius": radius},
         {"mass": mass, "radius": radius, "gravity": 9.81, "fluid_density": 998.0, "v_ref": 0.7},
-        {"gravity": 9.81, "fluid_density": 998.0, "fluid_viscosity": 1.0e-3}, model, tuple(trials), columns, motion.simulate, tuple(rivals))
+        {"gravity": 9.81, "fluid_density": 998.0, "fluid_viscosity": 1.0e-3},
+        model,
+        tuple(trials),
+        columns,
+        motion.simulate,
+        tuple(rivals),
+    )

@@ -13,7 +13,8 @@ SIZES = ((0.12, 0.08, 0.04), (0.20, 0.15, 0.05), (0.06, 0.06, 0.03))
 
 
 def floor_of(slope, heading):
-    """Unit normal of a plane that falls towards the heading at `slope` rad, two tangents, and the turn of a body that lies on it."""
+    """Unit normal of a plane that falls towards the heading at `slope` rad, two tangents, and the turn of a body that lies
+    on it."""
     normal = np.array([np.sin(slope) * np.cos(heading), np.sin(slope) * np.sin(heading), np.cos(slope)])
     lean = small_turn(slope * np.array([-np.sin(heading), np.cos(heading), 0.0]))
     turn = product(lean, small_turn(np.array([0.0, 0.0, heading])))
@@ -71,14 +72,26 @@ HIDDEN = {
     "size_error": one("size_error", "relative", 1e-3, 0.018, STYLES, sign=0),
 }
 OUTSIDE = {
-    "camera_shake": camera_shake(STYLES), "camera_drift": camera_drift(STYLES), "sticky_patch": Dial(_patch, 2e-3, 0.5, ("incline",)),
+    "camera_shake": camera_shake(STYLES),
+    "camera_drift": camera_drift(STYLES),
+    "sticky_patch": Dial(_patch, 2e-3, 0.5, ("incline",)),
     "wavy_floor": Dial(_wave, 1e-3, 0.4, STYLES),
     "shaken_board": Dial(_shaken, 0.01, 4.0, STYLES),
 }
-DEGENERATE = (("linear_drag", "incline"), ("viscous_friction", "incline"), ("margin_offset", "launched"), ("size_error", "incline"),
-              ("size_error", "launched"))
-DOUBLES = (("friction", "tilted_gravity", "launched"), ("friction", "viscous_friction", "launched"), ("friction", "bottom_slope", "incline"),
-           ("friction", "clock_offset", "incline"), ("stribeck_friction", "tilted_frame", "launched"))
+DEGENERATE = (
+    ("linear_drag", "incline"),
+    ("viscous_friction", "incline"),
+    ("margin_offset", "launched"),
+    ("size_error", "incline"),
+    ("size_error", "launched"),
+)
+DOUBLES = (
+    ("friction", "tilted_gravity", "launched"),
+    ("friction", "viscous_friction", "launched"),
+    ("friction", "bottom_slope", "incline"),
+    ("friction", "clock_offset", "incline"),
+    ("stribeck_friction", "tilted_frame", "launched"),
+)
 
 
 def setup(rng, stamps, style, outside=()):
@@ -95,7 +108,12 @@ def setup(rng, stamps, style, outside=()):
         along = np.cross(normal, np.cross([np.cos(heading), np.sin(heading), 0.0], normal))
         along /= np.linalg.norm(along)
         place = rng.uniform(-0.05, 0.05) * np.array(tangents[0]) + rng.uniform(-0.05, 0.05) * np.array(tangents[1])
-        start = {"position": np.round(place + clearance * normal, 6), "orientation": turn, "velocity": np.zeros(3), "angular_velocity": np.zeros(3)}
+        start = {
+            "position": np.round(place + clearance * normal, 6),
+            "orientation": turn,
+            "velocity": np.zeros(3),
+            "angular_velocity": np.zeros(3),
+        }
         known, overrides = ("position", "orientation", "velocity", "angular_velocity"), {}
         if style == "incline":
             duration = np.sqrt(2 * rng.uniform(0.6, 1.2) / (9.81 * (np.sin(slope) - MU * np.cos(slope))))
@@ -106,13 +124,43 @@ def setup(rng, stamps, style, outside=()):
             duration = speed / (MU * 9.81) + 0.15
         own = {key: value for name in outside for key, value in own_moments(rng, name, duration).items()}
         trials.append(Trial(group, start, known, stamps(min(duration, 1.8)), overrides, own, tangents))
-    rivals = ["friction", "stribeck_friction", "viscous_friction", "anisotropic_friction", "linear_drag", "tilted_gravity", "tilted_frame",
-              "bottom_slope", "length_scale", "time_scale", "margin_offset", "size_error"]
+    rivals = [
+        "friction",
+        "stribeck_friction",
+        "viscous_friction",
+        "anisotropic_friction",
+        "linear_drag",
+        "tilted_gravity",
+        "tilted_frame",
+        "bottom_slope",
+        "length_scale",
+        "time_scale",
+        "margin_offset",
+        "size_error",
+    ]
     rivals += ["clock_offset"] if style == "incline" else []
     volume = float(np.prod(size))
-    inputs = {"mass": mass, "gravity": 9.81, "friction": MU, "clearance": clearance, "floor_height": 0.0, "floor_normal": (0.0, 0.0, 1.0),
-              "nominal_diameter": volume ** (1 / 3), "area": (size[0] * size[1] + size[1] * size[2] + size[0] * size[2]) / 2}
+    inputs = {
+        "mass": mass,
+        "gravity": 9.81,
+        "friction": MU,
+        "clearance": clearance,
+        "floor_height": 0.0,
+        "floor_normal": (0.0, 0.0, 1.0),
+        "nominal_diameter": volume ** (1 / 3),
+        "area": (size[0] * size[1] + size[1] * size[2] + size[0] * size[2]) / 2,
+    }
     surroundings = {"gravity": 9.81, "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]}, "friction": MU, "restitution": 0.0}
     title = "block let go on inclined boards" if style == "incline" else "block launched on a level floor"
-    return Setup("slide", title, {"shape": "box", "size": list(size)}, inputs, surroundings, (), tuple(trials), ("x_m", "y_m", "z_m"),
-                 plane.simulate, tuple(rivals))
+    return Setup(
+        "slide",
+        title,
+        {"shape": "box", "size": list(size)},
+        inputs,
+        surroundings,
+        (),
+        tuple(trials),
+        ("x_m", "y_m", "z_m"),
+        plane.simulate,
+        tuple(rivals),
+    )

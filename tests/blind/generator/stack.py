@@ -17,11 +17,16 @@ HIDDEN = {
     "clock_offset": one("clock_offset", "offset", 3e-4, 0.06, STYLES),
 }
 OUTSIDE = {
-    "camera_shake": camera_shake(STYLES, low=1e-4), "camera_drift": camera_drift(STYLES),
+    "camera_shake": camera_shake(STYLES, low=1e-4),
+    "camera_drift": camera_drift(STYLES),
     "wobble": Dial(lambda rng: _wobble(rng), 1e-4, 0.05, STYLES),
 }
 DEGENERATE = (("margin_offset", "set_down"), ("size_error", "set_down"))
-DOUBLES = (("margin_offset", "tilted_frame", "set_down"), ("clock_offset", "tilted_frame", "set_down"), ("restitution", "margin_offset", "set_down"))
+DOUBLES = (
+    ("margin_offset", "tilted_frame", "set_down"),
+    ("clock_offset", "tilted_frame", "set_down"),
+    ("restitution", "margin_offset", "set_down"),
+)
 
 
 def _wobble(rng):
@@ -30,7 +35,8 @@ def _wobble(rng):
 
 
 def drop(height, speed_x, speed_y, g, restitution, times):
-    """Rise above the rest height and sideways way (n, 3) of a flat body let go at `height`: (g_x, g_y, g_z) constant, restitution e.
+    """Rise above the rest height and sideways way (n, 3) of a flat body let go at `height`: (g_x, g_y, g_z) constant,
+    restitution e.
 
     Closed form, impact by impact; the sideways motion is stopped by friction at the first impact.
     """
@@ -56,10 +62,20 @@ def simulate(trial, inputs, effects, start, times, step):
     ay = tilt_law.get("angle_y", 0.0) + inputs.get("tilt_y", 0.0)
     g = inputs["gravity"] * np.array([np.sin(ax), np.sin(ay), -np.sqrt(1 - np.sin(ax) ** 2 - np.sin(ay) ** 2)])
     size = 1 + effects.get("size_error", {}).get("relative", 0.0)
-    rest = inputs["floor_height"] + inputs["clearance"] * size + effects.get("margin_offset", {}).get("offset", 0.0) * inputs["nominal_diameter"]
+    rest = (
+        inputs["floor_height"]
+        + inputs["clearance"] * size
+        + effects.get("margin_offset", {}).get("offset", 0.0) * inputs["nominal_diameter"]
+    )
     first = np.asarray(start["position"], float)
-    way = drop(max(first[2] - rest, 1e-9), start["velocity"][0], start["velocity"][1], g,
-               effects.get("restitution", {}).get("coefficient", 0.0), times)
+    way = drop(
+        max(first[2] - rest, 1e-9),
+        start["velocity"][0],
+        start["velocity"][1],
+        g,
+        effects.get("restitution", {}).get("coefficient", 0.0),
+        times,
+    )
     position = way + [first[0], first[1], rest]
     if "wobble" in effects:
         law = effects["wobble"]
@@ -78,13 +94,43 @@ def setup(rng, stamps, style, outside=()):
         below = 1 + i % 4
         level = round(side * below, 6)
         lift = float(np.linspace(0.02, 0.12, count)[(i * 3) % count])
-        start = {"position": np.array([*rng.uniform(-0.02, 0.02, 2), level + side / 2 + lift]), "orientation": np.array([1.0, 0.0, 0.0, 0.0]),
-                 "velocity": np.zeros(3), "angular_velocity": np.zeros(3)}
+        start = {
+            "position": np.array([*rng.uniform(-0.02, 0.02, 2), level + side / 2 + lift]),
+            "orientation": np.array([1.0, 0.0, 0.0, 0.0]),
+            "velocity": np.zeros(3),
+            "angular_velocity": np.zeros(3),
+        }
         overrides = {"floor": {"height": level, "normal": [0.0, 0.0, 1.0]}}
         own = {key: value for name in outside for key, value in own_moments(rng, name, 0.5).items()}
-        trials.append(Trial(group, start, ("orientation", "velocity", "angular_velocity"), stamps(float(rng.uniform(0.5, 0.8))), overrides, own))
+        trials.append(
+            Trial(
+                group,
+                start,
+                ("orientation", "velocity", "angular_velocity"),
+                stamps(float(rng.uniform(0.5, 0.8))),
+                overrides,
+                own,
+            )
+        )
     mass = float(f"{2300 * side**3:.4g}")
-    inputs = {"mass": mass, "gravity": 9.81, "clearance": side / 2, "floor_height": 0.0, "floor_normal": (0.0, 0.0, 1.0), "nominal_diameter": side}
+    inputs = {
+        "mass": mass,
+        "gravity": 9.81,
+        "clearance": side / 2,
+        "floor_height": 0.0,
+        "floor_normal": (0.0, 0.0, 1.0),
+        "nominal_diameter": side,
+    }
     surroundings = {"gravity": 9.81, "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]}, "friction": 0.6, "restitution": 0.0}
-    return Setup("stack", "top unit set down on a small stack", {"shape": "box", "size": [side] * 3}, inputs, surroundings, (), tuple(trials),
-                 ("x_m", "y_m", "z_m", "q"), simulate, tuple(HIDDEN))
+    return Setup(
+        "stack",
+        "top unit set down on a small stack",
+        {"shape": "box", "size": [side] * 3},
+        inputs,
+        surroundings,
+        (),
+        tuple(trials),
+        ("x_m", "y_m", "z_m", "q"),
+        simulate,
+        tuple(HIDDEN),
+    )

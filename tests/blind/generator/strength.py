@@ -52,9 +52,15 @@ class Lens:
     def signal(self, effects, errors=None, step=COARSE):
         """Rows (one array per trial) that `effects` on top of the model under test, and wrong inputs, add; in sigmas."""
         together = {**self.base_effects, **effects}
-        old = self.base if step == COARSE else [film(self.setup, trial, self.base_effects, step=step) for trial in self.setup.trials]
-        return [self._rows(film(self.setup, trial, together, errors, step=step), base)
-                for trial, base in zip(self.setup.trials, old, strict=True)]
+        old = (
+            self.base
+            if step == COARSE
+            else [film(self.setup, trial, self.base_effects, step=step) for trial in self.setup.trials]
+        )
+        return [
+            self._rows(film(self.setup, trial, together, errors, step=step), base)
+            for trial, base in zip(self.setup.trials, old, strict=True)
+        ]
 
     def project(self, rows, white=False):
         """Rows with the part that the unknown starts absorb taken out, flat."""
@@ -198,7 +204,8 @@ def gentle(lens, names, limits, room=0.5):
 
 
 def look_alikes(lens, hidden, rows, truth_left, truth_count):
-    """Rivals of a single hidden law: (tied within bounds, possibly reported beside it, largest cosine of a rival within bounds)."""
+    """Rivals of a single hidden law: (tied within bounds, possibly reported beside it, largest cosine of a rival within
+    bounds)."""
     price = np.log(lens.count())
     tied, possible, largest = [], list(ALIASES.get(hidden, ())), 0.0
     for name in lens.setup.rivals:

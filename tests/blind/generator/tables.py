@@ -1,7 +1,8 @@
 """Outcome tables: fall time against height, rebound against height, stopping distance against launching speed.
 
-`height_m` is the free way below the ball, `rebound_height_m` the free way it regains. Every table needs one motion along a line from
-rest (falling, or rising and sliding played backwards), solved by an eighth-order Runge-Kutta method and read off at all settings.
+`height_m` is the free way below the ball, `rebound_height_m` the free way it regains. Every table needs one motion along a
+line from rest (falling, or rising and sliding played backwards), solved by an eighth-order Runge-Kutta method and read off at
+all settings.
 """
 
 from dataclasses import dataclass
@@ -18,15 +19,18 @@ from .strength import Lens
 G = 9.81
 OUTCOME = {"flight": "fall_time_s", "bounce": "rebound_height_m", "slide": "stop_distance_m"}
 SIGMAS = {"flight": (1.5e-3, 1e-2), "bounce": (3e-3, 1.5e-2), "slide": (4e-3, 3e-2)}  # stop watch with light gates, ruler, tape
-RIVALS = {"flight": ("linear_drag", "quadratic_drag", "buoyancy", "clock_offset", "time_scale"),
-          "bounce": ("restitution", "velocity_dependent_restitution", "linear_drag", "quadratic_drag"),
-          "slide": ("friction", "viscous_friction", "stribeck_friction", "linear_drag", "quadratic_drag")}
+RIVALS = {
+    "flight": ("linear_drag", "quadratic_drag", "buoyancy", "clock_offset", "time_scale"),
+    "bounce": ("restitution", "velocity_dependent_restitution", "linear_drag", "quadratic_drag"),
+    "slide": ("friction", "viscous_friction", "stribeck_friction", "linear_drag", "quadratic_drag"),
+}
 
 
 def _either(name, key, centre, **extra):
     def draw(rng):
         side = rng.choice([-1.0, 1.0])
         return lambda amplitude: {name: {key: centre + side * amplitude, **extra}}
+
     return draw
 
 
@@ -39,39 +43,62 @@ def _ripple(name):
     def draw(rng):
         count, phase = float(rng.uniform(2.0, 3.0)), float(rng.uniform(0, 2 * np.pi))
         return lambda amplitude: {name: {"amplitude": amplitude, "count": count, "phase": phase}}
+
     return draw
 
 
 TABLE = ("table",)
 HIDDEN = {
-    "flight": {"quadratic_drag": one("quadratic_drag", "drag_coefficient", 0.02, 1.4, TABLE, form="form"),
-               "linear_drag": one("linear_drag", "rate", 0.002, 1.0, TABLE, form="form"),
-               "clock_offset": one("clock_offset", "offset", 5e-4, 0.2, TABLE),
-               "time_scale": one("time_scale", "factor", 3e-4, 0.045, TABLE, null=1.0, sign=0)},
-    "bounce": {"restitution": Dial(_either("restitution", "coefficient", 0.75), 1e-3, 0.2, TABLE),
-               "velocity_dependent_restitution": one("velocity_dependent_restitution", "exponent", 1e-3, 0.2, TABLE, form="form"),
-               "quadratic_drag": one("quadratic_drag", "drag_coefficient", 0.02, 1.4, TABLE, form="form")},
-    "slide": {"friction": Dial(_either("friction", "coefficient", 0.30), 5e-4, 0.15, TABLE),
-              "viscous_friction": one("viscous_friction", "slope", 5e-4, 0.3, TABLE, form="form"),
-              "stribeck_friction": Dial(_stribeck, 5e-3, 0.9, TABLE),
-              "linear_drag": one("linear_drag", "rate", 0.003, 1.5, TABLE)},
+    "flight": {
+        "quadratic_drag": one("quadratic_drag", "drag_coefficient", 0.02, 1.4, TABLE, form="form"),
+        "linear_drag": one("linear_drag", "rate", 0.002, 1.0, TABLE, form="form"),
+        "clock_offset": one("clock_offset", "offset", 5e-4, 0.2, TABLE),
+        "time_scale": one("time_scale", "factor", 3e-4, 0.045, TABLE, null=1.0, sign=0),
+    },
+    "bounce": {
+        "restitution": Dial(_either("restitution", "coefficient", 0.75), 1e-3, 0.2, TABLE),
+        "velocity_dependent_restitution": one("velocity_dependent_restitution", "exponent", 1e-3, 0.2, TABLE, form="form"),
+        "quadratic_drag": one("quadratic_drag", "drag_coefficient", 0.02, 1.4, TABLE, form="form"),
+    },
+    "slide": {
+        "friction": Dial(_either("friction", "coefficient", 0.30), 5e-4, 0.15, TABLE),
+        "viscous_friction": one("viscous_friction", "slope", 5e-4, 0.3, TABLE, form="form"),
+        "stribeck_friction": Dial(_stribeck, 5e-3, 0.9, TABLE),
+        "linear_drag": one("linear_drag", "rate", 0.003, 1.5, TABLE),
+    },
 }
-OUTSIDE = {"flight": {"reaction_ripple": Dial(_ripple("reaction_ripple"), 1e-3, 0.1, TABLE)},
-           "bounce": {"ringing_floor": Dial(_ripple("ringing_floor"), 1e-3, 0.3, TABLE)},
-           "slide": {"striped_floor": Dial(_ripple("striped_floor"), 1e-3, 0.5, TABLE)}}
+OUTSIDE = {
+    "flight": {"reaction_ripple": Dial(_ripple("reaction_ripple"), 1e-3, 0.1, TABLE)},
+    "bounce": {"ringing_floor": Dial(_ripple("ringing_floor"), 1e-3, 0.3, TABLE)},
+    "slide": {"striped_floor": Dial(_ripple("striped_floor"), 1e-3, 0.5, TABLE)},
+}
 DEGENERATE = {"flight": (), "bounce": (), "slide": ()}
-DOUBLES = {"flight": (("quadratic_drag", "clock_offset", "table"),), "bounce": (("restitution", "velocity_dependent_restitution", "table"),),
-           "slide": (("friction", "viscous_friction", "table"),)}
+DOUBLES = {
+    "flight": (("quadratic_drag", "clock_offset", "table"),),
+    "bounce": (("restitution", "velocity_dependent_restitution", "table"),),
+    "slide": (("friction", "viscous_friction", "table"),),
+}
 
 
 def line(law, reach):
     """Motion from rest along a line, dv/dt = law(v): times, ways and speeds (m,) up to the way `reach` [m]."""
+
     def enough(t, y):
         return y[0] - reach
+
     enough.terminal = True
     duration = 60.0
-    found = solve_ivp(lambda t, y: [y[1], law(max(y[1], 0.0))], (0, duration), [0.0, 0.0], method="DOP853", rtol=1e-10, atol=1e-12,
-                      events=enough, dense_output=True, max_step=0.05)
+    found = solve_ivp(
+        lambda t, y: [y[1], law(max(y[1], 0.0))],
+        (0, duration),
+        [0.0, 0.0],
+        method="DOP853",
+        rtol=1e-10,
+        atol=1e-12,
+        events=enough,
+        dense_output=True,
+        max_step=0.05,
+    )
     if not len(found.t_events[0]):
         raise Redraw("never arrives")
     times = np.linspace(0, found.t_events[0][0], 20001)
@@ -119,6 +146,7 @@ def respond(setup, effects, errors, settings):
     def brake(v):
         grip = mu * (1 + (stribeck["ratio"] - 1) * np.exp(-((v / max(stribeck["speed"], 1e-3)) ** power)))
         return G * (grip + viscous["slope"] * v ** (1 - 0.25 * viscous.get("form", 0.0))) + drag(v)
+
     _, way, speed = line(brake, settings.max() ** 2 / (2 * 0.1 * G))
     return np.interp(settings, speed, way) * (1 + wave)
 
@@ -150,7 +178,12 @@ def setup(rng, family):
     radius, mass = ((0.0335, 0.0577), (0.11, 0.43), (0.02, 0.0027))[rng.integers(3)]
     shape = {"shape": "sphere", "radius": radius}
     inputs = {"mass": mass, "radius": radius, "gravity": G, "fluid_density": 1.2}
-    surroundings = {"gravity": G, "fluid_density": 1.2, "fluid_viscosity": 1.8e-5, "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]}}
+    surroundings = {
+        "gravity": G,
+        "fluid_density": 1.2,
+        "fluid_viscosity": 1.8e-5,
+        "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]},
+    }
     title = "fall time against height"
     if family == "bounce":
         inputs["restitution"], surroundings["restitution"], title = 0.75, 0.75, "rebound height against drop height"
@@ -161,7 +194,9 @@ def setup(rng, family):
         area = (size[0] * size[1] + size[1] * size[2] + size[0] * size[2]) / 2
         inputs.update(mass=mass, radius=float(np.sqrt(area / np.pi)), friction=0.30)
         surroundings["friction"], title = 0.30, "stopping distance of a launched block"
-    made = Setup(family, title, shape, inputs, surroundings, (), table, (OUTCOME[family],), None, RIVALS[family], ("mass", "size"))
+    made = Setup(
+        family, title, shape, inputs, surroundings, (), table, (OUTCOME[family],), None, RIVALS[family], ("mass", "size")
+    )
     return made, day
 
 
@@ -188,13 +223,28 @@ def case(deal, rng):
         raise Redraw("an outcome below zero")
     best = lens.base[lens.back] + (0 if fitted is None else fitted[0][:, 0] * noise.position)
     rms = [float(np.sqrt(np.mean((seen - model) ** 2))) for model in (lens.base[lens.back], best)]
-    answer.update(noise={"regime": "replicates", **noise.__dict__}, nominal_errors=errors,
-                  oracle={"before": rms[0], "after": rms[1], "noise": noise.position})
+    answer.update(
+        noise={"regime": "replicates", **noise.__dict__},
+        nominal_errors=errors,
+        oracle={"before": rms[0], "after": rms[1], "noise": noise.position},
+    )
     column = "speed_m_s" if deal.family == "slide" else "height_m"
-    rows = [(f"{setting:g}", f"{value:.5f}", f"day {1 + which}") for setting, value, which in zip(made.trials, seen, day, strict=True)]
+    rows = [
+        (f"{setting:g}", f"{value:.5f}", f"day {1 + which}")
+        for setting, value, which in zip(made.trials, seen, day, strict=True)
+    ]
     order = np.lexsort((rng.random(len(rows)), day))
-    files = {"outcomes.csv": csv_text([column, OUTCOME[deal.family], "group"], [rows[i] for i in order]),
-             "experiment.toml": toml_text({"": {"kind": "outcomes", "title": made.title}, "body": {**made.shape, "mass": made.inputs["mass"]},
-                                           "surroundings": made.surroundings, "model": {"effects": []},
-                                           "measurement": {"file": "outcomes.csv"}, "diagnose": {"hold_out": "group"}})}
+    files = {
+        "outcomes.csv": csv_text([column, OUTCOME[deal.family], "group"], [rows[i] for i in order]),
+        "experiment.toml": toml_text(
+            {
+                "": {"kind": "outcomes", "title": made.title},
+                "body": {**made.shape, "mass": made.inputs["mass"]},
+                "surroundings": made.surroundings,
+                "model": {"effects": []},
+                "measurement": {"file": "outcomes.csv"},
+                "diagnose": {"hold_out": "group"},
+            }
+        ),
+    }
     return files, answer

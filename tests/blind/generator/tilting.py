@@ -1,4 +1,5 @@
-"""A block that turns about the edge it stands on: one equation, Runge-Kutta of fourth order, valid until the edge slips, lifts or the face lands."""
+"""A block that turns about the edge it stands on: one equation, Runge-Kutta of fourth order, valid until the edge slips,
+lifts or the face lands."""
 
 import numpy as np
 from numba import njit
@@ -13,7 +14,7 @@ def angular_acceleration(angle, rate, t, p):
     c, s = np.cos(angle), np.sin(angle)
     x, z = p[0] * c + p[1] * s, p[1] * c - p[0] * s
     g1 = p[3] + p[5] * np.sin(p[6] * t + p[7])
-    kick = p[8] * p[10] * np.exp(-((t - p[9]) / 0.05) ** 2)
+    kick = p[8] * p[10] * np.exp(-(((t - p[9]) / 0.05) ** 2))
     return (z * g1 - x * p[4]) / p[2] + kick
 
 
@@ -37,7 +38,8 @@ def turn(angle, rate, times, step, p):
 
 
 def levers(inputs, effects):
-    """Centre of mass from the edge, upright (horizontal, vertical) [m], the tracked centre likewise, and inertia about the edge / m [m2]."""
+    """Centre of mass from the edge, upright (horizontal, vertical) [m], the tracked centre likewise, and inertia about the
+    edge / m [m2]."""
     factor = 1 + effects.get("size_error", {}).get("relative", 0.0)
     width, height = inputs["width"] * factor, inputs["block_height"] * factor
     offset = effects.get("centre_of_mass_offset", {})
@@ -80,7 +82,8 @@ def simulate(trial, inputs, effects, start, times, step):
 
 
 def valid(inputs, start, times, step, friction, last_angle):
-    """How many of the times pass before the edge needs more than 60 % of the friction, carries less than a fifth of the weight, or
+    """How many of the times pass before the edge needs more than 60 % of the friction, carries less than a fifth of the
+    weight, or
     the angle leaves (0, last_angle)."""
     p = parameters(inputs, {}, start["heading"])
     states = turn(start["angle"], 0.0, np.asarray(times, float), step, p)
@@ -89,5 +92,10 @@ def valid(inputs, start, times, step, friction, last_angle):
     z = p[1] * np.cos(angle) - p[0] * np.sin(angle)
     horizontal = gain * z - rate**2 * x
     vertical = -gain * x - rate**2 * z + inputs["gravity"]
-    fine = (np.abs(horizontal) < 0.6 * friction * vertical) & (vertical > 0.2 * inputs["gravity"]) & (angle > 0.01) & (angle < last_angle)
+    fine = (
+        (np.abs(horizontal) < 0.6 * friction * vertical)
+        & (vertical > 0.2 * inputs["gravity"])
+        & (angle > 0.01)
+        & (angle < last_angle)
+    )
     return len(times) if fine.all() else int(np.argmin(fine))

@@ -20,12 +20,17 @@ HIDDEN = {
     "size_error": one("size_error", "relative", 5e-4, 0.018, STYLES, sign=0),
 }
 OUTSIDE = {
-    "camera_shake": camera_shake(STYLES, low=1e-4), "camera_drift": camera_drift(STYLES, high=2.0),
+    "camera_shake": camera_shake(STYLES, low=1e-4),
+    "camera_drift": camera_drift(STYLES, high=2.0),
     "shaken_floor": Dial(lambda rng: _shaken(rng), 0.01, 6.0, STYLES),
     "kick": Dial(lambda rng: lambda amplitude: {"kick": {"kick": amplitude}}, 0.02, 60.0, STYLES),
 }
 DEGENERATE = ()
-DOUBLES = (("inertia_error", "tilted_gravity", "falls"), ("clock_offset", "tilted_frame", "falls"), ("inertia_error", "length_scale", "falls"))
+DOUBLES = (
+    ("inertia_error", "tilted_gravity", "falls"),
+    ("clock_offset", "tilted_frame", "falls"),
+    ("inertia_error", "length_scale", "falls"),
+)
 
 
 def _centre(rng):
@@ -42,7 +47,13 @@ def setup(rng, stamps, style, outside=()):
     """A toppling experiment: start pose and rest stated, leaning angles on both sides of the balance, four headings."""
     width, depth, height = ((0.10, 0.10, 0.25), (0.06, 0.12, 0.20), (0.15, 0.10, 0.30))[rng.integers(3)]
     mass = float(f"{rng.uniform(600, 2400) * width * depth * height:.3g}")
-    inputs = {"mass": mass, "gravity": 9.81, "width": width, "block_height": height, "nominal_diameter": (width * depth * height) ** (1 / 3)}
+    inputs = {
+        "mass": mass,
+        "gravity": 9.81,
+        "width": width,
+        "block_height": height,
+        "nominal_diameter": (width * depth * height) ** (1 / 3),
+    }
     balance = np.arctan2(width, height)
     count = int(rng.integers(6, 11))
     trials = []
@@ -53,13 +64,37 @@ def setup(rng, stamps, style, outside=()):
         pivot = np.array([*rng.uniform(-0.1, 0.1, 2), 0.0])
         start = {"heading": heading, "angle": angle, "pivot": pivot}
         times = stamps(1.2)
-        times = times[:tilting.valid(inputs, start, times, 1e-3, FRICTION, balance + np.deg2rad(40))]
+        times = times[: tilting.valid(inputs, start, times, 1e-3, FRICTION, balance + np.deg2rad(40))]
         position, orientation = tilting.simulate(None, inputs, {}, start, np.zeros(1), 1e-3)
         start.update(position=position[0], orientation=orientation[0], velocity=np.zeros(3), angular_velocity=np.zeros(3))
         own = {key: value for name in outside for key, value in own_moments(rng, name, times[-1]).items()}
         trials.append(Trial(group, start, ("position", "orientation", "velocity", "angular_velocity"), times, own=own))
-    rivals = ("inertia_error", "centre_of_mass_offset", "tilted_gravity", "tilted_frame", "length_scale", "time_scale", "clock_offset",
-              "margin_offset", "size_error")
-    surroundings = {"gravity": 9.81, "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]}, "friction": FRICTION, "restitution": 0.0}
-    return Setup("topple", "block toppling about its edge", {"shape": "box", "size": [width, depth, height]}, inputs, surroundings, (),
-                 tuple(trials), ("x_m", "y_m", "z_m", "q"), tilting.simulate, rivals)
+    rivals = (
+        "inertia_error",
+        "centre_of_mass_offset",
+        "tilted_gravity",
+        "tilted_frame",
+        "length_scale",
+        "time_scale",
+        "clock_offset",
+        "margin_offset",
+        "size_error",
+    )
+    surroundings = {
+        "gravity": 9.81,
+        "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]},
+        "friction": FRICTION,
+        "restitution": 0.0,
+    }
+    return Setup(
+        "topple",
+        "block toppling about its edge",
+        {"shape": "box", "size": [width, depth, height]},
+        inputs,
+        surroundings,
+        (),
+        tuple(trials),
+        ("x_m", "y_m", "z_m", "q"),
+        tilting.simulate,
+        rivals,
+    )
