@@ -4,14 +4,12 @@ Every complaint is one line that names the file, the line, the key and the remed
 to the file. The recordings themselves are read and checked by `hlcs.measurement`.
 """
 
-import difflib
-import re
-import tomllib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from hlcs.toml_files import TomlFile
 from minibullet.errors import InputError
 
 SECTIONS = {
@@ -90,100 +88,9 @@ class ExperimentFile:
     placement: dict  # kind "layers" only, as written
 
 
-class _Reader:
-    """The text of the file beside its values, so that complaints can name the line."""
-
-    def __init__(self, path):
-        self.path = Path(path)
-        try:
-            self.text = self.path.read_text(encoding="utf-8")
-        except OSError as problem:
-            why = problem.strerror or problem
-            raise InputError(f"{self.path}: cannot be read ({why}); give the path of an experiment file") from None
-        except UnicodeDecodeError:
-            raise InputError(f"{self.path}: is not text; give the path of an experiment file in TOML") from None
-        try:
-            self.values = tomllib.loads(self.text)
-        except tomllib.TOMLDecodeError as problem:
-            raise InputError(f"{self.path}: not valid TOML: {problem}") from None
-
-    def line_of(self, key, section="", index=None):
-        """Line number (from 1) where the key stands in its section, by a search of the text; None where not found."""
-        lines, current, count = self.text.splitlines(), "", -1
-        pattern = re.compile(rf"(^|[\s{{,.\[])[\"']?{re.escape(key)}[\"']?\s*[=\].]")
-        fallback = None
-        for number, line in enumerate(lines, start=1):
-            bare = line.split("#", 1)[0]
-            header = re.match(r"\s*\[\[?\s*([^\]]+?)\s*\]\]?\s*$", bare)
-            if header and "=" not in bare:
-                current = header.group(1)
-                count += bare.strip().startswith("[[")
-            if pattern.search(bare):
-                fallback = fallback or number
-                if section.startswith(current) and (current or not section) and (index is None or count == index):
-                    return number
-        return fallback
-
-    def fail(self, key, what, section="", index=None):
-        """Raise the one-line complaint about a key."""
-        line = self.line_of(key, section, index)
-        where = f"{self.path}" + (f", line {line}" if line else "")
-        name = f"{section}.{key}" if section else key
-        raise InputError(f"{where}: {name}: {what}")
-
-    def known(self, table, section, index=None):
-        """Refuse keys that the section does not know, with the nearest that it does."""
-        if not isinstance(table, dict):
-            parent, _, name = section.rpartition(".")
-            self.fail(name, "must be a table", parent, index)
-        for key in table:
-            if key not in SECTIONS[section]:
-                near = difflib.get_close_matches(key, SECTIONS[section], n=1, cutoff=0.0)
-                self.fail(key, f"unknown key; the nearest known key is '{near[0]}'", section, index)
-
-    def number(self, table, key, section, *, low=None, high=None, above=None, default=None, index=None):
-        """A finite number within bounds, or the default where the key is left out."""
-        if key not in table:
-            return default
-        value = table[key]
-        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-            self.fail(key, f"must be a finite number, got {value!r}", section, index)
-        if above is not None and not value > above:
-            self.fail(key, f"must be greater than {above:g}, got {value:g}", section, index)
-        if (low is not None and value < low) or (high is not None and value > high):
-            bounds = f"at least {low:g}" if high is None else f"between {low:g} and {high:g}"
-            self.fail(key, f"must be {bounds}, got {value:g}; units are SI (m, kg, s, rad)", section, index)
-        return float(value)
-
-    def vector(self, table, key, section, length, *, above=None, index=None):
-        """`length` finite numbers as a tuple, or None where the key is left out."""
-        if key not in table:
-            return None
-        value = table[key]
-        good = isinstance(value, list) and len(value) == length and all(
-            isinstance(v, int | float) and not isinstance(v, bool) and np.isfinite(v) for v in value)
-        if not good:
-            self.fail(key, f"must be {length} finite numbers, got {value!r}", section, index)
-        if above is not None and min(value) <= above:
-            self.fail(key, f"every component must be greater than {above:g}, got {value!r}", section, index)
-        return tuple(float(v) for v in value)
-
-    def words(self, table, key, section, allowed=None, default=None, index=None):
-        """A string, perhaps one of a few."""
-        if key not in table:
-            return default
-        value = table[key]
-        if not isinstance(value, str):
-            self.fail(key, f"must be text, got {value!r}", section, index)
-        if allowed and value not in allowed:
-            near = difflib.get_close_matches(value, allowed, n=1, cutoff=0.0)
-            self.fail(key, f"'{value}' is not one of {', '.join(allowed)}; nearest: '{near[0]}'", section, index)
-        return value
-
-
 def read_experiment_file(path):
     """Read and check an experiment file; raises InputError naming file, line, key, value and remedy."""
-    reader = _Reader(path)
+    reader = TomlFile(path, SECTIONS)
     values = reader.values
     reader.known(values, "")
     if "kind" not in values:
