@@ -5,7 +5,7 @@
 """
 
 import time
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -114,8 +114,8 @@ class PlacementTest:
             envelope, previous = float(np.nanmean(heights)), handles
             if progress is not None:
                 progress(layer)
-        return PlacementResult(self, tuple(readings), tuple(_poses(record) for record in records), tuple(records),
-                               time.perf_counter() - started)
+        return PlacementResult(self, tuple(readings), tuple(_poses(record) for record in records),
+                               tuple(replace(record, handles=()) for record in records), time.perf_counter() - started)
 
 
 def _poses(record):
@@ -176,9 +176,9 @@ class PlacementResult:
 
     def to_dict(self):
         """The JSON of ``hlcs place``."""
+        from hlcs.placement_files import placement_table
+
         test, dn = self.test, self.test.unit.nominal_diameter
-        settings = {f.name: getattr(test, f.name) for f in fields(test) if f.name not in ("grid", "bottom")}
-        settings["bottom"] = repr(test.bottom)
         layers = [{"layer": j + 1, "k": float(k), "readings": int(np.isfinite(self.readings[j]).sum()), "cv": float(self.cv[j]),
                    "units": len(self.poses[j]), "lost": int(self.lost[j]), "unsettled": self.records[j].unsettled}
                   for j, k in enumerate(self.layer_coefficients)]
@@ -187,13 +187,26 @@ class PlacementResult:
                 "porosity": self.porosity, "packing_density": test.grid.packing_density,
                 "max_penetration_over_dn": max(r.penetration for r in self.records) / dn, "wall_seconds": self.wall_seconds,
                 "unsolved_steps": sum(r.unsolved_steps for r in self.records), "steps": sum(r.steps for r in self.records),
-                "settings": settings, "versions": files.versions()}
+                "settings": placement_table(test), "versions": files.versions()}
 
     def to_dataframe(self):
         """One row a layer: layer, k, readings, cv, units, lost, unsettled."""
         import pandas as pd
 
         return pd.DataFrame(self.to_dict()["layers"])
+
+    def save(self, folder):
+        """Write layers.csv, result.json, poses.npz, settings.toml, scene.glb, structure.png and report.html into a folder; returns it."""
+        from hlcs.results import save_placement
+
+        return save_placement(self, folder)
+
+    @staticmethod
+    def load(folder):
+        """The result that `save` wrote."""
+        from hlcs.results import load_placement
+
+        return load_placement(folder)
 
     def summary(self):
         """A few lines of text: the layers, the height, what was lost or did not settle."""
