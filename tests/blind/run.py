@@ -4,6 +4,7 @@ Verdicts are stored before the answers are opened. Killed and started again it g
 """
 
 import argparse
+import importlib
 import json
 import subprocess
 import sys
@@ -40,17 +41,11 @@ def diagnose(experiment, out, limit):
 
 
 def one(experiment, out):
-    """The verdict of hlcs.diagnose on a file, as JSON: through its to_dict/to_json, or the command where neither is there."""
+    """Store the verdict of hlcs.diagnose on an experiment file as JSON."""
     import hlcs
 
-    diagnosis = hlcs.diagnose(experiment)
-    for name in ("to_dict", "to_json", "as_dict"):
-        if hasattr(diagnosis, name):
-            value = getattr(diagnosis, name)()
-            text = value if isinstance(value, str) else json.dumps(generate.plain(value))
-            Path(out).write_text(text, encoding="utf-8")
-            return
-    subprocess.run([sys.executable, "-m", "hlcs.cli", "diagnose", experiment, "--json", out, "--quiet"], check=True)
+    call = hlcs.diagnose if callable(getattr(hlcs, "diagnose", None)) else importlib.import_module("hlcs.diagnose").diagnose
+    Path(out).write_text(json.dumps(generate.plain(call(experiment).to_json())), encoding="utf-8")
 
 
 def verdicts(cases, out, workers=2, limit=600, quiet=False):

@@ -90,7 +90,7 @@ def resistance(speed, c, s, p):
 @njit(cache=True)
 def acceleration(q, t, p):
     """Time derivative of (place 2, velocity 2) in the plane."""
-    speed = np.sqrt(q[2] ** 2 + q[3] ** 2) + 1e-12
+    speed = np.sqrt(q[2] ** 2 + q[3] ** 2) + 1e-30
     c, s = q[2] / speed, q[3] / speed
     brake = resistance(speed, c, s, p)
     d1, d2 = q[0] - p[PATCH_1], q[1] - p[PATCH_2]
@@ -108,12 +108,16 @@ def acceleration(q, t, p):
 
 @njit(cache=True)
 def advance(q, t, h, p):
-    """One classical fourth-order step."""
+    """One classical fourth-order step, and whether the body turned round on the way (the law jumps there, so no stage may)."""
     a = acceleration(q, t, p)
     b = acceleration(q + 0.5 * h * a, t + 0.5 * h, p)
     c = acceleration(q + 0.5 * h * b, t + 0.5 * h, p)
     d = acceleration(q + h * c, t + h, p)
-    return q + h / 6.0 * (a + 2 * b + 2 * c + d)
+    after, stage_2, stage_3, stage_4 = q + h / 6.0 * (a + 2 * b + 2 * c + d), q + 0.5 * h * a, q + 0.5 * h * b, q + h * c
+    reversed_ = False
+    for stage in (after, stage_2, stage_3, stage_4):
+        reversed_ = reversed_ or stage[2] * q[2] + stage[3] * q[3] <= 0
+    return after, reversed_
 
 
 @njit(cache=True)
@@ -135,17 +139,17 @@ def travel(start, times, step, p):
                 stopped = False
                 q[2], q[3] = 1e-9 * p[G1] / drive, 1e-9 * p[G2] / drive
             h = min(step, times[i] - t)
-            after = advance(q, t, h, p)
-            if after[2] * q[2] + after[3] * q[3] <= 0:  # the velocity turned round: it stopped on the way
+            after, stops = advance(q, t, h, p)
+            if stops:
                 low, high = 0.0, h
                 for _ in range(40):
                     middle = 0.5 * (low + high)
-                    after = advance(q, t, middle, p)
-                    if after[2] * q[2] + after[3] * q[3] <= 0:
+                    after, stops = advance(q, t, middle, p)
+                    if stops:
                         high = middle
                     else:
                         low = middle
-                q, t = advance(q, t, low, p), t + low
+                q, t = advance(q, t, low, p)[0], t + low
                 q[2] = q[3] = 0.0
                 stopped = True
             else:
