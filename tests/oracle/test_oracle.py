@@ -126,15 +126,14 @@ def test_small_layer_stands_as_high_as_bullets():
     The standard error of a difference of two such means is 0.007 m (scatter of one test 0.016 m); three of these, plus the
     0.02 Dn by which Bullet's layers are known to stand higher, make 0.04 m.
     """
-    answer = frozen("small_layer")
-    shape, tops = cubipod(), []
-    for seed in range(1, 11):
-        scene = scenes.one_layer("pieces", 3, 3, seed=seed)
-        world = world_with(friction=scene.friction, margin=scene.margin)
-        for position, orientation, fixed in zip(scene.position, scene.orientation, scene.fixed, strict=True):
-            world.add(shape, density=2300.0, position=position, orientation=orientation, fixed=bool(fixed))
-        world.run(4.0)
-        position = np.array([body.position for body in world.bodies])
-        orientation = np.array([body.orientation for body in world.bodies])
-        tops.append(make_answers.layer_heights(scene, position, orientation)[1])
+    answer, shape = frozen("small_layer"), cubipod()
+    all_scenes = [scenes.one_layer("pieces", 3, 3, seed=seed) for seed in range(1, 11)]
+    world = world_with(friction=all_scenes[0].friction, margin=all_scenes[0].margin, tolerance=1e-5)
+    bodies = [[world.add(shape, position=place, orientation=turn, group=number, density=None if held else 2300.0, fixed=bool(held))
+               for place, turn, held in zip(scene.position, scene.orientation, scene.fixed, strict=True)]
+              for number, scene in enumerate(all_scenes)]  # groups never touch: ten tests in one world
+    world.run(4.0)
+    tops = [make_answers.layer_heights(scene, np.array([body.position for body in units]),
+                                       np.array([body.orientation for body in units]))[1]
+            for scene, units in zip(all_scenes, bodies, strict=True)]
     assert np.mean(tops) == pytest.approx(answer["mean_top_m"].mean(), abs=0.04)
