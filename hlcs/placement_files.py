@@ -1,0 +1,143 @@
+"""Placement tests as TOML: `hlcs place TEST.toml`, the [placement] of layer experiments and sweeps, settings.toml of a result.
+
+    [placement]
+    grid = "TPG"            # every field of hlcs.PlacementTest by its own name; what is left out has its default
+    layers = 5
+    nominal_diameter = 1.07 # m, in place of `side`
+    stacking = "ABA"        # of a triangular grid
+    bottom = "bed.csv"      # relative to the file
+"""
+
+import difflib
+from dataclasses import fields
+from math import isfinite
+from pathlib import Path
+
+from hlcs.armour import Cubipod
+from hlcs.bottoms import Flat, Slope, Survey, parse_bottom
+from hlcs.experiment import PlacementTest
+from hlcs.grids import RPG, TPG, Grid
+from hlcs.toml_files import TomlFile
+from minibullet.errors import InputError
+
+FIELDS = tuple(field.name for field in fields(PlacementTest))
+KEYS = (*FIELDS, "nominal_diameter", "stacking")
+TYPES = {field.name: type(field.default) for field in fields(PlacementTest)}
+SECTIONS = {"": ["title", "placement"], "placement": list(KEYS)}
+SURVEY_FILE = "bottom.csv"
+
+
+def read_placement_file(path, **overrides):
+    """The PlacementTest of a TOML file; overrides (keys as in the file) win. InputError names file, line, key and remedy."""
+    file = TomlFile(path, SECTIONS)
+    file.known(file.values, "")
+    if "placement" not in file.values:
+        raise InputError(f"{file.path}: [placement] is missing; write the settings of the test under it")
+    return placement_of(file, **overrides)
+
+
+def placement_of(file, **overrides):
+    """The PlacementTest of the [placement] table of a TomlFile; overrides (keys as in the file) win."""
+    table = file.values.get("placement", {})
+    if not isinstance(table, dict):
+        file.fail("placement", "must be a table: [placement]")
+    for key in table:
+        if key not in KEYS:
+            file.fail(key, f"unknown key; the nearest known key is '{nearest(key)}'", "placement")
+    if "nominal_diameter" in overrides or "side" in overrides:
+        table = {key: value for key, value in table.items() if key not in ("nominal_diameter", "side")}
+    if "bottom" in table and "bottom" not in overrides and isinstance(table["bottom"], str):
+        table = {**table, "bottom": _at(file, "bottom", parse_bottom, table["bottom"], file.path.parent)}
+    for key in table:  # one by one first, so that the complaint can name the line
+        if key not in overrides:
+            others = _size(table) if key == "layers" else {"layers": 1}
+            _at(file, key, make_placement, {**others, key: table[key]})
+    return make_placement({**table, **overrides}) if overrides else _at(file, None, make_placement, table)
+
+
+def make_placement(table):
+    """The PlacementTest of a flat dictionary with the keys of [placement]; InputError names the field."""
+    table = dict(table)
+    for key in table:
+        if key not in KEYS:
+            raise InputError(f"placement: unknown key '{key}'; the nearest known key is '{nearest(key)}'")
+    if "nominal_diameter" in table:
+        if "side" in table:
+            raise InputError("placement: both side and nominal_diameter are given; leave one of the two out")
+        table["side"] = _side(table.pop("nominal_diameter"))
+    if "grid" in table and not isinstance(table["grid"], str | Grid):
+        raise InputError(f"placement: grid = {table['grid']!r}; it must be text such as \"TPG\" or \"1.5,1.3\"")
+    if "stacking" in table:
+        table["grid"] = Grid.parse(table.get("grid", TPG)).stacked(table.pop("stacking"))
+    for key, value in table.items():
+        # TOML and JSON write 1 for 1.0: a whole number is welcome where a length is wanted
+        if TYPES[key] is float and isinstance(value, int) and not isinstance(value, bool):
+            table[key] = float(value)
+        if TYPES[key] in (float, int) and (isinstance(value, bool) or not isinstance(value, int | float)):
+            raise InputError(f"placement: {key} = {value!r}; it must be a number")
+        if key in ("reference", "shape", "solver") and not isinstance(value, str):
+            raise InputError(f"placement: {key} = {value!r}; it must be text")
+    return PlacementTest(**table)
+
+
+def placement_table(test, survey_file=SURVEY_FILE):
+    """The [placement] that gives this very test again: a flat dictionary of every key. A surveyed bed becomes `survey_file`."""
+    table = {name: getattr(test, name) for name in FIELDS}
+    table["grid"], table["stacking"] = grid_words(test.grid), test.grid.stacking
+    table["bottom"] = bottom_words(test.bottom, survey_file)
+    return table
+
+
+def grid_words(grid):
+    """What `Grid.parse` turns into this grid again (but for its stacking)."""
+    for known in (TPG, RPG):
+        if grid.stacked(known.stacking) == known:
+            return known.name
+    return f"{grid.spacing_x!r},{grid.spacing_y!r}" + (",triangular" if grid.triangular else "")
+
+
+def bottom_words(bottom, survey_file=SURVEY_FILE):
+    """What `parse_bottom` turns into this bottom again; a survey is the file of that name."""
+    if isinstance(bottom, Flat):
+        return "flat"
+    if isinstance(bottom, Slope):
+        return f"slope:{bottom.grade!r}"
+    if isinstance(bottom, Survey):
+        return str(survey_file)
+    raise InputError(f"placement: a bottom of your own ({type(bottom).__name__}) cannot be written to a file; "
+                     "use Flat, Slope or Survey")
+
+
+def survey_csv(bottom):
+    """A surveyed bed as the text of a CSV that reads back to the same numbers."""
+    rows = [f"{x!r},{y!r},{z!r}" for i, y in enumerate(bottom.y.tolist()) for j, x in enumerate(bottom.x.tolist())
+            for z in (float(bottom.z[i, j]),)]
+    return "\n".join(["x_m,y_m,z_m", *rows, ""])
+
+
+def nearest(key):
+    """The known key that looks most like this one."""
+    return difflib.get_close_matches(str(key), KEYS, n=1, cutoff=0.0)[0]
+
+
+def _side(nominal_diameter):
+    """The cube side [m] of a unit of this nominal diameter [m]."""
+    value = nominal_diameter
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value) or value <= 0:
+        raise InputError(f"placement: nominal_diameter = {value!r}; it must be a finite number > 0 (metres)")
+    return value / Cubipod(side=1.0).nominal_diameter
+
+
+def _size(table):
+    """Rows and columns as they stand, so that the number of layers can be judged."""
+    return {key: table[key] for key in ("rows", "columns") if isinstance(table.get(key), int)}
+
+
+def _at(file, key, make, *arguments):
+    """make(*arguments); its complaint gets the file and, where the key is known, the line."""
+    try:
+        return make(*arguments)
+    except InputError as problem:
+        line = file.line_of(key, "placement") if key else None
+        where = f"{file.path}, line {line}" if line else f"{Path(file.path)}"
+        raise InputError(f"{where}: {problem}") from None

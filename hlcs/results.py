@@ -1,0 +1,59 @@
+"""Placement results on disk: one folder a run, whole or not there, that loads again and repeats the run."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from hlcs import files
+from hlcs.experiment import PlacementResult
+from hlcs.placement import LayerRecord
+from hlcs.placement_files import SURVEY_FILE, bottom_words, placement_table, read_placement_file, survey_csv
+from minibullet.errors import InputError
+
+RECORD_FIELDS = ("reason", "unsettled", "penetration", "steps", "unsolved_steps")
+ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
+
+
+def save_placement(result, folder):
+    """Write a PlacementResult into a folder, which appears whole; returns its Path."""
+    from hlcs.placement_report import write_pictures, write_report
+
+    with files.result_folder(folder) as partial:
+        write_numbers(result, partial)
+        write_pictures(result, partial)
+        write_report(result, partial)
+    return Path(folder)
+
+
+def write_numbers(result, folder):
+    """layers.csv, result.json, poses.npz, settings.toml (and the surveyed bed) into an existing folder."""
+    files.write_text(folder / "layers.csv", result.to_dataframe().to_csv(index=False))
+    records = [{name: getattr(record, name) for name in RECORD_FIELDS} for record in result.records]
+    files.write_json(folder / VALUES, result.to_dict() | {"records": records})
+    layers = range(1, len(result.poses) + 1)
+    arrays = {f"poses_{j}": poses for j, poses in zip(layers, result.poses, strict=True)}
+    arrays |= {f"readings_{j}": readings for j, readings in zip(layers, result.readings, strict=True)}
+    np.savez_compressed(folder / ARRAYS, **arrays)
+    files.write_toml(folder / SETTINGS, {"placement": placement_table(result.test)})
+    if bottom_words(result.test.bottom) == SURVEY_FILE:
+        files.write_text(folder / SURVEY_FILE, survey_csv(result.test.bottom))
+
+
+def load_placement(folder):
+    """The PlacementResult that `save_placement` wrote; InputError where the folder is not one."""
+    folder = Path(folder)
+    for name in (SETTINGS, VALUES, ARRAYS):
+        if not (folder / name).is_file():
+            raise InputError(f"folder '{folder}': '{name}' is not there; give a folder that `hlcs place --out` wrote")
+    test = read_placement_file(folder / SETTINGS)
+    try:
+        values = json.loads((folder / VALUES).read_text(encoding="utf-8"))
+        with np.load(folder / ARRAYS, allow_pickle=False) as arrays:
+            poses = tuple(arrays[f"poses_{j}"] for j in range(1, test.layers + 1))
+            readings = tuple(arrays[f"readings_{j}"] for j in range(1, test.layers + 1))
+        records = tuple(LayerRecord(layer=j, handles=(), **{name: row[name] for name in RECORD_FIELDS})
+                        for j, row in enumerate(values["records"], start=1))
+    except (KeyError, ValueError, OSError, TypeError) as problem:
+        raise InputError(f"folder '{folder}': not a whole placement result ({problem}); run the test again") from None
+    return PlacementResult(test, readings, poses, records, float(values["wall_seconds"]))
