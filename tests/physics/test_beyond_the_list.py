@@ -64,7 +64,8 @@ def card_house(world):
         for middle in middles:
             for side in (-1, 1):
                 place = (middle * pitch + side * half, 0, level * storey + up)
-                world.add(mb.Box(thickness, 0.7, length), density=800.0, position=place, orientation=sw.about((0, 1, 0), -side * lean))
+                turn = sw.about((0, 1, 0), -side * lean)
+                world.add(mb.Box(thickness, 0.7, length), density=800.0, position=place, orientation=turn)
     world.add(mb.Box(1.4 * pitch, 0.7, thickness), density=800.0, position=(0, 0, 2 * up + 0.5 * thickness))
 
 

@@ -67,27 +67,26 @@ def test_case_23_dzhanibekov_body_flips_on_time_and_keeps_energy_and_momentum(re
 def test_case_24_eulers_disc_precesses_while_its_centre_rests(record_case, degrees, peer):
     """Thin disc a = 0.5 m, I = m a^2 (1/4, 1/4, 1/2), rolling on its rim about a resting centre: W^2 = 4 g/(a sin).
 
-    The disc is a flat double pyramid over 500 points of the circle: each corner that comes down is a small inelastic blow,
-    so the disc sinks slowly and the error shrinks as 1/500.
+    The disc is a prism with 240 sides, 0.1 mm thick. Each corner that comes down is a small inelastic blow, so the disc
+    sinks slowly: the error falls with the number of sides, 4.6, 1.5, 0.62 % with 60, 120, 240.
     """
-    radius, alpha = 0.5, np.radians(degrees)
+    radius, thickness, alpha = 0.5, 1e-4, np.radians(degrees)
     rate = np.sqrt(4 * sw.GRAVITY / (radius * np.sin(alpha)))
     world = sw.make(friction=1.0, time_step=1e-3)
     world.add_plane()
-    angle = 2 * np.pi * np.arange(500) / 500
-    rim = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(500)])
-    shape = mb.ConvexPiece(radius * np.vstack([rim, (0, 0, 1e-3), (0, 0, -1e-3)]))
     tilt = sw.about((0, 1, 0), alpha)  # the +x side of the disc goes down
+    height = radius * np.sin(alpha) + 0.5 * thickness * np.cos(alpha)
     across = np.array([np.cos(alpha), 0, -np.sin(alpha)])  # from the centre to the contact
-    disc = world.add(shape, mass=1.0, inertia=(radius**2 / 4, radius**2 / 4, radius**2 / 2), orientation=tilt,
-                     position=(0, 0, radius * np.sin(alpha)), angular_velocity=-rate * np.sin(alpha) * across)
+    disc = world.add(mb.Cylinder(radius, thickness, sides=240), mass=1.0, inertia=(radius**2 / 4, radius**2 / 4, radius**2 / 2),
+                     position=(0, 0, height), orientation=tilt, angular_velocity=-rate * np.sin(alpha) * across)
     headings = []
     for _ in range(round(4 * np.pi / rate / 1e-3)):
         axis = sw.rotation(disc.orientation)[:, 2]
         headings.append(np.arctan2(axis[1], axis[0]))
         world.step()
     measured = np.abs(np.polyfit(np.arange(len(headings)) * 1e-3, np.unwrap(headings), 1)[0])
-    record_case(24, f"Euler's disc at {degrees} deg: precession, relative error", measured / rate - 1, 5e-3, peer=peer)
+    record_case(24, f"Euler's disc at {degrees} deg: precession, relative error", measured / rate - 1, 5e-3, peer=peer,
+                reason="the disc is a polygon and loses energy at each corner")
 
 
 @pytest.mark.slow
