@@ -50,7 +50,7 @@ class PlacementTest:
     iterations: int = 50
     tolerance: float = 1e-3
     solver: str = "gauss_seidel"
-    settle_time: float = 8.0
+    settle_time: float = 10.0
     plates: int = 3
 
     def __post_init__(self):
@@ -95,7 +95,7 @@ class PlacementTest:
         generator = np.random.default_rng(self.seed)
         world = mb.World([mb.Gravity(9.81)], self.settings)
         self.bottom.add_to(world)
-        margin, shift, envelope = self.margin * dn, np.zeros(2), 0.0
+        margin, shift, envelope, level = self.margin * dn, np.zeros(2), 0.0, -np.inf
         records, readings, previous = [], [], []
         for layer in range(1, self.layers + 1):
             centres = self.grid.centres(self.rows, self.columns, layer) * dn + shift
@@ -104,7 +104,7 @@ class PlacementTest:
             else:
                 lowest = self.bottom.height(*centres.T) + envelope + self.falling_distance * dn
                 handles = placement.hang_layer(world, layer, shape, centres, lowest, generator, self.density)
-            records.append(placement.settle_layer(world, layer, handles, self.settle_time))
+            records.append(placement.settle_layer(world, layer, handles, self.bottom, level, self.settle_time))
             if self.reference == "layer":
                 shift = shift + placement.reference_shift(handles, centres)
             heights = plates.envelope_heights([*previous, *handles], self.bottom, plates.plate_centres(centres, dn, self.plates), dn, self.settings)
@@ -112,10 +112,17 @@ class PlacementTest:
                 raise InputError(f"placement: no plate found a place on layer {layer}; too few units stand (grid too wide, or friction too low)")
             readings.append(heights)
             envelope, previous = float(np.nanmean(heights)), handles
+            level = _level(records[-1], self.bottom)
             if progress is not None:
                 progress(layer)
         return PlacementResult(self, tuple(readings), tuple(_poses(record) for record in records),
                                tuple(replace(record, handles=()) for record in records), time.perf_counter() - started)
+
+
+def _level(record, bottom):
+    """Median height of a layer's centres above the bottom [m]: units of the next layer that come to lie lower are lost."""
+    place = np.array([handle.position for handle in record.handles])
+    return float(np.median(place[:, 2] - bottom.height(*place[:, :2].T)))
 
 
 def _poses(record):
@@ -160,14 +167,9 @@ class PlacementResult:
 
     @cached_property
     def lost(self):
-        """Units of each layer that fell out of it: centre below the middle between their layer's median centre and that of the layer below, (M,)."""
-        level = [np.median(p[:, 2] - self.test.bottom.height(*p[:, :2].T)) for p in self.poses]
-        lost = [0]
-        for layer in range(1, len(self.poses)):
-            p = self.poses[layer]
-            height = p[:, 2] - self.test.bottom.height(*p[:, :2].T)
-            lost.append(int((height < 0.5 * (level[layer] + level[layer - 1])).sum()))
-        return np.array(lost)
+        """Units of each layer that fell out of it: centre below the median centre of the layer under it, (M,)."""
+        heights = [p[:, 2] - self.test.bottom.height(*p[:, :2].T) for p in self.poses]
+        return np.array([0] + [int((heights[j] < np.median(heights[j - 1])).sum()) for j in range(1, len(heights))])
 
     @property
     def porosity(self):

@@ -93,17 +93,27 @@ def _free(world, handles, redraw):
         raise InputError(f"placement: units {a.name!r} and {b.name!r} overlap by {depth:.3g} m and cannot be freed; widen the grid")
 
 
-def settle_layer(world, layer, handles, max_time):
-    """Run until the layer is at rest or the time is up, freeze it, and say how it went."""
+def settle_layer(world, layer, handles, bottom, level, max_time):
+    """Run until the layer is at rest or the time is up, freeze it, and say how it went.
+
+    Units whose centres have sunk below height ``level`` above the bottom [m] are lost: they may roll on without the layer waiting for them.
+    """
     first, unsolved, deepest = world.steps, world.unsolved_steps, [0.0]
 
     def watch(world):
         deepest[0] = max(deepest[0], world.last_step.penetration)
 
-    reason = world.settle(max_time, watch=watch)
-    size = np.sqrt(9.81 * handles[0].shape.bounding_radius)
-    speed = [np.linalg.norm(h.velocity) + np.linalg.norm(h.angular_velocity) * h.shape.bounding_radius for h in handles]
-    unsettled = 0 if reason == "at_rest" else int((np.array(speed) > 5e-3 * size).sum())
+    def in_layer(bodies):
+        x, y, z = bodies.position.T
+        return z > level if is_flat(bottom) else z - bottom.height(x, y) > level
+
+    reason = world.settle(max_time, watch=watch, heed=in_layer)
+    unsettled = 0
+    for handle in handles if reason != "at_rest" else ():
+        radius = handle.shape.bounding_radius
+        speed = np.linalg.norm(handle.velocity) + np.linalg.norm(handle.angular_velocity) * radius
+        x, y, z = handle.position
+        unsettled += int(speed > 5e-3 * np.sqrt(9.81 * radius) and z - float(bottom.height(x, y)) > level)
     world.freeze(handles)
     return LayerRecord(layer, tuple(handles), str(reason), unsettled, deepest[0], world.steps - first, world.unsolved_steps - unsolved)
 

@@ -170,7 +170,7 @@ def evaluate(pieces, kind, first, second, direction, i, j, rotation_a, rotation_
 def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, margin):
     """Bring the kept answers to today's poses and return the rows that must be asked, in order.
 
-    answers (k, 3): kind, first, second feature. numbers (k, 9): gap (a lower bound where positive), motion since the answer was given,
+    answers (k, 5): kind, first, second feature, best face of a, best face of b. numbers (k, 9): gap (a lower bound where positive), motion since the answer was given,
     lead, direction in a's axes (3), normal (3). A pair whose lower bound minus the motion stays beyond the reach of this step costs nothing.
     """
     ask = np.empty(len(rows), dtype=np.int64)
@@ -253,7 +253,7 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
             count += 1
     if nx != 0.0 or ny != 0.0 or nz != 0.0:
         apart = separation(pieces, i, j, rotation[a], rotation[b], dx, dy, dz, nx, ny, nz)
-        found[count] = (apart - preference, nx, ny, nz, float(DIRECTION), 0.0, 0.0)
+        found[count] = (apart - 2e-3 * size, nx, ny, nz, float(DIRECTION), 0.0, 0.0)  # only for corners that are clearly apart
         count += 1
     best = np.argmax(found[:count, 0])
     second_best = -np.inf
@@ -261,8 +261,11 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
         if found[other, 1] * found[best, 1] + found[other, 2] * found[best, 2] + found[other, 3] * found[best, 3] < 0.999:
             second_best = max(second_best, found[other, 0])
     answers[k, 0], answers[k, 1], answers[k, 2] = int(found[best, 4]), int(found[best, 5]), int(found[best, 6])
+    answers[k, 3] = pieces.ranges[i, FACES] + np.argmax(found[:faces_a, 0]) if faces_a else -1
+    answers[k, 4] = pieces.ranges[j, FACES] + np.argmax(found[faces_a:faces_a + faces_b, 0]) if faces_b else -1
     x, y, z = found[best, 1], found[best, 2], found[best, 3]
-    numbers[k, 0] = found[best, 0] - margin[a] - margin[b] + (0.0 if found[best, 4] < EDGE_EDGE else preference)
+    handicap = 0.0 if found[best, 4] < EDGE_EDGE else (preference if found[best, 4] == EDGE_EDGE else 2e-3 * size)
+    numbers[k, 0] = found[best, 0] + handicap - margin[a] - margin[b]
     numbers[k, 1], numbers[k, 2] = 0.0, found[best, 0] - second_best
     numbers[k, 3], numbers[k, 4], numbers[k, 5] = turn_back(rotation[a], x, y, z)
     numbers[k, 6], numbers[k, 7], numbers[k, 8] = x, y, z
@@ -274,7 +277,7 @@ class Collision:
     def __init__(self, pieces):
         self.pieces = pieces
         self.rows = np.empty((0, 4), dtype=np.int64)  # body a, body b, piece a, piece b
-        self.answers = np.empty((0, 3), dtype=np.int64)
+        self.answers = np.empty((0, 5), dtype=np.int64)
         self.numbers = np.empty((0, 9))
         self.contact_range = np.empty((0, 2), dtype=np.int64)  # this pair's contacts of the previous step
         self.travel, self.allowance = np.empty(0), np.empty(0)  # motion since the list was made, and its limit [m], (n,)
@@ -308,7 +311,7 @@ class Collision:
         rows = pairs_module.close_pieces(body_pairs, self.pieces, piece_ranges, bodies.position, rotation, grown)
         match = pairs_module.carry_over(self.rows, rows)
         kept = match >= 0
-        answers, numbers = np.zeros((len(rows), 3), dtype=np.int64), np.zeros((len(rows), 9))
+        answers, numbers = np.zeros((len(rows), 5), dtype=np.int64), np.zeros((len(rows), 9))
         contact_range = np.zeros((len(rows), 2), dtype=np.int64)
         answers[kept], numbers[kept], contact_range[kept] = (self.answers[match[kept]], self.numbers[match[kept]],
                                                             self.contact_range[match[kept]])

@@ -161,7 +161,10 @@ def inverse_mass(bodies, rotation, added):
 
 
 def stride(twist, free_twist, reach, time_step):
-    """Bound on how far any point of each body may go in this step, by its velocity before and its free velocity [m], (n,)."""
+    """Bound on how far any point of each body may go in this step [m], (n,).
+
+    Twice the distance by its twist before or its free twist: a blow on one end can double the speed of the other end within the step.
+    """
     speed = np.maximum((twist[:, :3] ** 2).sum(axis=1), (free_twist[:, :3] ** 2).sum(axis=1))
     spin = np.maximum((twist[:, 3:] ** 2).sum(axis=1), (free_twist[:, 3:] ** 2).sum(axis=1))
-    return time_step * (np.sqrt(speed) + np.sqrt(spin) * reach)
+    return 2.0 * time_step * (np.sqrt(speed) + np.sqrt(spin) * reach)

@@ -122,8 +122,9 @@ def support_vertex(pieces, piece, x, y, z):
 
 
 @njit(cache=True)
-def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, reach, points, gaps, work):
-    """Contacts of piece ``other`` on ``face`` of piece ``own``: points midway between the surfaces, axes of own; returns the count."""
+def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, least, reach, points, gaps, work):
+    """Contacts of piece ``other`` on ``face`` of piece ``own`` with gaps from ``least`` to ``reach``: points midway between the surfaces, axes of
+    own; returns the count."""
     nx, ny, nz = pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2]
     wx, wy, wz = turn(rotation_own, nx, ny, nz)
     tx, ty, tz = turn_back(rotation_other, wx, wy, wz)
@@ -148,12 +149,29 @@ def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, 
     for p in range(count):
         height = nx * points[p, 0] + ny * points[p, 1] + nz * points[p, 2] - pieces.offsets[face]
         gap = height - rounding
-        if gap <= reach:
+        if least <= gap <= reach:
             move = own_rounding + 0.5 * gap - height  # midway between the two surfaces
             points[kept] = (points[p, 0] + move * nx, points[p, 1] + move * ny, points[p, 2] + move * nz)
             gaps[kept] = gap
             kept += 1
     return thin_out(points, gaps, kept)
+
+
+@njit(cache=True)
+def side_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, side, least, most, points, gaps, normals, work, first):
+    """``face_points`` appended from ``first`` on, turned to world axes about a, with normals from a to b; returns the new count.
+
+    side: 1 where the face is a's, -1 where it is b's; (dx, dy, dz) is always b's position minus a's.
+    """
+    count = face_points(pieces, face, own, other, rotation_own, rotation_other, side * dx, side * dy, side * dz, least, most,
+                        points[first:], gaps[first:], work)
+    x, y, z = turn(rotation_own, pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2])
+    shift = 0.0 if side > 0.0 else 1.0
+    for p in range(first, first + count):
+        normals[p] = (side * x, side * y, side * z)
+        u, v, w = turn(rotation_own, points[p, 0], points[p, 1], points[p, 2])
+        points[p] = (u + shift * dx, v + shift * dy, w + shift * dz)
+    return first + count
 
 
 @njit(cache=True)
@@ -221,7 +239,7 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
     bodies = np.empty((capacity, 2), dtype=np.int64)
     vectors, gaps = np.empty((capacity, 9)), np.empty(capacity)
     impulse, local = np.zeros((capacity, 3)), np.empty((capacity, 3))
-    points, point_gaps, work = np.empty((512, 3)), np.empty(512), np.empty((512, 3))
+    points, point_gaps, work, normals = np.empty((512, 3)), np.empty(512), np.empty((512, 3)), np.empty((512, 3))
     total = 0
     for k in range(len(rows)):
         a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
@@ -231,25 +249,29 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
         reach = stride[a] + stride[b] + 2e-3 * size
         if numbers[k, 0] > reach:
             continue
-        kind = answers[k, 0]
+        kind, most = answers[k, 0], reach + margin[a] + margin[b]
         dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
         nx, ny, nz = numbers[k, 6], numbers[k, 7], numbers[k, 8]
         if nx == 0.0 and ny == 0.0 and nz == 0.0:
             continue
+        count = 0
         if kind == FACE_A or kind == PLANE:
-            count = face_points(pieces, answers[k, 1], i, j, rotation[a], rotation[b], dx, dy, dz, reach + margin[a] + margin[b], points, point_gaps, work)
-            for p in range(count):
-                points[p] = turn(rotation[a], points[p, 0], points[p, 1], points[p, 2])
+            count = side_points(pieces, answers[k, 1], i, j, rotation[a], rotation[b], dx, dy, dz, 1.0, -np.inf, most, points, point_gaps, normals,
+                                work, 0)
         elif kind == FACE_B:
-            count = face_points(pieces, answers[k, 1], j, i, rotation[b], rotation[a], -dx, -dy, -dz, reach + margin[a] + margin[b], points, point_gaps, work)
-            for p in range(count):
-                x, y, z = turn(rotation[b], points[p, 0], points[p, 1], points[p, 2])
-                points[p] = (x + dx, y + dy, z + dz)
-        elif kind == EDGE_EDGE or kind == DIRECTION or kind == ROUND:
+            count = side_points(pieces, answers[k, 1], j, i, rotation[b], rotation[a], dx, dy, dz, -1.0, -np.inf, most, points, point_gaps, normals,
+                                work, 0)
+        if count == 0 and kind != PLANE:
             count = single_point(pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation[a], rotation[b], dx, dy, dz, nx, ny, nz, points)
             point_gaps[:count] = numbers[k, 0] + margin[a] + margin[b]
-        else:
-            count = 0
+            for p in range(count):
+                normals[p] = (nx, ny, nz)
+        if (kind == EDGE_EDGE or kind == DIRECTION) and answers[k, 3] >= 0 and answers[k, 4] >= 0:
+            # two edges hold each other at one point; what else is about to touch lies over the best faces
+            count = side_points(pieces, answers[k, 3], i, j, rotation[a], rotation[b], dx, dy, dz, 1.0, 0.0, most, points, point_gaps, normals,
+                                work, count)
+            count = side_points(pieces, answers[k, 4], j, i, rotation[b], rotation[a], dx, dy, dz, -1.0, 0.0, most, points, point_gaps, normals,
+                                work, count)
         if total + count > capacity:
             capacity *= 2
             bodies, vectors, gaps = grown_index(bodies, capacity), grown(vectors, capacity), grown_flat(gaps, capacity)
@@ -257,7 +279,7 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
         for p in range(count):
             bodies[total] = (a, b)
             x, y, z = points[p, 0], points[p, 1], points[p, 2]
-            vectors[total] = (x, y, z, x - dx, y - dy, z - dz, nx, ny, nz)
+            vectors[total] = (x, y, z, x - dx, y - dy, z - dz, normals[p, 0], normals[p, 1], normals[p, 2])
             gaps[total] = point_gaps[p] - margin[a] - margin[b]
             x, y, z = turn_back(rotation[b if kind == PLANE else a], x - (dx if kind == PLANE else 0.0), y - (dy if kind == PLANE else 0.0),
                                 z - (dz if kind == PLANE else 0.0))

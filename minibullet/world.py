@@ -192,11 +192,12 @@ class World:
             raise InputError(f"run: duration = {duration!r} s; it must be finite and >= 0")
         self.step(round(duration / self.settings.time_step))
 
-    def settle(self, max_time=10.0, watch=None):
+    def settle(self, max_time=10.0, *, watch=None, heed=None):
         """Advance until nothing moves, or for ``max_time`` seconds; returns "at_rest" or "time_limit".
 
-        At rest: for as long as a free fall over a quarter of its radius takes, every moving body was slower than 5e-4 sqrt(a R), with R
-        its bounding radius and a what effects accelerate it by. ``watch(world)`` is called after every step.
+        At rest: for as long as a free fall over its radius takes, every moving body was slower than 2e-3 sqrt(a R), with R
+        its bounding radius and a what effects accelerate it by. ``watch(world)`` is called after every step; ``heed(bodies)``
+        (the Bodies record) says which bodies must be at rest, boolean (n,), all moving ones if not given.
         """
         if not max_time > 0.0:
             raise InputError(f"settle: max_time = {max_time!r} s; it must be > 0")
@@ -205,16 +206,18 @@ class World:
             self._step()
             if watch is not None:
                 watch(self)
-            slow, wait = self._rest_scale()
+            slow, wait = self._rest_scale(heed)
             calm = calm + 1 if slow else 0
             if calm and calm * self.settings.time_step >= wait:
                 return "at_rest"
         return "time_limit"
 
-    def _rest_scale(self):
-        """Whether every moving body is slow now, and how long it must stay so [s]."""
+    def _rest_scale(self, heed=None):
+        """Whether every moving body that is heeded is slow now, and how long it must stay so [s]."""
         scene = self.registry.scene
         moving = np.isfinite(scene.bodies.mass)
+        if heed is not None:
+            moving &= heed(scene.bodies)
         if not moving.any():
             return True, 0.0
         reach, mass = scene.reach[moving], scene.bodies.mass[moving]
@@ -222,8 +225,8 @@ class World:
         acceleration = np.sqrt((pull ** 2).sum(axis=1)) / mass
         twist = scene.bodies.twist[moving]
         speed = np.sqrt((twist[:, :3] ** 2).sum(axis=1)) + np.sqrt((twist[:, 3:] ** 2).sum(axis=1)) * reach
-        wait = np.sqrt(0.5 * reach / np.where(acceleration > 0.0, acceleration, np.inf)).max()
-        return bool((speed <= 5e-4 * np.sqrt(acceleration * reach)).all()), float(wait)
+        wait = np.sqrt(2.0 * reach / np.where(acceleration > 0.0, acceleration, np.inf)).max()
+        return bool((speed <= 2e-3 * np.sqrt(acceleration * reach)).all()), float(wait)
 
     @property
     def contacts(self):
