@@ -120,8 +120,13 @@ def settle_layer(world, layer, handles, bottom, level, max_time):
 
 def reference_shift(handles, centres):
     """How far the unit nearest the middle of a layer came to rest from its aim, in plan [m]: what "layer reference" passes on."""
-    middle = int(np.argmin(((centres - centres.mean(axis=0)) ** 2).sum(axis=1)))
+    middle = nearest_the_middle(centres)
     return handles[middle].position[:2] - centres[middle]
+
+
+def nearest_the_middle(centres):
+    """Index of the centre (n, 2) nearest the middle of them all."""
+    return int(np.argmin(((centres - centres.mean(axis=0)) ** 2).sum(axis=1)))
 
 
 def is_flat(bottom):
