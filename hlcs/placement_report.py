@@ -43,7 +43,7 @@ def report_page(result):
         comparison = compare_layers(result, measured)
         parts.append(comparison_table(comparison, data))
         parts.append(f'<p class="note">Measured: {html.escape(measured.title)}, {html.escape(measured.source)}. '
-                     + " ".join(html.escape(note) for note in comparison.notes) + "</p>")
+                     + html.escape("; ".join(comparison.notes)) + "</p>")
         samples.append(("laboratory", sample_of(measured)[1]))
         printed = paper_numerical("table3" if measured.bottom_slope else "table2", grid=measured.grid)
         samples.append(("paper's numerical model", sample_of(printed)[1]))
@@ -51,7 +51,7 @@ def report_page(result):
     parts.append(f'<img alt="layer coefficients" src="data:image/png;base64,{base64.b64encode(picture).decode()}">')
     page = drawing.page(placement_figures.scene_of(result), title=title)
     parts.append(f'<h2>The structure</h2><iframe title="the structure, drag to turn" srcdoc="{html.escape(page)}"></iframe>'
-                 '<p class="note">Drag to turn, wheel to zoom, double click to come back. One colour a layer.</p>')
+                 '<p class="note">One colour a layer.</p>')
     parts.append(settings_table(test, data))
     return (f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>'
             f"<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n")
@@ -63,8 +63,8 @@ def headline(result, measured):
     lost = sum(row["lost"] for row in data["layers"])
     unsettled = sum(row["unsettled"] for row in data["layers"])
     text = (f"{sum(row['units'] for row in data['layers'])} units stand {data['height_over_dn']:.3f} Dn high with a porosity of "
-            f"{data['porosity']:.3f}; {lost or 'none'} fell out of their layer, {unsettled or 'none'} had not come to rest, "
-            f"and the deepest overlap was {data['max_penetration_over_dn']:.1e} Dn.")
+            f"{data['porosity']:.3f}; {lost or 'none'} fell out of their layer, {f'{unsettled} had not' if unsettled else 'all had'} "
+            f"come to rest, and the deepest overlap was {data['max_penetration_over_dn']:.1e} Dn.")
     if measured is not None:
         comparison = compare_layers(result, measured)
         text += (f" Against the laboratory the layer coefficients miss by {100 * comparison.mean_relative_error:.2f} % "

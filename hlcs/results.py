@@ -17,13 +17,18 @@ ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
 
 def save_placement(result, folder):
     """Write a PlacementResult into a folder, which appears whole; returns its Path."""
+    with files.result_folder(folder) as partial:
+        write_placement(result, partial)
+    return Path(folder)
+
+
+def write_placement(result, folder):
+    """All files of a PlacementResult into an existing, empty folder."""
     from hlcs.placement_report import write_pictures, write_report
 
-    with files.result_folder(folder) as partial:
-        write_numbers(result, partial)
-        write_pictures(result, partial)
-        write_report(result, partial)
-    return Path(folder)
+    write_numbers(result, folder)
+    write_pictures(result, folder)
+    write_report(result, folder)
 
 
 def write_numbers(result, folder):

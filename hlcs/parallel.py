@@ -1,0 +1,56 @@
+"""Independent runs in several processes. What comes back depends on the tasks alone, never on how many workers did them."""
+
+import multiprocessing
+import os
+import signal
+from concurrent.futures import ProcessPoolExecutor, as_completed
+
+from minibullet.errors import InputError
+
+
+def cores():
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def each(function, tasks, workers=None):
+    """Yield (index, function(task)) for every task, in the order they end; workers: processes, None = as many as processors.
+
+    function must be importable (a plain function of a module). Processes are started afresh ("spawn"), so nothing of this
+    process leaks into a run. The first exception ends everything; so does leaving the loop early.
+    """
+    tasks = list(tasks)
+    if workers is not None and (isinstance(workers, bool) or workers != int(workers) or workers < 1):
+        raise InputError(f"workers = {workers!r}; must be a whole number >= 1")
+    workers = min(int(workers or cores()), len(tasks))
+    if workers <= 1:
+        yield from ((index, function(task)) for index, task in enumerate(tasks))
+        return
+    executor = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_ignore_interrupt)
+    before = set(multiprocessing.active_children())
+    try:
+        indices = {executor.submit(function, task): index for index, task in enumerate(tasks)}
+        for future in as_completed(indices):
+            yield indices[future], future.result()
+    except BaseException:
+        for child in set(multiprocessing.active_children()) - before:
+            child.terminate()
+        executor.shutdown(wait=False, cancel_futures=True)
+        raise
+    executor.shutdown()
+
+
+def in_order(function, tasks, workers=None, done=None):
+    """[function(task) for task in tasks], in several processes; ``done()`` is called as each one ends."""
+    tasks = list(tasks)
+    values = [None] * len(tasks)
+    for index, value in each(function, tasks, workers):
+        values[index] = value
+        if done is not None:
+            done()
+    return values
+
+
+def _ignore_interrupt():
+    """Ctrl-C reaches every process of a terminal; only the first one is to answer it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
