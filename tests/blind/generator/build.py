@@ -35,7 +35,7 @@ class Redraw(Exception):
 
 @dataclass(frozen=True)
 class Deal:
-    """What is to be hidden. kind: null, single, degenerate, double, outside."""
+    """What is to be hidden. kind: null, single, degenerate, double, outside, mixed (a library law and an outside effect)."""
 
     family: str
     kind: str
@@ -43,21 +43,22 @@ class Deal:
     style: str
     strengths: tuple[float, ...]
     regime: str
+    rate: int | None = None  # frames a second; None = drawn among those of the regime
 
 
 def trajectory(deal, room, rng, placebo=False):
     """One case of a trajectory family: ({file name: text}, answer). placebo: what is hidden is shuffled between recordings.
     Raises Redraw."""
-    rate = int(rng.choice(REGIMES[deal.regime][2]))
+    rate = deal.rate or int(rng.choice(REGIMES[deal.regime][2]))
     low, high = SIGMAS[deal.family]
     sigma = float(np.exp(rng.uniform(np.log(low), np.log(high))))
     noise = Noise.draw(rng, deal.regime, rate, sigma, float(rng.choice([0.005, 0.01, 0.02])))
-    outside = deal.names if deal.kind == "outside" else ()
+    outside = tuple(name for name in deal.names if name in room.OUTSIDE)
     setup = room.setup(rng, lambda duration: frames(rng, noise, duration), deal.style, outside)
     if min(len(trial.times) for trial in setup.trials) < 8 or sum(len(trial.times) for trial in setup.trials) < 100:
         raise Redraw("too few frames")
     lens = Lens(setup, noise.position, noise.orientation, noise.rho)
-    table = room.OUTSIDE if deal.kind == "outside" else room.HIDDEN
+    table = {**room.HIDDEN, **room.OUTSIDE}
     laws, amplitudes = [], []
     for name, strength in zip(deal.names, deal.strengths, strict=True):
         make = table[name].draw(rng)
@@ -127,7 +128,7 @@ def judge(deal, lens, hidden, errors):
         laws = _soften(hidden, blend)
         rows = lens.signal(laws, errors)
         fitted, left = lens.fit(names, rows, near=laws) if names else ({}, lens.information(rows))
-        if left <= MISFIT or deal.kind == "outside":
+        if left <= MISFIT or deal.kind in ("outside", "mixed"):
             break
         blend *= 0.4
     else:
@@ -140,7 +141,7 @@ def judge(deal, lens, hidden, errors):
         "hidden_laws": laws,
         "parameters": {},
         "strengths": dict(zip(deal.names, deal.strengths, strict=True)),
-        "outside": deal.kind == "outside",
+        "outside": deal.kind in ("outside", "mixed"),
         "tied": [],
         "possible": [],
         "largest_cosine": 0.0,
@@ -159,8 +160,8 @@ def judge(deal, lens, hidden, errors):
             raise Redraw(f"{name} out of bounds")
         answer["parameters"][name] = {knob.name: fitted[name][knob.name] for knob in LIBRARY[name] if knob.scored}
     for name in names:  # every hidden law beside its own rivals
-        own = lens.signal({name: laws[name]}) if len(names) > 1 else rows
-        own_left = lens.fit([name], own, near=laws)[1] if len(names) > 1 else left
+        own = lens.signal({name: laws[name]}) if len(deal.names) > 1 else rows
+        own_left = lens.fit([name], own, near=laws)[1] if len(deal.names) > 1 else left
         tied, possible, cosine = look_alikes(lens, name, own, own_left, len(LIBRARY[name]))
         answer["tied"] += [rival for rival in tied if rival not in names]
         answer["possible"] += [rival for rival in possible if rival not in names]

@@ -1,0 +1,122 @@
+"""Make the data sets of hlcs/mystery again, bit for bit: `python -m tests.blind.remake_mysteries [--out hlcs/mystery/data]`.
+
+The recipes below say what is hidden; do not read on if you want to find out for yourself.
+"""
+
+import argparse
+import base64
+import json
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .generate import plain
+from .generator import deck
+from .generator.build import Deal, Redraw, trajectory
+from .generator.case import write_case
+
+OUT = Path(__file__).resolve().parents[2] / "hlcs" / "mystery" / "data"
+
+
+class Recipe(NamedTuple):
+    """One set: its name and title, what is hidden and how strongly, and what is said at the end."""
+
+    name: str
+    title: str
+    deal: Deal
+    story: str
+
+
+RECIPES = (
+    Recipe("tower-drop", "Light balls let go from the landings of a stair tower, filmed from the side",
+           Deal("flight", "single", ("quadratic_drag",), "drops", (45.0,), "white", 30),
+           "Air resistance. The balls fall behind g t^2 / 2 the more, the faster they are."),
+    Recipe("long-hallway", "A wooden block launched along a waxed hallway, both ways and across",
+           Deal("slide", "single", ("friction",), "launched", (12.0,), "white", 60),
+           "The coefficient of friction in the model is not that of this floor. All headings stop short or long alike."),
+    Recipe("gym-floor", "A ball dropped in a gymnasium, followed over its first bounces",
+           Deal("bounce", "single", ("restitution",), "drops", (8.0,), "white", 60),
+           "The floor gives back another share of the speed than the catalogue says."),
+    Recipe("empty-gallery", "Balls thrown the length of an empty gallery",
+           Deal("flight", "null", (), "throws", (), "ar6", 60),
+           "Nothing. The model is complete at the precision of this camera, and saying so is the right answer."),
+    Recipe("marble-run", "A ball let go on gently inclined boards in four directions",
+           Deal("roll", "single", ("rolling_friction",), "boards", (5.0,), "ar6", 60),
+           "The ball sinks a hair into the board and pays for it: a rolling resistance, the same in all four directions."),
+    Recipe("harbour-tank", "Glass beads pushed into a tank beside the harbour",
+           Deal("sinking", "single", ("uniform_flow",), "pushed", (3.0,), "white", 60),
+           "The water was not at rest. The drag in the model vanishes at the speed of the current, not at rest."),
+    Recipe("park-bench", "Balls thrown across a park, filmed from a bench with a borrowed camera",
+           Deal("flight", "degenerate", ("time_scale",), "throws", (4.0,), "white", 30),
+           "The clock of the camera runs wrong. In free flight nobody can tell that from a wrong ruler or a little buoyancy: "
+           "the right verdict is a set, and the next experiment films a clock or a ruler."),
+    Recipe("workshop-slab", "A slab held on its edge in a workshop and let go",
+           Deal("topple", "single", ("centre_of_mass_offset",), "falls", (3.0,), "white", 60),
+           "The slab is denser on one side: its centre of mass is not in the middle."),
+    Recipe("practice-night", "Spin bowling at night, every second ball with the opposite spin",
+           Deal("flight", "double", ("magnus", "spin_decay"), "spinning", (3.0, 8.0), "white", 60),
+           "Two effects: the spin bends the flight (the side changes with the spin), and the spin itself dies away in the air."),
+    Recipe("attic-boards", "A toolbox let go on a tilted attic board, timed by a trigger",
+           Deal("slide", "double", ("friction", "clock_offset"), "incline", (3.0, 2.0), "ar6", 60),
+           "Two effects: another friction than assumed, and a trigger that fires before the box is free."),
+    Recipe("north-window", "Balls thrown past an open window, filmed from a tripod on the floorboards",
+           Deal("flight", "mixed", ("quadratic_drag", "camera_shake"), "throws", (40.0, 1.5), "white", 60),
+           "Two effects: air resistance, which the library knows, and a tripod that shakes, which it does not. Drag must be "
+           "found, and the verdict must still be that something is unexplained."),
+)
+
+
+def make(recipe, number):
+    """{file name: text} of one set, answer included."""
+    for attempt in range(60):
+        rng = np.random.default_rng([19_09_2021, number, attempt])
+        try:
+            files, answer = trajectory(recipe.deal, deck.ROOMS[recipe.deal.family], rng)
+        except Redraw:
+            continue
+        if recipe.deal.kind == "degenerate" and len(answer["tied"]) < 2:
+            continue
+        drag = answer["parameters"].get("quadratic_drag", {}).get("drag_coefficient", 0.45)
+        if not 0.3 <= drag <= 0.6:  # a ball that exists
+            continue
+        files["experiment.toml"] = re.sub(r"^title = .*$", f'title = "{recipe.title}"', files["experiment.toml"], flags=re.M)
+        header, *rows = files["rest.csv"].splitlines()
+        files["rest.csv"] = "\n".join([header, *rows[:300]]) + "\n"
+        if sum(map(len, files.values())) > 60_000:
+            continue
+        wanted = ("effects", "parameters", "hidden_laws", "strengths", "tied", "possible", "outside", "noise")
+        kept = {key: answer[key] for key in wanted}
+        text = json.dumps({**plain(kept), "text": told(recipe, answer)}, sort_keys=True)
+        files["answer.sealed"] = base64.encodebytes(text.encode("utf-8")).decode("ascii")
+        return files
+    raise RuntimeError(f"{recipe.name} could not be made")
+
+
+def told(recipe, answer):
+    """The text that `reveal` prints."""
+    lines = [f"{recipe.name}: {recipe.title}.", "", recipe.story, ""]
+    for name, strength in answer["strengths"].items():
+        law = answer["parameters"].get(name) or {}
+        value = ", ".join(f"{key} = {number:.4g}" for key, number in law.items())
+        lines.append(f"  {name}: strength {strength:.1f} sigma" + (f"; as the library writes it: {value}" if value else ""))
+    if answer["tied"]:
+        lines.append(f"  These data cannot tell it from: {', '.join(sorted(answer['tied']))}.")
+    lines.append(f"  Noise of the tracker: {1000 * answer['noise']['position']:.2g} mm.")
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", default=OUT)
+    out = Path(parser.parse_args(arguments).out)
+    for number, recipe in enumerate(RECIPES):
+        for old in (out / recipe.name).glob("*"):  # another number of recordings must leave no strays
+            old.unlink()
+        write_case(out / recipe.name, make(recipe, number))
+    (out / "order.json").write_text(json.dumps([recipe.name for recipe in RECIPES], indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
