@@ -33,7 +33,7 @@ def test_set_is_whole_and_tells_nothing(name, tmp_path):
     assert len({trial["group"] for trial in experiment["trial"]}) >= 2
     text = name + (tmp_path / "new" / "experiment.toml").read_text(encoding="utf-8")
     for effect in mystery.answer(name)["effects"]:
-        assert effect not in text and effect in mystery.reveal(name)
+        assert f'"{effect}"' not in text and effect not in name + mystery.title(name) and effect in mystery.reveal(name)
     mystery.copy(name, tmp_path / "new")  # the same files again are no offence
 
 
