@@ -38,21 +38,27 @@ def read_placement_file(path, **overrides):
 
 def placement_of(file, **overrides):
     """The PlacementTest of the [placement] table of a TomlFile; overrides (keys as in the file) win."""
+    table = checked_table(file, overrides)
+    return make_placement({**table, **overrides}) if overrides else _at(file, None, make_placement, table)
+
+
+def checked_table(file, skipped=()):
+    """The [placement] table of a TomlFile, keys and values checked one by one but for those `skipped`, its bottom read."""
     table = file.values.get("placement", {})
     if not isinstance(table, dict):
         file.fail("placement", "must be a table: [placement]")
     for key in table:
         if key not in KEYS:
             file.fail(key, f"unknown key; the nearest known key is '{nearest(key)}'", "placement")
-    if "nominal_diameter" in overrides or "side" in overrides:
+    if "nominal_diameter" in skipped or "side" in skipped:
         table = {key: value for key, value in table.items() if key not in ("nominal_diameter", "side")}
-    if "bottom" in table and "bottom" not in overrides and isinstance(table["bottom"], str):
+    if "bottom" in table and "bottom" not in skipped and isinstance(table["bottom"], str):
         table = {**table, "bottom": _at(file, "bottom", parse_bottom, table["bottom"], file.path.parent)}
     for key in table:  # one by one first, so that the complaint can name the line
-        if key not in overrides:
+        if key not in skipped:
             others = _size(table) if key == "layers" else {"layers": 1}
             _at(file, key, make_placement, {**others, key: table[key]})
-    return make_placement({**table, **overrides}) if overrides else _at(file, None, make_placement, table)
+    return table
 
 
 def make_placement(table):

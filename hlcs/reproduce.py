@@ -17,7 +17,7 @@ from hlcs.placement import nearest_the_middle
 from hlcs.placement_files import placement_table
 from hlcs.tables import laboratory, sensitivity_values
 
-BULLETS_FRICTION = 0.36  # what Bullet makes of 0.6 typed on both bodies: it multiplies the two
+FRICTIONS = (0.36, 0.6)  # what Bullet makes of 0.6 typed on both bodies, because it multiplies the two; the number as typed
 TABLES = ("table1", "table2", "table3", "blind", "figures")
 REPEATS = {"table1": 1, "table2": 5, "table3": 5, "blind": 5, "figures": 5}
 VARIED = ("seed", "grid", "stacking", "bottom", "reference")
@@ -46,8 +46,11 @@ class Plan:
 
     @property
     def frictions(self):
-        """Contact friction as chosen; where none was, the default and, beside it, what Bullet made of it."""
-        return (self.settings["friction"],) if "friction" in self.settings else (self.test().friction, BULLETS_FRICTION)
+        """Contact friction as chosen; where none was, the default and, beside it, the other reading of the paper's 0.6."""
+        if "friction" in self.settings:
+            return (self.settings["friction"],)
+        default = self.test().friction
+        return (default, *(friction for friction in FRICTIONS if friction != default))
 
 
 def table2(plan, progress=None):
@@ -86,6 +89,7 @@ def table1(plan, progress=None):
     values = sensitivity_values()
     values["side"] = (*values["side"], 2.0)  # the printed Dn = 2.14 m belongs to L = 2.0 m, the printed L = 1.5 m to 1.60 m
     values["margin"] = tuple(sorted({0.0, *values["margin"]}))
+    values["friction"] = tuple(sorted({*values["friction"], *(round(friction**2, 4) for friction in values["friction"])}))
     seeds = plan.seeds("table1")
     cases = [(name, value) for name in values for value in values[name]]
     tests = [replace(base, **{name: value, "seed": seed}) for name, value in cases for seed in seeds]

@@ -1,0 +1,251 @@
+"""The command `hlcs`: thin wrappers round the package's functions. Work and words live elsewhere.
+
+Exit status: 0 done, 2 the user's input is at fault (one line on stderr), 1 anything else. A verdict is a result: 0.
+"""
+
+import os
+import sys
+from contextlib import nullcontext
+
+import click
+
+from hlcs import files
+from hlcs.cli_options import example, output_options, placement_options, progress_bar, publish, workers_option
+from hlcs.experiment import PlacementTest
+from minibullet.errors import InputError
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(package_name="hlcs")
+def commands():
+    """Place concrete armour units on a computer, compare with the laboratory, and find what the model is missing."""
+
+
+@commands.command()
+@output_options
+@click.option("--seed", type=int, default=1, show_default=True, help="of the orientations")
+@example("hlcs demo --out out")
+def demo(seed, out, json_file, quiet):
+    """The main job in under a minute: five layers of Cubipods on the TPG grid, beside the laboratory's."""
+    _place(PlacementTest(seed=seed), out, json_file, quiet)
+
+
+@commands.command()
+@click.argument("file", required=False, metavar="[TEST.toml]")
+@placement_options
+@output_options
+@example("hlcs place --grid RPG --layers 3 --friction 0.36 --out out", "hlcs place out/settings.toml")
+def place(file, out, json_file, quiet, **settings):
+    """One placement test; options win over what stands in TEST.toml."""
+    from hlcs.placement_files import make_placement, read_placement_file
+
+    _place(read_placement_file(file, **settings) if file else make_placement(settings), out, json_file, quiet)
+
+
+def _place(test, out, json_file, quiet):
+    """Run a test, print it beside the laboratory's, write its files."""
+    from hlcs import layer_compare, results
+
+    measured = layer_compare.laboratory_for(test)
+    with files.result_folder(out) if out else nullcontext() as folder:
+        with progress_bar("layers", test.layers, quiet) as bar:
+            result = test.run(progress=lambda layer: bar.update())
+        if folder:
+            results.write_placement(result, folder)
+    if not quiet:
+        click.echo(result.summary())
+        if measured is not None:
+            click.echo(f"\n{layer_compare.compare_layers(result, measured)}")
+    publish(result.to_dict(), json_file, out, quiet)
+
+
+@commands.command()
+@click.argument("table", type=click.Choice(["table1", "table2", "table3", "blind", "figures", "all"]))
+@click.option("--repeats", type=click.IntRange(1, 10_000), help="tests a case; 5, for table1 1")
+@workers_option
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="of the first test; the others follow")
+@click.option("--friction", type=float, help="of a contact; left out: 0.36, which Bullet makes of 0.6, and 0.6 beside it")
+@click.option("--margin", type=float, help="collision margin round each unit, in Dn  [default: 0]")
+@click.option("--shape", type=click.Choice(["pieces", "hull"]), help="the true unit or its convex hull  [default: pieces]")
+@click.option("--rows", type=int, help="of the first layer  [default: 8]")
+@click.option("--columns", type=int, help="of the first layer  [default: 8]")
+@click.option("--layers", type=int, help="[default: 5]")
+@output_options
+@example("hlcs reproduce table2 --repeats 5 --json t2.json", "hlcs reproduce figures --out docs/images")
+def reproduce(table, repeats, workers, seed, out, json_file, quiet, **settings):
+    """The paper's results, printed beside its physical and numerical columns.
+
+    table1: sensitivity, three layers, one parameter at a time. table2: RPG and TPG on a flat bottom. table3: TPG on a 4 % slope.
+    blind: layer against blind reference. figures: the true unit beside its hull, the plot and the picture of the README.
+    """
+    from hlcs import reproduce_files
+    from hlcs.reproduce import TABLES, Plan
+
+    plan = Plan({name: value for name, value in settings.items() if value is not None}, repeats, seed, workers)
+    documents = {}
+    with files.result_folder(out) if out else nullcontext() as folder:
+        for name in TABLES if table == "all" else (table,):
+            with progress_bar(name, None, quiet) as bar:
+                documents[name], text = reproduce_files.run(name, plan, folder, bar.start)
+            if not quiet:
+                click.echo(text + "\n")
+    publish(documents if table == "all" else documents[table], json_file, out, quiet)
+
+
+@commands.command()
+@click.argument("file", metavar="EXPERIMENT.toml")
+@output_options
+@example("hlcs compare drop.toml --out out")
+def compare(file, out, json_file, quiet):
+    """Where, and by how much, does the model miss the measurement."""
+    from hlcs.compare import compare as compare_file
+
+    comparison = compare_file(file)
+    if not quiet:
+        click.echo(comparison.summary())
+    if out:
+        comparison.save(out)
+    publish(comparison.to_json(), json_file, out, quiet)
+
+
+@commands.command()
+@click.argument("file", metavar="EXPERIMENT.toml")
+@click.option("--candidates", help="names of effects to try, with commas; left out: the file's, or all that fit")
+@click.option("--effects", "effects_file", metavar="FILE.py", help="a Python file with effects of your own")
+@click.option("--plots", metavar="DIR", help="draw residuals, ranking, and the error falling")
+@click.option("--seed", type=int, default=0, show_default=True, help="of the simulations (layer data)")
+@workers_option
+@output_options
+@example("hlcs diagnose drop.toml --plots plots --json drop.json")
+def diagnose(file, candidates, effects_file, plots, seed, workers, out, json_file, quiet):
+    """Which effect is missing, how sure is that, and how the error falls once it is added."""
+    from hlcs.diagnose import diagnose as diagnose_file
+
+    names = [name.strip() for name in candidates.split(",") if name.strip()] if candidates is not None else None
+    diagnosis = diagnose_file(file, candidates=names, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet)
+    if not quiet:
+        click.echo(diagnosis.summary())
+    for folder in filter(None, (out, plots)):
+        diagnosis.save(folder)
+    publish(diagnosis.to_json(), json_file, out or plots, quiet)
+
+
+@commands.command()
+@click.argument("file", metavar="SWEEP.toml")
+@click.option("--store", default="runs.sqlite", show_default=True, help="the file of finished runs; a sweep goes on from it")
+@workers_option
+@click.option("--dask", metavar="ADDRESS", help="a Dask scheduler such as tcp://host:8786 (extra 'sweep')")
+@output_options
+@example("hlcs sweep friction.toml --store runs.sqlite --workers 4 --out out")
+def sweep(file, store, workers, dask, out, json_file, quiet):
+    """Every combination of some settings; kill it and start it again, it goes on.
+
+    SWEEP.toml has [placement] with what all runs share, as in `hlcs place`, and [sweep] with lists, such as
+    friction = [0.3, 0.6] and seed = [1, 2, 3].
+    """
+    from hlcs import sweep as sweeps
+
+    plan = sweeps.read_sweep_file(file)
+    with files.result_folder(out) if out else nullcontext() as folder:
+        with progress_bar("runs", None, quiet) as bar:
+            outcome = sweeps.run_sweep(plan, store, workers, dask, bar.start)
+        if folder:
+            sweeps.write_sweep(plan, outcome, folder)
+    if not quiet:
+        click.echo(sweeps.summary_text(plan, outcome))
+    publish(sweeps.document(plan, outcome), json_file, out, quiet)
+
+
+@commands.command()
+@output_options
+@example("hlcs doctor")
+def doctor(out, json_file, quiet):
+    """Versions, optional parts, and a ten-second self-test of the engine and the collision library."""
+    from hlcs import doctor as examination
+
+    report = examination.examine()
+    if not quiet:
+        click.echo(examination.text_of(report))
+    with files.result_folder(out) if out else nullcontext() as folder:
+        if folder:
+            files.write_json(folder / "doctor.json", report)
+    publish(report, json_file, out, quiet)
+    if not report["passed"]:
+        sys.exit(1)
+
+
+@commands.group()
+def mystery():
+    """Data sets with a hidden effect: diagnose one, then have its secret told."""
+
+
+@mystery.command("list")
+@click.option("--json", "json_file", metavar="FILE", help="the same for a program")
+@click.option("--quiet", is_flag=True, help="print nothing")
+@example("hlcs mystery list")
+def mystery_list(json_file, quiet):
+    """One name a line with its title."""
+    from hlcs import mystery as mysteries
+
+    titles = {name: mysteries.title(name) for name in mysteries.names()}
+    if not quiet:
+        for name, title in titles.items():
+            click.echo(f"{name:18} {title}")
+    publish(titles, json_file, None, quiet)
+
+
+@mystery.command("copy")
+@click.argument("name")
+@click.option("--out", required=True, metavar="DIR", help="folder for the data set")
+@click.option("--quiet", is_flag=True, help="print nothing")
+@example("hlcs mystery copy north-window --out case")
+def mystery_copy(name, out, quiet):
+    """Copy a data set into a folder."""
+    from hlcs import mystery as mysteries
+
+    file = mysteries.copy(name, out)
+    if not quiet:
+        click.echo(f"now: hlcs diagnose {file}")
+
+
+@mystery.command("reveal")
+@click.argument("name")
+@click.option("--json", "json_file", metavar="FILE", help="the same for a program")
+@click.option("--quiet", is_flag=True, help="print nothing")
+@example("hlcs mystery reveal north-window")
+def mystery_reveal(name, json_file, quiet):
+    """Tell the hidden effect."""
+    from hlcs import mystery as mysteries
+
+    if not quiet:
+        click.echo(mysteries.reveal(name))
+    publish({"name": name, **mysteries.answer(name)}, json_file, None, quiet)
+
+
+def main(arguments=None):
+    """Run the command; returns the exit status."""
+    try:
+        status = commands.main(args=arguments, prog_name="hlcs", standalone_mode=False)
+        sys.stdout.flush()
+        return status if isinstance(status, int) else 0
+    except InputError as problem:
+        return _complain(problem, 2)
+    except click.exceptions.NoArgsIsHelpError as problem:
+        click.echo(problem.format_message())
+        return 2
+    except click.UsageError as problem:
+        command = problem.ctx.command_path if problem.ctx else "hlcs"
+        return _complain(f"{problem.format_message()} (see: {command} --help)", 2)
+    except click.ClickException as problem:
+        return _complain(problem.format_message(), 2)
+    except (KeyboardInterrupt, click.Abort):
+        return _complain("interrupted; nothing half done was left behind", 1)
+    except BrokenPipeError:  # the reader of our output went away, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+
+
+def _complain(what, status):
+    """One line on stderr."""
+    click.echo("hlcs: " + " ".join(str(what).split()), err=True)
+    return status
