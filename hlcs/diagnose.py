@@ -67,7 +67,9 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     search = Search(problem, entries, folds, say)
     before, table_before = judge(problem, base)
     fits, rounds = search.run(base)
-    final = fits[-1]
+    final = search.swapped(fits[-1]) if len(fits[-1].model.terms) > 1 else fits[-1]
+    if final is not fits[-1]:
+        fits.append(final)
     after, table_after = judge(problem, final)
     say("rivals")
     rivals = search.rivals(final, 1.0 if after.adequate else max(after.chi2, 1.0))

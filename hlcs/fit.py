@@ -100,11 +100,8 @@ class Problem:
         if noise.position is None:
             there[:, :3] = False
         channel, sample = np.nonzero(there.T)
-        sigma = np.where(channel < 3, noise.position or 1.0, noise.orientation or 1.0)
-        rho = np.where(channel < 3, noise.rho, noise.rho_orientation)
         times = trial.times[sample]
-        links = inference.chain(channel, times, sigma, rho, noise.step)
-        return Recording(channel, sample, times, links, self._unknown(index, there.any(axis=0)))
+        return Recording(channel, sample, times, noise.chain(channel, times), self._unknown(index, there.any(axis=0)))
 
     def _unknown(self, index, measured):
         """What of a start is neither stated nor fixed by lying on the floor: ((slot, direction), ...)."""
@@ -195,7 +192,8 @@ class Problem:
 
     def residuals(self, model, starts):
         """Raw residuals of every recording, list of (n_i,)."""
-        answers = self.shots.simulate(model, starts, np.arange(len(self.trials)))
+        with np.errstate(all="ignore"):  # a trial step may leave the plausible; its loss is then not finite and it is refused
+            answers = self.shots.simulate(model, starts, np.arange(len(self.trials)))
         return [self.residual(k, answer) for k, answer in enumerate(answers)]
 
     def signature(self, model, starts, plus, minus=None, distance=1.0):
@@ -271,7 +269,7 @@ class Problem:
                 trial_raw = self.residuals(trial_model, trial_starts)
                 trial_loss = sum(float(np.sum(inference.whiten(rec.links, part) ** 2))
                                  for rec, part in zip(self.recordings, trial_raw, strict=True))
-                if trial_loss < loss:
+                if trial_loss < loss:  # never true of a run that left the finite numbers
                     break
                 factor *= 0.35
             else:

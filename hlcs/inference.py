@@ -1,41 +1,72 @@
 """Statistics of correlated residuals: whitening, projection, least squares, adequacy. Arrays in, numbers out, no physics.
 
-Noise is AR(1) in time within each channel of each recording, cov(e_k, e_l) = sigma^2 rho^(|t_k - t_l| / step), so that
-(e_k - phi_k e_(k-1)) / (sigma sqrt(1 - phi_k^2)) with phi_k = rho^(dt_k / step) is white with unit variance.
+Noise is AR(1) in time within each channel of each recording, plus a share w that is not correlated (rounding):
+cov(e_k, e_l) = sigma^2 ((1 - w) rho^(|t_k - t_l| / step) + w delta_kl). White, unit-variance combinations are L^-1 e with
+L L^T that covariance.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from scipy import optimize, sparse
+from scipy import linalg, optimize, sparse
 
 CLIP = 3.5  # whitened residuals are cut here in the adequacy test, so that a few outliers cannot fail a good model
 
 
 class Chain(NamedTuple):
-    """How the n observations of one recording hang together: each knows the one before it in its own channel."""
+    """How the n observations of one recording hang together, channel by channel."""
 
-    previous: np.ndarray  # index of the observation before in the same channel, -1 for the first, (n,)
-    decay: np.ndarray  # correlation with it, 0 for the first [-], (n,)
-    scale: np.ndarray  # standard deviation of the innovation [unit of the channel], (n,)
+    blocks: tuple  # (slice of the observations, lower Cholesky factor of their covariance, its inverse) of every channel
+    sigma: np.ndarray  # standard deviation of each observation [unit of the channel], (n,)
 
 
-def chain(channel, times, sigma, rho, step):
-    """Chain of observations sorted by channel, then time; sigma and rho are per observation, (n,)."""
-    channel, times = np.asarray(channel), np.asarray(times, dtype=float)
-    same = np.r_[False, channel[1:] == channel[:-1]] if len(channel) else np.zeros(0, bool)
-    previous = np.where(same, np.arange(len(channel)) - 1, -1)
-    lag = np.where(same, times - times[previous], np.inf) / step
-    rho = np.broadcast_to(rho, lag.shape)
-    decay = np.where(same & (rho > 0), np.power(np.maximum(rho, 1e-12), lag), 0.0)
-    return Chain(previous, decay, sigma * np.sqrt(1 - decay**2))
+def correlation(times, rho, white, step):
+    """Correlation matrix of noise at the times (n,): AR(1) with rho per step, and a share `white` that is not correlated."""
+    lag = np.abs(times[:, None] - times[None]) / step
+    matrix = (1 - white) * np.power(max(rho, 1e-12), lag)
+    matrix[np.diag_indices(len(times))] = 1.0
+    return matrix
+
+
+def factor(times, rho, white, step):
+    """(L, inverse of L) with L L^T the correlation matrix."""
+    lower = np.linalg.cholesky(correlation(times, rho, white, step))
+    return lower, linalg.solve_triangular(lower, np.eye(len(times)), lower=True, check_finite=False)
+
+
+def chain(channel, times, sigma, correlations, step):
+    """Chain of observations sorted by channel, then time.
+
+    channel, sigma: per observation (n,); correlations: channel -> (rho, white); step: time over which rho holds [s].
+    """
+    channel, times, sigma = np.asarray(channel), np.asarray(times, dtype=float), np.asarray(sigma, dtype=float)
+    blocks, known = [], {}
+    for name in np.unique(channel):
+        inside = np.flatnonzero(channel == name)
+        part = slice(int(inside[0]), int(inside[-1]) + 1)
+        key = (times[part].tobytes(), correlations[int(name)])
+        if key not in known:
+            known[key] = factor(times[part], *correlations[int(name)], step)
+        lower, inverse = known[key]
+        blocks.append((part, sigma[part][:, None] * lower, inverse / sigma[part][None]))
+    return Chain(tuple(blocks), sigma)
 
 
 def whiten(links, values):
     """White, unit-variance combinations of correlated observations: (n,) or (n, k) -> same shape."""
     values = np.asarray(values, dtype=float)
-    decay, scale = (links.decay, links.scale) if values.ndim == 1 else (links.decay[:, None], links.scale[:, None])
-    return (values - decay * values[links.previous]) / scale
+    result = np.empty_like(values)
+    for part, _, inverse in links.blocks:
+        result[part] = inverse @ values[part]
+    return result
+
+
+def colour(links, white):
+    """The inverse of whitening: (n,) or (n, k) -> same shape, in the units of the channels."""
+    result = np.empty_like(np.asarray(white, dtype=float))
+    for part, lower, _ in links.blocks:
+        result[part] = lower @ white[part]
+    return result
 
 
 def basis(columns):
@@ -91,43 +122,88 @@ class Correlated(NamedTuple):
     """Result of `fit_noise`."""
 
     sigma: float  # standard deviation [unit of the series]
-    rho: float  # correlation at one step [-]
+    rho: float  # correlation of the AR(1) part at one step [-]
+    white: float  # share of the variance that is not correlated: rounding, pixels [-]
     freedom: float  # degrees of freedom that fixed them
+    covariance: np.ndarray  # of (log sigma, rho, white), (3, 3)
 
 
-def fit_noise(series, step, rho=None, sigma=None):
-    """Restricted maximum likelihood of sigma and rho from series [(times (n,), values (n,), columns (n, k))].
+def fit_noise(series, step, sigma=None, white=None):
+    """Restricted maximum likelihood of the noise from series [(times (n,), values (n,), columns (n, k))].
 
     The columns (smooth functions such as 1, t, t^2 ..) are fitted and their cost in freedom is accounted for, so that rho
-    is not biased by the fit. Patterson and Thompson (1971), Biometrika 58, 545. Either of the two may be given.
+    is not biased by the fit. Patterson and Thompson (1971), Biometrika 58, 545. sigma and white may be given.
     """
-    def terms(trial_rho):
-        squares = logs = freedom = 0.0
+    freedom = float(sum(len(values) - columns.shape[1] for _, values, columns in series))
+
+    def terms(rho, share):
+        squares = logs = 0.0
+        known = {}
         for times, values, columns in series:
-            n, k = columns.shape
-            links = chain(np.zeros(n, int), times, np.ones(n), trial_rho, step)
-            r, x = whiten(links, values), whiten(links, columns)
+            key = np.round((times - times[0]) / step, 3).tobytes()
+            if key not in known:
+                lower, inverse = factor(times, rho, share, step)
+                known[key] = inverse, 2 * np.sum(np.log(np.diag(lower)))
+            inverse, log_size = known[key]
+            r, x = inverse @ values, inverse @ columns
             q, upper = np.linalg.qr(x)
             squares += float(np.sum(project_out(q, r) ** 2))
-            logs += 2 * np.sum(np.log(links.scale)) + 2 * np.sum(np.log(np.abs(np.diag(upper)) + 1e-300))
-            freedom += n - k
-        return squares, logs, freedom
+            logs += log_size + 2 * np.sum(np.log(np.abs(np.diag(upper)) + 1e-300))
+        return squares, logs
 
-    def deviance(trial_rho):
-        squares, logs, freedom = terms(trial_rho)
-        if sigma is not None:
-            return squares / sigma**2 + logs
-        return freedom * np.log(max(squares, 1e-300) / freedom) + logs
+    def deviance(log_sigma, rho, share):
+        squares, logs = terms(min(max(rho, 0.0), 0.98), min(max(share, 0.0), 0.9))
+        if log_sigma is None:
+            return freedom * np.log(max(squares, 1e-300) / freedom) + logs
+        return 2 * freedom * log_sigma + squares * np.exp(-2 * log_sigma) + logs
 
-    if rho is None:
-        grid = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95])
-        values = np.array([deviance(value) for value in grid])
-        best = int(np.argmin(values))
-        low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-        found = optimize.minimize_scalar(deviance, bounds=(low, min(high, 0.98)), method="bounded", options={"xatol": 1e-3})
-        rho = float(found.x) if found.fun < values[best] else float(grid[best])
-    squares, _, freedom = terms(rho)
-    return Correlated(float(np.sqrt(squares / freedom)), float(rho), float(freedom))
+    fixed = None if sigma is None else np.log(sigma)
+    shares = (0.0, 0.15, 0.4) if white is None else (white,)
+    grid = [(deviance(fixed, rho, share), rho, share) for rho in (0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.93) for share in shares]
+    _, rho, share = min(grid)
+
+    def outside(rho, share):
+        return 1e3 * (max(-rho, 0, rho - 0.98) + max(-share, 0, share - 0.9))
+
+    if white is None:
+        found = optimize.minimize(lambda v: deviance(fixed, *v) + outside(*v), (rho, share), method="Nelder-Mead",
+                                  options={"initial_simplex": [(rho, share), (rho + 0.06, share), (rho, share + 0.08)],
+                                           "xatol": 2e-3, "fatol": 0.02, "maxiter": 60})
+        rho, share = found.x
+    else:
+        found = optimize.minimize_scalar(lambda v: deviance(fixed, v, share), method="bounded", options={"xatol": 1e-3},
+                                         bounds=(max(rho - 0.2, 0.0), min(rho + 0.2, 0.98)))
+        rho = found.x
+    rho, share = float(np.clip(rho, 0.0, 0.98)), float(np.clip(share, 0.0, 0.9))
+    if rho < 0.02:
+        rho, share = 0.0, 0.0
+    if sigma is None:
+        sigma = float(np.sqrt(terms(rho, share)[0] / freedom))
+    free = [fixed is None, True, white is None and rho > 0.0]
+    return Correlated(float(sigma), rho, share, freedom, _spread(deviance, np.array([np.log(sigma), rho, share]), free))
+
+
+def _spread(deviance, best, free):
+    """Covariance of (log sigma, rho, white) from the curvature of the deviance; zero for what was given, (3, 3)."""
+    steps = np.array([0.01, 0.02, 0.02])
+    middle = np.array([best[0], min(max(best[1], steps[1]), 0.98 - steps[1]), min(max(best[2], steps[2]), 0.9 - steps[2])])
+    index = np.flatnonzero(free)
+    hessian = np.zeros((len(index), len(index)))
+    for a, i in enumerate(index):
+        for b, j in enumerate(index[:a + 1]):
+            corners = [middle + u * steps * (np.arange(3) == i) + v * steps * (np.arange(3) == j) for u, v in
+                       ((1, 1), (1, -1), (-1, 1), (-1, -1))]
+            w, x, y, z = (deviance(*corner) for corner in corners) if i != j else (0, 0, 0, 0)
+            if i == j:
+                w, x, z = (deviance(*(middle + u * steps * (np.arange(3) == i))) for u in (1, 0, -1))
+                hessian[a, a] = (w - 2 * x + z) / steps[i] ** 2
+            else:
+                hessian[a, b] = hessian[b, a] = (w - x - y + z) / (4 * steps[i] * steps[j])
+    covariance = np.zeros((3, 3))
+    values, vectors = np.linalg.eigh(hessian / 2)
+    values = np.maximum(values, [1 / 0.3**2] * len(values))  # nothing is less certain than 0.3
+    covariance[np.ix_(index, index)] = (vectors / values) @ vectors.T
+    return covariance
 
 
 def polynomials(times, degree):
@@ -190,27 +266,17 @@ def blocks_in_time(channel, length):
     return np.cumsum(first | ((np.arange(len(channel)) - start) % length == 0)) - 1
 
 
-def adequacy(residuals, links, columns, shared, partitions, noise_error=(0.0, 0.0), draws=400, pool=None):
+def adequacy(residuals, columns, shared, partitions, draw, draws=400):
     """Adequacy of projected, whitened residuals against noise alone, through the same whitening and projection.
 
-    residuals: list over recordings of (n_i,); links: list of Chain; columns: list of (n_i, k_i) whitened columns that were
+    residuals: list over recordings of (n_i,); columns: list of (n_i, k_i) whitened columns that were
     fitted in that recording alone; shared: list of (n_i, p) columns of the numbers fitted to all, these projected out;
     partitions: name -> labels over all observations in one row, (sum n_i,), whose block sums are tested beside the
-    variance; noise_error: standard errors of log sigma and of rho, carried into the draws; pool: whitened samples of a
-    static recording to draw from (else Gaussian).
+    variance; draw: function (index of recording, count) -> white noise (n_i, count) as these data may hold it, what is
+    not known of the noise included.
     """
-    generator = np.random.default_rng(12345)  # a fixed stream of its own: the verdict never depends on the user's seed
     matrices = {name: block_matrix(labels) for name, labels in partitions.items()}
-    stretch = 1 + noise_error[0] * generator.standard_normal(draws)
-    shift = noise_error[1] * generator.standard_normal(draws)
-    parts = []
-    for link, column in zip(links, columns, strict=True):
-        n = len(link.previous)
-        white = generator.choice(pool, (n, draws)) if pool is not None else generator.standard_normal((n, draws))
-        if noise_error[1] > 0:
-            white = _whitened_with_error(link, white, shift)
-        white *= stretch
-        parts.append(project_out(basis(column), white))
+    parts = [project_out(basis(column), draw(k, draws)) for k, column in enumerate(columns)]
     drawn = project_out(basis(np.concatenate(shared)), np.concatenate(parts))
     observed = np.concatenate(residuals)[:, None]
     names = ["variance", *matrices]
@@ -229,15 +295,3 @@ def _statistics(values, matrices):
     """Clipped mean square, then the mean square of the block sums of every partition: (n, draws) -> (statistics, draws)."""
     cut = np.clip(values, -CLIP, CLIP)
     return np.array([np.mean(cut**2, axis=0), *(np.mean((matrix @ cut) ** 2, axis=0) for matrix in matrices.values())])
-
-
-def _whitened_with_error(link, white, shift):
-    """White noise made correlated with the true rho and whitened again with a rho that is off by `shift`, (n, draws)."""
-    coloured = np.empty_like(white)
-    deviation = link.scale / np.sqrt(np.maximum(1 - link.decay**2, 1e-12))
-    relative = link.scale / deviation
-    for k in range(len(link.previous)):
-        before = link.previous[k]
-        coloured[k] = white[k] if before < 0 else link.decay[k] * coloured[before] + relative[k] * white[k]
-    decay = np.where(link.previous[:, None] < 0, 0.0, np.clip(link.decay[:, None] + shift, 0.0, 0.98))
-    return (coloured - decay * coloured[link.previous]) / np.sqrt(1 - decay**2)

@@ -1,76 +1,114 @@
 """The noise of a measurement: how large, how correlated in time, and how we know. Unknown is an answer."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from minibullet import rotations
 
 from . import inference
+from .inference import Correlated
+from .measurement import quantisation
+
+PERTURBATIONS = 16  # sets of noise parameters that the adequacy test draws from their uncertainty
 
 
 @dataclass(frozen=True)
 class Noise:
-    """One sigma of the samples and their correlation at one time step."""
+    """What is known of the noise of positions and of orientations."""
 
-    position: float | None  # [m], None = unknown
-    orientation: float | None  # [rad], None = unknown
-    rho: float  # correlation of positions over `step`
-    rho_orientation: float
-    step: float  # typical sampling step [s]
-    freedom: float  # samples that fixed sigma; inf where it is stated
-    freedom_rho: float  # samples that fixed rho
+    positions: Correlated | None  # None = unknown
+    orientations: Correlated | None
+    step: float  # typical sampling step, to which correlations refer [s]
     source: str  # "stated", "static recording", "replicates" or "unknown"
     notes: tuple[str, ...] = ()
     hint: float | None = None  # sigma of a flexible curve [m]: shown where the noise is unknown, never used
-    pool: np.ndarray | None = None  # whitened static samples
+    pool: np.ndarray | None = field(default=None, repr=False)  # whitened static samples
 
-    def errors(self):
-        """Standard errors of log sigma and of rho."""
-        spread = (1 + self.rho**2) / (1 - self.rho**2)
-        return (float(np.sqrt(spread / (2 * self.freedom))) if np.isfinite(self.freedom) else 0.0,
-                float(np.sqrt((1 - self.rho**2) / max(self.freedom_rho, 1.0))))
+    @property
+    def position(self):
+        """One sigma of a position [m], None = unknown."""
+        return self.positions.sigma if self.positions else None
+
+    @property
+    def orientation(self):
+        """One sigma of a rotation about each axis [rad], None = unknown."""
+        return self.orientations.sigma if self.orientations else None
+
+    @property
+    def rho(self):
+        """Correlation of neighbouring samples of a position [-]."""
+        return self.positions.rho * (1 - self.positions.white) if self.positions else 0.0
+
+    def chain(self, channel, times):
+        """How observations of one recording hang together: channel 0-2 position, 3-5 rotation, sorted by channel and time."""
+        sigma = np.where(channel < 3, self.position or 1.0, self.orientation or 1.0)
+        kinds = [self.positions] * 3 + [self.orientations] * 3
+        correlations = {k: (kind.rho, kind.white) if kind else (0.0, 0.0) for k, kind in enumerate(kinds)}
+        return inference.chain(channel, times, sigma, correlations, self.step)
+
+    def drawer(self, recordings, draws=400):
+        """Function (index, count) -> white noise of a recording (n, count) as it may be, given what is not known of the noise."""
+        generator = np.random.default_rng(12345)  # a fixed stream of its own: the verdict never depends on the user's seed
+        known = [kind or Correlated(1.0, 0.0, 0.0, 1.0, np.zeros((3, 3))) for kind in (self.positions, self.orientations)]
+        shifts = [generator.multivariate_normal(np.zeros(3), kind.covariance, size=PERTURBATIONS, method="svd") for kind in known]
+
+        def draw(index, count):
+            recording = recordings[index]
+            n = len(recording.channel)
+            white = generator.choice(self.pool, (n, count)) if self.pool is not None else generator.standard_normal((n, count))
+            factors = {}
+            for part, _, inverse in recording.links.blocks:
+                which = int(recording.channel[part.start] >= 3)
+                times, sigma = recording.times[part], recording.links.sigma[part]
+                for k, columns in enumerate(np.array_split(np.arange(count), PERTURBATIONS)):
+                    log_sigma, rho, share = shifts[which][k]
+                    if not shifts[which][k].any():
+                        continue
+                    key = (which, k, times.tobytes())
+                    if key not in factors:
+                        factors[key] = inference.factor(times, float(np.clip(known[which].rho + rho, 0.0, 0.98)),
+                                                        float(np.clip(known[which].white + share, 0.0, 0.9)), self.step)[0]
+                    coloured = np.exp(log_sigma) * sigma[:, None] * (factors[key] @ white[part][:, columns])
+                    white[part, columns[0]:columns[-1] + 1] = inverse @ coloured
+            return white
+        return draw
 
 
 def estimate_noise(measurement):
     """Noise of a trajectory measurement: stated, from the static recording, or from replicates; else unknown."""
     trials, stated, notes = measurement.trials, measurement.file.noise, []
     step = float(np.median(np.concatenate([np.diff(trial.times) for trial in trials])))
-    flexible = _flexible(trials, step, "position", stated.get("position"))
-    turning = _flexible(trials, step, "orientation", stated.get("orientation"))
-    sigma, rho, freedom, freedom_rho, source, pool = None, None, np.inf, 0.0, "unknown", None
-    turn_sigma, turn_rho = None, None
+    source, pool, found = "unknown", None, {}
     if measurement.static is not None:
-        found, pool = _of_static(measurement.static, step, "position")
-        if found:
-            sigma, rho, freedom, freedom_rho, source = found.sigma, found.rho, found.freedom, found.freedom, "static recording"
-        found_turn, _ = _of_static(measurement.static, step, "orientation")
-        if found_turn:
-            turn_sigma, turn_rho = found_turn.sigma, found_turn.rho
-            source = "static recording"
-    if "position" in stated:
-        sigma, freedom = stated["position"], np.inf
-        source = "stated" if source == "unknown" else f"stated, correlation from the {source}"
-    if "orientation" in stated:
-        turn_sigma = stated["orientation"]
-        source = "stated" if source == "unknown" else source
-    if sigma is None:
-        found = _of_replicates(trials, step)
-        if found:
-            sigma, rho, freedom, freedom_rho, source = found.sigma, found.rho, found.freedom, found.freedom, "replicates"
-    if rho is None and flexible:
-        rho, freedom_rho = flexible.rho, flexible.freedom
-    if turn_rho is None:
-        turn_rho = turning.rho if turning else (rho or 0.0)
-    if sigma and flexible and not 1 / 1.5 < flexible.sigma / sigma < 1.5:
-        notes.append(f"a flexible curve through the data leaves {flexible.sigma:.3g} m, the {source} noise is {sigma:.3g} m: "
-                     "more than a factor 1.5 apart; check it")
-    measured_turn = any("rx" in trial.columns for trial in trials)
-    if measured_turn and turn_sigma is None and sigma is not None:
+        source = "static recording"
+        for what in ("position", "orientation"):
+            found[what], pool = _of_static(measurement.static, step, what, pool)
+    flexible = {what: _flexible(trials, step, what, stated.get(what)) for what in ("position", "orientation")}
+    for what in ("position", "orientation"):
+        if what in stated:
+            base = found.get(what) or flexible[what]
+            found[what] = Correlated(stated[what], base.rho if base else 0.0, base.white if base else 0.0,
+                                     base.freedom if base else 0.0, _without_sigma(base))
+            source = "stated" if source == "unknown" else source
+    if not any(found.values()):
+        replicates = _of_replicates(trials, step)
+        if replicates:
+            found["position"], source = replicates, "replicates"
+    position, orientation, curve = found.get("position"), found.get("orientation"), flexible["position"]
+    if position and curve and not 1 / 1.5 < curve.sigma / position.sigma < 1.5:
+        notes.append(f"a flexible curve through the data leaves {curve.sigma:.3g} m, the {source} noise is {position.sigma:.3g} m"
+                     ": more than a factor 1.5 apart; check it")
+    if any("rx" in trial.columns for trial in trials) and orientation is None and position is not None:
         notes.append("noise of the orientation unknown: orientations are not judged; state noise.orientation or record a body "
                      "at rest")
-    return Noise(sigma, turn_sigma, rho or 0.0, turn_rho, step, freedom, freedom_rho, source, tuple(notes),
-                 flexible.sigma if flexible else None, pool)
+    return Noise(position, orientation, step, source, tuple(notes), curve.sigma if curve else None, pool)
+
+
+def _without_sigma(base):
+    covariance = np.zeros((3, 3)) if base is None else base.covariance.copy()
+    covariance[0], covariance[:, 0] = 0.0, 0.0
+    return covariance
 
 
 def _values(trial, what):
@@ -81,9 +119,10 @@ def _values(trial, what):
         there = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
         if len(there) == 0:
             return []
-        steps = rotations.logarithm(rotations.product(trial.orientation[1:], rotations.conjugate(trial.orientation[:-1])))
+        steps = rotations.logarithm(rotations.product(trial.orientation[there[1:]],
+                                                      rotations.conjugate(trial.orientation[there[:-1]])))
         table = np.full((len(trial.times), 3), np.nan)
-        table[there] = np.cumsum(np.vstack([np.zeros(3), np.nan_to_num(steps[there[1:] - 1])]), axis=0)
+        table[there] = np.cumsum(np.vstack([np.zeros(3), steps]), axis=0)
     return [(trial.times[good], table[good, axis]) for axis in range(3) if (good := np.isfinite(table[:, axis])).sum() >= 8]
 
 
@@ -94,36 +133,41 @@ def _cleaned(times, values):
 
 def _flexible(trials, step, what, sigma=None, length=24, degree=5):
     """Noise of polynomial pieces through all recordings: no physics, only smoothness. Pieces that hold an impact are left out."""
-    pieces = []
+    pieces, rounding = [], []
     for trial in trials:
         for times, values in _values(trial, what):
+            rounding.append(quantisation(values))
             times, values = _cleaned(times, values)
-            count = max(len(times) // length, 1)
-            for part in np.array_split(np.arange(len(times)), count):
+            for part in np.array_split(np.arange(len(times)), max(len(times) // length, 1)):
                 if len(part) >= degree + 4:
                     pieces.append((times[part], values[part], inference.polynomials(times[part], degree)))
     if not pieces:
         return None
     spread = np.array([np.std(np.diff(values, 3)) for _, values, _ in pieces])
     pieces = [piece for piece, size in zip(pieces, spread, strict=True) if size <= 2.0 * np.median(spread)]
-    return inference.fit_noise(pieces, step, sigma=sigma)
+    scale = sigma or float(np.median(spread)) / 4
+    white = min(np.median(rounding) ** 2 / 12 / scale**2, 0.5) if scale > 0 else 0.0
+    return inference.fit_noise(pieces, step, sigma=sigma, white=float(white))
 
 
-def _of_static(static, step, what):
-    """(Correlated, pool of whitened samples) of a body at rest, or (None, None)."""
+def _of_static(static, step, what, pool, length=150):
+    """(Correlated of a body at rest or None, whitened samples: of positions where there are any)."""
     series = []
     for times, values in _values(static, what):
         times, values = _cleaned(times, values)
-        series.append((times, values, np.ones((len(times), 1))))
+        for part in np.array_split(np.arange(len(times)), max(len(times) // length, 1)):
+            series.append((times[part], values[part], np.ones((len(part), 1))))
     if not series:
-        return None, None
+        return None, pool
+    if sum(float(np.var(values)) for _, values, _ in series) == 0:
+        return None, pool
     found = inference.fit_noise(series, step)
     white = []
     for times, values, ones in series:
-        links = inference.chain(np.zeros(len(times), int), times, np.full(len(times), found.sigma), found.rho, step)
-        white.append(inference.project_out(inference.basis(inference.whiten(links, ones)), inference.whiten(links, values)))
+        inverse = inference.factor(times, found.rho, found.white, step)[1]
+        white.append(inference.project_out(inference.basis(inverse @ ones), inverse @ values))
     white = np.concatenate(white)
-    return found, (white / np.std(white) if len(white) >= 200 else None)
+    return found, pool if pool is not None or len(white) < 200 else white / np.std(white)
 
 
 def _of_replicates(trials, step):

@@ -148,7 +148,8 @@ class Search:
 
     def coloured(self, residuals):
         """White residuals turned back into residuals in units of sigma, list of (n_i,)."""
-        return [colour(recording.links, part) for recording, part in zip(self.problem.recordings, residuals, strict=True)]
+        return [inference.colour(recording.links, part) / recording.links.sigma
+                for recording, part in zip(self.problem.recordings, residuals, strict=True)]
 
     def decide(self, trials):
         """Fill in `fails`: the rules each refitted candidate breaks."""
@@ -236,8 +237,14 @@ class Search:
             terms = fits[-1].model.terms
             allowed = [trial for trial in trials.values() if trial.fit is not None and not trial.fails
                        and not self._same_form(trial.candidate.name, terms)]
-            if not allowed or len(terms) >= MOST_TERMS:
+            if len(terms) >= MOST_TERMS:
                 break
+            if not allowed:
+                pair = self.hidden_pair(fits[-1], trials) if len(terms) < MOST_TERMS - 1 else []
+                if not pair:
+                    break
+                fits += pair
+                continue
             best = max(allowed, key=lambda trial: (round(trial.gain - trial.price, 6), trial.candidate.name))
             best = self.simplest_form(best, allowed)
             fits.append(best.fit)
@@ -247,6 +254,64 @@ class Search:
                 if len(fits) > 2 * MOST_TERMS + 2:
                     break
         return fits, rounds
+
+    def hidden_pair(self, fit, trials):
+        """Fits with two more terms, each worthless on held-out data until the other is in, or [].
+
+        Only where a candidate points at the residual strongly and fails for its held-out error alone: two effects at once
+        spoil each other's numbers in one half of the recordings.
+        """
+        pointing = [trial for trial in trials.values() if trial.fit is not None and trial.fails and not self.out_of_bounds(trial)
+                    and trial.gain > 2 * trial.price * max(trial.fit.chi2 / trial.fit.freedom, 1.0)
+                    and not self.contradicts(trial.fit) and not self._same_form(trial.candidate.name, fit.model.terms)]
+        for first in sorted(pointing, key=lambda trial: (-(trial.gain - trial.price), trial.candidate.name))[:2]:
+            seconds = [trial for trial in self.round(first.fit).values() if trial.fit is not None and not trial.fails
+                       and not self._same_form(trial.candidate.name, first.fit.model.terms)]
+            if not seconds:
+                continue
+            second = max(seconds, key=lambda trial: (round(trial.gain - trial.price, 6), trial.candidate.name))
+            alone = self.problem.fit(second.fit.model.without(len(fit.model.terms)), second.fit.starts)
+            check = Trial_(first.candidate, price=first.price, visible=1.0)
+            self.judge(alone, first.candidate, second.fit, check)
+            good = check.gain > check.price and (not self.folds.possible or check.falls > 0.02 and (
+                min(check.directions) > 0.02 if self.folds.few else check.p < 0.05 / len(trials)))
+            if good:
+                return [first.fit, second.fit]
+        return []
+
+    def swapped(self, fit):
+        """The fit with terms replaced by others that explain as much with fewer numbers, or more with as many; at most three."""
+        for _ in range(MOST_TERMS):
+            better = None
+            for index, term in enumerate(fit.model.terms):
+                without = self.problem.fit(fit.model.without(index), fit.starts)
+                for entry, other in self.replacements(without, fit, term):
+                    gain = (fit.chi2 - other.chi2) + (len(term.candidate.free) - len(entry.free)) * self._log_count()
+                    if gain > 2.0 and not self.out_of_bounds(Trial_(entry, fit=other)) and not self.contradicts(other) and (
+                            self._holds_out(without, other)) and (better is None or gain > better[0]):
+                        better = gain, other
+            if better is None:
+                return fit
+            fit = better[1]
+        return fit
+
+    def replacements(self, without, fit, term):
+        """[(candidate, fit with it in place of the term)] for candidates whose linear gain comes near the term's."""
+        r = np.concatenate(without.linear.projected[0])
+        q_now = inference.basis(np.concatenate(without.linear.projected[1]))
+        r = inference.project_out(q_now, r)
+        needed = 0.7 * (without.chi2 - fit.chi2 - len(term.candidate.free) * self._log_count())
+        found = []
+        for entry in self.candidates:
+            if entry.name in fit.model.names or self._same_form(entry.name, fit.model.terms):
+                continue
+            signature = self.screen(without, entry)
+            if signature is None:
+                continue
+            s = inference.project_out(q_now, np.concatenate(signature))
+            if inference.least_squares(s, r).gain - len(entry.free) * self._log_count() > needed:
+                found.append((entry, self.refit(without, entry)))
+        return found
 
     def contradicts(self, fit):
         """Does the newest term deny what the file states (lift of a fluid far denser), and without mending the model?"""
@@ -347,16 +412,6 @@ class Search:
         columns = np.concatenate(fit.linear.projected[1])
         others = np.delete(columns, np.arange(start, start + counts[index]), axis=1)
         return inference.project_out(inference.basis(others), columns[:, start:start + counts[index]])
-
-
-def colour(links, white):
-    """The inverse of whitening, in units of sigma: (n,) -> (n,)."""
-    sigma = links.scale / np.sqrt(np.maximum(1 - links.decay**2, 1e-12))
-    values = links.scale * white
-    for k, before in enumerate(links.previous):
-        if before >= 0:
-            values[k] += links.decay[k] * values[before]
-    return values / sigma
 
 
 def _rms(parts):

@@ -134,7 +134,7 @@ def refine(problem, base):
 
 def recording_scale(recording):
     """1/sigma of every observation of a recording, (n,)."""
-    return np.sqrt(np.maximum(1 - recording.links.decay**2, 1e-12)) / recording.links.scale
+    return 1 / recording.links.sigma
 
 
 def observations(problem, fit):
@@ -175,6 +175,6 @@ def judge(problem, fit):
     s_all = np.concatenate(s)
     r_all = inference.project_out(inference.basis(s_all), np.concatenate(r))
     cuts = np.cumsum([len(part) for part in r])[:-1]
-    verdict = inference.adequacy(np.split(r_all, cuts), [recording.links for recording in problem.recordings], fit.linear.n, s,
-                                 partitions(table), problem.noise.errors(), pool=problem.noise.pool)
+    draw = problem.noise.drawer(problem.recordings)
+    verdict = inference.adequacy(np.split(r_all, cuts), fit.linear.n, s, partitions(table), draw)
     return verdict, table
