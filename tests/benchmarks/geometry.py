@@ -113,7 +113,7 @@ def deepest_overlap(form, planes, margin, position, orientation, fixed):
     """
     moving = ~np.asarray(fixed)
     if form.radius > 0:
-        pairs = np.array(sorted(cKDTree(position).query_pairs(2.1 * form.radius))).reshape(-1, 2)
+        pairs = np.array(sorted(cKDTree(position).query_pairs(2.1 * form.radius)), dtype=int).reshape(-1, 2)
         distance = np.linalg.norm(position[pairs[:, 0]] - position[pairs[:, 1]], axis=1) - 2 * form.radius
         to_plane = [position @ np.asarray(normal) - height - form.radius for normal, height in planes]
         return max(0.0, *(-np.concatenate([distance, *to_plane])))

@@ -73,7 +73,7 @@ def cube_of_spheres(spacing, **settings):
 
 def sum_of_squared_overlaps(position):
     """Over pairs and the floor [m2]; spheres R = 0.1 m."""
-    pairs = np.array(sorted(cKDTree(position).query_pairs(0.2))).reshape(-1, 2)
+    pairs = np.array(sorted(cKDTree(position).query_pairs(0.2)), dtype=int).reshape(-1, 2)
     depth = 0.2 - np.linalg.norm(position[pairs[:, 0]] - position[pairs[:, 1]], axis=1)
     floor = np.maximum(0.1 - position[:, 2], 0.0)
     return (depth**2).sum() + (floor**2).sum()
