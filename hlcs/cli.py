@@ -26,7 +26,12 @@ def commands():
 @click.option("--seed", type=int, default=1, show_default=True, help="of the orientations")
 @example("hlcs demo --out out")
 def demo(seed, out, json_file, quiet):
-    """The main job in under a minute: five layers of Cubipods on the TPG grid, beside the laboratory's."""
+    """The main job in under a minute, beside the laboratory.
+
+    A five-layer placement test of Cubipods on the triangular grid, with the settings of the paper. In --out: layers.csv,
+    result.json, report.html (one file, opens offline), scene.glb, structure.png, poses.npz, and settings.toml, which
+    `hlcs place` repeats exactly.
+    """
     _place(PlacementTest(seed=seed), out, json_file, quiet)
 
 
@@ -36,7 +41,10 @@ def demo(seed, out, json_file, quiet):
 @output_options
 @example("hlcs place --grid RPG --layers 3 --friction 0.36 --out out", "hlcs place out/settings.toml")
 def place(file, out, json_file, quiet, **settings):
-    """One placement test; options win over what stands in TEST.toml."""
+    """One placement test, from a file, options, or both.
+
+    TEST.toml has a table [placement] with the names below, such as falling_distance = 0.25. Options win over it.
+    """
     from hlcs.placement_files import make_placement, read_placement_file
 
     _place(read_placement_file(file, **settings) if file else make_placement(settings), out, json_file, quiet)
@@ -64,7 +72,7 @@ def _place(test, out, json_file, quiet):
 @click.option("--repeats", type=click.IntRange(1, 10_000), help="tests a case; 5, for table1 1")
 @workers_option
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="of the first test; the others follow")
-@click.option("--friction", type=float, help="of a contact; left out: 0.36, which Bullet makes of 0.6, and 0.6 beside it")
+@click.option("--friction", type=float, help="of a contact; left out: both 0.36, which is what Bullet makes of 0.6, and 0.6")
 @click.option("--margin", type=float, help="collision margin round each unit, in Dn  [default: 0]")
 @click.option("--shape", type=click.Choice(["pieces", "hull"]), help="the true unit or its convex hull  [default: pieces]")
 @click.option("--rows", type=int, help="of the first layer  [default: 8]")
@@ -73,7 +81,7 @@ def _place(test, out, json_file, quiet):
 @output_options
 @example("hlcs reproduce table2 --repeats 5 --json t2.json", "hlcs reproduce figures --out docs/images")
 def reproduce(table, repeats, workers, seed, out, json_file, quiet, **settings):
-    """The paper's results, printed beside its physical and numerical columns.
+    """The paper's tables and figures, beside its own columns.
 
     table1: sensitivity, three layers, one parameter at a time. table2: RPG and TPG on a flat bottom. table3: TPG on a 4 % slope.
     blind: layer against blind reference. figures: the true unit beside its hull, the plot and the picture of the README.
@@ -101,10 +109,10 @@ def compare(file, out, json_file, quiet):
     from hlcs.compare import compare as compare_file
 
     comparison = compare_file(file)
-    if not quiet:
-        click.echo(comparison.summary())
     if out:
         comparison.save(out)
+    if not quiet:
+        click.echo(comparison.summary())
     publish(comparison.to_json(), json_file, out, quiet)
 
 
@@ -118,7 +126,7 @@ def compare(file, out, json_file, quiet):
 @output_options
 @example("hlcs diagnose drop.toml --plots plots --json drop.json")
 def diagnose(file, candidates, effects_file, plots, seed, workers, out, json_file, quiet):
-    """Which effect is missing, how sure is that, and how the error falls once it is added."""
+    """Which effect is missing, and how sure is that."""
     from hlcs.diagnose import diagnose as diagnose_file
 
     names = [name.strip() for name in candidates.split(",") if name.strip()] if candidates is not None else None
@@ -138,7 +146,7 @@ def diagnose(file, candidates, effects_file, plots, seed, workers, out, json_fil
 @output_options
 @example("hlcs sweep friction.toml --store runs.sqlite --workers 4 --out out")
 def sweep(file, store, workers, dask, out, json_file, quiet):
-    """Every combination of some settings; kill it and start it again, it goes on.
+    """Many runs; killed and started again, it goes on.
 
     SWEEP.toml has [placement] with what all runs share, as in `hlcs place`, and [sweep] with lists, such as
     friction = [0.3, 0.6] and seed = [1, 2, 3].
@@ -160,7 +168,10 @@ def sweep(file, store, workers, dask, out, json_file, quiet):
 @output_options
 @example("hlcs doctor")
 def doctor(out, json_file, quiet):
-    """Versions, optional parts, and a ten-second self-test of the engine and the collision library."""
+    """Versions, optional parts, and a ten-second self-test.
+
+    The self-test asks the collision library, the engine, and one small placement test. Exit status 1 if it fails.
+    """
     from hlcs import doctor as examination
 
     report = examination.examine()
@@ -176,7 +187,7 @@ def doctor(out, json_file, quiet):
 
 @commands.group()
 def mystery():
-    """Data sets with a hidden effect: diagnose one, then have its secret told."""
+    """Data sets with a hidden effect, to be found."""
 
 
 @mystery.command("list")

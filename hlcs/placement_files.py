@@ -56,9 +56,14 @@ def checked_table(file, skipped=()):
         table = {**table, "bottom": _at(file, "bottom", parse_bottom, table["bottom"], file.path.parent)}
     for key in table:  # one by one first, so that the complaint can name the line
         if key not in skipped:
-            others = _size(table) if key == "layers" else {"layers": 1}
-            _at(file, key, make_placement, {**others, key: table[key]})
+            check_value(file, "placement", key, table[key], _size(table))
     return table
+
+
+def check_value(file, section, key, value, size=None):
+    """InputError that names the line where a value under `section` of a TomlFile can be no setting; size: rows and columns."""
+    others = size or {} if key == "layers" else {"layers": 1}
+    _at(file, key, make_placement, {**others, key: value}, section=section)
 
 
 def make_placement(table):
@@ -139,11 +144,11 @@ def _size(table):
     return {key: table[key] for key in ("rows", "columns") if isinstance(table.get(key), int)}
 
 
-def _at(file, key, make, *arguments):
+def _at(file, key, make, *arguments, section="placement"):
     """make(*arguments); its complaint gets the file and, where the key is known, the line."""
     try:
         return make(*arguments)
     except InputError as problem:
-        line = file.line_of(key, "placement") if key else None
+        line = file.line_of(key, section) if key else None
         where = f"{file.path}, line {line}" if line else f"{Path(file.path)}"
         raise InputError(f"{where}: {problem}") from None

@@ -5,11 +5,10 @@ import numpy as np
 from hlcs import statistics
 from hlcs.tables import laboratory, paper_numerical
 
-FRICTION_NOTE = (
-    "Two contact frictions stand side by side. Bullet multiplies the values of two bodies, so the 0.6 that the paper calibrated,\n"
-    "typed on every body, acted as 0.36 between them. 0.36 is the default, because it is what the paper's model ran with and was\n"
-    "tuned by; 0.6 is what the same number means as Coulomb's coefficient of the contact (Eq. 9)."
-)
+FRICTION_NOTE = """\
+Two contact frictions stand side by side. Bullet multiplies the values of two bodies, so the 0.6 that the paper calibrated,
+typed on every body, acted as 0.36 between them. 0.36 is the default, because it is what the paper's model ran with and was
+tuned by; 0.6 is what the same number means as Coulomb's coefficient of the contact (Eq. 9)."""
 
 
 def text_of(document):
@@ -64,9 +63,9 @@ def table1_text(document):
     printed = paper_numerical("table2", grid="RPG").mean[:3]
     own = statistics.mean_relative_error(laboratory("table2", grid="RPG").mean[:3], printed)
     low, high = 100 * document["lowest_error"], 100 * document["highest_error"]
-    lines += [f"mean relative error from {low:.2f} to {high:.2f} %; the paper prints 1.9 to 7.6 %, though its Table 2 gives",
-              f"{100 * own:.2f} % for these three layers.",
-              "friction: of the contact; 0.36, 0.49 and 0.64 are what Bullet makes of the printed 0.6, 0.7 and 0.8 on both bodies.",
+    lines += [f"mean relative error from {low:.2f} to {high:.2f} %; the paper prints 1.9 to 7.6 %,",
+              f"though its Table 2 gives {100 * own:.2f} % for these three layers.",
+              "friction is the contact's: 0.36, 0.49, 0.64 are what Bullet makes of the printed 0.6, 0.7, 0.8 on both bodies.",
               "side = 2 m is the printed Dn = 2.14 m; side = 1.5 m, printed beside it, is Dn = 1.60 m: both are run.",
               "linear damping = 1 stops every body at each step (Eq. 6): it sinks at g dt, so its result hangs on the time step."]
     return "\n".join([*lines, "", _settings_line(document)])
@@ -117,5 +116,5 @@ def _settings_line(document):
     settings, seeds = document["settings"], document["seeds"]
     return (f"Settings: shape {settings['shape']}, contact friction {settings['friction']:g}, restitution "
             f"{settings['restitution']:g}, margin {settings['margin']:g} Dn,\n"
-            f"falling distance {settings['falling_distance']:g} Dn, side {settings['side']:g} m, time step 1/{1 / settings['time_step']:.0f} s, "
-            f"seeds {seeds[0]} to {seeds[-1]}")
+            f"falling distance {settings['falling_distance']:g} Dn, side {settings['side']:g} m, time step "
+            f"1/{1 / settings['time_step']:.0f} s, seeds {seeds[0]} to {seeds[-1]}")

@@ -18,7 +18,7 @@ from hlcs import files, parallel
 from hlcs.bottoms import parse_bottom
 from hlcs.experiment import PlacementTest
 from hlcs.layer_compare import compare_layers, laboratory_for, repeated
-from hlcs.placement_files import KEYS, SURVEY_FILE, bottom_words, checked_table, make_placement, placement_table, survey_csv
+from hlcs.placement_files import KEYS, SURVEY_FILE, bottom_words, check_value, checked_table, make_placement, placement_table, survey_csv
 from hlcs.store import Store, key_of
 from hlcs.toml_files import TomlFile
 from minibullet.errors import InputError
@@ -50,6 +50,8 @@ def read_sweep_file(path):
             file.fail(name, f"must be a list of one value or more, got {values!r}", "sweep")
         if name in file.values.get("placement", {}):
             file.fail(name, "stands under [placement] too; leave one of the two out", "sweep")
+        for value in values if name != "layers" else ():
+            check_value(file, "sweep", name, _with_bottom({name: value}, file)[name])
     count = int(np.prod([len(values) for values in table.values()], dtype=float))
     if count > MOST_RUNS:
         raise InputError(f"{file.path}: {count} runs; at most {MOST_RUNS}: shorten a list of [sweep]")
