@@ -93,49 +93,55 @@ def newton(rows, q, friction, impulse, rho, smoothing, goal, iterations, progres
     return impulse, error <= goal, iterations
 
 
-def follow_path(rows, q, friction, impulse, progress, rho=10.0, alpha=1e-7, smoothing=1.0, failures=6):
+def follow_path(rows, q, friction, impulse, progress, rho=10.0, alpha=1e-7, smoothing=1.0, attempt=150):
     """Follow the central path of the smoothed law to smoothing 0, stepping back where Newton's method fails."""
-    failed = 0
-    for _ in range(200):
+    last = progress.spent + attempt
+    while progress.spent < last and not progress.over:
         shifted_rows, shifted_q = regularised(rows, q, alpha, impulse)
         goal = 0.1 * smoothing * np.sqrt(len(friction))
         impulse, reached, used = newton(shifted_rows, shifted_q, friction, impulse, rho, smoothing, goal, 8, progress)
         progress.judge(impulse)
-        failed = 0 if reached else failed + 1
-        if progress.over or failed > failures:
-            break
         smoothing = max(smoothing * (0.2 if used < 4 else 0.5), 1e-13) if reached else 2.0 * smoothing
 
 
 def proximal_loop(rows, q, friction, impulse, progress, rho=30.0, alpha=1e-2, outer=100):
-    """Proximal point algorithm: alpha falls while Newton's method reaches its goal and grows where it does not."""
-    centre, here, size = impulse, progress.judge(impulse), np.linalg.norm(q)
+    """Proximal point algorithm: alpha falls while Newton's method reaches its goal and grows where it does not.
+
+    `fall`, the factor of the next decrease of alpha, grows after hard solves: otherwise alpha would bounce on its floor.
+    """
+    centre, here, size, fall = impulse, progress.judge(impulse), np.linalg.norm(q), 0.2
     for _ in range(outer):
         shifted_rows, shifted_q = regularised(rows, q, alpha, centre)
         goal = size * max(1e-14, 1e-2 * min(progress.best, 1e-2))
-        following, reached, _ = newton(shifted_rows, shifted_q, friction, centre, rho, 0.0, goal, 30, progress)
-        for _ in range(2):
+        following, reached, used = newton(shifted_rows, shifted_q, friction, centre, rho, 0.0, goal, 30, progress)
+        easy = reached and used <= 8
+        for other_rho in (0.3 * rho, 3.0 * rho):
             if reached:
                 break
-            # a few sweeps move the iterate off the kink that stopped the line search
+            # a few sweeps move the iterate off the kink that stopped the line search; another rho has its kinks elsewhere
             following = into_cone(friction, following)
             gauss_seidel(*shifted_rows, shifted_q, friction, following, 50)
-            following, reached, _ = newton(shifted_rows, shifted_q, friction, following, rho, 0.0, goal, 30, progress)
+            following, reached, _ = newton(shifted_rows, shifted_q, friction, following, other_rho, 0.0, goal, 30, progress)
         there = progress.judge(following)
         if progress.over:
             break
         if reached or there < here:
             centre, here = following, there
-        alpha = max(0.2 * alpha, 1e-9) if reached else min(10.0 * alpha, 1e2)
+        if reached:
+            alpha = max(fall * alpha, 1e-9)
+            fall = max(0.7 * fall, 0.1) if easy else min(1.3 * fall, 0.7)
+        else:
+            alpha = min(5.0 * alpha, 1e2)
+            fall = min(2.0 * fall, 0.7)
 
 
-def solve_scaled(rows, q, friction, impulse, residual, tolerance, steps=2000):
-    """Both methods in turn from the best point so far: (impulse, residual, Newton steps)."""
+def solve_scaled(rows, q, friction, impulse, residual, tolerance, steps):
+    """The path first, then the proximal loop with one scale rho of the equations after another: (impulse, residual, steps)."""
     progress = Progress(residual, impulse, tolerance, steps)
-    first = impulse
-    follow_path(rows, q, friction, first, progress)
-    for rho in (30.0, 100.0, 10.0, 1.0):
-        if progress.over:
-            break
-        proximal_loop(rows, q, friction, progress.impulse, progress, rho)
+    follow_path(rows, q, friction, impulse, progress)
+    if not progress.over:
+        proximal_loop(rows, q, friction, impulse, progress)
+    for rho in (100.0, 10.0):
+        if not progress.over:
+            proximal_loop(rows, q, friction, progress.impulse, progress, rho)
     return progress.impulse, progress.best, progress.spent
