@@ -18,7 +18,16 @@ from hlcs import files, parallel
 from hlcs.bottoms import parse_bottom
 from hlcs.experiment import PlacementTest
 from hlcs.layer_compare import compare_layers, laboratory_for, repeated
-from hlcs.placement_files import KEYS, SURVEY_FILE, bottom_words, check_value, checked_table, make_placement, placement_table, survey_csv
+from hlcs.placement_files import (
+    KEYS,
+    SURVEY_FILE,
+    bottom_words,
+    check_value,
+    checked_table,
+    make_placement,
+    placement_table,
+    survey_csv,
+)
 from hlcs.store import Store, key_of
 from hlcs.toml_files import TomlFile
 from minibullet.errors import InputError
