@@ -78,7 +78,7 @@ def compare(path, *others, **options):
     With a result and a laboratory table in place of a path, the table of layer coefficients beside each other.
     """
     if others or not isinstance(path, str) and not hasattr(path, "__fspath__"):
-        from .layer_data import compare_layers
+        from .layer_compare import compare_layers
 
         return compare_layers(path, *others, **options)
     file = read_experiment_file(path)
