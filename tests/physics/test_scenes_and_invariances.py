@@ -116,6 +116,9 @@ def test_case_40_elastic_spheres_keep_their_energy(record_case, gravity):
     record_case(40, f"{name}: energy, relative rms", np.sqrt(np.mean(np.square(errors))), 1e-3, peer="up to 66 %")
 
 
+POURED = "poured under gravity between flat walls, not compressed evenly in a periodic cell as in the reference"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("friction", "fraction", "coordination", "peer"),
                          [(0.0, 0.639, 6.0, ("0.633", "5.96")), (0.3, 0.593, 4.5, ("0.590 (mu 0.5)", "5.3 (mu 0.5)"))])
@@ -123,7 +126,7 @@ def test_case_41_packing_of_spheres(record_case, friction, fraction, coordinatio
     """600 spheres poured into a square well: fraction and coordination (rattlers left out) away from walls, floor and top."""
     width, radius = 1.6, 0.1
     generator = np.random.default_rng(41)
-    world = sw.make(friction=friction)
+    world = sw.make(friction=friction, solver="gauss_seidel", tolerance=1e-6)  # averages do not need 1e-8
     world.add_plane()
     for axis in (0, 1):
         for normal, height in ((1.0, 0.0), (-1.0, -width)):
@@ -139,12 +142,13 @@ def test_case_41_packing_of_spheres(record_case, friction, fraction, coordinatio
     low, high = 3 * radius, np.array([width - 3 * radius, width - 3 * radius, np.quantile(position[:, 2], 0.85)])
     probes = generator.uniform(low, high, (200_000, 3))
     measured = np.mean(cKDTree(position).query(probes)[0] < radius)
-    record_case(41, f"packing, mu = {friction:g}: solid fraction less {fraction}", measured - fraction, 0.01, peer=peer[0])
+    record_case(41, f"packing, mu = {friction:g}: solid fraction less {fraction}", measured - fraction, 0.01, peer=peer[0],
+                reason=POURED)
     pairs = np.array(sorted(cKDTree(position).query_pairs(2 * radius * (1 + 1e-4))))
     touching = np.bincount(pairs.ravel(), minlength=600)
     inside = np.all((position > low) & (position < high), axis=1) & (touching >= (4 if friction == 0 else 2))
     record_case(41, f"packing, mu = {friction:g}: coordination less {coordination}", touching[inside].mean() - coordination, 0.2,
-                peer=peer[1])
+                peer=peer[1], reason=POURED)
 
 
 @pytest.mark.parametrize("power", [1, 2, 3, 4])
