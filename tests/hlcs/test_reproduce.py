@@ -1,0 +1,108 @@
+"""Reproducing the paper: the JSON of the contract, the same numbers whatever the workers, the settings that are varied."""
+
+import numpy as np
+import pytest
+
+from hlcs import InputError, files, parallel, reproduce
+from hlcs.reproduce import Plan
+from hlcs.reproduce_text import text_of
+
+SMALL = {"rows": 3, "columns": 3, "layers": 2}
+
+
+def without_time(value):
+    """The document without what a clock or a machine says."""
+    if isinstance(value, dict):
+        return {key: without_time(entry) for key, entry in value.items() if key not in ("wall_seconds_per_test", "versions")}
+    return [without_time(entry) for entry in value] if isinstance(value, list) else value
+
+
+@pytest.fixture(scope="module")
+def table2():
+    return reproduce.table2(Plan(SMALL | {"friction": 0.36}, repeats=2, workers=1))
+
+
+def test_table2_has_the_fields_of_the_contract(table2):
+    assert {"format", "table", "repeats", "seeds", "grids", "settings", "versions"} <= set(table2)
+    assert (table2["table"], table2["repeats"], table2["seeds"]) == ("table2", 2, [1, 2])
+    assert list(table2["grids"]) == ["RPG", "TPG"]
+    for grid in table2["grids"].values():
+        assert set(grid) == {"layers", "mean_relative_error", "signed_bias", "height_over_dn", "height_error", "porosity",
+                             "units", "lost_units", "unsettled_units", "max_penetration_over_dn", "wall_seconds_per_test"}
+        assert set(grid["layers"][0]) == {"layer", "mean", "cv", "tests", "relative_error"}
+        assert grid["units"] == 13
+        errors = [row["relative_error"] for row in grid["layers"]]
+        assert grid["mean_relative_error"] == pytest.approx(np.mean(errors), rel=1e-12)
+    files.to_json(table2)  # strict JSON
+
+
+def test_the_printed_table_stands_beside_the_paper_s_columns(table2):
+    text = text_of(table2)
+    for word in ("laboratory", "paper, numerical", "model, friction 0.36", "1.319 (0.005)", "1.317 (0.000)", "eps_R %"):
+        assert word in text
+
+
+def test_two_frictions_stand_side_by_side_unless_one_is_chosen():
+    assert Plan({}).frictions == (Plan({}).test().friction, *(f for f in (0.36, 0.6) if f != Plan({}).test().friction))
+    assert Plan({"friction": 0.5}).frictions == (0.5,)
+    document = reproduce.table3(Plan({"rows": 2, "columns": 2, "layers": 1}, repeats=1, workers=1))
+    assert [other["friction"] for other in document["other_frictions"]] == [f for f in (0.36, 0.6)
+                                                                           if f != document["settings"]["friction"]]
+    assert "Bullet multiplies" in text_of(document)
+    assert document["grids"]["TPG"]["layers"][0]["cv"] is not None  # NaN here, null in the file
+
+
+def test_workers_change_nothing_but_the_clock(table2):
+    other = reproduce.table2(Plan(SMALL | {"friction": 0.36}, repeats=2, workers=2))
+    assert without_time(other) == without_time(table2)
+
+
+def test_sensitivity_runs_every_value_of_table_1_once(monkeypatch):
+    """One parameter at a time about the default; L = 2.0 beside 1.5; equal tests run once."""
+    asked = []
+
+    class Done(Exception):
+        pass
+
+    def stop(tests, plan, progress):
+        asked.extend(tests)
+        raise Done
+
+    monkeypatch.setattr(reproduce, "_run", stop)
+    with pytest.raises(Done):
+        reproduce.table1(Plan({}))
+    base = Plan({}).test(grid="RPG", layers=3, rows=10, columns=10)
+    assert len(asked) == len(set(asked)) and base in asked
+    assert {test.side for test in asked} == {0.5, 1.0, 1.5, 2.0}
+    assert {0.6, 0.7, 0.8, 0.36} <= {test.friction for test in asked}
+    assert {test.falling_distance for test in asked} == {0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40}
+    for test in asked:
+        names = ("friction", "restitution", "linear_damping", "angular_damping", "margin", "falling_distance", "side")
+        assert sum(getattr(test, name) != getattr(base, name) for name in names) <= 1
+
+
+def test_blind_placement_tells_drift_and_lost_units():
+    document = reproduce.blind(Plan(SMALL, repeats=1, workers=1))
+    assert [(case["bottom_slope"], case["reference"]) for case in document["cases"]] == [
+        (0.0, "layer"), (0.0, "blind"), (0.04, "layer"), (0.04, "blind")]
+    for case in document["cases"]:
+        assert len(case["drift_over_dn"]) == 2 and case["drift_over_dn"][0] < 0.1
+    assert "misplaced" in text_of(document)
+
+
+def test_units_that_lie_on_their_aim_have_no_miss(small_result):
+    """Layer 1 is laid, not dropped: it may settle by a hair, far less than 0.01 Dn."""
+    missed = reproduce.miss(small_result)
+    assert [len(layer) for layer in missed] == [9, 4]
+    assert np.abs(missed[0]).max() < 0.01
+
+
+def test_more_or_less_than_one_process_is_a_whole_number():
+    with pytest.raises(InputError, match="workers = 0"):
+        list(parallel.each(abs, [1], workers=0))
+    assert parallel.in_order(abs, [-1, -2, -3], workers=2) == [1, 2, 3]
+
+
+def test_a_failure_in_a_process_is_the_caller_s():
+    with pytest.raises(TypeError):
+        list(parallel.each(abs, ["text", "text"], workers=2))

@@ -1,0 +1,129 @@
+"""Sweeps: every combination once, kept as it ends, gone on with after a kill; bad files and stores refused."""
+
+import json
+import sqlite3
+
+import pytest
+
+from hlcs import InputError, sweep
+from hlcs.store import Store, key_of
+
+TEXT = """
+title = "friction"
+[placement]
+layers = 1
+rows = 2
+columns = 2
+[sweep]
+friction = [0.3, 0.6]
+seed = [1, 2]
+"""
+
+
+@pytest.fixture
+def plan(tmp_path):
+    path = tmp_path / "sweep.toml"
+    path.write_text(TEXT)
+    return sweep.read_sweep_file(path)
+
+
+def test_every_combination_stands_once_in_the_order_of_the_file(plan):
+    assert plan.names == ("friction", "seed")
+    assert plan.values == ((0.3, 1), (0.3, 2), (0.6, 1), (0.6, 2))
+    assert [(test.friction, test.seed, test.rows) for test in plan.tests] == [(0.3, 1, 2), (0.3, 2, 2), (0.6, 1, 2), (0.6, 2, 2)]
+
+
+def test_a_sweep_that_was_killed_goes_on_with_what_is_missing(plan, tmp_path, monkeypatch):
+    whole = sweep.run_sweep(plan, tmp_path / "whole.sqlite", workers=1)
+    run, count = sweep.run_one, []
+
+    def killed_at_the_third(test):
+        count.append(test)
+        if len(count) == 3:
+            raise KeyboardInterrupt
+        return run(test)
+
+    monkeypatch.setattr(sweep, "run_one", killed_at_the_third)
+    with pytest.raises(KeyboardInterrupt):
+        sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
+    monkeypatch.setattr(sweep, "run_one", run)
+    again = sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
+    assert (again["ran"], again["kept"]) == (2, 2)
+    numbers = [[{key: value for key, value in row.items() if key != "wall_seconds"} for row in outcome["rows"]]
+               for outcome in (whole, again)]
+    assert numbers[0] == numbers[1]
+    third = sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
+    assert (third["ran"], third["kept"]) == (0, 4)
+
+
+def test_repeats_are_summarised_over_their_seeds(plan, tmp_path):
+    outcome = sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
+    rows = sweep.summary_rows(plan, outcome["rows"])
+    assert [(row["friction"], row["tests"]) for row in rows] == [(0.3, 2), (0.6, 2)]
+    assert rows[0]["k1"] == pytest.approx(1.298, abs=1e-3)
+    assert "0 found in the store" in sweep.summary_text(plan, outcome)
+    sweep.write_sweep(plan, outcome, tmp_path)
+    assert json.loads((tmp_path / "sweep.json").read_text())["ran"] == 4
+    assert (tmp_path / "runs.csv").read_text().splitlines()[0].startswith("friction,seed,k1")
+
+
+def test_a_run_that_physics_refuses_is_told_and_the_others_go_on(tmp_path):
+    """At a spacing of 0.9 Dn units of 1.4 Dn have no room side by side."""
+    path = tmp_path / "sweep.toml"
+    path.write_text('[placement]\nlayers = 1\nrows = 2\ncolumns = 2\n[sweep]\ngrid = ["0.3,0.3", "1.5,1.5"]\n')
+    plan = sweep.read_sweep_file(path)
+    outcome = sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
+    good = [row for row in outcome["rows"] if "error" not in row]
+    assert good and good[-1]["grid"] == "1.5,1.5"
+    sweep.summary_text(plan, outcome)
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("[placement]\n", ("[sweep] is missing",)),
+    ("[sweep]\nfrction = [1]\n", ("line 2", "frction", "'friction'")),
+    ("[sweep]\nfriction = 0.6\n", ("line 2", "friction", "list")),
+    ("[sweep]\nfriction = [0.6, -1]\n", ("line 2", "friction = -1", ">= 0")),
+    ("[placement]\nfriction = 0.1\n[sweep]\nfriction = [0.6]\n", ("friction", "[placement] too")),
+    ("[placement]\nrows = 2\n[sweep]\nlayers = [2, 3]\n", ("layers = 3", "at most 2 layers")),
+    ("[sweep]\nseed = [1, 2]\nrows = []\n", ("line 3", "rows", "list")),
+])
+def test_complaints_name_file_key_and_remedy(tmp_path, text, words):
+    path = tmp_path / "sweep.toml"
+    path.write_text(text)
+    with pytest.raises(InputError) as refusal:
+        sweep.read_sweep_file(path)
+    for word in ("sweep.toml", *words):
+        assert word in str(refusal.value)
+
+
+def test_the_key_of_a_run_hangs_on_its_settings_alone():
+    assert key_of({"a": 1, "b": 2.5}) == key_of({"b": 2.5, "a": 1}) != key_of({"a": 1, "b": 2.6})
+
+
+def test_a_store_keeps_the_first_result_of_a_run(tmp_path):
+    with Store(tmp_path / "new" / "runs.sqlite") as store:
+        store.add({"a": 1}, {"k": 1.0})
+        store.add({"a": 1}, {"k": 2.0})
+        assert len(store) == 1 and store.result(key_of({"a": 1})) == {"k": 1.0}
+        assert key_of({"a": 1}) in store and key_of({"a": 2}) not in store and store.result("none") is None
+
+
+def test_files_that_are_no_stores_are_refused_and_left_alone(tmp_path):
+    text = tmp_path / "notes.txt"
+    text.write_text("not a database, but long enough to be looked at by SQLite as if it were one" * 20)
+    with pytest.raises(InputError, match="notes.txt"):
+        Store(text)
+    assert text.read_text().startswith("not a database")
+    with pytest.raises(InputError, match="folder"):
+        Store(tmp_path)
+    other = tmp_path / "other.sqlite"
+    with sqlite3.connect(other) as connection:
+        connection.execute("CREATE TABLE runs (name TEXT)")
+    with pytest.raises(InputError, match="another program"):
+        Store(other)
+
+
+def test_without_dask_one_line_names_the_extra(plan, tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    with pytest.raises(InputError, match=r"pip install 'hlcs\[sweep\]'"):
+        sweep.run_sweep(plan, tmp_path / "runs.sqlite", dask="tcp://127.0.0.1:1")
