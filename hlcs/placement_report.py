@@ -63,8 +63,8 @@ def headline(result, measured):
     lost = sum(row["lost"] for row in data["layers"])
     unsettled = sum(row["unsettled"] for row in data["layers"])
     text = (f"{sum(row['units'] for row in data['layers'])} units stand {data['height_over_dn']:.3f} Dn high with a porosity of "
-            f"{data['porosity']:.3f}; {lost or 'none'} fell out of their layer, {f'{unsettled} had not' if unsettled else 'all had'} "
-            f"come to rest, and the deepest overlap was {data['max_penetration_over_dn']:.1e} Dn.")
+            f"{data['porosity']:.3f}; {lost or 'none'} fell out of their layer, "
+            f"{f'{unsettled} had not' if unsettled else 'all had'} come to rest, and the deepest overlap was {data['max_penetration_over_dn']:.1e} Dn.")
     if measured is not None:
         comparison = compare_layers(result, measured)
         text += (f" Against the laboratory the layer coefficients miss by {100 * comparison.mean_relative_error:.2f} % "
