@@ -62,9 +62,10 @@ def headline(result, measured):
     data = result.to_dict()
     lost = sum(row["lost"] for row in data["layers"])
     unsettled = sum(row["unsettled"] for row in data["layers"])
-    text = (f"{sum(row['units'] for row in data['layers'])} units stand {data['height_over_dn']:.3f} Dn high with a porosity of "
-            f"{data['porosity']:.3f}; {lost or 'none'} fell out of their layer, "
-            f"{f'{unsettled} had not' if unsettled else 'all had'} come to rest, and the deepest overlap was {data['max_penetration_over_dn']:.1e} Dn.")
+    units, rest = sum(row["units"] for row in data["layers"]), f"{unsettled} had not" if unsettled else "all had"
+    text = (f"{units} units stand {data['height_over_dn']:.3f} Dn high with a porosity of {data['porosity']:.3f}; "
+            f"{lost or 'none'} fell out of their layer, {rest} come to rest, and the deepest overlap was "
+            f"{data['max_penetration_over_dn']:.1e} Dn.")
     if measured is not None:
         comparison = compare_layers(result, measured)
         text += (f" Against the laboratory the layer coefficients miss by {100 * comparison.mean_relative_error:.2f} % "
