@@ -8,6 +8,9 @@ PLATE_SIDE = 2.0  # [Dn], the paper's
 PLATE_THICKNESS = 0.1  # [Dn], not given by the paper; no influence was found
 PLATE_DENSITY = 2300.0  # [kg/m3], not given by the paper; no influence was found
 
+MOST_TILT = np.radians(15.0)  # a plate that leans more lies on an edge of the layer, not on the layer
+MOST_SLIDE = 0.5  # [Dn]
+
 
 def plate_centres(centres, nominal_diameter, per_side=3):
     """Where plates are laid on a layer: per_side x per_side places, evenly over the inner part of its units' centres, (k, 2) [m].
@@ -23,8 +26,8 @@ def plate_centres(centres, nominal_diameter, per_side=3):
 def envelope_heights(units, bottom, centres, nominal_diameter, settings, max_time=4.0):
     """Height above the bottom of the lower face's centre of a plate laid at each of ``centres`` (k, 2) on frozen ``units`` [m], (k,).
 
-    units: handles. The plates fall on the fixed units from just above them and ignore one another; one that has not come to rest in max_time or
-    fell beside the layer reads NaN.
+    units: handles. The plates fall on the fixed units from just above them and ignore one another. A plate that has not come to rest, leans by more
+    than MOST_TILT or slid by more than MOST_SLIDE found no bed there, as over a hole or an edge: it reads NaN.
     """
     world = mb.World([mb.Gravity(9.81)], settings)
     bottom.add_to(world)
@@ -45,7 +48,7 @@ def envelope_heights(units, bottom, centres, nominal_diameter, settings, max_tim
         axis = mb.rotations.rotate(handle.orientation, np.array([0.0, 0.0, 1.0]))
         face = handle.position - 0.5 * thickness * axis
         slow = np.linalg.norm(handle.velocity) < 1e-2 * np.sqrt(9.81 * nominal_diameter)
-        flat = axis[2] > 0.8
+        flat = axis[2] > np.cos(MOST_TILT) and np.hypot(*(handle.position[:2] - centres[number])) < MOST_SLIDE * nominal_diameter
         heights[number] = face[2] - float(bottom.height(face[0], face[1])) if flat and (rest == "at_rest" or slow) else np.nan
     return heights
 

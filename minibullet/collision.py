@@ -215,7 +215,8 @@ def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, m
         kind = answers[k, 0]
         if gap > reach or kind == PLANE or kind == ROUND:
             continue
-        allowed = max(0.5 * numbers[k, 2], PATIENCE * size) if kind != DIRECTION else 0.0
+        # a free direction only has to keep corners apart; it may stay while the bodies are farther apart than they have moved
+        allowed = max(0.5 * numbers[k, 2], PATIENCE * size) if kind != DIRECTION else 0.5 * max(gap, 0.0)
         if numbers[k, 1] > allowed or (gap < -DEPTH * size and numbers[k, 1] > 0.1 * PATIENCE * size):
             ask[count] = k
             count += 1

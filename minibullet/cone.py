@@ -23,7 +23,7 @@ MACHINE_EPSILON = 2.220446049250313e-16
 def project_cone(y_n, y_1, y_2, friction):
     """Nearest point of the friction cone K to (y_n, y_1, y_2), Euclidean norm."""
     slope = sqrt(y_1 * y_1 + y_2 * y_2)
-    if slope <= friction * y_n:
+    if slope <= friction * y_n and y_n >= 0.0:
         return y_n, y_1, y_2
     if friction * slope <= -y_n:
         return 0.0, 0.0, 0.0

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from minibullet.bodies import Contacts
 from minibullet.manifolds import tangents
 
 AXES, ARM_A, ARM_B, ANSWER_A, ANSWER_B, BLOCK = 0, 9, 18, 27, 45, 63  # columns of ContactProblem.rows
@@ -28,6 +29,7 @@ class ContactProblem(NamedTuple):
     inverse_mass: np.ndarray  # inverse of mass and inertia, world frame [1/kg, 1/(kg m2)], (n, 6, 6)
     order: np.ndarray  # contacts sorted by island (m,)
     islands: np.ndarray  # first place of each island in order, and the end (i + 1,)
+    rounding: float  # velocities below this are rounding errors of the velocities themselves [m/s]
     reference_mass: float  # median mass of the moving bodies: turns impulses into velocities in every residual [kg]
 
 
@@ -149,17 +151,34 @@ def delassus(problem, contacts=None):
     return jacobian.reshape(3 * count, -1) @ answer.reshape(3 * count, -1).T, q.reshape(-1)
 
 
+@njit(cache=True)
 def into_axes(rows, vector):
     """World vectors (m, 3) in the axes of their contacts (m, 3)."""
-    return np.einsum("mij,mj->mi", rows[:, AXES:ARM_A].reshape(-1, 3, 3), vector)
+    result = np.empty_like(vector)
+    for c in range(len(rows)):
+        for i in range(3):
+            result[c, i] = rows[c, 3 * i] * vector[c, 0] + rows[c, 3 * i + 1] * vector[c, 1] + rows[c, 3 * i + 2] * vector[c, 2]
+    return result
 
 
+@njit(cache=True)
 def into_world(rows, vector):
     """Vectors in contact axes (m, 3) in world axes (m, 3)."""
-    return np.einsum("mij,mi->mj", rows[:, AXES:ARM_A].reshape(-1, 3, 3), vector)
+    result = np.empty_like(vector)
+    for c in range(len(rows)):
+        for i in range(3):
+            result[c, i] = rows[c, i] * vector[c, 0] + rows[c, 3 + i] * vector[c, 1] + rows[c, 6 + i] * vector[c, 2]
+    return result
 
 
-def assemble(scene, pair, rows, gap, law, free_twist, lag, inverse_mass, time_step):
+def describe(bodies, pair, arms, gap, rows, impulse, time_step):
+    """The Contacts record of a step; ``impulse`` (m, 3) is last step's, world axes."""
+    normal = arms[:, 6:9]
+    return Contacts(pair[:, 0], pair[:, 1], bodies.position[pair[:, 0]] + arms[:, :3], normal, gap,
+                    into_world(rows, relative_velocity(pair, rows, bodies.twist)), into_axes(rows, impulse)[:, 0] / time_step)
+
+
+def assemble(scene, pair, rows, gap, law, free_twist, lag, inverse_mass, rounding, time_step):
     """The contact problem of the step: contacts may close by their gap and no more, u_N+ >= -gap/dt; an overlap asks for no velocity.
 
     Adhesion is a pull along the normal that acts while the surfaces touch, so it belongs to the free twist.
@@ -173,4 +192,4 @@ def assemble(scene, pair, rows, gap, law, free_twist, lag, inverse_mass, time_st
         apply_impulses(pair, rows, pull, free_twist)
     order, islands = find_islands(pair, np.isfinite(scene.bodies.mass))
     return ContactProblem(pair, rows, -np.maximum(left, 0.0) / time_step, law.friction, np.stack([law.rolling_arm, law.spinning_arm], axis=1),
-                          free_twist, inverse_mass, order, islands, scene.reference_mass)
+                          free_twist, inverse_mass, order, islands, rounding, scene.reference_mass)

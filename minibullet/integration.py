@@ -9,8 +9,6 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from minibullet import rotations
-
 DAMPING_LAWS = {
     # name: factor by which a velocity v is multiplied in a step of length dt
     "bullet": lambda damping, dt: (1.0 - damping) ** dt,  # what Bullet does: d is the share lost in a second
@@ -76,24 +74,71 @@ def spin_freely(orientation, rate, inertia, time_step):
     return turned, final
 
 
+@njit(cache=True)
+def posture(orientation):
+    """Rotation matrices, body axes to world axes, of unit quaternions (n, 4): (n, 3, 3)."""
+    rotation = np.empty((len(orientation), 3, 3))
+    for n in range(len(orientation)):
+        w, x, y, z = orientation[n]
+        rotation[n, 0, 0], rotation[n, 0, 1], rotation[n, 0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
+        rotation[n, 1, 0], rotation[n, 1, 1], rotation[n, 1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
+        rotation[n, 2, 0], rotation[n, 2, 1], rotation[n, 2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+    return rotation
+
+
+@njit(cache=True)
+def rigid_inverse(mass, inertia, rotation):
+    """Inverse mass and inertia of each body in world axes, (n, 6, 6) [1/kg, 1/(kg m2)]; zero if fixed."""
+    result = np.zeros((len(mass), 6, 6))
+    for n in range(len(mass)):
+        if mass[n] == np.inf:
+            continue
+        for i in range(3):
+            result[n, i, i] = 1.0 / mass[n]
+            for j in range(3):
+                value = 0.0
+                for k in range(3):
+                    value += rotation[n, i, k] * rotation[n, j, k] / inertia[n, k]
+                result[n, 3 + i, 3 + j] = value
+    return result
+
+
+def inverse_mass(bodies, rotation, added):
+    """Inverse of each body's mass and inertia, world axes, with the mass that effects add, (n, 6, 6); zero if fixed."""
+    result = rigid_inverse(bodies.mass, bodies.inertia, rotation)
+    if added is not None:
+        heavy = np.isfinite(bodies.mass) & added.any(axis=(1, 2))
+        result[heavy] = np.linalg.inv(np.linalg.inv(result[heavy]) + added[heavy])
+    return result
+
+
+@njit(cache=True)
+def free_motion(orientation, twist, inertia, inverse_mass, wrench, time_step, keep_linear, keep_angular):
+    """See ``free``; keep_linear and keep_angular are what damping leaves of a velocity in a step."""
+    turned, rate = spin_freely(orientation, twist[:, 3:], inertia, time_step)
+    end, mean = np.empty_like(twist), np.empty_like(twist)
+    for n in range(len(twist)):
+        for k in range(6):
+            value = keep_linear * twist[n, k] if k < 3 else keep_angular * rate[n, k - 3]
+            for i in range(6):
+                value += time_step * inverse_mass[n, k, i] * wrench[n, i]
+            end[n, k] = value
+            if k < 3:
+                mean[n, k] = 0.5 * (twist[n, k] + value)
+            else:
+                mean[n, k] = turned[n, k - 3] / time_step + 0.5 * (value - rate[n, k - 3])
+    return end, mean, rate
+
+
 def free(bodies, inverse_mass, wrench, settings):
-    """Twist at the end of the step if nothing touched, the mean twist on the way there (n, 6), world frame, and the angular velocity
+    """Twist at the end of the step if nothing touched, the mean twist on the way there (n, 6), world axes, and the angular velocity
     that torque-free rotation alone would leave (n, 3).
 
     Eqs. (4)-(7): damping first, then acceleration times the step, as Bullet orders them.
     """
-    dt = settings.time_step
-    turned, rate = spin_freely(bodies.orientation, bodies.twist[:, 3:], bodies.inertia, dt)
-    end = np.concatenate([bodies.twist[:, :3], rate], axis=1)
-    damping = DAMPING_LAWS[settings.damping_law]
-    if settings.linear_damping or settings.angular_damping:
-        end[:, :3] *= damping(settings.linear_damping, dt)
-        end[:, 3:] *= damping(settings.angular_damping, dt)
-    change = dt * (inverse_mass @ wrench[:, :, None])[:, :, 0]
-    end += change
-    mean = 0.5 * (bodies.twist + end)
-    mean[:, 3:] = turned / dt + 0.5 * (end[:, 3:] - rate)
-    return end, mean, rate
+    left = DAMPING_LAWS[settings.damping_law]
+    return free_motion(bodies.orientation, bodies.twist, bodies.inertia, inverse_mass, wrench, settings.time_step,
+                       left(settings.linear_damping, settings.time_step), left(settings.angular_damping, settings.time_step))
 
 
 @njit(cache=True)
@@ -137,26 +182,42 @@ def keep_angular_momentum(old, new, inertia, rate, spun, final):
         final[n] = principal_rate(new[n, 0], new[n, 1], new[n, 2], new[n, 3], inertia[n], lx, ly, lz)
 
 
+@njit(cache=True)
+def moved(position, orientation, motion, time_step):
+    """Positions (n, 3) and orientations (n, 4) after a step with the mean twist ``motion`` (n, 6): x + dt v, exp(dt omega) q."""
+    place, pose = position.copy(), orientation.copy()
+    for n in range(len(position)):
+        for k in range(3):
+            place[n, k] += time_step * motion[n, k]
+        x, y, z = 0.5 * time_step * motion[n, 3], 0.5 * time_step * motion[n, 4], 0.5 * time_step * motion[n, 5]
+        half = sqrt(x * x + y * y + z * z)
+        if half == 0.0:
+            continue
+        c, ratio = np.cos(half), np.sin(half) / half
+        x, y, z = ratio * x, ratio * y, ratio * z
+        q0, q1, q2, q3 = orientation[n]
+        r0, r1 = c * q0 - x * q1 - y * q2 - z * q3, c * q1 + x * q0 + y * q3 - z * q2
+        r2, r3 = c * q2 - x * q3 + y * q0 + z * q1, c * q3 + x * q2 - y * q1 + z * q0
+        size = sqrt(r0 * r0 + r1 * r1 + r2 * r2 + r3 * r3)
+        pose[n, 0], pose[n, 1], pose[n, 2], pose[n, 3] = r0 / size, r1 / size, r2 / size, r3 / size
+    return place, pose
+
+
 def move(bodies, motion, twist, spun, time_step):
     """The bodies after the step: moved with the mean twist ``motion``, with velocities ``twist`` (n, 6); ``spun`` is from ``free``."""
-    position = bodies.position + time_step * motion[:, :3]
-    orientation = rotations.normalised(rotations.product(rotations.exponential(time_step * motion[:, 3:]), bodies.orientation))
-    rate = twist[:, 3:].copy()
-    keep_angular_momentum(bodies.orientation, orientation, bodies.inertia, bodies.twist[:, 3:], spun, rate)
-    return bodies._replace(position=position, orientation=orientation, twist=np.concatenate([twist[:, :3], rate], axis=1))
+    position, orientation = moved(bodies.position, bodies.orientation, motion, time_step)
+    twist = twist.copy()
+    keep_angular_momentum(bodies.orientation, orientation, bodies.inertia, bodies.twist[:, 3:], spun, twist[:, 3:])
+    return bodies._replace(position=position, orientation=orientation, twist=twist)
 
 
-def inverse_mass(bodies, rotation, added):
-    """Inverse of each body's mass and inertia, world frame, with the mass that effects add, (n, 6, 6) [1/kg, 1/(kg m2)]; zero if fixed."""
-    result = np.zeros((len(bodies.mass), 6, 6))
-    moving = np.isfinite(bodies.mass)
-    diagonal = np.where(moving, 1.0 / bodies.mass, 0.0)
-    result[:, 0, 0] = result[:, 1, 1] = result[:, 2, 2] = diagonal
-    moments = np.where(moving[:, None], 1.0 / bodies.inertia, 0.0)
-    result[:, 3:, 3:] = (rotation * moments[:, None, :]) @ rotation.transpose(0, 2, 1)
-    if added is not None:
-        heavy = moving & added.any(axis=(1, 2))
-        result[heavy] = np.linalg.inv(np.linalg.inv(result[heavy]) + added[heavy])
+@njit(cache=True)
+def path_bound(twist, reach, duration):
+    """Bound on how far any point of each body goes in ``duration`` seconds at this twist [m], (n,): (|v| + |omega| R) duration."""
+    result = np.empty(len(twist))
+    for n in range(len(twist)):
+        v, w = twist[n, :3], twist[n, 3:]
+        result[n] = duration * (sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) + reach[n] * sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]))
     return result
 
 
@@ -165,6 +226,4 @@ def stride(twist, free_twist, reach, time_step):
 
     Twice the distance by its twist before or its free twist: a blow on one end can double the speed of the other end within the step.
     """
-    speed = np.maximum((twist[:, :3] ** 2).sum(axis=1), (free_twist[:, :3] ** 2).sum(axis=1))
-    spin = np.maximum((twist[:, 3:] ** 2).sum(axis=1), (free_twist[:, 3:] ** 2).sum(axis=1))
-    return 2.0 * time_step * (np.sqrt(speed) + np.sqrt(spin) * reach)
+    return 2.0 * np.maximum(path_bound(twist, reach, time_step), path_bound(free_twist, reach, time_step))

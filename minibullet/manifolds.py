@@ -31,9 +31,9 @@ def facing(pieces, piece, x, y, z):
 def clip(pieces, face, polygon, count, work):
     """Clip ``polygon`` (count points in the axes of the face's body) by the side planes of ``face``; returns the number left, in place.
 
-    Sutherland and Hodgman's algorithm (Commun. ACM 17, 1974).
+    Sutherland and Hodgman's algorithm (Commun. ACM 17, 1974). work (at least as long, 4): the points' heights over the plane in column 3.
     """
-    first, end = pieces.face_ranges[face]
+    first, end = pieces.face_ranges[face, 0], pieces.face_ranges[face, 1]
     nx, ny, nz = pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2]
     for k in range(first, end):
         v, w = pieces.loops[k], pieces.loops[k + 1 if k + 1 < end else first]
@@ -41,23 +41,27 @@ def clip(pieces, face, polygon, count, work):
                       pieces.vertices[w, 2] - pieces.vertices[v, 2])
         ox, oy, oz = uy * nz - uz * ny, uz * nx - ux * nz, ux * ny - uy * nx
         limit = ox * pieces.vertices[v, 0] + oy * pieces.vertices[v, 1] + oz * pieces.vertices[v, 2]
+        outside = False
+        for p in range(count):
+            x, y, z = polygon[p, 0], polygon[p, 1], polygon[p, 2]
+            work[p, 0], work[p, 1], work[p, 2], work[p, 3] = x, y, z, ox * x + oy * y + oz * z - limit
+            outside = outside or work[p, 3] > 0.0
+        if not outside:
+            continue
         left = 0
-        if count == 0:
-            return 0
         for p in range(count):
             q = p + 1 if p + 1 < count else 0
-            here = ox * polygon[p, 0] + oy * polygon[p, 1] + oz * polygon[p, 2] - limit
-            there = ox * polygon[q, 0] + oy * polygon[q, 1] + oz * polygon[q, 2] - limit
+            here, there = work[p, 3], work[q, 3]
             if here <= 0.0:
-                work[left] = polygon[p]
+                polygon[left, 0], polygon[left, 1], polygon[left, 2] = work[p, 0], work[p, 1], work[p, 2]
                 left += 1
-            if (here < 0.0 < there or there < 0.0 < here) and count > 1 and not (count == 2 and p == 1):
+            if (here < 0.0 < there or there < 0.0 < here) and not (count == 2 and p == 1):
                 share = here / (here - there)
-                for axis in range(3):
-                    work[left, axis] = polygon[p, axis] + share * (polygon[q, axis] - polygon[p, axis])
+                polygon[left, 0] = work[p, 0] + share * (work[q, 0] - work[p, 0])
+                polygon[left, 1] = work[p, 1] + share * (work[q, 1] - work[p, 1])
+                polygon[left, 2] = work[p, 2] + share * (work[q, 2] - work[p, 2])
                 left += 1
         count = left
-        polygon[:count] = work[:count]
     return count
 
 
@@ -140,7 +144,7 @@ def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, 
         v = pieces.loops[k] if incident >= 0 else k
         x, y, z = turn(rotation_other, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
         x, y, z = turn_back(rotation_own, x, y, z)
-        points[count] = (x + sx, y + sy, z + sz)
+        points[count, 0], points[count, 1], points[count, 2] = x + sx, y + sy, z + sz
         count += 1
     if loop_first < loop_end:
         count = clip(pieces, face, points, count, work)
@@ -172,6 +176,24 @@ def side_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, 
         u, v, w = turn(rotation_own, points[p, 0], points[p, 1], points[p, 2])
         points[p] = (u + shift * dx, v + shift * dy, w + shift * dz)
     return first + count
+
+
+@njit(cache=True)
+def drop_doubles(points, gaps, normals, count, nearness):
+    """Drop points closer (squared) to an earlier one than ``nearness``, in place: twice the same support only slows the solver."""
+    kept = 0
+    for p in range(count):
+        double = False
+        for q in range(kept):
+            if ((points[p, 0] - points[q, 0]) ** 2 + (points[p, 1] - points[q, 1]) ** 2 + (points[p, 2] - points[q, 2]) ** 2) < nearness:
+                double = True
+                break
+        if not double:
+            for axis in range(3):
+                points[kept, axis], normals[kept, axis] = points[p, axis], normals[p, axis]
+            gaps[kept] = gaps[p]
+            kept += 1
+    return kept
 
 
 @njit(cache=True)
@@ -239,7 +261,7 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
     bodies = np.empty((capacity, 2), dtype=np.int64)
     vectors, gaps = np.empty((capacity, 9)), np.empty(capacity)
     impulse, local = np.zeros((capacity, 3)), np.empty((capacity, 3))
-    points, point_gaps, work, normals = np.empty((512, 3)), np.empty(512), np.empty((512, 3)), np.empty((512, 3))
+    points, point_gaps, work, normals = np.empty((512, 3)), np.empty(512), np.empty((512, 4)), np.empty((512, 3))
     total = 0
     for k in range(len(rows)):
         a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
@@ -272,6 +294,7 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
                                 work, count)
             count = side_points(pieces, answers[k, 4], j, i, rotation[b], rotation[a], dx, dy, dz, -1.0, 0.0, most, points, point_gaps, normals,
                                 work, count)
+            count = drop_doubles(points, point_gaps, normals, count, (NEAR * size) ** 2)
         if total + count > capacity:
             capacity *= 2
             bodies, vectors, gaps = grown_index(bodies, capacity), grown(vectors, capacity), grown_flat(gaps, capacity)

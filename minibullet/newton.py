@@ -93,7 +93,7 @@ def newton(rows, q, friction, impulse, rho, smoothing, goal, iterations, progres
     return impulse, error <= goal, iterations
 
 
-def follow_path(rows, q, friction, impulse, progress, rho=10.0, alpha=1e-7, smoothing=1.0, attempt=150):
+def follow_path(rows, q, friction, impulse, progress, rho=10.0, alpha=1e-7, smoothing=1.0, attempt=60):
     """Follow the central path of the smoothed law to smoothing 0, stepping back where Newton's method fails."""
     last = progress.spent + attempt
     while progress.spent < last and not progress.over:
@@ -141,6 +141,8 @@ def solve_scaled(rows, q, friction, impulse, residual, tolerance, steps):
     follow_path(rows, q, friction, impulse, progress)
     if not progress.over:
         proximal_loop(rows, q, friction, impulse, progress)
+    if not progress.over:
+        follow_path(rows, q, friction, progress.impulse, progress, rho=1.0, attempt=150)
     for rho in (100.0, 10.0):
         if not progress.over:
             proximal_loop(rows, q, friction, progress.impulse, progress, rho)

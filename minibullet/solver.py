@@ -116,8 +116,8 @@ def natural_map(place_first, place_end, order, bodies, rows, target, friction, i
 
 
 @njit(cache=True)
-def sweep_islands(bodies, rows, target, friction, rolling, inverse_mass, order, islands, reference_mass, free_size, impulse, moment, twist,
-                  iterations, tolerance, stop):
+def sweep_islands(bodies, rows, target, friction, rolling, inverse_mass, order, islands, reference_mass, rounding, free_size, impulse, moment,
+                  twist, iterations, tolerance, stop):
     """Gauss-Seidel on every island; returns most sweeps, contacts visited and the residual of each island."""
     most, work = 0, 0
     residual = np.zeros(len(islands) - 1)
@@ -134,8 +134,8 @@ def sweep_islands(bodies, rows, target, friction, rolling, inverse_mass, order, 
         while True:
             error, size_r, size_u = natural_map(first, end, order, bodies, rows, target, friction, impulse, twist, reference_mass)
             largest = max(scale, size_r, size_u)
-            residual[island] = np.sqrt(error / largest) if largest > 0.0 else 0.0
-            if sweep >= iterations or (stop and sweep > 0 and residual[island] <= tolerance) or (resists is False and error == 0.0):
+            residual[island] = np.sqrt(error / largest) if error > rounding * rounding * (end - first) else 0.0
+            if sweep >= iterations or (stop and residual[island] <= tolerance and (sweep > 0 or not resists)):
                 break
             # as many sweeps as the last ones suggest are needed before the residual is worth its price again
             batch = min(4 if sweep < 12 else 8, iterations - sweep)
@@ -163,7 +163,7 @@ def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True)
     apply_impulses(problem.bodies, problem.rows, impulse, twist)
     most, work, residual = sweep_islands(
         problem.bodies, problem.rows, problem.target, problem.friction, problem.rolling, problem.inverse_mass, problem.order, problem.islands,
-        problem.reference_mass, size, impulse, moment, twist, iterations, tolerance, stop)
+        problem.reference_mass, problem.rounding, size, impulse, moment, twist, iterations, tolerance, stop)
     return certify(problem, impulse, moment, twist, size, most, work, np.flatnonzero(residual > tolerance))
 
 
@@ -179,7 +179,8 @@ def certify(problem, impulse, moment, twist, size, iterations, work, stalled):
     error, size_r, size_u = natural_map(0, len(problem.bodies), problem.order, problem.bodies, problem.rows, problem.target, problem.friction,
                                         impulse, twist, problem.reference_mass)
     largest = max(size.sum(), size_r, size_u)
-    return Solution(impulse, moment, twist, float(np.sqrt(error / largest)) if largest > 0.0 else 0.0, int(iterations), int(work), stalled)
+    residual = float(np.sqrt(error / largest)) if error > problem.rounding ** 2 * len(impulse) else 0.0
+    return Solution(impulse, moment, twist, residual, int(iterations), int(work), stalled)
 
 
 @njit(cache=True)
@@ -217,13 +218,13 @@ def undo_overlap(problem, gap, size, time_step, share=0.3, sweeps=10):
     return separate(problem.bodies, problem.rows, gap, tolerance, len(problem.free_twist), share, sweeps) / time_step
 
 
-def escalate(problem, solution, tolerance):
-    """Solve the stalled islands by the exact solver (``exact.solve_dense``) from where Gauss-Seidel ended; keeps what is better."""
+def escalate(problem, solution, tolerance, most=150):
+    """Solve the stalled islands by the exact solver (``exact.solve_dense``) from where Gauss-Seidel ended, those of at most ``most`` contacts."""
     impulse = solution.impulse.copy()
     for island in solution.stalled:
         contacts = problem.order[problem.islands[island]:problem.islands[island + 1]]
-        if problem.rolling[contacts].any():
-            continue  # rolling moments are solved by Gauss-Seidel alone
+        if problem.rolling[contacts].any() or len(contacts) > most:
+            continue  # rolling moments are solved by Gauss-Seidel alone; Newton's cost grows with the cube of the contacts
         matrix, free = delassus(problem, contacts)
         found, _, _ = solve_dense(matrix, free, problem.friction[contacts], impulse[contacts].reshape(-1), 0.5 * tolerance,
                                   problem.reference_mass)

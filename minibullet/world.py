@@ -111,10 +111,10 @@ class World:
     def _step(self):
         scene, settings, dt = self.registry.enrol(), self.settings, self.settings.time_step
         before = scene.bodies
-        rotation = rotations.matrix(before.orientation)
+        rotation = integration.posture(before.orientation)
 
         # what pulls: one wrench per effect, and the mass the contacts will feel
-        wrenches = [effect_room.wrench(effect, before, self.time) for effect in self._acting]
+        wrenches = effect_room.wrenches(self._acting, before, self.time)
         inverse_mass = integration.inverse_mass(before, rotation, effect_room.added_mass(self._acting, before))
         free_twist, mean_twist, spun = integration.free(before, inverse_mass, sum(wrenches, np.zeros_like(before.twist)), settings)
 
@@ -134,7 +134,7 @@ class World:
             blows, _ = impacts.resolve(pair, axes, gap, size, law.restitution, law.friction, twist,
                                        (free_twist - before.twist) / dt, lag, dt, 20 + 4 * len(pair))
             free_twist, mean_twist = free_twist + (twist - before.twist), mean_twist + (twist - before.twist) - lag / dt
-        problem = constraints.assemble(scene, pair, axes, gap, law, free_twist, lag, inverse_mass, dt)
+        problem = constraints.assemble(scene, pair, axes, gap, law, free_twist, lag, inverse_mass, 1e-14 * stride.max(initial=0.0) / dt, dt)
         solution = self._solve(problem, constraints.into_axes(axes, impulse))
 
         # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity
@@ -147,16 +147,11 @@ class World:
 
     def _law(self, scene, pair, arms, gap, axes, impulse):
         """Contacts as the effects see them, and the law that holds there."""
-        bodies, dt = scene.bodies, self.settings.time_step
+        none = np.zeros(len(pair))
         law = ContactLaw(scene.pair_value(scene.friction, pair, self.settings.friction),
-                         scene.pair_value(scene.restitution, pair, self.settings.restitution),
-                         np.zeros(len(pair)), np.zeros(len(pair)), np.zeros(len(pair)))
-        velocity = constraints.relative_velocity(pair, axes, bodies.twist)
-        world_velocity = np.einsum("mi,mij->mj", velocity, axes[:, :9].reshape(-1, 3, 3))
-        normal = arms[:, 6:9]
-        contacts = Contacts(pair[:, 0], pair[:, 1], bodies.position[pair[:, 0]] + arms[:, :3], normal, gap, world_velocity,
-                            np.einsum("mi,mi->m", impulse, normal) / dt)
-        return contacts, effect_room.contact_law(self._acting, contacts, bodies, law)
+                         scene.pair_value(scene.restitution, pair, self.settings.restitution), none, none, none)
+        contacts = constraints.describe(scene.bodies, pair, arms, gap, axes, impulse, self.settings.time_step)
+        return contacts, effect_room.contact_law(self._acting, contacts, scene.bodies, law)
 
     def _solve(self, problem, impulse):
         settings = self.settings
@@ -175,8 +170,7 @@ class World:
             raise InputError(f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: the motion of body "
                              f"{scene.names[bad]!r} is not finite; the world stays at step {self.steps}")
         scene.bodies = after
-        scene.moved = self.settings.time_step * (np.sqrt((motion[:, :3] ** 2).sum(axis=1))
-                                                 + np.sqrt((motion[:, 3:] ** 2).sum(axis=1)) * scene.reach)
+        scene.moved = integration.path_bound(motion, scene.reach, self.settings.time_step)
         self._kept = point, constraints.into_world(problem.rows, solution.impulse)
         self.time += self.settings.time_step
         self.steps += 1
@@ -223,8 +217,7 @@ class World:
         reach, mass = scene.reach[moving], scene.bodies.mass[moving]
         pull = sum((w[moving, :3] for w in self.last_step.wrenches), np.zeros((len(mass), 3)))
         acceleration = np.sqrt((pull ** 2).sum(axis=1)) / mass
-        twist = scene.bodies.twist[moving]
-        speed = np.sqrt((twist[:, :3] ** 2).sum(axis=1)) + np.sqrt((twist[:, 3:] ** 2).sum(axis=1)) * reach
+        speed = integration.path_bound(scene.bodies.twist[moving], reach, 1.0)
         wait = np.sqrt(2.0 * reach / np.where(acceleration > 0.0, acceleration, np.inf)).max()
         return bool((speed <= 2e-3 * np.sqrt(acceleration * reach)).all()), float(wait)
 
