@@ -38,10 +38,11 @@ def _free(name, trials):
     """Names of the numbers to be found where not all are: drag of a body without mass or size is known per metre only."""
     if name != "quadratic_drag":
         return None
-    return ("drag_coefficient",) if all(_known(trial.body) for trial in trials) else ("drag_per_metre",)
+    return ("drag_coefficient",) if all(known_body(trial.body) for trial in trials) else ("drag_per_metre",)
 
 
-def _known(body):
+def known_body(body):
+    """Are mass and size of a body stated?"""
     return body.mass is not None and any((body.radius, body.size, body.side, body.mesh))
 
 
@@ -50,7 +51,7 @@ def _obstacle(kind, name, measurement, contact):
     trials = measurement.trials
     columns = set().union(*(trial.columns for trial in trials))
     spin_known = "rx" in columns or any("angular_velocity" in trial.start for trial in trials)
-    if name in NEED_MASS_AND_SIZE and not all(_known(trial.body) for trial in trials):
+    if name in NEED_MASS_AND_SIZE and not all(known_body(trial.body) for trial in trials):
         return "mass and size of the body are not stated"
     if name in NEED_FLOOR and trials[0].surroundings.floor_height is None:
         return "there is no floor"

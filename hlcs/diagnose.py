@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import stats
 
-from . import identify, inference
+from . import identify
 from .candidates import candidates_for
 from .compare import where_it_fails
 from .diagnosis import Diagnosis, Finding
@@ -62,25 +62,24 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     entries, absent = candidates_for(measurement, prepared.contact, names, own)
     if prepared.problem is None:
         return unknown_noise(measurement, prepared, entries)
-    problem, base = prepared.problem, prepared.base
-    folds = Folds(problem.trials, file.hold_out)
-    search = Search(problem, entries, folds, say)
-    before, table_before = judge(problem, base)
+    search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say)
+    return assemble(prepared, search, absent, judge, where_it_fails)
+
+
+def assemble(prepared, search, absent, judge, where):
+    """Run the search and put everything it found into a Diagnosis.
+
+    judge: function (problem, fit) -> (Adequacy, table of observations); where: function (problem, table) -> rows.
+    """
+    measurement, problem, base = prepared.measurement, prepared.problem, prepared.base
+    verdict_before, table_before = judge(problem, base)
     fits, rounds = search.run(base)
     final = search.swapped(fits[-1]) if len(fits[-1].model.terms) > 1 else fits[-1]
     if final is not fits[-1]:
         fits.append(final)
-    after, table_after = judge(problem, final)
-    say("rivals")
-    rivals = search.rivals(final, 1.0 if after.adequate else max(after.chi2, 1.0))
-    return assemble(prepared, search, fits, rounds, rivals, (before, table_before), (after, table_after), absent)
-
-
-def assemble(prepared, search, fits, rounds, rivals, before, after, absent):
-    """The Diagnosis from everything the search found."""
-    measurement, problem = prepared.measurement, prepared.problem
-    base, final = fits[0], fits[-1]
-    (verdict_before, table_before), (verdict_after, table_after) = before, after
+    verdict_after, table_after = judge(problem, final)
+    search.progress("rivals")
+    rivals = search.rivals(final, 1.0 if verdict_after.adequate else max(verdict_after.chi2, 1.0))
     terms = final.model.terms
     effects = tuple(term.name for term in terms)
     sets = [tuple([term.name] + sorted(name for name, _, _ in others)) for term, others in zip(terms, rivals, strict=True)]
@@ -91,7 +90,7 @@ def assemble(prepared, search, fits, rounds, rivals, before, after, absent):
         verdict = "ambiguous"
     else:
         verdict = "effect" if effects else "complete"
-    unit = _unit(problem)
+    unit = problem.unit
     error = _errors(search, base, final, unit)
     steps, shown = [], []
     for fit in fits:
@@ -110,12 +109,12 @@ def assemble(prepared, search, fits, rounds, rivals, before, after, absent):
     noise = {"position": prepared.noise.position, "orientation": prepared.noise.orientation, "rho": prepared.noise.rho,
              "source": prepared.noise.source, "flexible": prepared.noise.hint}
     return Diagnosis(
-        kind="trajectory", title=measurement.file.title, verdict=verdict, effects=effects,
+        kind=measurement.file.kind, title=measurement.file.title, verdict=verdict, effects=effects,
         parameters=intervals(final, 1.0 if verdict_after.adequate else verdict_after.chi2), ambiguous=ambiguous, error=error,
-        steps=tuple(steps), adequate=adequate, candidates=findings, where=where_it_fails(problem, table_after),
+        steps=tuple(steps), adequate=adequate, candidates=findings, where=where(problem, table_after),
         next_experiment=following, notes=prepared.notes, noise=noise, model=final.model,
         pictures={"before": table_before, "after": table_after, "trials": [trial.name for trial in problem.trials],
-                  "groups": [trial.group for trial in problem.trials]})
+                  "groups": [trial.group for trial in problem.trials], "kind": measurement.file.kind})
 
 
 def intervals(fit, inflation):
@@ -134,19 +133,14 @@ def intervals(fit, inflation):
     return found
 
 
-def _unit(problem):
-    """Index of the channels the error is told in: positions where there are any, else rotations."""
-    return "m" if any((recording.channel < 3).any() for recording in problem.recordings) else "rad"
-
-
 def _rms(problem, residuals, unit):
     """RMS over positions [m] or rotations [rad] of residuals in units of sigma."""
     total, count = 0.0, 0
     for recording, part in zip(problem.recordings, residuals, strict=True):
-        inside = recording.channel < 3 if unit == "m" else recording.channel >= 3
+        inside = recording.channel < 3 if unit != "rad" else recording.channel >= 3
         total += float(np.sum(part[inside] ** 2))
         count += int(inside.sum())
-    sigma = problem.noise.position if unit == "m" else problem.noise.orientation
+    sigma = problem.noise.orientation if unit == "rad" else problem.noise.position
     return float(sigma * np.sqrt(total / max(count, 1)))
 
 
@@ -164,7 +158,7 @@ def held_out_error(search, fit, unit):
 
 
 def _errors(search, base, final, unit):
-    noise = search.problem.noise.position if unit == "m" else search.problem.noise.orientation
+    noise = search.problem.noise.orientation if unit == "rad" else search.problem.noise.position
     held = None
     if search.folds.possible:
         held = {"before": held_out_error(search, base, unit), "after": held_out_error(search, final, unit), "noise": noise}
@@ -243,15 +237,14 @@ def unknown_noise(measurement, prepared, entries):
     hint = prepared.noise.hint
     text = ("record the tracker looking at a body at rest (measurement.static), or repeat a trial from the same start, or state "
             "measurement.noise")
+    if measurement.file.kind == "outcomes":
+        text = "repeat some rows with equal inputs (replicates), or state measurement.noise"
     if hint:
         text += f"; a flexible curve through the data leaves {hint:.2g} m (rho {prepared.noise.rho:.2f}): a hint, no more"
     return Diagnosis(kind=measurement.file.kind, title=measurement.file.title, verdict="cannot_judge", effects=(), parameters={},
-                     ambiguous=(), error={"measure": "rms", "unit": "m", "fitted": None, "held_out": None}, steps=(),
+                     ambiguous=(), error={"measure": "rms", "unit": None, "fitted": None, "held_out": None}, steps=(),
                      adequate={"before": None, "after": None, "statistic": None, "p": None},
                      candidates=tuple(Finding(entry.name, None, None, None, False, (), "not judged: the noise is unknown")
                                       for entry in entries), where=(),
                      next_experiment=identify.NextExperiment(text, (), None, {}), notes=prepared.notes,
                      noise={"position": None, "source": "unknown", "flexible": hint})
-
-
-__all__ = ["diagnose", "diagnose_trajectories", "inference"]

@@ -86,10 +86,14 @@ class Fit:
 class Problem:
     """Trials, their noise, and the simulator that predicts them."""
 
+    unit = "m"  # of the error as it is told: positions; "rad" where only orientations are measured
+
     def __init__(self, trials, noise, shots: Shots):
         self.trials, self.noise, self.shots = tuple(trials), noise, shots
         self.dropped = [np.zeros((len(trial.times), 6), bool) for trial in self.trials]
         self.recordings = [self._recording(k) for k in range(len(self.trials))]
+        if not any((recording.channel < 3).any() for recording in self.recordings):
+            self.unit = "rad"
 
     def _recording(self, index):
         trial, noise = self.trials[index], self.noise

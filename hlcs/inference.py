@@ -244,7 +244,7 @@ class Adequacy(NamedTuple):
     adequate: bool
     statistic: float  # largest standardised statistic
     p: float  # share of pure-noise draws that exceed it
-    threshold: float  # 98 % quantile of the statistic under noise alone
+    threshold: float  # 99 % quantile of the statistic under noise alone
     worst: str  # which statistic spoke
     chi2: float  # mean square of the whitened residuals per degree of freedom
 
@@ -285,7 +285,7 @@ def adequacy(residuals, columns, shared, partitions, draw, draws=400):
     largest = ((null - centre[:, None]) / spread[:, None]).max(axis=0)
     z = (seen - centre) / spread
     freedom = max(np.mean(drawn**2), 1e-12)
-    threshold = float(np.quantile(largest, 0.98))
+    threshold = float(np.quantile(largest, 0.99))
     p = (1 + int(np.sum(largest >= z.max()))) / (1 + draws)
     return Adequacy(bool(z.max() <= threshold), float(z.max()), float(p), threshold, names[int(np.argmax(z))],
                     float(np.mean(observed**2) / freedom))

@@ -51,3 +51,7 @@ class Change:
     def look(self, look, scene: Scene):
         """What was recorded, given what happened: a function times (B, n) -> (position (B, n, 3), orientation (B, n, 4))."""
         return look
+
+    def outcome(self, values, unit):
+        """Recorded outcomes of a table, given the true ones (n,); unit "s" or "m"."""
+        return values

@@ -43,6 +43,9 @@ class LengthScale(Change):
             return self.factor * position, orientation
         return seen
 
+    def outcome(self, values, unit):
+        return self.factor * values if unit == "m" else values
+
 
 @dataclass(frozen=True)
 class TimeScale(Change):
@@ -53,6 +56,9 @@ class TimeScale(Change):
 
     def look(self, look, scene):
         return lambda times: look(self.factor * times)
+
+    def outcome(self, values, unit):
+        return values / self.factor if unit == "s" else values
 
 
 @dataclass(frozen=True)
@@ -67,6 +73,9 @@ class ClockOffset(Change):
             late = times - self.offset
             return look(np.where(scene.still_before[:, None], np.maximum(late, 0.0), late))
         return seen
+
+    def outcome(self, values, unit):
+        return values + self.offset if unit == "s" else values
 
 
 @dataclass(frozen=True)
