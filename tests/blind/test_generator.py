@@ -212,7 +212,7 @@ def test_the_look_alike_trio_of_free_flight_is_known(generator):
     lens = strength.Lens(made, 2e-3, 0.01, 0.0)
     rows = lens.signal({"time_scale": {"factor": 0.995}})
     _, left = lens.fit(["time_scale"], rows)
-    tied, _, cosine = strength.look_alikes(lens, "time_scale", rows, left, 1)
+    tied, _, cosine, _ = strength.look_alikes(lens, "time_scale", rows, left)
     assert {"buoyancy", "length_scale"} <= set(tied) and cosine > 0.999
 
 
@@ -348,3 +348,11 @@ def test_a_perfect_analyst_passes_and_a_blind_one_does_not():
 def test_setup_lists_the_model():
     made = Setup("flight", "", {}, {}, {}, ({"name": "quadratic_drag", "drag_coefficient": 0.5},), (), (), None, ())
     assert made.base() == {"quadratic_drag": {"drag_coefficient": 0.5}}
+
+
+def test_tilted_gravity_turns_about_the_axes_like_a_tilted_frame():
+    """angle_y about y pushes to -x, angle_x about x to +y; a frame that leans by the opposite angles shows the same flight."""
+    times = np.linspace(0, 1, 5)
+    still = thrown([0, 0, 0], [0, 0, 0])
+    seen, _ = motion.simulate(None, BALL, {"tilted_gravity": {"angle_x": 0.01, "angle_y": 0.02}}, still, times, 1e-2)
+    np.testing.assert_allclose(seen[-1, :2], 0.5 * 9.81 * np.array([-np.sin(0.02), np.sin(0.01)]), atol=1e-12)

@@ -162,7 +162,9 @@ def judge(deal, lens, hidden, errors):
     for name in names:  # every hidden law beside its own rivals
         own = lens.signal({name: laws[name]}) if len(deal.names) > 1 else rows
         own_left = lens.fit([name], own, near=laws)[1] if len(deal.names) > 1 else left
-        tied, possible, cosine = look_alikes(lens, name, own, own_left, len(LIBRARY[name]))
+        tied, possible, cosine, simpler = look_alikes(lens, name, own, own_left)
+        if simpler:
+            raise Redraw(f"{simpler} imitates {name} with fewer parameters")
         answer["tied"] += [rival for rival in tied if rival not in names]
         answer["possible"] += [rival for rival in possible if rival not in names]
         answer["largest_cosine"] = max(answer["largest_cosine"], cosine)

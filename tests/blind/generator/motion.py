@@ -8,7 +8,7 @@ library would use, 1 another one close to it (drag coefficient falling with Reyn
 import numpy as np
 from numba import njit
 
-from .noise import product, small_turn
+from .noise import lean, product, small_turn
 
 NAMES = (
     "mass",
@@ -222,9 +222,7 @@ def parameters(inputs, effects):
     p["mass"] *= 1 + effects.get("mass_offset", {}).get("relative", 0.0)
     p["radius"] *= 1 + effects.get("size_error", {}).get("relative", 0.0)
     p["height"] += effects.get("margin_offset", {}).get("offset", 0.0) * p["radius"] * (4 * np.pi / 3) ** (1 / 3)
-    tilt = effects.get("tilted_gravity", {})
-    ax = tilt.get("angle_x", 0.0) + inputs.get("tilt_x", 0.0)
-    ay = tilt.get("angle_y", 0.0) + inputs.get("tilt_y", 0.0)
+    ax, ay = lean(inputs, effects)
     g = inputs["gravity"]
     p.update(gravity_x=g * np.sin(ax), gravity_y=g * np.sin(ay), gravity_z=-g * np.sqrt(1 - np.sin(ax) ** 2 - np.sin(ay) ** 2))
     normal = np.array(inputs.get("floor_normal", (0.0, 0.0, 1.0)), float)

@@ -68,6 +68,12 @@ def frames(rng, noise, duration):
     return np.round(stamps[keep], 6)
 
 
+def lean(inputs, effects):
+    """Angles [rad] by which gravity leans towards x and y: tilted_gravity turns it about x, then y; wrong levelling adds."""
+    tilt = effects.get("tilted_gravity", {})
+    return inputs.get("tilt_x", 0.0) - tilt.get("angle_y", 0.0), inputs.get("tilt_y", 0.0) + tilt.get("angle_x", 0.0)
+
+
 def product(a, b):
     """Hamilton product of quaternions (..., 4), scalar first."""
     aw, ax, ay, az = np.moveaxis(np.asarray(a, float), -1, 0)

@@ -38,7 +38,8 @@ def film(setup, trial, effects, errors=None, start=None, step=COARSE):
     position, orientation = setup.simulate(trial, inputs, own, start or trial.start, times, step)
     tilt = own.get("tilted_frame", {})
     if tilt:
-        lean = small_turn(np.array([-tilt.get("angle_y", 0.0), tilt.get("angle_x", 0.0), 0.0]))
+        about_x, about_y = np.array([tilt["angle_x"], 0.0, 0.0]), np.array([0.0, tilt["angle_y"], 0.0])
+        lean = product(small_turn(about_y), small_turn(about_x))
         position = turned(lean, position)
         orientation = None if orientation is None else product(lean, orientation)
     position = position * own.get("length_scale", {}).get("factor", 1.0)

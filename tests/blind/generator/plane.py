@@ -4,7 +4,7 @@ as an event."""
 import numpy as np
 from numba import njit
 
-from .noise import product, small_turn
+from .noise import lean, product, small_turn
 
 NAMES = (
     "g_1",
@@ -171,9 +171,7 @@ def frame(normal):
 def parameters(inputs, effects, axes, rolling):
     """Parameter array for a plane with the frame `axes`."""
     p = dict.fromkeys(NAMES, 0.0)
-    tilt = effects.get("tilted_gravity", {})
-    ax = tilt.get("angle_x", 0.0) + inputs.get("tilt_x", 0.0)
-    ay = tilt.get("angle_y", 0.0) + inputs.get("tilt_y", 0.0)
+    ax, ay = lean(inputs, effects)
     g = inputs["gravity"] * np.array([np.sin(ax), np.sin(ay), -np.sqrt(1 - np.sin(ax) ** 2 - np.sin(ay) ** 2)])
     mass = inputs["mass"] * (1 + effects.get("mass_offset", {}).get("relative", 0.0))
     radius = inputs.get("radius", 0.0) * (1 + effects.get("size_error", {}).get("relative", 0.0))

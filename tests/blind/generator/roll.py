@@ -24,7 +24,6 @@ HIDDEN = {
     "clock_offset": one("clock_offset", "offset", 5e-4, 0.15, ("boards",)),
     "size_error": one("size_error", "relative", 1e-3, 0.018, ("boards",), sign=0),
     "margin_offset": one("margin_offset", "offset", 1e-3, 0.018, ("boards",)),
-    "inertia_error": one("inertia_error", "factor", 2e-3, 0.6, ("boards",), null=1.0),
 }
 OUTSIDE = {
     "camera_shake": camera_shake(STYLES, low=1e-4),

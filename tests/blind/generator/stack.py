@@ -4,6 +4,7 @@ import numpy as np
 
 from .case import Setup, Trial
 from .dials import Dial, camera_drift, camera_shake, groups, one, own_moments, tilt
+from .noise import lean
 
 STYLES = ("set_down",)
 HIDDEN = {
@@ -57,9 +58,7 @@ def drop(height, speed_x, speed_y, g, restitution, times):
 
 def simulate(trial, inputs, effects, start, times, step):
     """Positions (n, 3) [m] and the constant orientation (n, 4) of the unit."""
-    tilt_law = effects.get("tilted_gravity", {})
-    ax = tilt_law.get("angle_x", 0.0) + inputs.get("tilt_x", 0.0)
-    ay = tilt_law.get("angle_y", 0.0) + inputs.get("tilt_y", 0.0)
+    ax, ay = lean(inputs, effects)
     g = inputs["gravity"] * np.array([np.sin(ax), np.sin(ay), -np.sqrt(1 - np.sin(ax) ** 2 - np.sin(ay) ** 2)])
     size = 1 + effects.get("size_error", {}).get("relative", 0.0)
     rest = (

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .library import ALIASES, LIBRARY, nulls
+from .library import ALIASES, LIBRARY, nulls, price
 from .observe import COARSE, FINE, difference, film, shifted, unknowns
 
 ALIKE, POSSIBLE = 1.0, 27.0  # units of chi2: rivals this near are tied; beyond `POSSIBLE` one is beaten but for 1 case in 50
@@ -203,11 +203,11 @@ def gentle(lens, names, limits, room=0.5):
     return errors
 
 
-def look_alikes(lens, hidden, rows, truth_left, truth_count):
-    """Rivals of a single hidden law: (tied within bounds, possibly reported beside it, largest cosine of a rival within
-    bounds)."""
-    price = np.log(lens.count())
-    tied, possible, largest = [], list(ALIASES.get(hidden, ())), 0.0
+def look_alikes(lens, hidden, rows, truth_left):
+    """Rivals of a single hidden law: (tied within bounds, possibly reported beside it, largest cosine of a rival within bounds,
+    name of a law with fewer parameters that imitates it wholly, or None)."""
+    unit = np.log(lens.count())
+    tied, possible, largest, simpler = [], list(ALIASES.get(hidden, ())), 0.0, None
     for name in lens.setup.rivals:
         if name == hidden:
             continue
@@ -215,14 +215,16 @@ def look_alikes(lens, hidden, rows, truth_left, truth_count):
         if cosine < 0.5:
             continue
         law, left = lens.fit([name], rows)
-        ahead = left - truth_left + price * (len(LIBRARY[name]) - truth_count)
+        behind = left - truth_left + unit * (price(name) - price(hidden))
         if inside(name, law[name]) and name not in lens.base_effects:  # a law of the model refitted: allowed, not asked for
             largest = max(largest, cosine)
-            if abs(left - truth_left) < ALIKE and abs(ahead) < ALIKE:
+            if abs(left - truth_left) < ALIKE and abs(behind) < ALIKE:
                 tied.append(name)
-        if ahead < POSSIBLE or cosine > 0.99:
+            elif cosine > 0.99 and behind < -ALIKE:
+                simpler = name
+        if behind < POSSIBLE or cosine > 0.99:
             possible.append(name)
-    return tied, sorted(set(possible)), largest
+    return tied, sorted(set(possible)), largest, simpler
 
 
 __all__ = ["FINE", "Lens", "gentle", "inside", "look_alikes", "scaled", "whitened"]

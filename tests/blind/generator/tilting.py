@@ -4,7 +4,7 @@ lifts or the face lands."""
 import numpy as np
 from numba import njit
 
-from .noise import product, small_turn
+from .noise import lean, product, small_turn
 
 
 @njit(cache=True)
@@ -53,9 +53,7 @@ def levers(inputs, effects):
 def parameters(inputs, effects, heading):
     """Parameter array of `angular_acceleration` for a block that leans towards the heading [rad]."""
     mass_centre, _, inertia = levers(inputs, effects)
-    tilt = effects.get("tilted_gravity", {})
-    ax = tilt.get("angle_x", 0.0) + inputs.get("tilt_x", 0.0)
-    ay = tilt.get("angle_y", 0.0) + inputs.get("tilt_y", 0.0)
+    ax, ay = lean(inputs, effects)
     g = inputs["gravity"]
     g1 = g * (np.sin(ax) * np.cos(heading) + np.sin(ay) * np.sin(heading))
     g3 = -g * np.sqrt(1 - np.sin(ax) ** 2 - np.sin(ay) ** 2)

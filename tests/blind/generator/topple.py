@@ -9,7 +9,6 @@ from .dials import Dial, camera_drift, camera_shake, groups, one, own_moments, t
 STYLES = ("falls",)
 FRICTION = 0.9
 HIDDEN = {
-    "inertia_error": one("inertia_error", "factor", 3e-3, 0.6, STYLES, null=1.0),
     "centre_of_mass_offset": Dial(lambda rng: _centre(rng), 1e-4, 0.045, STYLES),
     "tilted_gravity": tilt("tilted_gravity", STYLES),
     "tilted_frame": tilt("tilted_frame", STYLES),
@@ -27,9 +26,9 @@ OUTSIDE = {
 }
 DEGENERATE = ()
 DOUBLES = (
-    ("inertia_error", "tilted_gravity", "falls"),
+    ("centre_of_mass_offset", "tilted_gravity", "falls"),
     ("clock_offset", "tilted_frame", "falls"),
-    ("inertia_error", "length_scale", "falls"),
+    ("centre_of_mass_offset", "time_scale", "falls"),
 )
 
 
