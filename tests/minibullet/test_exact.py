@@ -113,7 +113,7 @@ def test_unsymmetric_W_is_solved_as_given():
 
 
 def test_warm_start_at_the_solution_costs_nothing():
-    """Started at its own answer the solver returns it (projected on the cone again: rounding); the lean call agrees bit for bit."""
+    """Started at its own answer the solver returns it to rounding (the cone again); the lean call agrees bit for bit."""
     W, q, mu = contact_problems.stack(np.random.default_rng(6), 8, speed=0.1)
     first = solve_contacts(W, q, mu)
     again = solve_contacts(W, q, mu, impulse=first.impulse)
