@@ -2,9 +2,10 @@
 
 Two convex pieces are apart, touch or overlap by the largest separation over all directions: s(n) = min_b n.x - max_a n.x. FCL finds the
 direction for pieces that are apart (closest points of slightly inset hulls, so that touching pieces are still apart for FCL);
-the direction is then made exact: the separation of every face normal and edge-edge normal is measured and the largest taken.
-An answer names the feature, not the direction, so it turns with the bodies. It is asked again when the bodies have moved by more than
-half its lead over the second-best direction, because only then can another direction have overtaken it.
+the direction is then made exact: the separation of the face and edge-edge normals around it is measured and the largest taken.
+An answer names the feature, not the direction, so it turns with the bodies. It has expired when the bodies have moved by more than
+half its lead over the second-best direction, because only then can another direction have overtaken it: its neighbours are measured
+again, and after more motion, or where only corners are near, FCL is asked again.
 Overlap cannot send FCL into its penetration algorithms, which are slow and sometimes wrong. Spheres, capsules and
 planes have closed forms and never reach FCL.
 """
@@ -21,6 +22,9 @@ from minibullet.geometry import DIRECTIONS, EDGES, FACES, VERTICES, length, supp
 UNKNOWN, PLANE, FACE_A, FACE_B, EDGE_EDGE, DIRECTION, ROUND = 0, 1, 2, 3, 4, 5, 6  # kinds of answer
 INSET = 0.01  # share of its size by which a hull is shrunk before FCL sees it: [-]
 PATIENCE = 1e-3  # motion, in piece sizes, below which an answer is never asked again [-]
+FAR = 0.1  # motion, in piece sizes, after which an answer that has expired is FCL's to give again, not ours to mend [-]
+FACING = 0.7  # cosine within which a normal looks the way of a known direction [-]
+SLAB = 0.3  # thickness, in piece sizes, of the side of a piece that looks along a direction [-]
 DEPTH = 1e-4  # overlap, in piece sizes, from which an answer that has moved is doubted [-]
 
 
@@ -167,11 +171,101 @@ def evaluate(pieces, kind, first, second, direction, i, j, rotation_a, rotation_
 
 
 @njit(cache=True)
-def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, margin):
-    """Bring the kept answers to today's poses and return the rows that must be asked, in order.
+def near_directions(pieces, piece, x, y, z, chosen):
+    """Edge directions of ``piece`` on its side that looks along (x, y, z), body axes: their indices into ``chosen``, in order; the count.
 
-    answers (k, 5): kind, first, second feature, best face of a, best face of b. numbers (k, 9): gap (a lower bound where positive), motion since the answer was given,
-    lead, direction in a's axes (3), normal (3). A pair whose lower bound minus the motion stays beyond the reach of this step costs nothing.
+    An edge belongs when both of its ends lie within SLAB of the piece's size from the farthest vertex.
+    """
+    limit = support(pieces, piece, x, y, z) - SLAB * pieces.sizes[piece, 0]
+    count = 0
+    for edge in range(pieces.ranges[piece, EDGES], pieces.ranges[piece, EDGES + 1]):
+        v, w, direction = pieces.edges[edge, 0], pieces.edges[edge, 1], pieces.edges[edge, 2]
+        if (x * pieces.vertices[v, 0] + y * pieces.vertices[v, 1] + z * pieces.vertices[v, 2] < limit
+                or x * pieces.vertices[w, 0] + y * pieces.vertices[w, 1] + z * pieces.vertices[w, 2] < limit):
+            continue
+        known = False
+        for k in range(count):
+            known = known or chosen[k] == direction
+        if not known:
+            chosen[count] = direction
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz):
+    """Make the direction n for row k exact: of n and the normals of faces and edge pairs that look its way, keep the one that separates most.
+
+    n is FCL's, or that of the answer kept so far, which the bodies' small motion can only have turned a little. Where there is none (zero), all
+    faces and edge pairs are tried.
+    """
+    a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
+    dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
+    rounding = pieces.sizes[i, 1] + pieces.sizes[j, 1]
+    size = min(pieces.sizes[i, 0], pieces.sizes[j, 0])
+    everywhere = nx == 0.0 and ny == 0.0 and nz == 0.0
+    ax, ay, az = turn_back(rotation[a], nx, ny, nz)
+    bx, by, bz = turn_back(rotation[b], -nx, -ny, -nz)
+    faces_a, faces_b = pieces.ranges[i, FACES + 1] - pieces.ranges[i, FACES], pieces.ranges[j, FACES + 1] - pieces.ranges[j, FACES]
+    lines_a = np.arange(pieces.ranges[i, DIRECTIONS], pieces.ranges[i, DIRECTIONS + 1])
+    lines_b = np.arange(pieces.ranges[j, DIRECTIONS], pieces.ranges[j, DIRECTIONS + 1])
+    if not everywhere:
+        lines_a = lines_a[:near_directions(pieces, i, ax, ay, az, lines_a)]
+        lines_b = lines_b[:near_directions(pieces, j, bx, by, bz, lines_b)]
+    found = np.empty((faces_a + faces_b + len(lines_a) * len(lines_b) + 1, 7))
+    count, face_of_a, face_of_b = 0, -1, -1
+    best_a, best_b = -np.inf, -np.inf
+    for face in range(pieces.ranges[i, FACES], pieces.ranges[i, FACES + 1]):
+        if not everywhere and pieces.normals[face, 0] * ax + pieces.normals[face, 1] * ay + pieces.normals[face, 2] * az < FACING:
+            continue
+        apart, x, y, z = face_separation(pieces, face, j, rotation[a], rotation[b], dx, dy, dz, rounding)
+        if apart > best_a:
+            best_a, face_of_a = apart, face
+        found[count] = (apart, x, y, z, float(FACE_A), float(face), 0.0)
+        count += 1
+    for face in range(pieces.ranges[j, FACES], pieces.ranges[j, FACES + 1]):
+        if not everywhere and pieces.normals[face, 0] * bx + pieces.normals[face, 1] * by + pieces.normals[face, 2] * bz < FACING:
+            continue
+        apart, x, y, z = face_separation(pieces, face, i, rotation[b], rotation[a], -dx, -dy, -dz, rounding)
+        if apart > best_b:
+            best_b, face_of_b = apart, face
+        found[count] = (apart, -x, -y, -z, float(FACE_B), float(face), 0.0)
+        count += 1
+    preference = 1e-5 * size  # an edge must beat the faces by this much: faces give full manifolds
+    for first in lines_a:
+        for second in lines_b:
+            x, y, z = edge_normal(pieces, first, second, i, j, rotation[a], rotation[b], dx, dy, dz)
+            if (x == 0.0 and y == 0.0 and z == 0.0) or (not everywhere and x * nx + y * ny + z * nz < FACING):
+                continue
+            apart = separation(pieces, i, j, rotation[a], rotation[b], dx, dy, dz, x, y, z)
+            found[count] = (apart - preference, x, y, z, float(EDGE_EDGE), float(first), float(second))
+            count += 1
+    if not everywhere:
+        apart = separation(pieces, i, j, rotation[a], rotation[b], dx, dy, dz, nx, ny, nz)
+        found[count] = (apart - 2e-3 * size, nx, ny, nz, float(DIRECTION), 0.0, 0.0)  # only for corners that are clearly apart
+        count += 1
+    best = np.argmax(found[:count, 0])
+    second_best = -np.inf
+    for other in range(count):
+        if found[other, 1] * found[best, 1] + found[other, 2] * found[best, 2] + found[other, 3] * found[best, 3] < 0.999:
+            second_best = max(second_best, found[other, 0])
+    answers[k, 0], answers[k, 1], answers[k, 2] = int(found[best, 4]), int(found[best, 5]), int(found[best, 6])
+    answers[k, 3], answers[k, 4] = face_of_a, face_of_b
+    x, y, z = found[best, 1], found[best, 2], found[best, 3]
+    handicap = 0.0 if found[best, 4] < EDGE_EDGE else (preference if found[best, 4] == EDGE_EDGE else 2e-3 * size)
+    numbers[k, 0] = found[best, 0] + handicap - margin[a] - margin[b]
+    numbers[k, 1], numbers[k, 2] = 0.0, min(found[best, 0] - second_best, size)
+    numbers[k, 3], numbers[k, 4], numbers[k, 5] = turn_back(rotation[a], x, y, z)
+    numbers[k, 6], numbers[k, 7], numbers[k, 8] = x, y, z
+
+
+@njit(cache=True)
+def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, margin):
+    """Bring the kept answers to today's poses and return the rows that FCL must be asked about, in order.
+
+    answers (k, 5): kind, first, second feature, best face of a, best face of b. numbers (k, 10): gap (a lower bound where positive), motion since the
+    answer was made exact, lead, direction in a's axes (3), normal (3), motion since FCL was asked. A pair whose lower bound minus the motion
+    stays beyond the reach of this step costs nothing.
     """
     ask = np.empty(len(rows), dtype=np.int64)
     count = 0
@@ -182,94 +276,58 @@ def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, m
         reach = stride[a] + stride[b] + 2e-3 * size
         numbers[k, 0] -= motion
         numbers[k, 1] += motion
-        if numbers[k, 0] > reach:
-            continue
-        if motion == 0.0 and answers[k, 0] != UNKNOWN:  # neither has moved: the answer stands
-            numbers[k, 0] += motion
+        numbers[k, 9] += motion
+        if numbers[k, 0] > reach or (motion == 0.0 and answers[k, 0] != UNKNOWN):
             continue
         dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
+        if answers[k, 0] == UNKNOWN:
+            first_look(pieces, rows, answers, numbers, k, rotation, dx, dy, dz)
         gap, nx, ny, nz = evaluate(pieces, answers[k, 0], answers[k, 1], answers[k, 2], numbers[k, 3:6], i, j,
                                    rotation[a], rotation[b], dx, dy, dz)
         gap -= margin[a] + margin[b]
-        if gap <= reach and answers[k, 0] == UNKNOWN:  # first look: planes and round bodies have closed forms, then the line of centres
-            if pieces.ranges[i, VERTICES] == pieces.ranges[i, VERTICES + 1]:
-                answers[k, 0], answers[k, 1] = PLANE, pieces.ranges[i, FACES]
-            else:
-                gap, nx, ny, nz = round_normal(pieces, i, j, rotation[a], rotation[b], dx, dy, dz)
-                if gap < np.inf:
-                    answers[k, 0] = ROUND
-                else:
-                    ax, ay, az = turn(rotation[a], pieces.centres[i, 0], pieces.centres[i, 1], pieces.centres[i, 2])
-                    bx, by, bz = turn(rotation[b], pieces.centres[j, 0], pieces.centres[j, 1], pieces.centres[j, 2])
-                    cx, cy, cz = dx + bx - ax, dy + by - ay, dz + bz - az
-                    distance = length(cx, cy, cz)
-                    if distance > 0.0:
-                        nx, ny, nz = cx / distance, cy / distance, cz / distance
-                        answers[k, 0] = DIRECTION
-                        numbers[k, 3], numbers[k, 4], numbers[k, 5] = turn_back(rotation[a], nx, ny, nz)
-                    numbers[k, 1], numbers[k, 2] = np.inf, 0.0
-            gap, nx, ny, nz = evaluate(pieces, answers[k, 0], answers[k, 1], answers[k, 2], numbers[k, 3:6], i, j,
-                                       rotation[a], rotation[b], dx, dy, dz)
-            gap -= margin[a] + margin[b]
         numbers[k, 0], numbers[k, 6], numbers[k, 7], numbers[k, 8] = gap, nx, ny, nz
         kind = answers[k, 0]
         if gap > reach or kind == PLANE or kind == ROUND:
             continue
-        # a free direction only has to keep corners apart; it may stay while the bodies are farther apart than they have moved
-        allowed = max(0.5 * numbers[k, 2], PATIENCE * size) if kind != DIRECTION else 0.5 * max(gap, 0.0)
-        if numbers[k, 1] > allowed or (gap < -DEPTH * size and numbers[k, 1] > 0.1 * PATIENCE * size):
-            ask[count] = k
-            count += 1
+        if kind == DIRECTION:  # it only has to keep corners apart; it may stay while the bodies are farther apart than they have moved
+            if numbers[k, 1] > 0.5 * max(gap, 0.0):
+                ask[count] = k
+                count += 1
+        elif numbers[k, 1] > max(0.5 * numbers[k, 2], PATIENCE * size) or (gap < -DEPTH * size and numbers[k, 1] > 0.1 * PATIENCE * size):
+            if numbers[k, 9] > FAR * size or gap == -np.inf:
+                ask[count] = k
+                count += 1
+            else:
+                adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz)
     return ask[:count]
 
 
 @njit(cache=True)
-def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz):
-    """Take FCL's direction n for row k (zero: the inset hulls overlap) and keep the best of it, all faces and all edge pairs."""
+def first_look(pieces, rows, answers, numbers, k, rotation, dx, dy, dz):
+    """The first answer about row k: planes and round bodies have closed forms; for polytopes the line of centres may do."""
     a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
-    dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
-    rounding = pieces.sizes[i, 1] + pieces.sizes[j, 1]
-    size = min(pieces.sizes[i, 0], pieces.sizes[j, 0])
-    faces_a, faces_b = pieces.ranges[i, FACES + 1] - pieces.ranges[i, FACES], pieces.ranges[j, FACES + 1] - pieces.ranges[j, FACES]
-    lines_a = pieces.ranges[i, DIRECTIONS + 1] - pieces.ranges[i, DIRECTIONS]
-    lines_b = pieces.ranges[j, DIRECTIONS + 1] - pieces.ranges[j, DIRECTIONS]
-    found = np.empty((faces_a + faces_b + lines_a * lines_b + 1, 7))
-    count = 0
-    for face in range(pieces.ranges[i, FACES], pieces.ranges[i, FACES + 1]):
-        apart, x, y, z = face_separation(pieces, face, j, rotation[a], rotation[b], dx, dy, dz, rounding)
-        found[count] = (apart, x, y, z, float(FACE_A), float(face), 0.0)
-        count += 1
-    for face in range(pieces.ranges[j, FACES], pieces.ranges[j, FACES + 1]):
-        apart, x, y, z = face_separation(pieces, face, i, rotation[b], rotation[a], -dx, -dy, -dz, rounding)
-        found[count] = (apart, -x, -y, -z, float(FACE_B), float(face), 0.0)
-        count += 1
-    preference = 1e-5 * size  # an edge or a free direction must beat the faces by this much: faces give full manifolds
-    for first in range(pieces.ranges[i, DIRECTIONS], pieces.ranges[i, DIRECTIONS + 1]):
-        for second in range(pieces.ranges[j, DIRECTIONS], pieces.ranges[j, DIRECTIONS + 1]):
-            x, y, z = edge_normal(pieces, first, second, i, j, rotation[a], rotation[b], dx, dy, dz)
-            if x == 0.0 and y == 0.0 and z == 0.0:
-                continue
-            apart = separation(pieces, i, j, rotation[a], rotation[b], dx, dy, dz, x, y, z)
-            found[count] = (apart - preference, x, y, z, float(EDGE_EDGE), float(first), float(second))
-            count += 1
-    if nx != 0.0 or ny != 0.0 or nz != 0.0:
-        apart = separation(pieces, i, j, rotation[a], rotation[b], dx, dy, dz, nx, ny, nz)
-        found[count] = (apart - 2e-3 * size, nx, ny, nz, float(DIRECTION), 0.0, 0.0)  # only for corners that are clearly apart
-        count += 1
-    best = np.argmax(found[:count, 0])
-    second_best = -np.inf
-    for other in range(count):
-        if found[other, 1] * found[best, 1] + found[other, 2] * found[best, 2] + found[other, 3] * found[best, 3] < 0.999:
-            second_best = max(second_best, found[other, 0])
-    answers[k, 0], answers[k, 1], answers[k, 2] = int(found[best, 4]), int(found[best, 5]), int(found[best, 6])
-    answers[k, 3] = pieces.ranges[i, FACES] + np.argmax(found[:faces_a, 0]) if faces_a else -1
-    answers[k, 4] = pieces.ranges[j, FACES] + np.argmax(found[faces_a:faces_a + faces_b, 0]) if faces_b else -1
-    x, y, z = found[best, 1], found[best, 2], found[best, 3]
-    handicap = 0.0 if found[best, 4] < EDGE_EDGE else (preference if found[best, 4] == EDGE_EDGE else 2e-3 * size)
-    numbers[k, 0] = found[best, 0] + handicap - margin[a] - margin[b]
-    numbers[k, 1], numbers[k, 2] = 0.0, found[best, 0] - second_best
-    numbers[k, 3], numbers[k, 4], numbers[k, 5] = turn_back(rotation[a], x, y, z)
-    numbers[k, 6], numbers[k, 7], numbers[k, 8] = x, y, z
+    if pieces.ranges[i, VERTICES] == pieces.ranges[i, VERTICES + 1]:
+        answers[k, 0], answers[k, 1] = PLANE, pieces.ranges[i, FACES]
+        return
+    if round_normal(pieces, i, j, rotation[a], rotation[b], dx, dy, dz)[0] < np.inf:
+        answers[k, 0] = ROUND
+        return
+    ax, ay, az = turn(rotation[a], pieces.centres[i, 0], pieces.centres[i, 1], pieces.centres[i, 2])
+    bx, by, bz = turn(rotation[b], pieces.centres[j, 0], pieces.centres[j, 1], pieces.centres[j, 2])
+    cx, cy, cz = dx + bx - ax, dy + by - ay, dz + bz - az
+    distance = length(cx, cy, cz)
+    answers[k, 0], numbers[k, 1], numbers[k, 9] = DIRECTION, np.inf, np.inf
+    if distance > 0.0:
+        numbers[k, 3], numbers[k, 4], numbers[k, 5] = turn_back(rotation[a], cx / distance, cy / distance, cz / distance)
+
+
+@njit(cache=True)
+def adopt_all(pieces, rows, answers, numbers, ask, position, rotation, margin, directions):
+    """``adopt`` FCL's directions (q, 3) for the rows ``ask`` (q,)."""
+    for place in range(len(ask)):
+        adopt(pieces, rows, answers, numbers, ask[place], position, rotation, margin,
+              directions[place, 0], directions[place, 1], directions[place, 2])
+        numbers[ask[place], 9] = 0.0
 
 
 class Collision:
@@ -279,7 +337,7 @@ class Collision:
         self.pieces = pieces
         self.rows = np.empty((0, 4), dtype=np.int64)  # body a, body b, piece a, piece b
         self.answers = np.empty((0, 5), dtype=np.int64)
-        self.numbers = np.empty((0, 9))
+        self.numbers = np.empty((0, 10))
         self.contact_range = np.empty((0, 2), dtype=np.int64)  # this pair's contacts of the previous step
         self.travel, self.allowance = np.empty(0), np.empty(0)  # motion since the list was made, and its limit [m], (n,)
         self.calls = 0
@@ -290,9 +348,9 @@ class Collision:
         """Refresh the list and the answers; per body: margin [m], motion in the last step and bound on it in this one [m]."""
         self._update_list(bodies, rotation, piece_ranges, group, margin, moved, stride)
         ask = refresh(self.pieces, self.rows, self.answers, self.numbers, bodies.position, rotation, moved, stride, margin)
-        for k in ask:
-            x, y, z = self._ask(k, bodies.position, rotation)
-            adopt(self.pieces, self.rows, self.answers, self.numbers, k, bodies.position, rotation, margin, x, y, z)
+        if len(ask):
+            directions = np.array([self._ask(k, bodies.position, rotation) for k in ask])
+            adopt_all(self.pieces, self.rows, self.answers, self.numbers, ask, bodies.position, rotation, margin, directions)
         return self.rows
 
     def _update_list(self, bodies, rotation, piece_ranges, group, margin, moved, stride):
@@ -312,7 +370,7 @@ class Collision:
         rows = pairs_module.close_pieces(body_pairs, self.pieces, piece_ranges, bodies.position, rotation, grown)
         match = pairs_module.carry_over(self.rows, rows)
         kept = match >= 0
-        answers, numbers = np.zeros((len(rows), 5), dtype=np.int64), np.zeros((len(rows), 9))
+        answers, numbers = np.zeros((len(rows), 5), dtype=np.int64), np.zeros((len(rows), 10))
         contact_range = np.zeros((len(rows), 2), dtype=np.int64)
         answers[kept], numbers[kept], contact_range[kept] = (self.answers[match[kept]], self.numbers[match[kept]],
                                                             self.contact_range[match[kept]])

@@ -254,14 +254,17 @@ def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, 
 def build(pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin, old_point, old_impulse):
     """All contacts of the step, in the order of the pair list.
 
-    Returns bodies (m, 2), arms from a's and b's centres to the point and the normal (m, 9), gap (m,), last step's impulse [N s], world axes
+    Returns bodies (m, 2), arms from a's centre to a's surface and from b's to b's, and the normal (m, 9), gap (m,), last step's impulse [N s], world axes
     (m, 3), and the point in a's body axes (m, 3), by which the next step will know it again. ``contact_range`` is brought up to date.
     """
     capacity = 64
     bodies = np.empty((capacity, 2), dtype=np.int64)
     vectors, gaps = np.empty((capacity, 9)), np.empty(capacity)
     impulse, local = np.zeros((capacity, 3)), np.empty((capacity, 3))
-    points, point_gaps, work, normals = np.empty((512, 3)), np.empty(512), np.empty((512, 4)), np.empty((512, 3))
+    largest = 16  # vertices of the largest piece: a polygon clipped by another has at most as many corners as both
+    for piece in range(len(pieces.ranges)):
+        largest = max(largest, pieces.ranges[piece, VERTICES + 1] - pieces.ranges[piece, VERTICES])
+    points, point_gaps, work, normals = np.empty((4 * largest, 3)), np.empty(4 * largest), np.empty((4 * largest, 4)), np.empty((4 * largest, 3))
     total = 0
     for k in range(len(rows)):
         a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
@@ -302,7 +305,9 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
         for p in range(count):
             bodies[total] = (a, b)
             x, y, z = points[p, 0], points[p, 1], points[p, 2]
-            vectors[total] = (x, y, z, x - dx, y - dy, z - dz, normals[p, 0], normals[p, 1], normals[p, 2])
+            u, v, w = normals[p, 0], normals[p, 1], normals[p, 2]
+            half = 0.5 * (point_gaps[p] - margin[a] - margin[b])  # from the midpoint to either surface, which meet when the gap has closed
+            vectors[total] = (x - half * u, y - half * v, z - half * w, x - dx + half * u, y - dy + half * v, z - dz + half * w, u, v, w)
             gaps[total] = point_gaps[p] - margin[a] - margin[b]
             x, y, z = turn_back(rotation[b if kind == PLANE else a], x - (dx if kind == PLANE else 0.0), y - (dy if kind == PLANE else 0.0),
                                 z - (dz if kind == PLANE else 0.0))
