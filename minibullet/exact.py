@@ -21,7 +21,8 @@ from .cone import compress, gauss_seidel, into_cone, natural_map_residual
 from .errors import InputError
 from .newton import solve_scaled
 
-NEWTON_STEPS = 3000  # cap per island; a solved problem takes tens, the hardest known ones 1500
+NEWTON_STEPS = 10000  # cap per island; most problems take tens, the hardest known one (a rock pile, mu = 1) 9000
+STEP_LIMIT = 1000  # the same inside a simulation, which would rather report a residual than wait
 
 
 class ContactSolution(NamedTuple):
@@ -32,7 +33,7 @@ class ContactSolution(NamedTuple):
     iterations: int  # Gauss-Seidel sweeps plus Newton steps, summed over the islands
 
 
-def solve_dense(W, q, mu, r0, tolerance, reference_mass=1.0, newton_steps=NEWTON_STEPS):
+def solve_dense(W, q, mu, r0, tolerance, reference_mass=1.0, newton_steps=STEP_LIMIT):
     """One island, dense float64 W (3m, 3m), unchecked: returns (impulse, residual, iterations). r0 (3m,) is the warm start.
 
     newton_steps caps the work where no solution is found; the best impulse found is returned with its true residual.
@@ -40,7 +41,7 @@ def solve_dense(W, q, mu, r0, tolerance, reference_mass=1.0, newton_steps=NEWTON
     return solve_rows(compress(W), q, mu, r0, tolerance, reference_mass, newton_steps)
 
 
-def solve_rows(rows, q, mu, r0, tolerance, reference_mass=1.0, newton_steps=NEWTON_STEPS, sweeps=200):
+def solve_rows(rows, q, mu, r0, tolerance, reference_mass=1.0, newton_steps=STEP_LIMIT, sweeps=200):
     """One island as block rows (start, column, block), unchecked: returns (impulse, residual, iterations)."""
     impulse = into_cone(mu, r0) if q.any() else np.zeros_like(q)
     residual = natural_map_residual(*rows, q, mu, impulse, reference_mass)
@@ -114,13 +115,15 @@ def solve_contacts(W, q, mu, tolerance=1e-8, *, impulse=None, reference_mass=1.0
     if m:
         pattern = sparse.csr_array((np.ones(len(blocks.indices)), blocks.indices, blocks.indptr), shape=(m, m))
         count, island = connected_components(pattern, directed=False)
+        small = m <= 300  # slicing a dense matrix is quicker than slicing a sparse one, while it fits
+        whole = W.toarray() if small or count == 1 else None
         for number in range(count):
             contacts = np.flatnonzero(island == number)
             rows = (3 * contacts[:, None] + np.arange(3)).ravel()
-            part = (W if count == 1 else W[rows][:, rows]).toarray()
+            part = whole if count == 1 else whole[np.ix_(rows, rows)] if small else W[rows][:, rows].toarray()
             # with several islands |q|, |r| and |u| may peak in different ones, which costs at most a factor of sqrt(3)
             goal = tolerance if count == 1 else 0.5 * tolerance
-            total[rows], _, used = solve_dense(part, q[rows], mu[contacts], impulse[rows], goal, reference_mass)
+            total[rows], _, used = solve_dense(part, q[rows], mu[contacts], impulse[rows], goal, reference_mass, NEWTON_STEPS)
             iterations += used
         blocks.sort_indices()
         start, column = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
