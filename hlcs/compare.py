@@ -66,7 +66,7 @@ class Comparison:
         return comparison_panels(self, ax)
 
     def save(self, folder):
-        """Write comparison.json, residuals.csv, report.txt and comparison.png into a folder; returns it."""
+        """Write comparison.json, residuals.csv, comparison.txt and comparison.png into a folder; returns it."""
         from .report import save_comparison
 
         return save_comparison(self, folder)

@@ -55,7 +55,10 @@ def _width(key):
 
 
 def _notes(notes):
-    return ["", "Notes on the data", *(f"  {note}" for note in notes)] if notes else []
+    if not notes:
+        return []
+    more = [f"  .. and {len(notes) - 12} more (all in the JSON result)"] if len(notes) > 12 else []
+    return ["", "Notes on the data", *(f"  {note}" for note in notes[:12]), *more]
 
 
 def diagnosis_text(diagnosis):
@@ -164,7 +167,7 @@ def save_comparison(comparison, folder):
     buffer = io.StringIO()
     comparison.to_dataframe().to_csv(buffer, index=False)
     files = {"comparison.json": json.dumps(comparison.to_json(), indent=1).encode(), "residuals.csv": buffer.getvalue().encode(),
-             "report.txt": (comparison.summary() + "\n").encode()}
+             "comparison.txt": (comparison.summary() + "\n").encode()}
     picture = _picture(comparison)
     if picture is not None:
         files["comparison.png"] = picture

@@ -65,5 +65,6 @@ class InertiaError(Change):
 
         moments = solid(setup.body).inertia
         factors = (self.factor_x, self.factor_y, self.factor_z)
-        return replace(setup, body=replace(setup.body, inertia=tuple(
-            float(factor * moment) for factor, moment in zip(factors, moments, strict=True))))
+        wanted = [float(factor * moment) for factor, moment in zip(factors, moments, strict=True)]
+        total = sum(wanted)  # no solid has a moment above the sum of the other two: the nearest that one can have
+        return replace(setup, body=replace(setup.body, inertia=tuple(min(moment, total - moment) for moment in wanted)))

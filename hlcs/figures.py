@@ -1,0 +1,138 @@
+"""Pictures of comparisons and diagnoses. Every plot takes `ax=None` and returns the Axes; nothing is shown or kept open."""
+
+import io
+
+import numpy as np
+
+INK, MEASURED, BEFORE, AFTER, NOISE = "#333333", "#444444", "#c44e52", "#2a7f9e", "#999999"
+
+
+def _axes(ax, size=(11, 8)):
+    """Four Axes: the given ones, or a new figure's (drawn without a window)."""
+    if ax is not None:
+        return np.asarray(ax).reshape(-1)
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure.subplots(2, 2).reshape(-1)
+
+
+def figure_bytes(result):
+    """The figure of a Comparison or Diagnosis as PNG, None where there is nothing to draw."""
+    table = getattr(result, "table", None) or getattr(result, "pictures", None)
+    if not table:
+        return None
+    axes = result.plot()
+    buffer = io.BytesIO()
+    axes[0].figure.savefig(buffer, format="png", dpi=110)
+    return buffer.getvalue()
+
+
+def _plain(ax, title, x, y):
+    ax.set_title(title, loc="left", fontsize=10, color=INK)
+    ax.set_xlabel(x, fontsize=9)
+    ax.set_ylabel(y, fontsize=9)
+    ax.tick_params(labelsize=8)
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+
+
+def diagnosis_panels(diagnosis, ax=None):
+    """Fit, residuals, ranking, and the error falling step by step to the noise floor; returns the four Axes."""
+    axes = _axes(ax)
+    if diagnosis.pictures:
+        fit_panel(axes[0], diagnosis)
+        residual_panel(axes[1], diagnosis)
+    ranking_panel(axes[2], diagnosis)
+    error_panel(axes[3], diagnosis)
+    found = f" ({', then '.join(diagnosis.effects)})" if diagnosis.effects else ""
+    axes[0].figure.suptitle(f"{diagnosis.title}: {diagnosis.verdict}{found}", fontsize=12, x=0.01, ha="left")
+    return axes
+
+
+def _worst(table):
+    """Recording and channel with the largest misfit in sigma."""
+    pairs = table["trial"] * 6 + table["channel"]
+    names, index = np.unique(pairs, return_inverse=True)
+    pair = names[np.argmax(np.bincount(index, table["sigmas"] ** 2) / np.bincount(index))]
+    return int(pair // 6), int(pair % 6)
+
+
+def fit_panel(ax, diagnosis):
+    """Measured and modelled, before and after, where the model misses most."""
+    before, after = diagnosis.pictures["before"], diagnosis.pictures["after"]
+    if diagnosis.kind == "outcomes":
+        order = np.argsort(before["input"], kind="stable")
+        x, inside, where, label = before["input"][order], order, "all rows", "main input"
+    else:
+        trial, channel = _worst(before)
+        inside = np.flatnonzero((before["trial"] == trial) & (before["channel"] == channel))
+        x, label = before["time"][inside], "time [s]"
+        where = f"{diagnosis.pictures['trials'][trial]}, {('x', 'y', 'z', 'rx', 'ry', 'rz')[channel]}"
+    ax.plot(x, before["measured"][inside], ".", color=MEASURED, ms=4, label="measured")
+    ax.plot(x, before["model"][inside], "-", color=BEFORE, lw=1.2, label="model before")
+    ax.plot(x, after["model"][inside], "-", color=AFTER, lw=1.2, label="model after")
+    ax.legend(fontsize=8, frameon=False)
+    _plain(ax, f"Fit where it missed most: {where}", label, f"[{diagnosis.error.get('unit') or ''}]")
+
+
+def residual_panel(ax, diagnosis):
+    """All residuals in units of the noise, before and after, against time (or the main input of a table)."""
+    name, label = ("input", "main input") if diagnosis.kind == "outcomes" else ("time", "time [s]")
+    for table, colour, text in ((diagnosis.pictures["before"], BEFORE, "before"), (diagnosis.pictures["after"], AFTER, "after")):
+        ax.plot(table[name], table["sigmas"], ".", color=colour, ms=3, alpha=0.5, label=text)
+    ax.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)
+    ax.legend(fontsize=8, frameon=False)
+    _plain(ax, "Residuals (grey: two sigma of the noise)", label, "measured - model [sigma]")
+
+
+def ranking_panel(ax, diagnosis, most=10):
+    """Evidence of the candidates on a logarithmic scale; accepted ones in colour."""
+    found = [entry for entry in diagnosis.candidates if entry.evidence is not None][:most][::-1]
+    values = [max(entry.evidence, 0.5) for entry in found]
+    colours = [AFTER if entry.accepted else BEFORE if entry.why.startswith("suspected") else NOISE for entry in found]
+    ax.barh(range(len(found)), values, color=colours)
+    ax.set_yticks(range(len(found)), [entry.effect for entry in found], fontsize=8)
+    if found:
+        ax.set_xscale("log")
+    _plain(ax, "Candidates (blue accepted, red suspected)", "evidence: fall of chi2 - p log n", "")
+
+
+def error_panel(ax, diagnosis):
+    """The error after each accepted effect, down to the noise."""
+    steps = [step for step in diagnosis.steps if step.get("held_out") is not None or step.get("fitted") is not None]
+    names = ["as it is"] + ["+ " + ", ".join(step["effects"]) for step in steps[1:]]
+    for key, colour in (("fitted", NOISE), ("held_out", AFTER)):
+        values = [step.get(key) for step in steps]
+        if values and all(value is not None for value in values):
+            ax.plot(range(len(values)), values, "o-", color=colour, label=key.replace("_", " "))
+    entry = diagnosis.error.get("held_out") or diagnosis.error.get("fitted")
+    if entry and entry.get("noise"):
+        ax.axhline(entry["noise"], color=INK, ls=":", lw=1, label="noise")
+    ax.set_xticks(range(len(names[:len(steps)])), names[:len(steps)], fontsize=8)
+    ax.set_xlim(-0.4, max(len(steps) - 0.6, 0.6))
+    ax.set_ylim(bottom=0)
+    ax.legend(fontsize=8, frameon=False)
+    _plain(ax, "The error falling", "", f"rms error [{diagnosis.error.get('unit') or ''}]")
+
+
+def comparison_panels(comparison, ax=None):
+    """Measured over model, and the residuals against time, height and speed; returns the four Axes."""
+    axes = _axes(ax)
+    table, unit = comparison.table, comparison.error.get("unit") or ""
+    if not table:
+        return axes
+    low, high = np.min(table["measured"]), np.max(table["measured"])
+    axes[0].plot([low, high], [low, high], "-", color=NOISE, lw=1)
+    axes[0].plot(table["model"], table["measured"], ".", color=AFTER, ms=3)
+    _plain(axes[0], "Measured over model", f"model [{unit}]", f"measured [{unit}]")
+    names = [("input", "main input")] * 3 if comparison.kind == "outcomes" else [
+        ("time", "time [s]"), ("height", "height [m]"), ("speed", "speed [m/s]")]
+    for panel, (name, label) in zip(axes[1:], names, strict=True):
+        panel.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)
+        panel.plot(table[name], table["sigmas"], ".", color=BEFORE, ms=3, alpha=0.6)
+        _plain(panel, f"Residuals against {label.split(' [')[0]}", label, "measured - model [sigma]")
+    axes[0].figure.suptitle(comparison.title, fontsize=12, x=0.01, ha="left")
+    return axes
