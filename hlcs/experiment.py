@@ -1,7 +1,7 @@
 """The placement test: frozen values that define a run completely, and the frozen result.
 
-    test = hlcs.PlacementTest(grid=hlcs.TPG, layers=5, seed=1)
-    result = test.run()
+test = hlcs.PlacementTest(grid=hlcs.TPG, layers=5, seed=1)
+result = test.run()
 """
 
 import time
@@ -21,12 +21,15 @@ from minibullet.errors import InputError
 class PlacementTest:
     """One placement test. Lengths in Dn where the paper gives them so; the defaults are the paper's calibrated values.
 
-    grid: Grid, "TPG", "RPG" or "a,b"; layers; rows, columns of the first layer; bottom: "flat", "slope:0.04", a survey CSV or a bottom;
+    grid: Grid, "TPG", "RPG" or "a,b"; layers; rows, columns of the first layer; bottom: "flat", "slope:0.04", a survey CSV or a
+    bottom;
     reference: "layer" (each layer's grid starts from a unit of the layer below) or "blind" (from one unit of the first layer);
-    shape: "pieces" (the true unit) or "hull"; side of the unit's cube [m]; friction: *contact* coefficient [-], 0.36 is what Bullet makes of
+    shape: "pieces" (the true unit) or "hull"; side of the unit's cube [m]; friction: *contact* coefficient [-], 0.36 is what
+    Bullet makes of
     the paper's 0.6 on each of two bodies; restitution [-];
     linear_damping, angular_damping [-]; margin around each unit [Dn]; falling_distance [Dn]; density [kg/m3]; seed;
-    time_step [s], iterations, tolerance, solver: how the engine computes; settle_time: longest wait for a layer [s]; plates per side.
+    time_step [s], iterations, tolerance, solver: how the engine computes; settle_time: longest wait for a layer [s]; plates per
+    side.
 
     Raises InputError that names the field, its value and the rule.
     """
@@ -58,13 +61,26 @@ class PlacementTest:
         object.__setattr__(self, "grid", Grid.parse(self.grid))
         if isinstance(self.bottom, str):
             object.__setattr__(self, "bottom", bottoms.parse_bottom(self.bottom))
-        for name, low, high in (("layers", 1, 50), ("rows", 1, 1000), ("columns", 1, 1000), ("plates", 1, 20), ("iterations", 1, 10**6),
-                                ("seed", 0, 2**63 - 1)):
+        for name, low, high in (
+            ("layers", 1, 50),
+            ("rows", 1, 1000),
+            ("columns", 1, 1000),
+            ("plates", 1, 20),
+            ("iterations", 1, 10**6),
+            ("seed", 0, 2**63 - 1),
+        ):
             value = getattr(self, name)
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not low <= value <= high:
                 raise InputError(f"placement: {name} = {value!r}; it must be a whole number from {low} to {high}")
-        for name, low, high in (("side", 0, np.inf), ("density", 0, np.inf), ("friction", -1, np.inf), ("falling_distance", -1, 100),
-                                ("margin", -1, 0.5), ("settle_time", 0, np.inf), ("time_step", 0, 1)):
+        for name, low, high in (
+            ("side", 0, np.inf),
+            ("density", 0, np.inf),
+            ("friction", -1, np.inf),
+            ("falling_distance", -1, 100),
+            ("margin", -1, 0.5),
+            ("settle_time", 0, np.inf),
+            ("time_step", 0, 1),
+        ):
             value = getattr(self, name)
             if isinstance(value, (bool, str)) or not np.isfinite(value) or not low < value <= high or (low == -1 and value < 0):
                 words = f"> {low}" if low != -1 else ">= 0"
@@ -73,8 +89,10 @@ class PlacementTest:
             if getattr(self, name) not in allowed:
                 raise InputError(f"placement: {name} = {getattr(self, name)!r}; it must be one of {', '.join(allowed)}")
         if self.layers > min(self.rows, self.columns):
-            raise InputError(f"placement: layers = {self.layers} with {self.rows} rows and {self.columns} columns; every layer has one row and "
-                             f"one column less, so at most {min(self.rows, self.columns)} layers")
+            raise InputError(
+                f"placement: layers = {self.layers} with {self.rows} rows and {self.columns} columns; every layer has one row and "
+                f"one column less, so at most {min(self.rows, self.columns)} layers"
+            )
         self.settings  # checked now, not after minutes
 
     @property
@@ -85,9 +103,17 @@ class PlacementTest:
     @property
     def settings(self):
         """The engine's settings."""
-        return mb.Settings(time_step=self.time_step, friction=self.friction, restitution=self.restitution, linear_damping=self.linear_damping,
-                           angular_damping=self.angular_damping, margin=self.margin * self.unit.nominal_diameter, solver=self.solver,
-                           iterations=self.iterations, tolerance=self.tolerance)
+        return mb.Settings(
+            time_step=self.time_step,
+            friction=self.friction,
+            restitution=self.restitution,
+            linear_damping=self.linear_damping,
+            angular_damping=self.angular_damping,
+            margin=self.margin * self.unit.nominal_diameter,
+            solver=self.solver,
+            iterations=self.iterations,
+            tolerance=self.tolerance,
+        )
 
     def run(self, progress=None):
         """Place and measure all layers; ``progress(layer)`` is called after each. Returns a PlacementResult."""
@@ -101,23 +127,34 @@ class PlacementTest:
         for layer in range(1, self.layers + 1):
             centres = self.grid.centres(self.rows, self.columns, layer) * dn + shift
             if layer == 1:
-                handles = placement.lay_first_layer(world, unit, shape, centres, self.bottom, self.grid.triangular, generator, self.density, margin)
+                handles = placement.lay_first_layer(
+                    world, unit, shape, centres, self.bottom, self.grid.triangular, generator, self.density, margin
+                )
             else:
                 lowest = self.bottom.height(*centres.T) + envelope + self.falling_distance * dn
                 handles = placement.hang_layer(world, layer, shape, centres, lowest, generator, self.density)
             records.append(placement.settle_layer(world, layer, handles, self.bottom, level, self.settle_time))
             if self.reference == "layer":
                 shift = shift + placement.reference_shift(handles, centres)
-            heights = plates.envelope_heights([*previous, *handles], self.bottom, plates.plate_centres(centres, dn, self.plates), dn, self.settings)
+            heights = plates.envelope_heights(
+                [*previous, *handles], self.bottom, plates.plate_centres(centres, dn, self.plates), dn, self.settings
+            )
             if np.isnan(heights).all():
-                raise InputError(f"placement: no plate found a place on layer {layer}; too few units stand (grid too wide, or friction too low)")
+                raise InputError(
+                    f"placement: no plate found a place on layer {layer}; too few units stand (grid too wide, or friction too low)"
+                )
             readings.append(heights)
             envelope, previous = float(np.nanmean(heights)), handles
             level = _level(records[-1], self.bottom)
             if progress is not None:
                 progress(layer)
-        return PlacementResult(self, tuple(readings), tuple(_poses(record) for record in records),
-                               tuple(replace(record, handles=()) for record in records), time.perf_counter() - started)
+        return PlacementResult(
+            self,
+            tuple(readings),
+            tuple(_poses(record) for record in records),
+            tuple(replace(record, handles=()) for record in records),
+            time.perf_counter() - started,
+        )
 
 
 def _level(record, bottom):
@@ -135,7 +172,8 @@ def _poses(record):
 class PlacementResult:
     """What a placement test gave: a frozen value.
 
-    test; readings: per layer the plates' heights above the bottom [m], NaN where a plate found no rest; poses: per layer (n, 7) positions [m] and
+    test; readings: per layer the plates' heights above the bottom [m], NaN where a plate found no rest; poses: per layer (n, 7)
+    positions [m] and
     orientations; records: how each layer came to rest; wall_seconds.
     """
 
@@ -159,7 +197,10 @@ class PlacementResult:
     def cv(self):
         """Scatter of single plates: standard deviation of the readings of a layer over k_j Dn, (M,)."""
         dn = self.test.unit.nominal_diameter
-        return np.array([np.nanstd(r, ddof=1) / dn if np.isfinite(r).sum() > 1 else np.nan for r in self.readings]) / self.layer_coefficients
+        return (
+            np.array([np.nanstd(r, ddof=1) / dn if np.isfinite(r).sum() > 1 else np.nan for r in self.readings])
+            / self.layer_coefficients
+        )
 
     @property
     def height_over_dn(self):
@@ -182,15 +223,37 @@ class PlacementResult:
         from hlcs.placement_files import placement_table
 
         test, dn = self.test, self.test.unit.nominal_diameter
-        layers = [{"layer": j + 1, "k": float(k), "readings": int(np.isfinite(self.readings[j]).sum()), "cv": float(self.cv[j]),
-                   "units": len(self.poses[j]), "lost": int(self.lost[j]), "unsettled": self.records[j].unsettled}
-                  for j, k in enumerate(self.layer_coefficients)]
-        return {"format": 1, "grid": test.grid.name, "spacing_x": test.grid.spacing_x, "spacing_y": test.grid.spacing_y, "seed": test.seed,
-                "shape": test.shape, "nominal_diameter_m": dn, "layers": layers, "height_over_dn": self.height_over_dn,
-                "porosity": self.porosity, "packing_density": test.grid.packing_density,
-                "max_penetration_over_dn": max(r.penetration for r in self.records) / dn, "wall_seconds": self.wall_seconds,
-                "unsolved_steps": sum(r.unsolved_steps for r in self.records), "steps": sum(r.steps for r in self.records),
-                "settings": placement_table(test), "versions": files.versions()}
+        layers = [
+            {
+                "layer": j + 1,
+                "k": float(k),
+                "readings": int(np.isfinite(self.readings[j]).sum()),
+                "cv": float(self.cv[j]),
+                "units": len(self.poses[j]),
+                "lost": int(self.lost[j]),
+                "unsettled": self.records[j].unsettled,
+            }
+            for j, k in enumerate(self.layer_coefficients)
+        ]
+        return {
+            "format": 1,
+            "grid": test.grid.name,
+            "spacing_x": test.grid.spacing_x,
+            "spacing_y": test.grid.spacing_y,
+            "seed": test.seed,
+            "shape": test.shape,
+            "nominal_diameter_m": dn,
+            "layers": layers,
+            "height_over_dn": self.height_over_dn,
+            "porosity": self.porosity,
+            "packing_density": test.grid.packing_density,
+            "max_penetration_over_dn": max(r.penetration for r in self.records) / dn,
+            "wall_seconds": self.wall_seconds,
+            "unsolved_steps": sum(r.unsolved_steps for r in self.records),
+            "steps": sum(r.steps for r in self.records),
+            "settings": placement_table(test),
+            "versions": files.versions(),
+        }
 
     def to_dataframe(self):
         """One row a layer: layer, k, readings, cv, units, lost, unsettled."""
@@ -199,7 +262,8 @@ class PlacementResult:
         return pd.DataFrame(self.to_dict()["layers"])
 
     def save(self, folder):
-        """Write layers.csv, result.json, poses.npz, settings.toml, scene.glb, structure.png and report.html into a folder; returns it."""
+        """Write layers.csv, result.json, poses.npz, settings.toml, scene.glb, structure.png and report.html into a folder;
+        returns it."""
         from hlcs.results import save_placement
 
         return save_placement(self, folder)
@@ -214,13 +278,19 @@ class PlacementResult:
     def summary(self):
         """A few lines of text: the layers, the height, what was lost or did not settle."""
         data = self.to_dict()
-        lines = [f"{data['grid']} grid, {len(self.poses)} layers, {sum(len(p) for p in self.poses)} units, shape {data['shape']}, "
-                 f"contact friction {self.test.friction:g}, seed {data['seed']}",
-                 "layer       k   plates      CV  units  lost  unsettled"]
-        lines += [f"{r['layer']:5d}  {r['k']:6.3f}  {r['readings']:6d}  {r['cv']:6.4f}  {r['units']:5d}  {r['lost']:4d}  {r['unsettled']:9d}"
-                  for r in data["layers"]]
-        lines.append(f"height {data['height_over_dn']:.3f} Dn, porosity {data['porosity']:.3f}, packing density {data['packing_density']:.3f}, "
-                     f"deepest overlap {data['max_penetration_over_dn']:.1e} Dn, {self.wall_seconds:.1f} s")
+        lines = [
+            f"{data['grid']} grid, {len(self.poses)} layers, {sum(len(p) for p in self.poses)} units, shape {data['shape']}, "
+            f"contact friction {self.test.friction:g}, seed {data['seed']}",
+            "layer       k   plates      CV  units  lost  unsettled",
+        ]
+        lines += [
+            f"{r['layer']:5d}  {r['k']:6.3f}  {r['readings']:6d}  {r['cv']:6.4f}  {r['units']:5d}  {r['lost']:4d}  {r['unsettled']:9d}"
+            for r in data["layers"]
+        ]
+        lines.append(
+            f"height {data['height_over_dn']:.3f} Dn, porosity {data['porosity']:.3f}, packing density {data['packing_density']:.3f}, "
+            f"deepest overlap {data['max_penetration_over_dn']:.1e} Dn, {self.wall_seconds:.1f} s"
+        )
         if data["unsolved_steps"]:
             lines.append(f"{data['unsolved_steps']} of {data['steps']} steps did not reach residual {self.test.tolerance:g}")
         return "\n".join(lines)

@@ -1,9 +1,11 @@
 """One layer of units: aimed, oriented, dropped, settled, frozen (section 3.2.3 of the paper).
 
 The first layer is laid at rest: every unit in its lowest pose with an edge on the bottom, heading free on a triangular grid; on a
-rectangular one, where free headings collide, with its horizontal tip axis along x. Units of the next layers are oriented at random, their
+rectangular one, where free headings collide, with its horizontal tip axis along x. Units of the next layers are oriented at
+random, their
 lowest point a falling distance above the mean height of the layers below, over the hollows, all dropped at once.
-Orientations are drawn again while units overlap; what no drawing can free (tips that are longer than the spacing) is pushed apart.
+Orientations are drawn again while units overlap; what no drawing can free (tips that are longer than the spacing) is pushed
+apart.
 """
 
 from dataclasses import dataclass
@@ -31,17 +33,29 @@ class LayerRecord:
 
 
 def lay_first_layer(world, unit, shape, centres, bottom, triangular, generator, density, margin):
-    """Lay units at rest on the bottom; centres (n, 2) [m]. Returns the handles; overlaps are redrawn, then pushed apart sideways."""
+    """Lay units at rest on the bottom; centres (n, 2) [m]. Returns the handles; overlaps are redrawn, then pushed apart
+    sideways."""
     handles = []
     for x, y in centres:
         normal = np.asarray(bottom.normal(x, y), dtype=float)
         orientation = _first_pose(unit, normal, triangular, generator)
         foot = np.array([x, y, float(bottom.height(x, y))])
         # with a margin the unit rests that much above the bottom
-        handles.append(world.add(shape, density=density, position=foot + (unit.rest_height + margin) * normal, orientation=orientation,
-                                 name=f"1.{len(handles) + 1}"))
+        handles.append(
+            world.add(
+                shape,
+                density=density,
+                position=foot + (unit.rest_height + margin) * normal,
+                orientation=orientation,
+                name=f"1.{len(handles) + 1}",
+            )
+        )
+
     def redraw(handle):
-        handle.orientation = _first_pose(unit, np.asarray(bottom.normal(*handle.position[:2]), dtype=float), triangular, generator)
+        handle.orientation = _first_pose(
+            unit, np.asarray(bottom.normal(*handle.position[:2]), dtype=float), triangular, generator
+        )
+
     _free(world, handles, redraw if triangular else None)
     return handles
 
@@ -63,7 +77,9 @@ def hang_layer(world, layer, shape, centres, lowest, generator, density):
     handles = []
     for (x, y), z in zip(centres, lowest, strict=True):
         orientation, depth = oriented()
-        handle = world.add(shape, density=density, position=(x, y, z + depth), orientation=orientation, name=f"{layer}.{len(handles) + 1}")
+        handle = world.add(
+            shape, density=density, position=(x, y, z + depth), orientation=orientation, name=f"{layer}.{len(handles) + 1}"
+        )
         level[handle] = (x, y, z)
         handles.append(handle)
 
@@ -90,13 +106,16 @@ def _free(world, handles, redraw):
     left = [(a, b, d) for a, b, d in world.overlaps(1e-6) if a in own or b in own]
     if left:
         a, b, depth = left[0]
-        raise InputError(f"placement: units {a.name!r} and {b.name!r} overlap by {depth:.3g} m and cannot be freed; widen the grid")
+        raise InputError(
+            f"placement: units {a.name!r} and {b.name!r} overlap by {depth:.3g} m and cannot be freed; widen the grid"
+        )
 
 
 def settle_layer(world, layer, handles, bottom, level, max_time):
     """Run until the layer is at rest or the time is up, freeze it, and say how it went.
 
-    Units whose centres have sunk below height ``level`` above the bottom [m] are lost: they may roll on without the layer waiting for them.
+    Units whose centres have sunk below height ``level`` above the bottom [m] are lost: they may roll on without the layer
+    waiting for them.
     """
     first, unsolved, deepest = world.steps, world.unsolved_steps, [0.0]
 
@@ -115,7 +134,9 @@ def settle_layer(world, layer, handles, bottom, level, max_time):
         x, y, z = handle.position
         unsettled += int(speed > 5e-3 * np.sqrt(9.81 * radius) and z - float(bottom.height(x, y)) > level)
     world.freeze(handles)
-    return LayerRecord(layer, tuple(handles), str(reason), unsettled, deepest[0], world.steps - first, world.unsolved_steps - unsolved)
+    return LayerRecord(
+        layer, tuple(handles), str(reason), unsettled, deepest[0], world.steps - first, world.unsolved_steps - unsolved
+    )
 
 
 def reference_shift(handles, centres):

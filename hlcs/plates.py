@@ -24,9 +24,11 @@ def plate_centres(centres, nominal_diameter, per_side=3):
 
 
 def envelope_heights(units, bottom, centres, nominal_diameter, settings, max_time=4.0):
-    """Height above the bottom of the lower face's centre of a plate laid at each of ``centres`` (k, 2) on frozen ``units`` [m], (k,).
+    """Height above the bottom of the lower face's centre of a plate laid at each of ``centres`` (k, 2) on frozen ``units`` [m],
+    (k,).
 
-    units: handles. The plates fall on the fixed units from just above them and ignore one another. A plate that has not come to rest, leans by more
+    units: handles. The plates fall on the fixed units from just above them and ignore one another. A plate that has not come to
+    rest, leans by more
     than MOST_TILT or slid by more than MOST_SLIDE found no bed there, as over a hole or an edge: it reads NaN.
     """
     world = mb.World([mb.Gravity(9.81)], settings)
@@ -41,14 +43,18 @@ def envelope_heights(units, bottom, centres, nominal_diameter, settings, max_tim
     for number, (x, y) in enumerate(centres):
         below = np.abs(places - (x, y)).max(axis=1) < 0.5 * side + nominal_diameter
         start = tops[below].max() if below.any() else float(bottom.height(x, y))
-        plates.append(world.add(plate, density=PLATE_DENSITY, position=(x, y, start + 0.52 * thickness), group=number, margin=0.0))
+        plates.append(
+            world.add(plate, density=PLATE_DENSITY, position=(x, y, start + 0.52 * thickness), group=number, margin=0.0)
+        )
     rest = world.settle(max_time)
     heights = np.empty(len(plates))
     for number, handle in enumerate(plates):
         axis = mb.rotations.rotate(handle.orientation, np.array([0.0, 0.0, 1.0]))
         face = handle.position - 0.5 * thickness * axis
         slow = np.linalg.norm(handle.velocity) < 1e-2 * np.sqrt(9.81 * nominal_diameter)
-        flat = axis[2] > np.cos(MOST_TILT) and np.hypot(*(handle.position[:2] - centres[number])) < MOST_SLIDE * nominal_diameter
+        flat = (
+            axis[2] > np.cos(MOST_TILT) and np.hypot(*(handle.position[:2] - centres[number])) < MOST_SLIDE * nominal_diameter
+        )
         heights[number] = face[2] - float(bottom.height(face[0], face[1])) if flat and (rest == "at_rest" or slow) else np.nan
     return heights
 

@@ -1,11 +1,11 @@
 """minibullet: a small engine for rigid bodies with hard contact, to be read in an evening.
 
-    import minibullet as mb
+import minibullet as mb
 
-    world = mb.World(effects=[mb.Gravity(9.81)], settings=mb.Settings(friction=0.6))
-    world.add_plane()
-    unit = world.add(mb.Box(1.0, 1.0, 1.0), density=2300.0, position=(0, 0, 2))
-    world.settle(max_time=10)
+world = mb.World(effects=[mb.Gravity(9.81)], settings=mb.Settings(friction=0.6))
+world.add_plane()
+unit = world.add(mb.Box(1.0, 1.0, 1.0), density=2300.0, position=(0, 0, 2))
+world.settle(max_time=10)
 """
 
 from minibullet import effects, rotations

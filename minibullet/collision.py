@@ -1,10 +1,13 @@
 """Who touches whom: python-fcl decides for each pair of convex pieces, and its answer is kept while it holds.
 
-Two convex pieces are apart, touch or overlap by the largest separation over all directions: s(n) = min_b n.x - max_a n.x. FCL finds the
+Two convex pieces are apart, touch or overlap by the largest separation over all directions: s(n) = min_b n.x - max_a n.x. FCL
+finds the
 direction for pieces that are apart (closest points of slightly inset hulls, so that touching pieces are still apart for FCL);
 the direction is then made exact: the separation of the face and edge-edge normals around it is measured and the largest taken.
-An answer names the feature, not the direction, so it turns with the bodies. It has expired when the bodies have moved by more than
-half its lead over the second-best direction, because only then can another direction have overtaken it: its neighbours are measured
+An answer names the feature, not the direction, so it turns with the bodies. It has expired when the bodies have moved by more
+than
+half its lead over the second-best direction, because only then can another direction have overtaken it: its neighbours are
+measured
 again, and after more motion, or where only corners are near, FCL is asked again.
 Overlap cannot send FCL into its penetration algorithms, which are slow and sometimes wrong. Spheres, capsules and
 planes have closed forms and never reach FCL.
@@ -39,7 +42,8 @@ def separation(pieces, i, j, rotation_a, rotation_b, dx, dy, dz, nx, ny, nz):
 
 @njit(cache=True)
 def face_separation(pieces, face, other, rotation_own, rotation_other, dx, dy, dz, rounding):
-    """Separation of piece ``other`` from the plane of ``face``: (value, world normal); (dx, dy, dz) = other position minus own."""
+    """Separation of piece ``other`` from the plane of ``face``: (value, world normal); (dx, dy, dz) = other position minus
+    own."""
     nx, ny, nz = turn(rotation_own, pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2])
     x, y, z = turn_back(rotation_other, nx, ny, nz)
     return nx * dx + ny * dy + nz * dz - pieces.offsets[face] - support(pieces, other, -x, -y, -z) - rounding, nx, ny, nz
@@ -63,7 +67,8 @@ def edge_normal(pieces, first, second, i, j, rotation_a, rotation_b, dx, dy, dz)
 
 @njit(cache=True)
 def segment_closest(p0, p1, p2, u0, u1, u2, q0, q1, q2, v0, v1, v2):
-    """Closest points of the segments p + s u and q + t v, 0 <= s, t <= 1: (s, t). Ericson, Real-Time Collision Detection, 5.1.9."""
+    """Closest points of the segments p + s u and q + t v, 0 <= s, t <= 1: (s, t). Ericson, Real-Time Collision Detection,
+    5.1.9."""
     w0, w1, w2 = p0 - q0, p1 - q1, p2 - q2
     a, e = u0 * u0 + u1 * u1 + u2 * u2, v0 * v0 + v1 * v1 + v2 * v2
     b = u0 * v0 + u1 * v1 + u2 * v2
@@ -102,8 +107,11 @@ def closest_on_piece(pieces, piece, x, y, z):
         within = True
         for k in range(first, end):
             v, w = pieces.loops[k], pieces.loops[k + 1 if k + 1 < end else first]
-            ux, uy, uz = (pieces.vertices[w, 0] - pieces.vertices[v, 0], pieces.vertices[w, 1] - pieces.vertices[v, 1],
-                          pieces.vertices[w, 2] - pieces.vertices[v, 2])
+            ux, uy, uz = (
+                pieces.vertices[w, 0] - pieces.vertices[v, 0],
+                pieces.vertices[w, 1] - pieces.vertices[v, 1],
+                pieces.vertices[w, 2] - pieces.vertices[v, 2],
+            )
             ex, ey, ez = px - pieces.vertices[v, 0], py - pieces.vertices[v, 1], pz - pieces.vertices[v, 2]
             if (uy * nz - uz * ny) * ex + (uz * nx - ux * nz) * ey + (ux * ny - uy * nx) * ez > 0.0:
                 within = False
@@ -121,7 +129,8 @@ def closest_on_piece(pieces, piece, x, y, z):
 
 @njit(cache=True)
 def round_normal(pieces, i, j, rotation_a, rotation_b, dx, dy, dz):
-    """Normal a to b and separation of a pair with a sphere, or of two capsules: (separation, nx, ny, nz); separation = inf: not round."""
+    """Normal a to b and separation of a pair with a sphere, or of two capsules: (separation, nx, ny, nz); separation = inf: not
+    round."""
     count_a = pieces.ranges[i, VERTICES + 1] - pieces.ranges[i, VERTICES]
     count_b = pieces.ranges[j, VERTICES + 1] - pieces.ranges[j, VERTICES]
     rounding = pieces.sizes[i, 1] + pieces.sizes[j, 1]
@@ -150,7 +159,8 @@ def round_normal(pieces, i, j, rotation_a, rotation_b, dx, dy, dz):
 
 @njit(cache=True)
 def evaluate(pieces, kind, first, second, direction, i, j, rotation_a, rotation_b, dx, dy, dz):
-    """The kept answer at today's poses: separation [m] and world normal a to b; separation -inf where the answer has no normal."""
+    """The kept answer at today's poses: separation [m] and world normal a to b; separation -inf where the answer has no
+    normal."""
     rounding = pieces.sizes[i, 1] + pieces.sizes[j, 1]
     if kind == FACE_A or kind == PLANE:
         return face_separation(pieces, first, j, rotation_a, rotation_b, dx, dy, dz, rounding)
@@ -172,7 +182,8 @@ def evaluate(pieces, kind, first, second, direction, i, j, rotation_a, rotation_
 
 @njit(cache=True)
 def near_directions(pieces, piece, x, y, z, chosen):
-    """Edge directions of ``piece`` on its side that looks along (x, y, z), body axes: their indices into ``chosen``, in order; the count.
+    """Edge directions of ``piece`` on its side that looks along (x, y, z), body axes: their indices into ``chosen``, in order;
+    the count.
 
     An edge belongs when both of its ends lie within SLAB of the piece's size from the farthest vertex.
     """
@@ -180,8 +191,10 @@ def near_directions(pieces, piece, x, y, z, chosen):
     count = 0
     for edge in range(pieces.ranges[piece, EDGES], pieces.ranges[piece, EDGES + 1]):
         v, w, direction = pieces.edges[edge, 0], pieces.edges[edge, 1], pieces.edges[edge, 2]
-        if (x * pieces.vertices[v, 0] + y * pieces.vertices[v, 1] + z * pieces.vertices[v, 2] < limit
-                or x * pieces.vertices[w, 0] + y * pieces.vertices[w, 1] + z * pieces.vertices[w, 2] < limit):
+        if (
+            x * pieces.vertices[v, 0] + y * pieces.vertices[v, 1] + z * pieces.vertices[v, 2] < limit
+            or x * pieces.vertices[w, 0] + y * pieces.vertices[w, 1] + z * pieces.vertices[w, 2] < limit
+        ):
             continue
         known = False
         for k in range(count):
@@ -194,9 +207,11 @@ def near_directions(pieces, piece, x, y, z, chosen):
 
 @njit(cache=True)
 def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz):
-    """Make the direction n for row k exact: of n and the normals of faces and edge pairs that look its way, keep the one that separates most.
+    """Make the direction n for row k exact: of n and the normals of faces and edge pairs that look its way, keep the one that
+    separates most.
 
-    n is FCL's, or that of the answer kept so far, which the bodies' small motion can only have turned a little. Where there is none (zero), all
+    n is FCL's, or that of the answer kept so far, which the bodies' small motion can only have turned a little. Where there is
+    none (zero), all
     faces and edge pairs are tried.
     """
     a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
@@ -206,17 +221,23 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
     everywhere = nx == 0.0 and ny == 0.0 and nz == 0.0
     ax, ay, az = turn_back(rotation[a], nx, ny, nz)
     bx, by, bz = turn_back(rotation[b], -nx, -ny, -nz)
-    faces_a, faces_b = pieces.ranges[i, FACES + 1] - pieces.ranges[i, FACES], pieces.ranges[j, FACES + 1] - pieces.ranges[j, FACES]
+    faces_a, faces_b = (
+        pieces.ranges[i, FACES + 1] - pieces.ranges[i, FACES],
+        pieces.ranges[j, FACES + 1] - pieces.ranges[j, FACES],
+    )
     lines_a = np.arange(pieces.ranges[i, DIRECTIONS], pieces.ranges[i, DIRECTIONS + 1])
     lines_b = np.arange(pieces.ranges[j, DIRECTIONS], pieces.ranges[j, DIRECTIONS + 1])
     if not everywhere:
-        lines_a = lines_a[:near_directions(pieces, i, ax, ay, az, lines_a)]
-        lines_b = lines_b[:near_directions(pieces, j, bx, by, bz, lines_b)]
+        lines_a = lines_a[: near_directions(pieces, i, ax, ay, az, lines_a)]
+        lines_b = lines_b[: near_directions(pieces, j, bx, by, bz, lines_b)]
     found = np.empty((faces_a + faces_b + len(lines_a) * len(lines_b) + 1, 7))
     count, face_of_a, face_of_b = 0, -1, -1
     best_a, best_b = -np.inf, -np.inf
     for face in range(pieces.ranges[i, FACES], pieces.ranges[i, FACES + 1]):
-        if not everywhere and pieces.normals[face, 0] * ax + pieces.normals[face, 1] * ay + pieces.normals[face, 2] * az < FACING:
+        if (
+            not everywhere
+            and pieces.normals[face, 0] * ax + pieces.normals[face, 1] * ay + pieces.normals[face, 2] * az < FACING
+        ):
             continue
         apart, x, y, z = face_separation(pieces, face, j, rotation[a], rotation[b], dx, dy, dz, rounding)
         if apart > best_a:
@@ -224,7 +245,10 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
         found[count] = (apart, x, y, z, float(FACE_A), float(face), 0.0)
         count += 1
     for face in range(pieces.ranges[j, FACES], pieces.ranges[j, FACES + 1]):
-        if not everywhere and pieces.normals[face, 0] * bx + pieces.normals[face, 1] * by + pieces.normals[face, 2] * bz < FACING:
+        if (
+            not everywhere
+            and pieces.normals[face, 0] * bx + pieces.normals[face, 1] * by + pieces.normals[face, 2] * bz < FACING
+        ):
             continue
         apart, x, y, z = face_separation(pieces, face, i, rotation[b], rotation[a], -dx, -dy, -dz, rounding)
         if apart > best_b:
@@ -263,8 +287,10 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
 def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, margin):
     """Bring the kept answers to today's poses and return the rows that FCL must be asked about, in order.
 
-    answers (k, 5): kind, first, second feature, best face of a, best face of b. numbers (k, 10): gap (a lower bound where positive), motion since the
-    answer was made exact, lead, direction in a's axes (3), normal (3), motion since FCL was asked. A pair whose lower bound minus the motion
+    answers (k, 5): kind, first, second feature, best face of a, best face of b. numbers (k, 10): gap (a lower bound where
+    positive), motion since the
+    answer was made exact, lead, direction in a's axes (3), normal (3), motion since FCL was asked. A pair whose lower bound
+    minus the motion
     stays beyond the reach of this step costs nothing.
     """
     ask = np.empty(len(rows), dtype=np.int64)
@@ -282,18 +308,23 @@ def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, m
         dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
         if answers[k, 0] == UNKNOWN:
             first_look(pieces, rows, answers, numbers, k, rotation, dx, dy, dz)
-        gap, nx, ny, nz = evaluate(pieces, answers[k, 0], answers[k, 1], answers[k, 2], numbers[k, 3:6], i, j,
-                                   rotation[a], rotation[b], dx, dy, dz)
+        gap, nx, ny, nz = evaluate(
+            pieces, answers[k, 0], answers[k, 1], answers[k, 2], numbers[k, 3:6], i, j, rotation[a], rotation[b], dx, dy, dz
+        )
         gap -= margin[a] + margin[b]
         numbers[k, 0], numbers[k, 6], numbers[k, 7], numbers[k, 8] = gap, nx, ny, nz
         kind = answers[k, 0]
         if gap > reach or kind == PLANE or kind == ROUND:
             continue
-        if kind == DIRECTION:  # it only has to keep corners apart; it may stay while the bodies are farther apart than they have moved
+        if (
+            kind == DIRECTION
+        ):  # it only has to keep corners apart; it may stay while the bodies are farther apart than they have moved
             if numbers[k, 1] > 0.5 * max(gap, 0.0):
                 ask[count] = k
                 count += 1
-        elif numbers[k, 1] > max(0.5 * numbers[k, 2], PATIENCE * size) or (gap < -DEPTH * size and numbers[k, 1] > 0.1 * PATIENCE * size):
+        elif numbers[k, 1] > max(0.5 * numbers[k, 2], PATIENCE * size) or (
+            gap < -DEPTH * size and numbers[k, 1] > 0.1 * PATIENCE * size
+        ):
             if numbers[k, 9] > FAR * size or gap == -np.inf:
                 ask[count] = k
                 count += 1
@@ -325,8 +356,19 @@ def first_look(pieces, rows, answers, numbers, k, rotation, dx, dy, dz):
 def adopt_all(pieces, rows, answers, numbers, ask, position, rotation, margin, directions):
     """``adopt`` FCL's directions (q, 3) for the rows ``ask`` (q,)."""
     for place in range(len(ask)):
-        adopt(pieces, rows, answers, numbers, ask[place], position, rotation, margin,
-              directions[place, 0], directions[place, 1], directions[place, 2])
+        adopt(
+            pieces,
+            rows,
+            answers,
+            numbers,
+            ask[place],
+            position,
+            rotation,
+            margin,
+            directions[place, 0],
+            directions[place, 1],
+            directions[place, 2],
+        )
         numbers[ask[place], 9] = 0.0
 
 
@@ -372,8 +414,11 @@ class Collision:
         kept = match >= 0
         answers, numbers = np.zeros((len(rows), 5), dtype=np.int64), np.zeros((len(rows), 10))
         contact_range = np.zeros((len(rows), 2), dtype=np.int64)
-        answers[kept], numbers[kept], contact_range[kept] = (self.answers[match[kept]], self.numbers[match[kept]],
-                                                            self.contact_range[match[kept]])
+        answers[kept], numbers[kept], contact_range[kept] = (
+            self.answers[match[kept]],
+            self.numbers[match[kept]],
+            self.contact_range[match[kept]],
+        )
         self.rows, self.answers, self.numbers, self.contact_range = rows, answers, numbers, contact_range
 
     def _body_size(self, first, end):
@@ -385,22 +430,34 @@ class Collision:
         if key not in self._hulls:
             pieces = self.pieces
             first, end = pieces.ranges[piece, VERTICES], pieces.ranges[piece, VERTICES + 1]
-            points = np.ldexp(pieces.centres[piece] + (1.0 - INSET) * (pieces.vertices[first:end] - pieces.centres[piece]), -exponent)
+            points = np.ldexp(
+                pieces.centres[piece] + (1.0 - INSET) * (pieces.vertices[first:end] - pieces.centres[piece]), -exponent
+            )
             faces = []
-            for loop_first, loop_end in pieces.face_ranges[pieces.ranges[piece, FACES]:pieces.ranges[piece, FACES + 1]]:
+            for loop_first, loop_end in pieces.face_ranges[pieces.ranges[piece, FACES] : pieces.ranges[piece, FACES + 1]]:
                 loop = pieces.loops[loop_first:loop_end] - first
                 faces.extend((len(loop), *loop))
-            self._hulls[key] = fcl.CollisionObject(fcl.Convex(points, len(pieces.face_ranges[
-                pieces.ranges[piece, FACES]:pieces.ranges[piece, FACES + 1]]), np.array(faces, dtype=np.int64)), fcl.Transform())
+            self._hulls[key] = fcl.CollisionObject(
+                fcl.Convex(
+                    points,
+                    len(pieces.face_ranges[pieces.ranges[piece, FACES] : pieces.ranges[piece, FACES + 1]]),
+                    np.array(faces, dtype=np.int64),
+                ),
+                fcl.Transform(),
+            )
         return self._hulls[key]
 
     def _ask(self, k, position, rotation):
         """FCL's direction a to b for row k, world; zero where the inset hulls overlap or one is not a polytope.
 
-        FCL's tolerances are absolute lengths, so it sees everything relative to a and scaled by a power of two to about unit size.
+        FCL's tolerances are absolute lengths, so it sees everything relative to a and scaled by a power of two to about unit
+        size.
         """
         a, b, i, j = self.rows[k]
-        if self.pieces.ranges[i, FACES] == self.pieces.ranges[i, FACES + 1] or self.pieces.ranges[j, FACES] == self.pieces.ranges[j, FACES + 1]:
+        if (
+            self.pieces.ranges[i, FACES] == self.pieces.ranges[i, FACES + 1]
+            or self.pieces.ranges[j, FACES] == self.pieces.ranges[j, FACES + 1]
+        ):
             return self._ask_capsule(k, position, rotation)
         exponent = int(np.frexp(max(self.pieces.sizes[i, 0], self.pieces.sizes[j, 0]))[1])
         one, two = self._hull(i, exponent, "a"), self._hull(j, exponent, "b")
@@ -419,14 +476,16 @@ class Collision:
         return tuple(rotation[a] @ (line / size))
 
     def _ask_capsule(self, k, position, rotation):
-        """Direction between a capsule and a polytope: from the segment's point that lies nearest (FCL is not needed for a segment)."""
+        """Direction between a capsule and a polytope: from the segment's point that lies nearest (FCL is not needed for a
+        segment)."""
         a, b, i, j = self.rows[k]
         return capsule_direction(self.pieces, i, j, rotation[a], rotation[b], *(position[b] - position[a]))
 
 
 @njit(cache=True)
 def capsule_direction(pieces, i, j, rotation_a, rotation_b, dx, dy, dz):
-    """Direction a to b between a capsule's core and a polytope, by ternary search for the nearest point of the core; zero if inside."""
+    """Direction a to b between a capsule's core and a polytope, by ternary search for the nearest point of the core; zero if
+    inside."""
     flip = pieces.ranges[j, FACES] == pieces.ranges[j, FACES + 1]
     if flip:
         px, py, pz, ux, uy, uz = core(pieces, j, rotation_b)
@@ -443,7 +502,9 @@ def capsule_direction(pieces, i, j, rotation_a, rotation_b, dx, dy, dz):
         s, t = low + (high - low) / 3.0, high - (high - low) / 3.0
         ex, ey, ez = closest_on_piece(pieces, solid, px + s * ux, py + s * uy, pz + s * uz)
         fx, fy, fz = closest_on_piece(pieces, solid, px + t * ux, py + t * uy, pz + t * uz)
-        if length(px + s * ux - ex, py + s * uy - ey, pz + s * uz - ez) < length(px + t * ux - fx, py + t * uy - fy, pz + t * uz - fz):
+        if length(px + s * ux - ex, py + s * uy - ey, pz + s * uz - ez) < length(
+            px + t * ux - fx, py + t * uy - fy, pz + t * uz - fz
+        ):
             high = t
         else:
             low = s

@@ -79,9 +79,16 @@ def pack(pieces):
         sizes.append((bound, piece.radius, inner))
     stack = lambda rows, width, kind=float: np.ascontiguousarray(np.array(rows, dtype=kind).reshape(-1, width))  # noqa: E731
     return Pieces(
-        np.concatenate(vertices), np.concatenate(normals), np.concatenate(offsets), np.array(loops, dtype=np.int64),
-        np.concatenate(directions), stack(edges, 3, np.int64), stack(ranges, 8, np.int64), stack(face_ranges, 2, np.int64),
-        stack(centres, 3), stack(sizes, 3),
+        np.concatenate(vertices),
+        np.concatenate(normals),
+        np.concatenate(offsets),
+        np.array(loops, dtype=np.int64),
+        np.concatenate(directions),
+        stack(edges, 3, np.int64),
+        stack(ranges, 8, np.int64),
+        stack(face_ranges, 2, np.int64),
+        stack(centres, 3),
+        stack(sizes, 3),
     )
 
 

@@ -1,9 +1,12 @@
 """Impacts with restitution, each at its own moment inside the step.
 
-Newton's law u_N+ = -e u_N- (Eq. 8 with a finite e) needs the speed at the moment of contact, not at the end of the step, or every bounce
+Newton's law u_N+ = -e u_N- (Eq. 8 with a finite e) needs the speed at the moment of contact, not at the end of the step, or
+every bounce
 gains or loses energy of the order of the step. With the geometry of the step's beginning, the gap of a contact is a
-parabola in time; the earliest impact is found, all contacts that touch at that moment are solved together with Coulomb friction, and the search
-goes on with the new velocities. Contacts whose rebound gravity would undo before the step ends are left to the resting contact law.
+parabola in time; the earliest impact is found, all contacts that touch at that moment are solved together with Coulomb
+friction, and the search
+goes on with the new velocities. Contacts whose rebound gravity would undo before the step ends are left to the resting contact
+law.
 Touching bodies struck together share the blow as Newton's law with all touching contacts at once has it.
 """
 
@@ -21,7 +24,7 @@ def normal_rate(c, bodies, rows, twist):
     a, b = bodies[c, 0], bodies[c, 1]
     value = 0.0
     for d in range(3):
-        value += (rows[c, d] * (twist[b, d] - twist[a, d]) + rows[c, 18 + d] * twist[b, 3 + d] - rows[c, 9 + d] * twist[a, 3 + d])
+        value += rows[c, d] * (twist[b, d] - twist[a, d]) + rows[c, 18 + d] * twist[b, 3 + d] - rows[c, 9 + d] * twist[a, 3 + d]
     return value
 
 
@@ -70,12 +73,15 @@ def resolve(bodies, rows, gap, size, restitution, friction, twist, acceleration,
         after = before.copy()
         touching = np.zeros(count, dtype=np.bool_)
         for c in range(count):
-            here = gap[c] - normal_rate(c, bodies, rows, lag) + now * (normal_rate(c, bodies, rows, twist)
-                                                                      + 0.5 * now * normal_rate(c, bodies, rows, acceleration))
+            here = (
+                gap[c]
+                - normal_rate(c, bodies, rows, lag)
+                + now * (normal_rate(c, bodies, rows, twist) + 0.5 * now * normal_rate(c, bodies, rows, acceleration))
+            )
             touching[c] = c == trigger or here <= 1e-9 * size[c]
             target[c] = max(-restitution[c] * normal_rate(c, bodies, rows, before), 0.0)
             part[c] = 0.0
-        for sweep in range(200):
+        for _ in range(200):
             change, total = 0.0, 0.0
             for c in range(count):
                 if touching[c]:

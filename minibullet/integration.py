@@ -1,6 +1,7 @@
 """Motion: the twist if nothing touched (Eqs. 4-7 of the paper), torque-free rotation, and the move at the end of the step.
 
-A body moves with the mean of its first and last velocity of the step, which is exact for constant forces, as long as that keeps every
+A body moves with the mean of its first and last velocity of the step, which is exact for constant forces, as long as that keeps
+every
 gap open; otherwise with the last velocity, which the contact problem has made admissible.
 """
 
@@ -18,7 +19,8 @@ DAMPING_LAWS = {
 
 @njit(cache=True)
 def principal_rate(q0, q1, q2, q3, inertia, lx, ly, lz):
-    """Angular velocity (world axes) of a body with angular momentum l (world) and orientation q: R I^-1 R^T l; q need not be unit."""
+    """Angular velocity (world axes) of a body with angular momentum l (world) and orientation q: R I^-1 R^T l; q need not be
+    unit."""
     scale = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
     r00, r01, r02 = q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3, 2.0 * (q1 * q2 - q0 * q3), 2.0 * (q1 * q3 + q0 * q2)
     r10, r11, r12 = 2.0 * (q1 * q2 + q0 * q3), q0 * q0 - q1 * q1 + q2 * q2 - q3 * q3, 2.0 * (q2 * q3 - q0 * q1)
@@ -33,7 +35,8 @@ def principal_rate(q0, q1, q2, q3, inertia, lx, ly, lz):
 def spin_freely(orientation, rate, inertia, time_step):
     """Torque-free rotation over a step: rotation vector turned through (n, 3) and angular velocity at the end (n, 3), world axes.
 
-    Euler's equations in the form q' = 1/2 omega(q) q with the angular momentum held exactly; classical Runge-Kutta of order four on q, so that
+    Euler's equations in the form q' = 1/2 omega(q) q with the angular momentum held exactly; classical Runge-Kutta of order
+    four on q, so that
     the energy error is of order (omega dt)^5 a step. Bodies with three equal moments turn at constant rate, which is exact.
     """
     turned, final = np.empty_like(rate), np.empty_like(rate)
@@ -57,7 +60,12 @@ def spin_freely(orientation, rate, inertia, time_step):
             k2, k3 = 0.5 * (b * p0 + c * p1 - a * p3), 0.5 * (c * p0 + a * p2 - b * p1)
             weight = 1.0 if stage == 0 or stage == 3 else 2.0
             s0, s1, s2, s3 = s0 + weight * k0, s1 + weight * k1, s2 + weight * k2, s3 + weight * k3
-        e0, e1, e2, e3 = q0 + time_step / 6.0 * s0, q1 + time_step / 6.0 * s1, q2 + time_step / 6.0 * s2, q3 + time_step / 6.0 * s3
+        e0, e1, e2, e3 = (
+            q0 + time_step / 6.0 * s0,
+            q1 + time_step / 6.0 * s1,
+            q2 + time_step / 6.0 * s2,
+            q3 + time_step / 6.0 * s3,
+        )
         size = sqrt(e0 * e0 + e1 * e1 + e2 * e2 + e3 * e3)
         e0, e1, e2, e3 = e0 / size, e1 / size, e2 / size, e3 / size
         final[n] = principal_rate(e0, e1, e2, e3, inertia[n], lx, ly, lz)
@@ -80,9 +88,21 @@ def posture(orientation):
     rotation = np.empty((len(orientation), 3, 3))
     for n in range(len(orientation)):
         w, x, y, z = orientation[n]
-        rotation[n, 0, 0], rotation[n, 0, 1], rotation[n, 0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
-        rotation[n, 1, 0], rotation[n, 1, 1], rotation[n, 1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
-        rotation[n, 2, 0], rotation[n, 2, 1], rotation[n, 2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+        rotation[n, 0, 0], rotation[n, 0, 1], rotation[n, 0, 2] = (
+            1 - 2 * (y * y + z * z),
+            2 * (x * y - w * z),
+            2 * (x * z + w * y),
+        )
+        rotation[n, 1, 0], rotation[n, 1, 1], rotation[n, 1, 2] = (
+            2 * (x * y + w * z),
+            1 - 2 * (x * x + z * z),
+            2 * (y * z - w * x),
+        )
+        rotation[n, 2, 0], rotation[n, 2, 1], rotation[n, 2, 2] = (
+            2 * (x * z - w * y),
+            2 * (y * z + w * x),
+            1 - 2 * (x * x + y * y),
+        )
     return rotation
 
 
@@ -131,19 +151,29 @@ def free_motion(orientation, twist, inertia, inverse_mass, wrench, time_step, ke
 
 
 def free(bodies, inverse_mass, wrench, settings):
-    """Twist at the end of the step if nothing touched, the mean twist on the way there (n, 6), world axes, and the angular velocity
+    """Twist at the end of the step if nothing touched, the mean twist on the way there (n, 6), world axes, and the angular
+    velocity
     that torque-free rotation alone would leave (n, 3).
 
     Eqs. (4)-(7): damping first, then acceleration times the step, as Bullet orders them.
     """
     left = DAMPING_LAWS[settings.damping_law]
-    return free_motion(bodies.orientation, bodies.twist, bodies.inertia, inverse_mass, wrench, settings.time_step,
-                       left(settings.linear_damping, settings.time_step), left(settings.angular_damping, settings.time_step))
+    return free_motion(
+        bodies.orientation,
+        bodies.twist,
+        bodies.inertia,
+        inverse_mass,
+        wrench,
+        settings.time_step,
+        left(settings.linear_damping, settings.time_step),
+        left(settings.angular_damping, settings.time_step),
+    )
 
 
 @njit(cache=True)
 def admissible_motion(contact_bodies, rows, gap, tolerance, mean, final, time_step):
-    """Mean twist of each body over the step (n, 6): ``mean`` where that closes no gap beyond ``tolerance`` (m,), else ``final``."""
+    """Mean twist of each body over the step (n, 6): ``mean`` where that closes no gap beyond ``tolerance`` (m,), else
+    ``final``."""
     motion = mean.copy()
     settled = np.zeros(len(mean), dtype=np.bool_)
     changed = True
@@ -155,8 +185,11 @@ def admissible_motion(contact_bodies, rows, gap, tolerance, mean, final, time_st
                 continue
             approach = 0.0
             for d in range(3):
-                approach += (rows[c, d] * (motion[b, d] - motion[a, d]) + rows[c, 18 + d] * motion[b, 3 + d]
-                             - rows[c, 9 + d] * motion[a, 3 + d])
+                approach += (
+                    rows[c, d] * (motion[b, d] - motion[a, d])
+                    + rows[c, 18 + d] * motion[b, 3 + d]
+                    - rows[c, 9 + d] * motion[a, 3 + d]
+                )
             if gap[c] + time_step * approach < -tolerance[c] and time_step * approach < 0.0:
                 for body in (a, b):
                     if not settled[body]:
@@ -168,16 +201,22 @@ def admissible_motion(contact_bodies, rows, gap, tolerance, mean, final, time_st
 
 @njit(cache=True)
 def keep_angular_momentum(old, new, inertia, rate, spun, final):
-    """Angular velocities ``final`` (n, 3) after the turn from orientation old to new, in place, so that angular momentum is what torques made it.
+    """Angular velocities ``final`` (n, 3) after the turn from orientation old to new, in place, so that angular momentum is
+    what torques made it.
 
-    Impulses were found with the inertia at the old orientation: they change the momentum by I_old (final - spun). With that momentum and
+    Impulses were found with the inertia at the old orientation: they change the momentum by I_old (final - spun). With that
+    momentum and
     the new orientation the angular velocity is I_new^-1 (I_old rate + I_old (final - spun)).
     """
     for n in range(len(rate)):
         i0, i1, i2 = inertia[n]
         if (i0 == i1 and i1 == i2) or (final[n, 0] == 0.0 and final[n, 1] == 0.0 and final[n, 2] == 0.0):
             continue
-        x, y, z = rate[n, 0] + final[n, 0] - spun[n, 0], rate[n, 1] + final[n, 1] - spun[n, 1], rate[n, 2] + final[n, 2] - spun[n, 2]
+        x, y, z = (
+            rate[n, 0] + final[n, 0] - spun[n, 0],
+            rate[n, 1] + final[n, 1] - spun[n, 1],
+            rate[n, 2] + final[n, 2] - spun[n, 2],
+        )
         lx, ly, lz = principal_rate(old[n, 0], old[n, 1], old[n, 2], old[n, 3], 1.0 / inertia[n], x, y, z)
         final[n] = principal_rate(new[n, 0], new[n, 1], new[n, 2], new[n, 3], inertia[n], lx, ly, lz)
 
@@ -204,7 +243,8 @@ def moved(position, orientation, motion, time_step):
 
 
 def move(bodies, motion, twist, spun, time_step):
-    """The bodies after the step: moved with the mean twist ``motion``, with velocities ``twist`` (n, 6); ``spun`` is from ``free``."""
+    """The bodies after the step: moved with the mean twist ``motion``, with velocities ``twist`` (n, 6); ``spun`` is from
+    ``free``."""
     position, orientation = moved(bodies.position, bodies.orientation, motion, time_step)
     twist = twist.copy()
     keep_angular_momentum(bodies.orientation, orientation, bodies.inertia, bodies.twist[:, 3:], spun, twist[:, 3:])
@@ -213,17 +253,21 @@ def move(bodies, motion, twist, spun, time_step):
 
 @njit(cache=True)
 def path_bound(twist, reach, duration):
-    """Bound on how far any point of each body goes in ``duration`` seconds at this twist [m], (n,): (|v| + |omega| R) duration."""
+    """Bound on how far any point of each body goes in ``duration`` seconds at this twist [m], (n,): (|v| + |omega| R)
+    duration."""
     result = np.empty(len(twist))
     for n in range(len(twist)):
         v, w = twist[n, :3], twist[n, 3:]
-        result[n] = duration * (sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) + reach[n] * sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]))
+        result[n] = duration * (
+            sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) + reach[n] * sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+        )
     return result
 
 
 def stride(twist, free_twist, reach, time_step):
     """Bound on how far any point of each body may go in this step [m], (n,).
 
-    Twice the distance by its twist before or its free twist: a blow on one end can double the speed of the other end within the step.
+    Twice the distance by its twist before or its free twist: a blow on one end can double the speed of the other end within the
+    step.
     """
     return 2.0 * np.maximum(path_bound(twist, reach, time_step), path_bound(free_twist, reach, time_step))

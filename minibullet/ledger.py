@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from minibullet import constraints, rotations
+from minibullet import problem, rotations
 from minibullet.effects.contract import name_of
 
 
@@ -29,20 +29,21 @@ class Step:
     @property
     def impulse(self):
         """Impulse on body b of each contact, world axes [N s], (m, 3); blows of this step included."""
-        return constraints.into_world(self.problem.rows, self.solution.impulse + self.blows)
+        return problem.into_world(self.problem.rows, self.solution.impulse + self.blows)
 
     @cached_property
     def final_velocity(self):
         """Relative velocity of each contact at the end of the contact solve, contact axes, the target taken off [m/s], (m, 3)."""
-        velocity = constraints.relative_velocity(self.problem.bodies, self.problem.rows, self.solution.twist)
+        velocity = problem.relative_velocity(self.problem.bodies, self.problem.rows, self.solution.twist)
         velocity[:, 0] -= self.problem.target
         return velocity
 
     @cached_property
     def components(self):
-        """cone, dual, signorini, slip: which part of the law fails, relative to the largest impulse and velocity (0 for an exact solution)."""
+        """cone, dual, signorini, slip: which part of the law fails, relative to the largest impulse and velocity (0 for an
+        exact solution)."""
         r, u, mu = self.solution.impulse, self.final_velocity, self.problem.friction
-        q = constraints.relative_velocity(self.problem.bodies, self.problem.rows, self.problem.free_twist)
+        q = problem.relative_velocity(self.problem.bodies, self.problem.rows, self.problem.free_twist)
         q[:, 0] -= self.problem.target
         r_ref = np.abs(r).max(initial=0.0)
         u_ref = max(np.abs(u).max(initial=0.0), np.abs(q).max(initial=0.0))
@@ -50,10 +51,12 @@ class Step:
             return {"cone": 0.0, "dual": 0.0, "signorini": 0.0, "slip": 0.0}
         r_t, u_t = np.sqrt((r[:, 1:] ** 2).sum(axis=1)), np.sqrt((u[:, 1:] ** 2).sum(axis=1))
         slip = mu[:, None] * r[:, :1] * u[:, 1:] + u_t[:, None] * r[:, 1:]
-        return {"cone": float(max((r_t - mu * r[:, 0]).max(), (-r[:, 0]).max(), 0.0) / r_ref),
-                "dual": float(max((-u[:, 0]).max(), 0.0) / u_ref),
-                "signorini": float(np.abs(r[:, 0] * u[:, 0]).max() / (r_ref * u_ref)),
-                "slip": float(np.sqrt((slip ** 2).sum(axis=1)).max() / (r_ref * u_ref))}
+        return {
+            "cone": float(max((r_t - mu * r[:, 0]).max(), (-r[:, 0]).max(), 0.0) / r_ref),
+            "dual": float(max((-u[:, 0]).max(), 0.0) / u_ref),
+            "signorini": float(np.abs(r[:, 0] * u[:, 0]).max() / (r_ref * u_ref)),
+            "slip": float(np.sqrt((slip**2).sum(axis=1)).max() / (r_ref * u_ref)),
+        }
 
     @property
     def penetration(self):
@@ -64,8 +67,10 @@ class Step:
         moving = np.isfinite(bodies.mass)
         rotation = rotations.matrix(bodies.orientation[moving])
         rate = np.einsum("nji,nj->ni", rotation, bodies.twist[moving, 3:])
-        return float(0.5 * (bodies.mass[moving] * (bodies.twist[moving, :3] ** 2).sum(axis=1)).sum()
-                     + 0.5 * (bodies.inertia[moving] * rate ** 2).sum())
+        return float(
+            0.5 * (bodies.mass[moving] * (bodies.twist[moving, :3] ** 2).sum(axis=1)).sum()
+            + 0.5 * (bodies.inertia[moving] * rate**2).sum()
+        )
 
     @cached_property
     def kinetic_energy(self):
@@ -74,7 +79,8 @@ class Step:
 
     @cached_property
     def work(self):
-        """Work of this step by line [J]: every effect by name, contact_normal, contact_friction, rotation (turning of unequal moments of
+        """Work of this step by line [J]: every effect by name, contact_normal, contact_friction, rotation (turning of unequal
+        moments of
         inertia and damping) so that the sum is the change of kinetic energy; and ``defect``, what no line explains."""
         mean = 0.5 * (self.before.twist + self.after.twist)
         lines = {}
@@ -82,7 +88,7 @@ class Step:
             name = name_of(effect)
             lines[name] = lines.get(name, 0.0) + float(self.time_step * (wrench * mean).sum())
         impulse = self.solution.impulse + self.blows
-        speed = constraints.relative_velocity(self.problem.bodies, self.problem.rows, mean)
+        speed = problem.relative_velocity(self.problem.bodies, self.problem.rows, mean)
         lines["contact_normal"] = float((impulse[:, 0] * speed[:, 0]).sum())
         lines["contact_friction"] = float((impulse[:, 1:] * speed[:, 1:]).sum() + self._rolling_work(mean))
         change = self.kinetic_energy - self._kinetic(self.before)
@@ -91,13 +97,19 @@ class Step:
         step = self.after.twist[moving] - self.before.twist[moving]
         given = self.time_step * sum((w[moving] for w in self.wrenches), np.zeros_like(step))
         total = np.zeros_like(self.before.twist)
-        world = constraints.into_world(self.problem.rows, impulse)
         for side, sign in ((0, -1.0), (1, 1.0)):
-            body = self.problem.bodies[:, side]
-            arm = self.contacts.point - self.before.position[body]
-            np.add.at(total, body, sign * np.concatenate([world, np.cross(arm, world)], axis=1))
-        momentum = np.concatenate([self.before.mass[moving, None] * step[:, :3],
-                                   self._angular(self.after)[moving] - self._angular(self.before)[moving]], axis=1)
+            np.add.at(
+                total,
+                self.problem.bodies[:, side],
+                sign * np.einsum("mi,mik->mk", impulse, problem.jacobian(self.problem.rows, side)),
+            )
+        momentum = np.concatenate(
+            [
+                self.before.mass[moving, None] * step[:, :3],
+                self._angular(self.after)[moving] - self._angular(self.before)[moving],
+            ],
+            axis=1,
+        )
         left = momentum - given - total[moving]
         turn = change - float((momentum * mean[moving]).sum())
         lines["rotation"] = turn + float((left * mean[moving]).sum()) - self._rolling_work(mean)
@@ -106,13 +118,17 @@ class Step:
 
     def _rolling_work(self, mean):
         rate = mean[self.problem.bodies[:, 1], 3:] - mean[self.problem.bodies[:, 0], 3:]
-        return float((constraints.into_world(self.problem.rows, self.solution.moment) * rate).sum())
+        return float((problem.into_world(self.problem.rows, self.solution.moment) * rate).sum())
 
     def _angular(self, bodies):
         """Angular momentum of each body about its own centre [kg m2/s], (n, 3); zero if fixed."""
         rotation = rotations.matrix(bodies.orientation)
         rate = np.einsum("nji,nj->ni", rotation, bodies.twist[:, 3:])
-        return np.einsum("nij,nj->ni", rotation, np.where(np.isfinite(bodies.mass)[:, None], np.where(np.isfinite(bodies.inertia), bodies.inertia, 0.0) * rate, 0.0))
+        return np.einsum(
+            "nij,nj->ni",
+            rotation,
+            np.where(np.isfinite(bodies.mass)[:, None], np.where(np.isfinite(bodies.inertia), bodies.inertia, 0.0) * rate, 0.0),
+        )
 
     @cached_property
     def momentum_defect(self):
@@ -134,11 +150,25 @@ class Step:
         work = dict(self.work)
         defect = work.pop("defect")
         return {
-            "step": self.step, "t": self.time, "dt": self.time_step, "n_contacts": len(self.contacts.gap),
-            "n_active": int((self.solution.impulse[:, 0] > 0).sum()), "residual": self.residual, "reference_mass": self.reference_mass,
-            "converged": bool(self.converged), "iterations": self.iterations, **self.components,
-            "penetration_max": self.penetration, "sum_pen2": float((np.minimum(self.contacts.gap, 0.0) ** 2).sum()),
-            "deepest_contact": None if worst is None else (self.names[self.contacts.body_a[worst]], self.names[self.contacts.body_b[worst]]),
-            "E_kin": self.kinetic_energy, "work": work, "ledger_defect": defect, "momentum_defect": self.momentum_defect,
-            "speed_max": float(speed), "omega_max": float(rate),
+            "step": self.step,
+            "t": self.time,
+            "dt": self.time_step,
+            "n_contacts": len(self.contacts.gap),
+            "n_active": int((self.solution.impulse[:, 0] > 0).sum()),
+            "residual": self.residual,
+            "reference_mass": self.reference_mass,
+            "converged": bool(self.converged),
+            "iterations": self.iterations,
+            **self.components,
+            "penetration_max": self.penetration,
+            "sum_pen2": float((np.minimum(self.contacts.gap, 0.0) ** 2).sum()),
+            "deepest_contact": None
+            if worst is None
+            else (self.names[self.contacts.body_a[worst]], self.names[self.contacts.body_b[worst]]),
+            "E_kin": self.kinetic_energy,
+            "work": work,
+            "ledger_defect": defect,
+            "momentum_defect": self.momentum_defect,
+            "speed_max": float(speed),
+            "omega_max": float(rate),
         }

@@ -1,11 +1,12 @@
 """From one normal to a manifold: up to four contact points a pair of pieces, clipped from the faces that meet.
 
-FCL gives one point a pair, and one point cannot hold a stack. The face whose normal is the contact normal clips the face of the other
-piece that looks at it most squarely; every corner left within reach is a contact with its own gap. Points are matched with those of the
+FCL gives one point a pair, and one point cannot hold a stack. The face whose normal is the contact normal clips the face of the
+other
+piece that looks at it most squarely; every corner left within reach is a contact with its own gap. Points are matched with
+those of the
 step before, so that impulses can start where they ended (warm start).
 """
 
-from math import sqrt
 
 import numpy as np
 from numba import njit
@@ -29,16 +30,21 @@ def facing(pieces, piece, x, y, z):
 
 @njit(cache=True)
 def clip(pieces, face, polygon, count, work):
-    """Clip ``polygon`` (count points in the axes of the face's body) by the side planes of ``face``; returns the number left, in place.
+    """Clip ``polygon`` (count points in the axes of the face's body) by the side planes of ``face``; returns the number left,
+    in place.
 
-    Sutherland and Hodgman's algorithm (Commun. ACM 17, 1974). work (at least as long, 4): the points' heights over the plane in column 3.
+    Sutherland and Hodgman's algorithm (Commun. ACM 17, 1974). work (at least as long, 4): the points' heights over the plane in
+    column 3.
     """
     first, end = pieces.face_ranges[face, 0], pieces.face_ranges[face, 1]
     nx, ny, nz = pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2]
     for k in range(first, end):
         v, w = pieces.loops[k], pieces.loops[k + 1 if k + 1 < end else first]
-        ux, uy, uz = (pieces.vertices[w, 0] - pieces.vertices[v, 0], pieces.vertices[w, 1] - pieces.vertices[v, 1],
-                      pieces.vertices[w, 2] - pieces.vertices[v, 2])
+        ux, uy, uz = (
+            pieces.vertices[w, 0] - pieces.vertices[v, 0],
+            pieces.vertices[w, 1] - pieces.vertices[v, 1],
+            pieces.vertices[w, 2] - pieces.vertices[v, 2],
+        )
         ox, oy, oz = uy * nz - uz * ny, uz * nx - ux * nz, ux * ny - uy * nx
         limit = ox * pieces.vertices[v, 0] + oy * pieces.vertices[v, 1] + oz * pieces.vertices[v, 2]
         outside = False
@@ -83,8 +89,13 @@ def thin_out(points, gaps, count):
     chosen[2] = chosen[3] = -1
     for p in range(count):
         offset = points[p] - points[chosen[0]]
-        area = np.array((line[1] * offset[2] - line[2] * offset[1], line[2] * offset[0] - line[0] * offset[2],
-                         line[0] * offset[1] - line[1] * offset[0]))
+        area = np.array(
+            (
+                line[1] * offset[2] - line[2] * offset[1],
+                line[2] * offset[0] - line[0] * offset[2],
+                line[0] * offset[1] - line[1] * offset[0],
+            )
+        )
         if reference[0] == 0.0 and reference[1] == 0.0 and reference[2] == 0.0:
             reference[:] = area
         value = area[0] * reference[0] + area[1] * reference[1] + area[2] * reference[2]
@@ -107,8 +118,11 @@ def support_edge(pieces, piece, direction, x, y, z):
     for edge in range(pieces.ranges[piece, EDGES], pieces.ranges[piece, EDGES + 1]):
         if pieces.edges[edge, 2] == direction:
             v, w = pieces.edges[edge, 0], pieces.edges[edge, 1]
-            value = (x * (pieces.vertices[v, 0] + pieces.vertices[w, 0]) + y * (pieces.vertices[v, 1] + pieces.vertices[w, 1])
-                     + z * (pieces.vertices[v, 2] + pieces.vertices[w, 2]))
+            value = (
+                x * (pieces.vertices[v, 0] + pieces.vertices[w, 0])
+                + y * (pieces.vertices[v, 1] + pieces.vertices[w, 1])
+                + z * (pieces.vertices[v, 2] + pieces.vertices[w, 2])
+            )
             if value > most:
                 best, most = edge, value
     return best
@@ -127,7 +141,8 @@ def support_vertex(pieces, piece, x, y, z):
 
 @njit(cache=True)
 def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, least, reach, points, gaps, work):
-    """Contacts of piece ``other`` on ``face`` of piece ``own`` with gaps from ``least`` to ``reach``: points midway between the surfaces, axes of
+    """Contacts of piece ``other`` on ``face`` of piece ``own`` with gaps from ``least`` to ``reach``: points midway between the
+    surfaces, axes of
     own; returns the count."""
     nx, ny, nz = pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2]
     wx, wy, wz = turn(rotation_own, nx, ny, nz)
@@ -162,13 +177,29 @@ def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, 
 
 
 @njit(cache=True)
-def side_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, side, least, most, points, gaps, normals, work, first):
+def side_points(
+    pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, side, least, most, points, gaps, normals, work, first
+):
     """``face_points`` appended from ``first`` on, turned to world axes about a, with normals from a to b; returns the new count.
 
     side: 1 where the face is a's, -1 where it is b's; (dx, dy, dz) is always b's position minus a's.
     """
-    count = face_points(pieces, face, own, other, rotation_own, rotation_other, side * dx, side * dy, side * dz, least, most,
-                        points[first:], gaps[first:], work)
+    count = face_points(
+        pieces,
+        face,
+        own,
+        other,
+        rotation_own,
+        rotation_other,
+        side * dx,
+        side * dy,
+        side * dz,
+        least,
+        most,
+        points[first:],
+        gaps[first:],
+        work,
+    )
     x, y, z = turn(rotation_own, pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2])
     shift = 0.0 if side > 0.0 else 1.0
     for p in range(first, first + count):
@@ -180,12 +211,15 @@ def side_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, 
 
 @njit(cache=True)
 def drop_doubles(points, gaps, normals, count, nearness):
-    """Drop points closer (squared) to an earlier one than ``nearness``, in place: twice the same support only slows the solver."""
+    """Drop points closer (squared) to an earlier one than ``nearness``, in place: twice the same support only slows the
+    solver."""
     kept = 0
     for p in range(count):
         double = False
         for q in range(kept):
-            if ((points[p, 0] - points[q, 0]) ** 2 + (points[p, 1] - points[q, 1]) ** 2 + (points[p, 2] - points[q, 2]) ** 2) < nearness:
+            if (
+                (points[p, 0] - points[q, 0]) ** 2 + (points[p, 1] - points[q, 1]) ** 2 + (points[p, 2] - points[q, 2]) ** 2
+            ) < nearness:
                 double = True
                 break
         if not double:
@@ -214,8 +248,11 @@ def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, 
         qx, qy, qz = turn(rotation_b, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
         vx, vy, vz = turn(rotation_b, pieces.vertices[w, 0], pieces.vertices[w, 1], pieces.vertices[w, 2])
         ux, uy, uz, vx, vy, vz = ux - px, uy - py, uz - pz, vx - qx, vy - qy, vz - qz
-    elif kind == ROUND and pieces.ranges[i, VERTICES + 1] - pieces.ranges[i, VERTICES] <= 2 \
-            and pieces.ranges[j, VERTICES + 1] - pieces.ranges[j, VERTICES] <= 2:
+    elif (
+        kind == ROUND
+        and pieces.ranges[i, VERTICES + 1] - pieces.ranges[i, VERTICES] <= 2
+        and pieces.ranges[j, VERTICES + 1] - pieces.ranges[j, VERTICES] <= 2
+    ):
         px, py, pz, ux, uy, uz = core(pieces, i, rotation_a)
         qx, qy, qz, vx, vy, vz = core(pieces, j, rotation_b)
         uu, vv, uv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
@@ -254,8 +291,10 @@ def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, 
 def build(pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin, old_point, old_impulse):
     """All contacts of the step, in the order of the pair list.
 
-    Returns bodies (m, 2), arms from a's centre to a's surface and from b's to b's, and the normal (m, 9), gap (m,), last step's impulse [N s], world axes
-    (m, 3), and the point in a's body axes (m, 3), by which the next step will know it again. ``contact_range`` is brought up to date.
+    Returns bodies (m, 2), arms from a's centre to a's surface and from b's to b's, and the normal (m, 9), gap (m,), last step's
+    impulse [N s], world axes
+    (m, 3), and the point in a's body axes (m, 3), by which the next step will know it again. ``contact_range`` is brought up to
+    date.
     """
     capacity = 64
     bodies = np.empty((capacity, 2), dtype=np.int64)
@@ -264,7 +303,12 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
     largest = 16  # vertices of the largest piece: a polygon clipped by another has at most as many corners as both
     for piece in range(len(pieces.ranges)):
         largest = max(largest, pieces.ranges[piece, VERTICES + 1] - pieces.ranges[piece, VERTICES])
-    points, point_gaps, work, normals = np.empty((4 * largest, 3)), np.empty(4 * largest), np.empty((4 * largest, 4)), np.empty((4 * largest, 3))
+    points, point_gaps, work, normals = (
+        np.empty((4 * largest, 3)),
+        np.empty(4 * largest),
+        np.empty((4 * largest, 4)),
+        np.empty((4 * largest, 3)),
+    )
     total = 0
     for k in range(len(rows)):
         a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
@@ -281,22 +325,92 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
             continue
         count = 0
         if kind == FACE_A or kind == PLANE:
-            count = side_points(pieces, answers[k, 1], i, j, rotation[a], rotation[b], dx, dy, dz, 1.0, -np.inf, most, points, point_gaps, normals,
-                                work, 0)
+            count = side_points(
+                pieces,
+                answers[k, 1],
+                i,
+                j,
+                rotation[a],
+                rotation[b],
+                dx,
+                dy,
+                dz,
+                1.0,
+                -np.inf,
+                most,
+                points,
+                point_gaps,
+                normals,
+                work,
+                0,
+            )
         elif kind == FACE_B:
-            count = side_points(pieces, answers[k, 1], j, i, rotation[b], rotation[a], dx, dy, dz, -1.0, -np.inf, most, points, point_gaps, normals,
-                                work, 0)
+            count = side_points(
+                pieces,
+                answers[k, 1],
+                j,
+                i,
+                rotation[b],
+                rotation[a],
+                dx,
+                dy,
+                dz,
+                -1.0,
+                -np.inf,
+                most,
+                points,
+                point_gaps,
+                normals,
+                work,
+                0,
+            )
         if count == 0 and kind != PLANE:
-            count = single_point(pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation[a], rotation[b], dx, dy, dz, nx, ny, nz, points)
+            count = single_point(
+                pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation[a], rotation[b], dx, dy, dz, nx, ny, nz, points
+            )
             point_gaps[:count] = numbers[k, 0] + margin[a] + margin[b]
             for p in range(count):
                 normals[p] = (nx, ny, nz)
         if (kind == EDGE_EDGE or kind == DIRECTION) and answers[k, 3] >= 0 and answers[k, 4] >= 0:
             # two edges hold each other at one point; what else is about to touch lies over the best faces
-            count = side_points(pieces, answers[k, 3], i, j, rotation[a], rotation[b], dx, dy, dz, 1.0, 0.0, most, points, point_gaps, normals,
-                                work, count)
-            count = side_points(pieces, answers[k, 4], j, i, rotation[b], rotation[a], dx, dy, dz, -1.0, 0.0, most, points, point_gaps, normals,
-                                work, count)
+            count = side_points(
+                pieces,
+                answers[k, 3],
+                i,
+                j,
+                rotation[a],
+                rotation[b],
+                dx,
+                dy,
+                dz,
+                1.0,
+                0.0,
+                most,
+                points,
+                point_gaps,
+                normals,
+                work,
+                count,
+            )
+            count = side_points(
+                pieces,
+                answers[k, 4],
+                j,
+                i,
+                rotation[b],
+                rotation[a],
+                dx,
+                dy,
+                dz,
+                -1.0,
+                0.0,
+                most,
+                points,
+                point_gaps,
+                normals,
+                work,
+                count,
+            )
             count = drop_doubles(points, point_gaps, normals, count, (NEAR * size) ** 2)
         if total + count > capacity:
             capacity *= 2
@@ -306,11 +420,27 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
             bodies[total] = (a, b)
             x, y, z = points[p, 0], points[p, 1], points[p, 2]
             u, v, w = normals[p, 0], normals[p, 1], normals[p, 2]
-            half = 0.5 * (point_gaps[p] - margin[a] - margin[b])  # from the midpoint to either surface, which meet when the gap has closed
-            vectors[total] = (x - half * u, y - half * v, z - half * w, x - dx + half * u, y - dy + half * v, z - dz + half * w, u, v, w)
+            half = 0.5 * (
+                point_gaps[p] - margin[a] - margin[b]
+            )  # from the midpoint to either surface, which meet when the gap has closed
+            vectors[total] = (
+                x - half * u,
+                y - half * v,
+                z - half * w,
+                x - dx + half * u,
+                y - dy + half * v,
+                z - dz + half * w,
+                u,
+                v,
+                w,
+            )
             gaps[total] = point_gaps[p] - margin[a] - margin[b]
-            x, y, z = turn_back(rotation[b if kind == PLANE else a], x - (dx if kind == PLANE else 0.0), y - (dy if kind == PLANE else 0.0),
-                                z - (dz if kind == PLANE else 0.0))
+            x, y, z = turn_back(
+                rotation[b if kind == PLANE else a],
+                x - (dx if kind == PLANE else 0.0),
+                y - (dy if kind == PLANE else 0.0),
+                z - (dz if kind == PLANE else 0.0),
+            )
             local[total] = (x, y, z)
             impulse[total] = 0.0
             nearest, found = (NEAR * size) ** 2, -1
@@ -330,7 +460,7 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
 def grown(array, capacity):
     """A copy with room for ``capacity`` rows."""
     larger = np.zeros((capacity, array.shape[1]))
-    larger[:len(array)] = array
+    larger[: len(array)] = array
     return larger
 
 
@@ -338,7 +468,7 @@ def grown(array, capacity):
 def grown_index(array, capacity):
     """A copy of an integer array with room for ``capacity`` rows."""
     larger = np.zeros((capacity, array.shape[1]), dtype=np.int64)
-    larger[:len(array)] = array
+    larger[: len(array)] = array
     return larger
 
 
@@ -346,21 +476,5 @@ def grown_index(array, capacity):
 def grown_flat(array, capacity):
     """A copy of a vector with room for ``capacity`` entries."""
     larger = np.zeros(capacity)
-    larger[:len(array)] = array
+    larger[: len(array)] = array
     return larger
-
-
-@njit(cache=True)
-def tangents(nx, ny, nz):
-    """Two unit tangents that make a right-handed frame with the unit normal, smooth but at one point (Frisvad, J. Graphics Tools 16, 2012)."""
-    if nz < -0.9999999:
-        return 0.0, -1.0, 0.0, -1.0, 0.0, 0.0
-    a = 1.0 / (1.0 + nz)
-    b = -nx * ny * a
-    return 1.0 - nx * nx * a, b, -nx, b, 1.0 - ny * ny * a, -ny
-
-
-@njit(cache=True)
-def norm3(v):
-    """Euclidean length of a 3-vector."""
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])

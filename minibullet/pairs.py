@@ -1,6 +1,7 @@
 """Which pieces may soon touch: a list that stays valid while bodies move less than its skin (Verlet list).
 
-Bodies are swept along x by their bounding boxes, then pieces are compared by bounding spheres. The list is sorted by body and piece
+Bodies are swept along x by their bounding boxes, then pieces are compared by bounding spheres. The list is sorted by body and
+piece
 indices, so its order depends on the scene alone.
 """
 
@@ -102,17 +103,25 @@ def carry_over(old, new):
         size *= 2
     table = np.full(size, -1, dtype=np.int64)
     for row in range(len(old)):
-        slot = ((old[row, 0] * 73856093) ^ (old[row, 1] * 19349663) ^ (old[row, 2] * 83492791) ^ (old[row, 3] * 39916801)) & (size - 1)
+        slot = ((old[row, 0] * 73856093) ^ (old[row, 1] * 19349663) ^ (old[row, 2] * 83492791) ^ (old[row, 3] * 39916801)) & (
+            size - 1
+        )
         while table[slot] >= 0:
             slot = (slot + 1) & (size - 1)
         table[slot] = row
     match = np.full(len(new), -1, dtype=np.int64)
     for row in range(len(new)):
-        slot = ((new[row, 0] * 73856093) ^ (new[row, 1] * 19349663) ^ (new[row, 2] * 83492791) ^ (new[row, 3] * 39916801)) & (size - 1)
+        slot = ((new[row, 0] * 73856093) ^ (new[row, 1] * 19349663) ^ (new[row, 2] * 83492791) ^ (new[row, 3] * 39916801)) & (
+            size - 1
+        )
         while table[slot] >= 0:
             candidate = table[slot]
-            if (old[candidate, 0] == new[row, 0] and old[candidate, 1] == new[row, 1]
-                    and old[candidate, 2] == new[row, 2] and old[candidate, 3] == new[row, 3]):
+            if (
+                old[candidate, 0] == new[row, 0]
+                and old[candidate, 1] == new[row, 1]
+                and old[candidate, 2] == new[row, 2]
+                and old[candidate, 3] == new[row, 3]
+            ):
                 match[row] = candidate
                 break
             slot = (slot + 1) & (size - 1)

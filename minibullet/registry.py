@@ -1,6 +1,7 @@
 """What stands in a world: checked records of bodies, their handles, and the arrays that a step reads (the scene).
 
-Bodies enter the arrays at the next step, all waiting ones together, sorted by where they are: results do not depend on the order in which
+Bodies enter the arrays at the next step, all waiting ones together, sorted by where they are: results do not depend on the
+order in which
 they were added.
 """
 
@@ -9,7 +10,6 @@ import numpy as np
 from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.collision import Collision
-from minibullet.convex import ConvexPiece
 from minibullet.errors import InputError
 from minibullet.geometry import pack
 
@@ -67,7 +67,11 @@ class Scene:
 
     def __init__(self):
         self.bodies = Bodies(*(np.empty((0, *shape)) for shape in ((3,), (4,), (6,), (), (3,), (), (), ())))
-        self.friction, self.restitution, self.reach = np.empty(0), np.empty(0), np.empty(0)  # NaN = the world's; radius [m]; (n,)
+        self.friction, self.restitution, self.reach = (
+            np.empty(0),
+            np.empty(0),
+            np.empty(0),
+        )  # NaN = the world's; radius [m]; (n,)
         self.margin = np.empty(0)  # layer around the body that contacts keep open [m], (n,)
         self.moved = np.empty(0)  # bound on the motion of any point of the body in the last step [m], (n,)
         self.group = np.empty(0, dtype=np.int64)
@@ -103,16 +107,37 @@ class Registry:
         self.handles, self.waiting, self.scene = [], [], Scene()
         self._pieces, self._piece_ranges = [PlaneShape((0.0, 0.0, 1.0))], {}
 
-    # ---- adding ------------------------------------------------------------------------------------------------------------------
+    # ---- adding
+    # ------------------------------------------------------------------------------------------------------------------
 
-    def add(self, shape, density, mass, inertia, position, orientation, velocity, angular_velocity, friction, restitution, margin, fixed,
-            name, group):
+    def add(
+        self,
+        shape,
+        density,
+        mass,
+        inertia,
+        position,
+        orientation,
+        velocity,
+        angular_velocity,
+        friction,
+        restitution,
+        margin,
+        fixed,
+        name,
+        group,
+    ):
         name = f"body {len(self.handles)}" if name is None else str(name)
         title = f"body {name!r}"
         if not hasattr(shape, "pieces"):
             raise InputError(f"{title}: shape = {shape!r}; it must be a shape such as Box(1, 1, 1)")
         record = {"shape": shape, "name": name, "fixed": bool(fixed), "group": -1 if group is None else int(group)}
-        for key, value in (("position", position), ("orientation", orientation), ("velocity", velocity), ("angular_velocity", angular_velocity)):
+        for key, value in (
+            ("position", position),
+            ("orientation", orientation),
+            ("velocity", velocity),
+            ("angular_velocity", angular_velocity),
+        ):
             record[key] = _vector(title, key, value, STATE[key])
         record["orientation"] = _unit(title, record["orientation"])
         record["friction"] = _number(title, "friction", friction, 0.0, np.inf)
@@ -136,11 +161,24 @@ class Registry:
             raise InputError(f"{title}: normal = {normal.tolist()}; it needs a direction")
         height = _number(title, "height", height, -np.inf, np.inf)
         unit = normal / size
-        record = {"shape": None, "name": name, "fixed": True, "group": -1, "position": unit * height, "normal": unit, "height": height,
-                  "orientation": rotations.between(np.array([0.0, 0.0, 1.0]), unit), "velocity": np.zeros(3), "angular_velocity": np.zeros(3),
-                  "mass": np.inf, "margin": 0.0, "inertia": np.full(3, np.inf), "frame": np.array([1.0, 0.0, 0.0, 0.0]),
-                  "friction": _number(title, "friction", friction, 0.0, np.inf),
-                  "restitution": _number(title, "restitution", restitution, 0.0, 1.0)}
+        record = {
+            "shape": None,
+            "name": name,
+            "fixed": True,
+            "group": -1,
+            "position": unit * height,
+            "normal": unit,
+            "height": height,
+            "orientation": rotations.between(np.array([0.0, 0.0, 1.0]), unit),
+            "velocity": np.zeros(3),
+            "angular_velocity": np.zeros(3),
+            "mass": np.inf,
+            "margin": 0.0,
+            "inertia": np.full(3, np.inf),
+            "frame": np.array([1.0, 0.0, 0.0, 0.0]),
+            "friction": _number(title, "friction", friction, 0.0, np.inf),
+            "restitution": _number(title, "restitution", restitution, 0.0, 1.0),
+        }
         return self._wait(Plane(self, record))
 
     def _wait(self, handle):
@@ -155,17 +193,36 @@ class Registry:
         scene = self.scene
         order = sorted(self.waiting, key=_place)
         before = len(self._pieces)
-        ranges = np.array([self._pieces_of(handle) for handle in order], dtype=np.int64).reshape(-1, 2)
+        ranges = np.array([self.pieces_of(handle) for handle in order], dtype=np.int64).reshape(-1, 2)
         if len(self._pieces) > before:
             scene.collision.pieces = pack(self._pieces)
-        columns = {key: np.array([handle._record[key] for handle in order], dtype=float)
-                   for key in ("position", "orientation", "velocity", "angular_velocity", "mass", "inertia", "friction", "restitution", "margin", "frame")}
+        columns = {
+            key: np.array([handle._record[key] for handle in order], dtype=float)
+            for key in (
+                "position",
+                "orientation",
+                "velocity",
+                "angular_velocity",
+                "mass",
+                "inertia",
+                "friction",
+                "restitution",
+                "margin",
+                "frame",
+            )
+        }
         shapes = [handle._record["shape"] for handle in order]
         volume = np.array([shape.volume if shape else np.inf for shape in shapes])
         new = Bodies(
-            columns["position"], rotations.normalised(rotations.product(columns["orientation"], columns["frame"])),
-            np.concatenate([columns["velocity"], columns["angular_velocity"]], axis=1), columns["mass"], columns["inertia"], volume,
-            np.array([shape.surface_area / 4.0 if shape else np.inf for shape in shapes]), np.cbrt(3.0 * volume / (4.0 * np.pi)))
+            columns["position"],
+            rotations.normalised(rotations.product(columns["orientation"], columns["frame"])),
+            np.concatenate([columns["velocity"], columns["angular_velocity"]], axis=1),
+            columns["mass"],
+            columns["inertia"],
+            volume,
+            np.array([shape.surface_area / 4.0 if shape else np.inf for shape in shapes]),
+            np.cbrt(3.0 * volume / (4.0 * np.pi)),
+        )
         for row, handle in enumerate(order):
             handle._row = len(scene.names) + row
         scene.names.extend(handle._record["name"] for handle in order)
@@ -181,7 +238,7 @@ class Registry:
         self.waiting = []
         return scene
 
-    def _pieces_of(self, handle):
+    def pieces_of(self, handle):
         record = handle._record
         if handle.is_plane:
             return 0, 1
@@ -194,7 +251,8 @@ class Registry:
             self._piece_ranges[key] = (first, len(self._pieces))
         return self._piece_ranges[key]
 
-    # ---- looking and changing ----------------------------------------------------------------------------------------------------
+    # ---- looking and changing
+    # ----------------------------------------------------------------------------------------------------
 
     def state(self, handle, name):
         if handle._row is None:
@@ -243,8 +301,15 @@ def _place(handle):
     """Sorting key of a waiting body: where it is, how it lies, how it moves, what it weighs. Bodies with equal keys are alike."""
     record = handle._record
     shape = record["shape"]
-    return (*record["position"][::-1], *record["orientation"], *record["velocity"], *record["angular_velocity"], record["mass"],
-            shape.volume if shape else 0.0, record["group"])
+    return (
+        *record["position"][::-1],
+        *record["orientation"],
+        *record["velocity"],
+        *record["angular_velocity"],
+        record["mass"],
+        shape.volume if shape else 0.0,
+        record["group"],
+    )
 
 
 def _vector(title, field, value, size):
@@ -270,8 +335,18 @@ def _number(title, field, value, low, high):
     """A finite number within bounds; NaN stands for None, 'the world's own'."""
     if value is None:
         return np.nan
-    if isinstance(value, bool) or not np.isscalar(value) or not np.isreal(value) or not np.isfinite(value) or not low <= value <= high:
-        bound = f"between {low:g} and {high:g}" if np.isfinite(high) else (f">= {low:g} and finite" if np.isfinite(low) else "finite")
+    if (
+        isinstance(value, bool)
+        or not np.isscalar(value)
+        or not np.isreal(value)
+        or not np.isfinite(value)
+        or not low <= value <= high
+    ):
+        bound = (
+            f"between {low:g} and {high:g}"
+            if np.isfinite(high)
+            else (f">= {low:g} and finite" if np.isfinite(low) else "finite")
+        )
         raise InputError(f"{title}: {field} = {value!r}; it must be {bound}")
     return float(value)
 
@@ -282,7 +357,9 @@ def _mass(title, shape, density, mass, inertia):
         raise InputError(f"{title}: give density or mass, exactly one of them (for a fixed body use fixed=True)")
     field, value, unit = ("density", density, "kg/m3") if mass is None else ("mass", mass, "kg")
     if isinstance(value, bool) or not np.isscalar(value) or not np.isfinite(value) or not value > 0:
-        raise InputError(f"{title}: {field} = {value!r} {unit}; a moving body needs {field} > 0 (for a fixed body use fixed=True)")
+        raise InputError(
+            f"{title}: {field} = {value!r} {unit}; a moving body needs {field} > 0 (for a fixed body use fixed=True)"
+        )
     mass = float(density * shape.volume if mass is None else mass)
     if inertia is None:
         return mass, mass / shape.volume * np.asarray(shape.inertia)
@@ -290,7 +367,9 @@ def _mass(title, shape, density, mass, inertia):
     if tensor.shape == (3,):
         tensor = np.diag(tensor)
     if tensor.shape != (3, 3) or not np.isfinite(tensor).all() or not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):
-        raise InputError(f"{title}: inertia = {np.array(inertia).tolist()}; it needs three principal moments or a symmetric 3x3 matrix")
+        raise InputError(
+            f"{title}: inertia = {np.array(inertia).tolist()}; it needs three principal moments or a symmetric 3x3 matrix"
+        )
     return mass, tensor
 
 
@@ -307,8 +386,10 @@ def _principal(title, tensor):
         raise InputError(f"{title}: inertia has the principal moments {moments.tolist()} kg m2; all must be > 0")
     for k in range(3):
         if moments[k] > (moments.sum() - moments[k]) * (1.0 + 1e-9):
-            raise InputError(f"{title}: inertia moments {moments.tolist()} kg m2: the {k + 1}. exceeds the sum of the other two; "
-                             "no solid has that (A + B >= C)")
+            raise InputError(
+                f"{title}: inertia moments {moments.tolist()} kg m2: the {k + 1}. exceeds the sum of the other two; "
+                "no solid has that (A + B >= C)"
+            )
     if np.ptp(moments) <= 1e-10 * moments.max():
         moments[:] = moments.mean()
     return moments, frame

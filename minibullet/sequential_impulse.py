@@ -1,14 +1,15 @@
 """Sequential impulse, Bullet's way: normal and friction rows clamped one after another, a fixed number of sweeps.
 
 Side by side with ``solver.solve``, same arguments and result: to compare, to teach, and to do what the paper's engine did. Each
-friction row is clamped alone at mu times the normal impulse, which makes a friction pyramid: between the axes it is up to sqrt(2) too
+friction row is clamped alone at mu times the normal impulse, which makes a friction pyramid: between the axes it is up to
+sqrt(2) too
 strong, and its fixed point is not Coulomb's law. Source: E. Catto, GDC 2006; Bullet's btSequentialImpulseConstraintSolver.
 """
 
 import numpy as np
 from numba import njit
 
-from minibullet.constraints import ANSWER_A, ANSWER_B, BLOCK, apply_impulses
+from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses
 from minibullet.solver import certify, free_size
 
 
@@ -18,8 +19,11 @@ def row_velocity(c, i, bodies, rows, twist):
     a, b = bodies[c, 0], bodies[c, 1]
     value = 0.0
     for d in range(3):
-        value += (rows[c, 3 * i + d] * (twist[b, d] - twist[a, d]) + rows[c, 18 + 3 * i + d] * twist[b, 3 + d]
-                  - rows[c, 9 + 3 * i + d] * twist[a, 3 + d])
+        value += (
+            rows[c, 3 * i + d] * (twist[b, d] - twist[a, d])
+            + rows[c, 18 + 3 * i + d] * twist[b, 3 + d]
+            - rows[c, 9 + 3 * i + d] * twist[a, 3 + d]
+        )
     return value
 
 
@@ -45,9 +49,19 @@ def sweep_rows(bodies, rows, target, friction, impulse, twist, iterations):
 
 
 def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=False):
-    """Solve a ContactProblem by sequential impulses from a starting ``impulse`` (m, 3, contact axes); rolling moments are not part of it."""
+    """Solve a ContactProblem by sequential impulses from a starting ``impulse`` (m, 3, contact axes); rolling moments are not
+    part of it."""
     impulse, twist = impulse.copy(), problem.free_twist.copy()
     apply_impulses(problem.bodies, problem.rows, impulse, twist)
     sweep_rows(problem.bodies, problem.rows, problem.target, problem.friction, impulse, twist, iterations)
     stalled = np.empty(0, dtype=np.int64)
-    return certify(problem, impulse, np.zeros_like(impulse), twist, free_size(problem), iterations, iterations * len(problem.bodies), stalled)
+    return certify(
+        problem,
+        impulse,
+        np.zeros_like(impulse),
+        twist,
+        free_size(problem),
+        iterations,
+        iterations * len(problem.bodies),
+        stalled,
+    )

@@ -1,6 +1,7 @@
 """Nonlinear Gauss-Seidel on the contact problem: one contact after another is solved exactly, until the residual says so.
 
-Each island of touching bodies stops by itself. Source of the method: J. J. Moreau (1988) and M. Jean (1999), nonsmooth contact dynamics;
+Each island of touching bodies stops by itself. Source of the method: J. J. Moreau (1988) and M. Jean (1999), nonsmooth contact
+dynamics;
 of the residual: the natural map of the friction problem (``cone.py``).
 """
 
@@ -10,8 +11,8 @@ import numpy as np
 from numba import njit
 
 from minibullet.cone import natural_map_error, solve_block
-from minibullet.constraints import ANSWER_A, ANSWER_B, ARM_A, ARM_B, BLOCK, apply_impulses, delassus, relative_velocity
 from minibullet.exact import solve_dense
+from minibullet.problem import ANSWER_A, ANSWER_B, ARM_A, ARM_B, BLOCK, apply_impulses, delassus, relative_velocity
 
 
 class Solution(NamedTuple):
@@ -28,25 +29,48 @@ class Solution(NamedTuple):
 
 @njit(cache=True)
 def visit(c, bodies, rows, target, friction, impulse, twist):
-    """Solve contact c exactly with all others held, update its impulse and the twists; returns the size of the change as a velocity."""
+    """Solve contact c exactly with all others held, update its impulse and the twists; returns the size of the change as a
+    velocity."""
     a, b = bodies[c, 0], bodies[c, 1]
     r = rows[c]
     v, w = twist[a], twist[b]
     x, y, z = w[0] - v[0], w[1] - v[1], w[2] - v[2]
-    u_n = (r[0] * x + r[1] * y + r[2] * z + r[18] * w[3] + r[19] * w[4] + r[20] * w[5]
-           - r[9] * v[3] - r[10] * v[4] - r[11] * v[5] - target[c])
+    u_n = (
+        r[0] * x
+        + r[1] * y
+        + r[2] * z
+        + r[18] * w[3]
+        + r[19] * w[4]
+        + r[20] * w[5]
+        - r[9] * v[3]
+        - r[10] * v[4]
+        - r[11] * v[5]
+        - target[c]
+    )
     old_n, old_1, old_2 = impulse[c, 0], impulse[c, 1], impulse[c, 2]
     if old_n == 0.0 and u_n >= 0.0:
         return 0.0
-    u_1 = (r[3] * x + r[4] * y + r[5] * z + r[21] * w[3] + r[22] * w[4] + r[23] * w[5]
-           - r[12] * v[3] - r[13] * v[4] - r[14] * v[5])
-    u_2 = (r[6] * x + r[7] * y + r[8] * z + r[24] * w[3] + r[25] * w[4] + r[26] * w[5]
-           - r[15] * v[3] - r[16] * v[4] - r[17] * v[5])
+    u_1 = (
+        r[3] * x + r[4] * y + r[5] * z + r[21] * w[3] + r[22] * w[4] + r[23] * w[5] - r[12] * v[3] - r[13] * v[4] - r[14] * v[5]
+    )
+    u_2 = (
+        r[6] * x + r[7] * y + r[8] * z + r[24] * w[3] + r[25] * w[4] + r[26] * w[5] - r[15] * v[3] - r[16] * v[4] - r[17] * v[5]
+    )
     new_n, new_1, new_2 = solve_block(
-        r[63], r[64], r[65], r[66], r[67], r[68], r[69], r[70], r[71],
+        r[63],
+        r[64],
+        r[65],
+        r[66],
+        r[67],
+        r[68],
+        r[69],
+        r[70],
+        r[71],
         u_n - r[63] * old_n - r[64] * old_1 - r[65] * old_2,
         u_1 - r[66] * old_n - r[67] * old_1 - r[68] * old_2,
-        u_2 - r[69] * old_n - r[70] * old_1 - r[71] * old_2, friction[c])
+        u_2 - r[69] * old_n - r[70] * old_1 - r[71] * old_2,
+        friction[c],
+    )
     d_n, d_1, d_2 = new_n - old_n, new_1 - old_1, new_2 - old_2
     impulse[c, 0], impulse[c, 1], impulse[c, 2] = new_n, new_1, new_2
     for k in range(6):
@@ -57,18 +81,22 @@ def visit(c, bodies, rows, target, friction, impulse, twist):
 
 @njit(cache=True)
 def visit_rolling(c, bodies, rows, rolling, inverse_mass, impulse, moment, twist):
-    """Rolling and spinning resistance of contact c: moments that oppose the relative rotation, at most arm times the normal impulse."""
+    """Rolling and spinning resistance of contact c: moments that oppose the relative rotation, at most arm times the normal
+    impulse."""
     a, b = bodies[c, 0], bodies[c, 1]
     change = 0.0
     for i in range(3):
         # the normal row spins, the tangent rows roll; the two rolling rows share one disc
         x, y, z = rows[c, 3 * i], rows[c, 3 * i + 1], rows[c, 3 * i + 2]
-        rate = (x * (twist[b, 3] - twist[a, 3]) + y * (twist[b, 4] - twist[a, 4]) + z * (twist[b, 5] - twist[a, 5]))
+        rate = x * (twist[b, 3] - twist[a, 3]) + y * (twist[b, 4] - twist[a, 4]) + z * (twist[b, 5] - twist[a, 5])
         inertia = 0.0
         for body in (a, b):
             m = inverse_mass[body]
-            inertia += (x * (m[3, 3] * x + m[3, 4] * y + m[3, 5] * z) + y * (m[4, 3] * x + m[4, 4] * y + m[4, 5] * z)
-                        + z * (m[5, 3] * x + m[5, 4] * y + m[5, 5] * z))
+            inertia += (
+                x * (m[3, 3] * x + m[3, 4] * y + m[3, 5] * z)
+                + y * (m[4, 3] * x + m[4, 4] * y + m[4, 5] * z)
+                + z * (m[5, 3] * x + m[5, 4] * y + m[5, 5] * z)
+            )
         if inertia == 0.0:
             continue
         limit = (rolling[c, 1] if i == 0 else rolling[c, 0]) * impulse[c, 0]
@@ -91,7 +119,8 @@ def visit_rolling(c, bodies, rows, rolling, inverse_mass, impulse, moment, twist
 
 @njit(cache=True)
 def natural_map(place_first, place_end, order, bodies, rows, target, friction, impulse, twist, reference_mass):
-    """Squares for the residual over contacts order[first:end]: error, |q|, |r|/m, |u|; q = u - W r is taken at the free twist's place.
+    """Squares for the residual over contacts order[first:end]: error, |q|, |r|/m, |u|; q = u - W r is taken at the free twist's
+    place.
 
     |q| is replaced by the larger of |u| and |r|/m where it is not at hand: the maximum of the three is what divides the error.
     """
@@ -102,12 +131,40 @@ def natural_map(place_first, place_end, order, bodies, rows, target, friction, i
         r = rows[c]
         v, w = twist[a], twist[b]
         x, y, z = w[0] - v[0], w[1] - v[1], w[2] - v[2]
-        u_n = (r[0] * x + r[1] * y + r[2] * z + r[18] * w[3] + r[19] * w[4] + r[20] * w[5]
-               - r[9] * v[3] - r[10] * v[4] - r[11] * v[5] - target[c])
-        u_1 = (r[3] * x + r[4] * y + r[5] * z + r[21] * w[3] + r[22] * w[4] + r[23] * w[5]
-               - r[12] * v[3] - r[13] * v[4] - r[14] * v[5])
-        u_2 = (r[6] * x + r[7] * y + r[8] * z + r[24] * w[3] + r[25] * w[4] + r[26] * w[5]
-               - r[15] * v[3] - r[16] * v[4] - r[17] * v[5])
+        u_n = (
+            r[0] * x
+            + r[1] * y
+            + r[2] * z
+            + r[18] * w[3]
+            + r[19] * w[4]
+            + r[20] * w[5]
+            - r[9] * v[3]
+            - r[10] * v[4]
+            - r[11] * v[5]
+            - target[c]
+        )
+        u_1 = (
+            r[3] * x
+            + r[4] * y
+            + r[5] * z
+            + r[21] * w[3]
+            + r[22] * w[4]
+            + r[23] * w[5]
+            - r[12] * v[3]
+            - r[13] * v[4]
+            - r[14] * v[5]
+        )
+        u_2 = (
+            r[6] * x
+            + r[7] * y
+            + r[8] * z
+            + r[24] * w[3]
+            + r[25] * w[4]
+            + r[26] * w[5]
+            - r[15] * v[3]
+            - r[16] * v[4]
+            - r[17] * v[5]
+        )
         p_n, p_1, p_2 = impulse[c, 0] / reference_mass, impulse[c, 1] / reference_mass, impulse[c, 2] / reference_mass
         error += natural_map_error(p_n, p_1, p_2, u_n, u_1, u_2, friction[c], 1.0)
         size_r += p_n * p_n + p_1 * p_1 + p_2 * p_2
@@ -116,8 +173,25 @@ def natural_map(place_first, place_end, order, bodies, rows, target, friction, i
 
 
 @njit(cache=True)
-def sweep_islands(bodies, rows, target, friction, rolling, inverse_mass, order, islands, reference_mass, rounding, free_size, impulse, moment,
-                  twist, iterations, tolerance, stop):
+def sweep_islands(
+    bodies,
+    rows,
+    target,
+    friction,
+    rolling,
+    inverse_mass,
+    order,
+    islands,
+    reference_mass,
+    rounding,
+    free_size,
+    impulse,
+    moment,
+    twist,
+    iterations,
+    tolerance,
+    stop,
+):
     """Gauss-Seidel on every island; returns most sweeps, contacts visited and the residual of each island."""
     most, work = 0, 0
     residual = np.zeros(len(islands) - 1)
@@ -132,7 +206,9 @@ def sweep_islands(bodies, rows, target, friction, rolling, inverse_mass, order, 
             scale += free_size[order[place]]
         sweep = 0
         while True:
-            error, size_r, size_u = natural_map(first, end, order, bodies, rows, target, friction, impulse, twist, reference_mass)
+            error, size_r, size_u = natural_map(
+                first, end, order, bodies, rows, target, friction, impulse, twist, reference_mass
+            )
             largest = max(scale, size_r, size_u)
             residual[island] = np.sqrt(error / largest) if error > rounding * rounding * (end - first) else 0.0
             if sweep >= iterations or (stop and residual[island] <= tolerance and (sweep > 0 or not resists)):
@@ -156,14 +232,31 @@ def sweep_islands(bodies, rows, target, friction, rolling, inverse_mass, order, 
 def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True):
     """Solve a ContactProblem by Gauss-Seidel from a starting ``impulse`` (m, 3, contact axes).
 
-    Stops each island at relative residual ``tolerance`` (at ``iterations`` sweeps whatever happens); ``stop=False`` always makes all sweeps.
+    Stops each island at relative residual ``tolerance`` (at ``iterations`` sweeps whatever happens); ``stop=False`` always
+    makes all sweeps.
     """
     impulse, moment, twist = impulse.copy(), moment.copy(), problem.free_twist.copy()
     size = free_size(problem)
     apply_impulses(problem.bodies, problem.rows, impulse, twist)
     most, work, residual = sweep_islands(
-        problem.bodies, problem.rows, problem.target, problem.friction, problem.rolling, problem.inverse_mass, problem.order, problem.islands,
-        problem.reference_mass, problem.rounding, size, impulse, moment, twist, iterations, tolerance, stop)
+        problem.bodies,
+        problem.rows,
+        problem.target,
+        problem.friction,
+        problem.rolling,
+        problem.inverse_mass,
+        problem.order,
+        problem.islands,
+        problem.reference_mass,
+        problem.rounding,
+        size,
+        impulse,
+        moment,
+        twist,
+        iterations,
+        tolerance,
+        stop,
+    )
     return certify(problem, impulse, moment, twist, size, most, work, np.flatnonzero(residual > tolerance))
 
 
@@ -176,10 +269,20 @@ def free_size(problem):
 
 def certify(problem, impulse, moment, twist, size, iterations, work, stalled):
     """The Solution with the relative natural-map residual of the whole problem: E / max(|q|, |r|/m_ref, |u|)."""
-    error, size_r, size_u = natural_map(0, len(problem.bodies), problem.order, problem.bodies, problem.rows, problem.target, problem.friction,
-                                        impulse, twist, problem.reference_mass)
+    error, size_r, size_u = natural_map(
+        0,
+        len(problem.bodies),
+        problem.order,
+        problem.bodies,
+        problem.rows,
+        problem.target,
+        problem.friction,
+        impulse,
+        twist,
+        problem.reference_mass,
+    )
     largest = max(size.sum(), size_r, size_u)
-    residual = float(np.sqrt(error / largest)) if error > problem.rounding ** 2 * len(impulse) else 0.0
+    residual = float(np.sqrt(error / largest)) if error > problem.rounding**2 * len(impulse) else 0.0
     return Solution(impulse, moment, twist, residual, int(iterations), int(work), stalled)
 
 
@@ -187,7 +290,8 @@ def certify(problem, impulse, moment, twist, size, iterations, work, stalled):
 def separate(bodies, rows, gap, tolerance, inverse_mass_rows, share, sweeps):
     """Displacement (n, 6) that takes away ``share`` of every overlap deeper than its tolerance (m,) without giving any velocity.
 
-    A frictionless problem of its own, solved by Gauss-Seidel: overlaps open, gaps stay gaps. What the contact problem leaves of overlap comes from
+    A frictionless problem of its own, solved by Gauss-Seidel: overlaps open, gaps stay gaps. What the contact problem leaves of
+    overlap comes from
     its linearisation and its tolerance; a velocity that undid it would be energy from nowhere.
     """
     shift = np.zeros((inverse_mass_rows, 6))
@@ -198,7 +302,7 @@ def separate(bodies, rows, gap, tolerance, inverse_mass_rows, share, sweeps):
             r = rows[c]
             value = 0.0
             for d in range(3):
-                value += (r[d] * (shift[b, d] - shift[a, d]) + r[ARM_B + d] * shift[b, 3 + d] - r[ARM_A + d] * shift[a, 3 + d])
+                value += r[d] * (shift[b, d] - shift[a, d]) + r[ARM_B + d] * shift[b, 3 + d] - r[ARM_A + d] * shift[a, 3 + d]
             wanted = -share * (gap[c] + tolerance[c]) if gap[c] < -tolerance[c] else -max(gap[c], 0.0)
             new = max(push[c] + (wanted - value) / r[BLOCK], 0.0)
             step = new - push[c]
@@ -211,7 +315,8 @@ def separate(bodies, rows, gap, tolerance, inverse_mass_rows, share, sweeps):
 
 
 def undo_overlap(problem, gap, size, time_step, share=0.3, sweeps=10):
-    """Extra mean twist (n, 6) for this step's move that takes away a share of every overlap beyond 1e-9 of the contact's size (m,)."""
+    """Extra mean twist (n, 6) for this step's move that takes away a share of every overlap beyond 1e-9 of the contact's size
+    (m,)."""
     tolerance = 1e-9 * size
     if not (gap < -tolerance).any():
         return 0.0
@@ -219,16 +324,20 @@ def undo_overlap(problem, gap, size, time_step, share=0.3, sweeps=10):
 
 
 def escalate(problem, solution, tolerance, most=150):
-    """Solve the stalled islands by the exact solver (``exact.solve_dense``) from where Gauss-Seidel ended, those of at most ``most`` contacts."""
+    """Solve the stalled islands by the exact solver (``exact.solve_dense``) from where Gauss-Seidel ended, those of at most
+    ``most`` contacts."""
     impulse = solution.impulse.copy()
     for island in solution.stalled:
-        contacts = problem.order[problem.islands[island]:problem.islands[island + 1]]
+        contacts = problem.order[problem.islands[island] : problem.islands[island + 1]]
         if problem.rolling[contacts].any() or len(contacts) > most:
             continue  # rolling moments are solved by Gauss-Seidel alone; Newton's cost grows with the cube of the contacts
         matrix, free = delassus(problem, contacts)
-        found, _, _ = solve_dense(matrix, free, problem.friction[contacts], impulse[contacts].reshape(-1), 0.5 * tolerance,
-                                  problem.reference_mass)
+        found, _, _ = solve_dense(
+            matrix, free, problem.friction[contacts], impulse[contacts].reshape(-1), 0.5 * tolerance, problem.reference_mass
+        )
         impulse[contacts] = found.reshape(-1, 3)
     twist = solution.twist.copy()
     apply_impulses(problem.bodies, problem.rows, impulse - solution.impulse, twist)
-    return certify(problem, impulse, solution.moment, twist, free_size(problem), solution.iterations, solution.work, solution.stalled)
+    return certify(
+        problem, impulse, solution.moment, twist, free_size(problem), solution.iterations, solution.work, solution.stalled
+    )

@@ -2,8 +2,10 @@
 
 import numpy as np
 
-from minibullet import constraints, effects as effect_room, impacts, integration, manifolds, rotations, sequential_impulse, solver
-from minibullet.bodies import Contacts, ContactLaw
+from minibullet import constraints, impacts, integration, manifolds, rotations, saving, sequential_impulse, solver
+from minibullet import effects as effect_room
+from minibullet import problem as problems
+from minibullet.bodies import ContactLaw
 from minibullet.errors import InputError
 from minibullet.ledger import Step
 from minibullet.registry import Registry
@@ -27,20 +29,52 @@ class World:
         self.last_step = None
         self._kept = np.empty((0, 3)), np.empty((0, 3))  # contact points in body axes, impulses in world axes, of the last step
 
-    # ---- what stands in the world ------------------------------------------------------------------------------------------------
+    # ---- what stands in the world
+    # ------------------------------------------------------------------------------------------------
 
-    def add(self, shape, *, density=None, mass=None, inertia=None, position=(0.0, 0.0, 0.0), orientation=(1.0, 0.0, 0.0, 0.0),
-            velocity=(0.0, 0.0, 0.0), angular_velocity=(0.0, 0.0, 0.0), friction=None, restitution=None, margin=None, fixed=False,
-            name=None, group=None):
-        """Add a body and return its handle. position: of the centre of mass [m]; orientation (w, x, y, z); density [kg/m3] or mass [kg];
+    def add(
+        self,
+        shape,
+        *,
+        density=None,
+        mass=None,
+        inertia=None,
+        position=(0.0, 0.0, 0.0),
+        orientation=(1.0, 0.0, 0.0, 0.0),
+        velocity=(0.0, 0.0, 0.0),
+        angular_velocity=(0.0, 0.0, 0.0),
+        friction=None,
+        restitution=None,
+        margin=None,
+        fixed=False,
+        name=None,
+        group=None,
+    ):
+        """Add a body and return its handle. position: of the centre of mass [m]; orientation (w, x, y, z); density [kg/m3] or
+        mass [kg];
         inertia: principal moments or a 3x3 matrix about the centre of mass, body axes [kg m2], from the shape where left out;
-        friction, restitution of this body's contacts [-]; margin: layer around the body that contacts keep open, settings.margin where
+        friction, restitution of this body's contacts [-]; margin: layer around the body that contacts keep open,
+        settings.margin where
         left out [m]; fixed bodies never move; bodies of different groups (numbers) never touch.
 
         Raises InputError that names the body, the field, the value and the remedy.
         """
-        return self.registry.add(shape, density, mass, inertia, position, orientation, velocity, angular_velocity, friction, restitution,
-                                 self.settings.margin if margin is None else margin, fixed, name, group)
+        return self.registry.add(
+            shape,
+            density,
+            mass,
+            inertia,
+            position,
+            orientation,
+            velocity,
+            angular_velocity,
+            friction,
+            restitution,
+            self.settings.margin if margin is None else margin,
+            fixed,
+            name,
+            group,
+        )
 
     def add_plane(self, normal=(0.0, 0.0, 1.0), height=0.0, *, friction=None, restitution=None, name=None):
         """Add the fixed half-space below the plane normal . x = height |normal| and return its handle; it has no margin."""
@@ -64,7 +98,8 @@ class World:
         return sorted(((handle[a], handle[b], d) for (a, b), d in depth.items()), key=lambda row: -row[2])
 
     def separate(self, bodies=None, most=200):
-        """Push overlapping bodies apart without giving them velocity; only ``bodies`` (all moving ones by default) are moved, none is turned.
+        """Push overlapping bodies apart without giving them velocity; only ``bodies`` (all moving ones by default) are moved,
+        none is turned.
 
         Returns the largest distance any of them was moved [m].
         """
@@ -80,9 +115,21 @@ class World:
                 break
             reach = 0.02 * scene.reach
             pair, arms, gap, _, _ = manifolds.build(
-                scene.collision.pieces, self._look(), scene.collision.answers, scene.collision.numbers, scene.collision.contact_range.copy(),
-                scene.bodies.position, rotations.matrix(scene.bodies.orientation), reach, scene.margin, np.empty((0, 3)), np.empty((0, 3)))
-            shift = solver.separate(pair, constraints.frames(pair, arms, inverse), gap, np.zeros(len(gap)), len(movable), 1.0, 50)
+                scene.collision.pieces,
+                self._look(),
+                scene.collision.answers,
+                scene.collision.numbers,
+                scene.collision.contact_range.copy(),
+                scene.bodies.position,
+                rotations.matrix(scene.bodies.orientation),
+                reach,
+                scene.margin,
+                np.empty((0, 3)),
+                np.empty((0, 3)),
+            )
+            shift = solver.separate(
+                pair, constraints.frames(pair, arms, inverse), gap, np.zeros(len(gap)), len(movable), 1.0, 50
+            )
             scene.bodies = scene.bodies._replace(position=scene.bodies.position + shift[:, :3])
             scene.moved = np.sqrt((shift[:, :3] ** 2).sum(axis=1))
         return float(np.sqrt(((scene.bodies.position - start) ** 2).sum(axis=1)).max())
@@ -91,8 +138,15 @@ class World:
         """Bring the list of close pieces and its answers to where the bodies are now."""
         scene = self.registry.scene
         none = np.zeros(len(scene.reach))
-        rows = scene.collision.find(scene.bodies, rotations.matrix(scene.bodies.orientation), scene.piece_ranges, scene.group, scene.margin,
-                                    scene.moved, none)
+        rows = scene.collision.find(
+            scene.bodies,
+            rotations.matrix(scene.bodies.orientation),
+            scene.piece_ranges,
+            scene.group,
+            scene.margin,
+            scene.moved,
+            none,
+        )
         scene.moved = none
         return rows
 
@@ -101,7 +155,8 @@ class World:
         """Handles of all bodies, planes left out, in the order they were added."""
         return [handle for handle in self.registry.handles if not handle.is_plane]
 
-    # ---- the step ----------------------------------------------------------------------------------------------------------------
+    # ---- the step
+    # ----------------------------------------------------------------------------------------------------------------
 
     def step(self, n=1):
         """Advance by n steps of settings.time_step."""
@@ -116,14 +171,25 @@ class World:
         # what pulls: one wrench per effect, and the mass the contacts will feel
         wrenches = effect_room.wrenches(self._acting, before, self.time)
         inverse_mass = integration.inverse_mass(before, rotation, effect_room.added_mass(self._acting, before))
-        free_twist, mean_twist, spun = integration.free(before, inverse_mass, sum(wrenches, np.zeros_like(before.twist)), settings)
+        free_twist, mean_twist, spun = integration.free(
+            before, inverse_mass, sum(wrenches, np.zeros_like(before.twist)), settings
+        )
 
         # who touches whom, where, how hard last time
         stride = integration.stride(before.twist, free_twist, scene.reach, dt)
         rows = scene.collision.find(before, rotation, scene.piece_ranges, scene.group, scene.margin, scene.moved, stride)
         pair, arms, gap, impulse, point = manifolds.build(
-            scene.collision.pieces, rows, scene.collision.answers, scene.collision.numbers, scene.collision.contact_range,
-            before.position, rotation, stride, scene.margin, *self._kept)
+            scene.collision.pieces,
+            rows,
+            scene.collision.answers,
+            scene.collision.numbers,
+            scene.collision.contact_range,
+            before.position,
+            rotation,
+            stride,
+            scene.margin,
+            *self._kept,
+        )
         axes, size = constraints.frames(pair, arms, inverse_mass), scene.contact_size(pair)
         contacts, law = self._law(scene, pair, arms, gap, axes, impulse)
 
@@ -131,16 +197,30 @@ class World:
         twist, lag = before.twist.copy(), np.zeros_like(before.twist)
         blows = 0.0
         if law.restitution.any():
-            blows, _ = impacts.resolve(pair, axes, gap, size, law.restitution, law.friction, twist,
-                                       (free_twist - before.twist) / dt, lag, dt, 20 + 4 * len(pair))
+            blows, _ = impacts.resolve(
+                pair,
+                axes,
+                gap,
+                size,
+                law.restitution,
+                law.friction,
+                twist,
+                (free_twist - before.twist) / dt,
+                lag,
+                dt,
+                20 + 4 * len(pair),
+            )
             free_twist, mean_twist = free_twist + (twist - before.twist), mean_twist + (twist - before.twist) - lag / dt
-        problem = constraints.assemble(scene, pair, axes, gap, law, free_twist, lag, inverse_mass, 1e-14 * stride.max(initial=0.0) / dt, dt)
-        solution = self._solve(problem, constraints.into_axes(axes, impulse))
+        problem = constraints.assemble(
+            scene, pair, axes, gap, law, free_twist, lag, inverse_mass, 1e-14 * stride.max(initial=0.0) / dt, dt
+        )
+        solution = self._solve(problem, problems.into_axes(axes, impulse))
 
         # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity
         change = solution.twist - free_twist
-        motion = integration.admissible_motion(pair, axes, gap, 1e-9 * size, mean_twist + 0.5 * change,
-                                               solution.twist - lag / dt, dt)
+        motion = integration.admissible_motion(
+            pair, axes, gap, 1e-9 * size, mean_twist + 0.5 * change, solution.twist - lag / dt, dt
+        )
         motion += solver.undo_overlap(problem, gap, size, dt)
         after = integration.move(before, motion, solution.twist, spun, dt)
         self._finish(scene, before, after, motion, wrenches, contacts, law, problem, solution, blows, point)
@@ -148,8 +228,13 @@ class World:
     def _law(self, scene, pair, arms, gap, axes, impulse):
         """Contacts as the effects see them, and the law that holds there."""
         none = np.zeros(len(pair))
-        law = ContactLaw(scene.pair_value(scene.friction, pair, self.settings.friction),
-                         scene.pair_value(scene.restitution, pair, self.settings.restitution), none, none, none)
+        law = ContactLaw(
+            scene.pair_value(scene.friction, pair, self.settings.friction),
+            scene.pair_value(scene.restitution, pair, self.settings.restitution),
+            none,
+            none,
+            none,
+        )
         contacts = constraints.describe(scene.bodies, pair, arms, gap, axes, impulse, self.settings.time_step)
         return contacts, effect_room.contact_law(self._acting, contacts, scene.bodies, law)
 
@@ -157,7 +242,9 @@ class World:
         settings = self.settings
         moment = np.zeros_like(impulse)
         if settings.solver == "sequential_impulse":
-            return sequential_impulse.solve(problem, impulse, moment, iterations=settings.iterations, tolerance=settings.tolerance)
+            return sequential_impulse.solve(
+                problem, impulse, moment, iterations=settings.iterations, tolerance=settings.tolerance
+            )
         solution = solver.solve(problem, impulse, moment, iterations=settings.iterations, tolerance=settings.tolerance)
         if settings.solver == "exact" and len(solution.stalled):
             solution = solver.escalate(problem, solution, settings.tolerance)
@@ -167,18 +254,21 @@ class World:
         """Take over the state after the step and publish what happened."""
         if not np.isfinite(after.twist).all() or not np.isfinite(after.position).all():
             bad = int(np.argmin(np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)))
-            raise InputError(f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: the motion of body "
-                             f"{scene.names[bad]!r} is not finite; the world stays at step {self.steps}")
+            raise InputError(
+                f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: the motion of body "
+                f"{scene.names[bad]!r} is not finite; the world stays at step {self.steps}"
+            )
         scene.bodies = after
         scene.moved = integration.path_bound(motion, scene.reach, self.settings.time_step)
-        self._kept = point, constraints.into_world(problem.rows, solution.impulse)
+        self._kept = point, problems.into_world(problem.rows, solution.impulse)
         self.time += self.settings.time_step
         self.steps += 1
         self.unsolved_steps += solution.residual > self.settings.tolerance
         self.worst_residual = max(self.worst_residual, solution.residual)
         self.last_step = Step(self, before, after, wrenches, contacts, law, problem, solution, blows)
 
-    # ---- running -----------------------------------------------------------------------------------------------------------------
+    # ---- running
+    # -----------------------------------------------------------------------------------------------------------------
 
     def run(self, duration):
         """Advance by ``duration`` seconds (rounded to whole steps)."""
@@ -216,10 +306,22 @@ class World:
             return True, 0.0
         reach, mass = scene.reach[moving], scene.bodies.mass[moving]
         pull = sum((w[moving, :3] for w in self.last_step.wrenches), np.zeros((len(mass), 3)))
-        acceleration = np.sqrt((pull ** 2).sum(axis=1)) / mass
+        acceleration = np.sqrt((pull**2).sum(axis=1)) / mass
         speed = integration.path_bound(scene.bodies.twist[moving], reach, 1.0)
         wait = np.sqrt(2.0 * reach / np.where(acceleration > 0.0, acceleration, np.inf)).max()
         return bool((speed <= 2e-3 * np.sqrt(acceleration * reach)).all()), float(wait)
+
+    def save(self, path):
+        """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""
+        saving.save(self, path)
+
+    @classmethod
+    def load(cls, path, effects=None):
+        """The world saved at ``path``, bodies in the order they were added; ``effects`` only where some are the user's own.
+
+        Raises InputError where the file is missing, is not such a file, or holds effects that are not minibullet's.
+        """
+        return saving.load(cls, path, effects)
 
     @property
     def contacts(self):
@@ -237,13 +339,35 @@ class ContactTable:
         return 0 if self._step is None else len(self._step.contacts.gap)
 
     def to_dataframe(self):
-        """One row a contact: body_a, body_b, point x y z [m], normal x y z (a to b), gap [m], normal_force [N], friction_force [N], friction."""
+        """One row a contact: body_a, body_b, point x y z [m], normal x y z (a to b), gap [m], normal_force [N], friction_force
+        [N], friction."""
         import pandas as pd
 
-        names = ("body_a", "body_b", "x", "y", "z", "normal_x", "normal_y", "normal_z", "gap", "normal_force", "friction_force", "friction")
+        names = (
+            "body_a",
+            "body_b",
+            "x",
+            "y",
+            "z",
+            "normal_x",
+            "normal_y",
+            "normal_z",
+            "gap",
+            "normal_force",
+            "friction_force",
+            "friction",
+        )
         if self._step is None:
             return pd.DataFrame({name: [] for name in names})
         contacts, force = self._step.contacts, (self._step.solution.impulse + self._step.blows) / self._step.time_step
-        columns = ([self._step.names[a] for a in contacts.body_a], [self._step.names[b] for b in contacts.body_b], *contacts.point.T,
-                   *contacts.normal.T, contacts.gap, force[:, 0], np.sqrt((force[:, 1:] ** 2).sum(axis=1)), self._step.law.friction)
+        columns = (
+            [self._step.names[a] for a in contacts.body_a],
+            [self._step.names[b] for b in contacts.body_b],
+            *contacts.point.T,
+            *contacts.normal.T,
+            contacts.gap,
+            force[:, 0],
+            np.sqrt((force[:, 1:] ** 2).sum(axis=1)),
+            self._step.law.friction,
+        )
         return pd.DataFrame(dict(zip(names, columns, strict=True)))

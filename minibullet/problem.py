@@ -1,0 +1,158 @@
+"""The contact problem u = W r + q in factored form, W = H^T M^-1 H: records and the algebra on them. It knows no shapes and no
+world.
+
+The rows of H for one contact are its normal and two tangents. W itself is never formed for a step: a sweep needs only H and
+M^-1 H^T of each
+contact, which is linear in the number of contacts. ``delassus`` forms W, for the exact solver and for the curious.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+AXES, ARM_A, ARM_B, ANSWER_A, ANSWER_B, BLOCK = 0, 9, 18, 27, 45, 63  # columns of ContactProblem.rows
+WIDTH = 72
+
+
+class ContactProblem(NamedTuple):
+    """One step's contact problem: m contacts between n bodies, local order normal, tangent 1, tangent 2."""
+
+    bodies: np.ndarray  # body a and body b of each contact (m, 2)
+    rows: (
+        np.ndarray
+    )  # axes of the frame (3x3); arm x axis for a, for b (3x3 each) [m]; velocity answer M^-1 H^T of a, of b (3x6 each);
+    #                   block of W (3x3) [1/kg]; (m, 72)
+    target: np.ndarray  # least normal velocity allowed at the end of the step [m/s], (m,)
+    friction: np.ndarray  # Coulomb coefficient [-], (m,)
+    rolling: np.ndarray  # rolling arm, spinning arm [m], (m, 2)
+    free_twist: np.ndarray  # twist of each body if nothing touched, world frame [m/s, rad/s], (n, 6)
+    inverse_mass: np.ndarray  # inverse of mass and inertia, world frame [1/kg, 1/(kg m2)], (n, 6, 6)
+    order: np.ndarray  # contacts sorted by island (m,)
+    islands: np.ndarray  # first place of each island in order, and the end (i + 1,)
+    rounding: float  # velocities below this are rounding errors of the velocities themselves [m/s]
+    reference_mass: float  # median mass of the moving bodies: turns impulses into velocities in every residual [kg]
+
+
+@njit(cache=True)
+def tangents(nx, ny, nz):
+    """Two unit tangents that make a right-handed frame with the unit normal, smooth but at one point (Frisvad, J. Graphics
+    Tools 16, 2012)."""
+    if nz < -0.9999999:
+        return 0.0, -1.0, 0.0, -1.0, 0.0, 0.0
+    a = 1.0 / (1.0 + nz)
+    b = -nx * ny * a
+    return 1.0 - nx * nx * a, b, -nx, b, 1.0 - ny * ny * a, -ny
+
+
+@njit(cache=True)
+def relative_velocity(bodies, rows, twist):
+    """Velocity of b against a at each contact, contact axes (m, 3) [m/s]."""
+    result = np.empty((len(bodies), 3))
+    for c in range(len(bodies)):
+        a, b = bodies[c, 0], bodies[c, 1]
+        for i in range(3):
+            value = 0.0
+            for d in range(3):
+                value += (
+                    rows[c, AXES + 3 * i + d] * (twist[b, d] - twist[a, d])
+                    + rows[c, ARM_B + 3 * i + d] * twist[b, 3 + d]
+                    - rows[c, ARM_A + 3 * i + d] * twist[a, 3 + d]
+                )
+            result[c, i] = value
+    return result
+
+
+@njit(cache=True)
+def apply_impulses(bodies, rows, impulse, twist):
+    """Add to ``twist`` (n, 6), in place, what the impulses (m, 3, contact axes) do to the bodies."""
+    for c in range(len(bodies)):
+        a, b = bodies[c, 0], bodies[c, 1]
+        for i in range(3):
+            for k in range(6):
+                twist[a, k] -= rows[c, ANSWER_A + 6 * i + k] * impulse[c, i]
+                twist[b, k] += rows[c, ANSWER_B + 6 * i + k] * impulse[c, i]
+
+
+@njit(cache=True)
+def find_islands(bodies, moving):
+    """Contacts sorted by island, stable, and where each island begins: bodies linked through contacts; fixed bodies do not
+    link."""
+    parent = np.arange(len(moving))
+    for c in range(len(bodies)):
+        a, b = bodies[c, 0], bodies[c, 1]
+        if moving[a] and moving[b]:
+            while parent[a] != a:
+                parent[a] = parent[parent[a]]
+                a = parent[a]
+            while parent[b] != b:
+                parent[b] = parent[parent[b]]
+                b = parent[b]
+            if a < b:
+                parent[b] = a
+            else:
+                parent[a] = b
+    label = np.empty(len(bodies), dtype=np.int64)
+    for c in range(len(bodies)):
+        a = bodies[c, 0] if moving[bodies[c, 0]] else bodies[c, 1]
+        while parent[a] != a:
+            a = parent[a]
+        label[c] = a
+    order = np.argsort(label, kind="mergesort")
+    starts = np.empty(len(bodies) + 1, dtype=np.int64)
+    count = 0
+    for place in range(len(order)):
+        if place == 0 or label[order[place]] != label[order[place - 1]]:
+            starts[count] = place
+            count += 1
+    starts[count] = len(order)
+    return order, starts[: count + 1]
+
+
+def jacobian(rows, side):
+    """Rows of H for side 0 (a) or 1 (b): contact axes, then arm x axis, so that velocity = row . twist; (m, 3, 6)."""
+    axes, arm = rows[:, AXES:ARM_A], rows[:, ARM_A + 9 * side : ARM_A + 9 * side + 9]
+    return np.concatenate([axes.reshape(-1, 3, 3), arm.reshape(-1, 3, 3)], axis=2)
+
+
+def delassus(problem, contacts=None):
+    """Form W (3m, 3m) and q (3m,) of the chosen contacts (all by default), so that u = W r + q with the target taken off the
+    normal row.
+
+    W = H^T M^-1 H; q = H^T free twist - target n [1/kg, m/s].
+    """
+    chosen = np.arange(len(problem.bodies)) if contacts is None else np.asarray(contacts)
+    bodies, rows = problem.bodies[chosen], problem.rows[chosen]
+    count = len(chosen)
+    used, place = np.unique(bodies, return_inverse=True)
+    place = place.reshape(bodies.shape)
+    rate, answer = np.zeros((count, 3, len(used), 6)), np.zeros((count, 3, len(used), 6))
+    index = np.arange(count)
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        rate[index, :, place[:, side]] += sign * jacobian(rows, side)
+        answer[index, :, place[:, side]] += sign * rows[:, ANSWER_A + 18 * side : ANSWER_A + 18 * side + 18].reshape(
+            count, 3, 6
+        )
+    q = relative_velocity(bodies, rows, problem.free_twist)
+    q[:, 0] -= problem.target[chosen]
+    return rate.reshape(3 * count, -1) @ answer.reshape(3 * count, -1).T, q.reshape(-1)
+
+
+@njit(cache=True)
+def into_axes(rows, vector):
+    """World vectors (m, 3) in the axes of their contacts (m, 3)."""
+    result = np.empty_like(vector)
+    for c in range(len(rows)):
+        for i in range(3):
+            result[c, i] = rows[c, 3 * i] * vector[c, 0] + rows[c, 3 * i + 1] * vector[c, 1] + rows[c, 3 * i + 2] * vector[c, 2]
+    return result
+
+
+@njit(cache=True)
+def into_world(rows, vector):
+    """Vectors in contact axes (m, 3) in world axes (m, 3)."""
+    result = np.empty_like(vector)
+    for c in range(len(rows)):
+        for i in range(3):
+            result[c, i] = rows[c, i] * vector[c, 0] + rows[c, 3 + i] * vector[c, 1] + rows[c, 6 + i] * vector[c, 2]
+    return result
