@@ -10,6 +10,7 @@ from .diagnosis import Diagnosis, Finding
 from .effects import SETS, own_classes, set_of
 from .experiment_files import read_experiment_file
 from .measurement import read_measurement
+from .rivals import rivals, swapped
 from .search import Folds, Search
 from .trajectories import judge, prepare
 
@@ -74,15 +75,15 @@ def assemble(prepared, search, absent, judge, where):
     measurement, problem, base = prepared.measurement, prepared.problem, prepared.base
     verdict_before, table_before = judge(problem, base)
     fits, rounds = search.run(base)
-    final = search.swapped(fits[-1]) if len(fits[-1].model.terms) > 1 else fits[-1]
+    final = swapped(search, fits[-1]) if len(fits[-1].model.terms) > 1 else fits[-1]
     if final is not fits[-1]:
         fits.append(final)
     verdict_after, table_after = judge(problem, final)
     search.progress("rivals")
-    rivals = search.rivals(final, 1.0 if verdict_after.adequate else max(verdict_after.chi2, 1.0))
+    others = rivals(search, final, 1.0 if verdict_after.adequate else max(verdict_after.chi2, 1.0))
     terms = final.model.terms
     effects = tuple(term.name for term in terms)
-    sets = [tuple([term.name] + sorted(name for name, _, _ in others)) for term, others in zip(terms, rivals, strict=True)]
+    sets = [tuple([term.name] + sorted(name for name, _, _ in rest)) for term, rest in zip(terms, others, strict=True)]
     ambiguous = tuple(members for members in sets if len(members) > 1)
     if not verdict_after.adequate:
         verdict = "unexplained"
@@ -99,10 +100,10 @@ def assemble(prepared, search, absent, judge, where):
             shown.append(names)
             held, fitted = held_out_error(search, fit, unit), fitted_error(search, fit, unit)
             steps.append({"effects": names, "held_out": held, "fitted": fitted})
-    findings = _findings(search, fits, rounds, rivals, effects, absent, unit, verdict_after)
+    findings = _findings(search, fits, rounds, others, effects, absent, unit, verdict_after)
     following = None
     if verdict in ("ambiguous", "unexplained"):
-        following = identify.next_experiment(prepared, search, final, rivals, verdict)
+        following = identify.next_experiment(prepared, search, final, others, verdict)
     adequate = {"before": verdict_before.adequate, "after": verdict_after.adequate, "statistic": verdict_after.statistic,
                 "p": verdict_after.p, "threshold": verdict_after.threshold, "speaks": verdict_after.worst,
                 "chi2_per_freedom": {"before": verdict_before.chi2, "after": verdict_after.chi2}}
@@ -168,7 +169,6 @@ def _errors(search, base, final, unit):
 
 def _findings(search, fits, rounds, rivals, effects, absent, unit, adequacy):
     """One Finding a candidate: accepted ones first, then by evidence."""
-    log_count = np.log(fits[0].count)
     found = []
     partners = {name: (effect, cosine) for effect, others in zip(effects, rivals, strict=True) for name, _, cosine in others}
     for name in sorted({entry.name for entry in search.candidates}):
@@ -188,7 +188,7 @@ def _findings(search, fits, rounds, rivals, effects, absent, unit, adequacy):
             fitted, held, gain = fitted_error(search, best.fit, unit), held_out_error(search, best.fit, unit), best.gain
         else:
             fitted, held, gain = None, None, last.linear_gain if last is not None and last.visible else None
-        evidence = None if gain is None else float(gain - len(trials[-1].candidate.free) * log_count)
+        evidence = None if gain is None else float(gain - search.fee(trials[-1].candidate))
         found.append(Finding(name, fitted, held, evidence, accepted, same, why, cosines, _visible(last)))
     found.sort(key=lambda entry: (not entry.accepted, -(entry.evidence if entry.evidence is not None else -1e9), entry.effect))
     found += [Finding(name, None, None, None, False, (), f"not tried: {why}") for name, why in sorted(absent.items())]

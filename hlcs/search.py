@@ -27,7 +27,7 @@ REFIT_BEST = 6
 
 
 @dataclass
-class Trial_:
+class Try:
     """What became of one candidate in one round."""
 
     candidate: Candidate
@@ -77,6 +77,7 @@ class Search:
         self.problem, self.folds = problem, folds
         self.candidates = sorted(candidates, key=lambda entry: entry.name)
         self.progress = progress or (lambda text: None)
+        self.counts = {}  # candidate -> how many of its numbers these data can show
 
     # --- one candidate --------------------------------------------------------------------------------------------------------
 
@@ -111,10 +112,21 @@ class Search:
         return [inference.whiten(rec.links, (a - b) / amount)
                 for rec, a, b in zip(self.problem.recordings, fit.linear.raw, raw, strict=True)]
 
-    def price(self, count):
-        """What a candidate with `count` numbers must gain in chi2."""
-        n = sum(len(recording.channel) for recording in self.problem.recordings)
-        return count * np.log(n) + (PRICE if self.folds.possible else PRICE_ALONE)
+    def price(self, entry):
+        """What a candidate must gain in chi2: log n for each number that these data can show, and a fee."""
+        return self.fee(entry) + (PRICE if self.folds.possible else PRICE_ALONE)
+
+    def fee(self, entry):
+        """p log n of a candidate, p the numbers that these data can show."""
+        return self.counts.get(entry.name, len(entry.free)) * np.log(sum(len(rec.channel) for rec in self.problem.recordings))
+
+    def shown(self, entry, signature):
+        """How many of its numbers move the observations by 0.3 sigma in all within their bounds; at least 1."""
+        if len(entry.free) == 1 or signature.shape[1] < len(entry.free):
+            return len(entry.free)
+        spans = np.array([min(free.high - free.low, 1e3) for free in entry.free])
+        size = np.linalg.svd(signature * spans, compute_uv=False)
+        return max(int(np.sum((size > 1e-3 * size[0]) & (size > 0.3))), 1)
 
     def refit(self, fit, entry):
         """The fit with the candidate in, from its null value."""
@@ -199,7 +211,7 @@ class Search:
     # --- rounds ---------------------------------------------------------------------------------------------------------------
 
     def round(self, fit):
-        """Every candidate tried on top of a fit: {name: Trial_}."""
+        """Every candidate tried on top of a fit: {name: Try}."""
         trials = {}
         r = np.concatenate(fit.linear.projected[0])
         s_now = np.concatenate(fit.linear.projected[1])
@@ -208,7 +220,7 @@ class Search:
         for entry in self.candidates:
             if entry.name in fit.model.names:
                 continue
-            trial = Trial_(entry, price=self.price(len(entry.free)))
+            trial = Try(entry, price=self.price(entry))
             trials[entry.name] = trial
             self.progress(f"screening {entry.name}")
             signature = self.screen(fit, entry)
@@ -216,6 +228,8 @@ class Search:
                 continue
             s = inference.project_out(q_now, np.concatenate(signature))
             full = np.linalg.norm(np.concatenate(signature))
+            self.counts[entry.name] = self.shown(entry, np.concatenate(signature))
+            trial.price = self.price(entry)
             trial.visible = float(np.linalg.norm(s)) if np.linalg.norm(s) > 1e-6 * max(full, 1e-300) and full > 1e-9 else 0.0
             if trial.visible:
                 trial.linear_gain = inference.least_squares(s, r).gain
@@ -236,7 +250,7 @@ class Search:
             rounds.append(trials)
             terms = fits[-1].model.terms
             allowed = [trial for trial in trials.values() if trial.fit is not None and not trial.fails
-                       and not self._same_form(trial.candidate.name, terms)]
+                       and not self.same_form(trial.candidate.name, terms)]
             if len(terms) >= MOST_TERMS:
                 break
             if not allowed:
@@ -263,55 +277,21 @@ class Search:
         """
         pointing = [trial for trial in trials.values() if trial.fit is not None and trial.fails and not self.out_of_bounds(trial)
                     and trial.gain > 2 * trial.price * max(trial.fit.chi2 / trial.fit.freedom, 1.0)
-                    and not self.contradicts(trial.fit) and not self._same_form(trial.candidate.name, fit.model.terms)]
+                    and not self.contradicts(trial.fit) and not self.same_form(trial.candidate.name, fit.model.terms)]
         for first in sorted(pointing, key=lambda trial: (-(trial.gain - trial.price), trial.candidate.name))[:2]:
             seconds = [trial for trial in self.round(first.fit).values() if trial.fit is not None and not trial.fails
-                       and not self._same_form(trial.candidate.name, first.fit.model.terms)]
+                       and not self.same_form(trial.candidate.name, first.fit.model.terms)]
             if not seconds:
                 continue
             second = max(seconds, key=lambda trial: (round(trial.gain - trial.price, 6), trial.candidate.name))
             alone = self.problem.fit(second.fit.model.without(len(fit.model.terms)), second.fit.starts)
-            check = Trial_(first.candidate, price=first.price, visible=1.0)
+            check = Try(first.candidate, price=first.price, visible=1.0)
             self.judge(alone, first.candidate, second.fit, check)
             good = check.gain > check.price and (not self.folds.possible or check.falls > 0.02 and (
                 min(check.directions) > 0.02 if self.folds.few else check.p < 0.05 / len(trials)))
             if good:
                 return [first.fit, second.fit]
         return []
-
-    def swapped(self, fit):
-        """The fit with terms replaced by others that explain as much with fewer numbers, or more with as many; at most three."""
-        for _ in range(MOST_TERMS):
-            better = None
-            for index, term in enumerate(fit.model.terms):
-                without = self.problem.fit(fit.model.without(index), fit.starts)
-                for entry, other in self.replacements(without, fit, term):
-                    gain = (fit.chi2 - other.chi2) + (len(term.candidate.free) - len(entry.free)) * self._log_count()
-                    if gain > 2.0 and not self.out_of_bounds(Trial_(entry, fit=other)) and not self.contradicts(other) and (
-                            self._holds_out(without, other)) and (better is None or gain > better[0]):
-                        better = gain, other
-            if better is None:
-                return fit
-            fit = better[1]
-        return fit
-
-    def replacements(self, without, fit, term):
-        """[(candidate, fit with it in place of the term)] for candidates whose linear gain comes near the term's."""
-        r = np.concatenate(without.linear.projected[0])
-        q_now = inference.basis(np.concatenate(without.linear.projected[1]))
-        r = inference.project_out(q_now, r)
-        needed = 0.7 * (without.chi2 - fit.chi2 - len(term.candidate.free) * self._log_count())
-        found = []
-        for entry in self.candidates:
-            if entry.name in fit.model.names or self._same_form(entry.name, fit.model.terms):
-                continue
-            signature = self.screen(without, entry)
-            if signature is None:
-                continue
-            s = inference.project_out(q_now, np.concatenate(signature))
-            if inference.least_squares(s, r).gain - len(entry.free) * self._log_count() > needed:
-                found.append((entry, self.refit(without, entry)))
-        return found
 
     def contradicts(self, fit):
         """Does the newest term deny what the file states (lift of a fluid far denser), and without mending the model?"""
@@ -322,12 +302,12 @@ class Search:
         """Among forms of one law that all leave the model inadequate, the one with the fewest numbers."""
         if best.fit.chi2 < 1.5 * best.fit.freedom:
             return best
-        forms = [trial for trial in allowed if self._same_form(trial.candidate.name, (best.fit.model.terms[-1],))
+        forms = [trial for trial in allowed if self.same_form(trial.candidate.name, (best.fit.model.terms[-1],))
                  and trial.gain > 0.5 * best.gain]
         return min(forms, key=lambda trial: (len(trial.candidate.free), -trial.gain), default=best)
 
     @staticmethod
-    def _same_form(name, terms):
+    def same_form(name, terms):
         return any(name in SETS[label] and any(term.name in SETS[label] for term in terms) for label in FORMS)
 
     def prune(self, fit):
@@ -336,83 +316,9 @@ class Search:
             return None
         for index, term in enumerate(fit.model.terms[:-1]):
             without = self.problem.fit(fit.model.without(index), fit.starts)
-            if without.chi2 - fit.chi2 < self.price(len(term.candidate.free)):
+            if without.chi2 - fit.chi2 < self.price(term.candidate):
                 return without
         return None
-
-    # --- rivals ---------------------------------------------------------------------------------------------------------------
-
-    def rivals(self, fit, inflation):
-        """For every term of the final fit: [(name, fit with it in place of the term)] that these data cannot rule out.
-
-        inflation: chi2 per degree of freedom where the final model is not adequate (else 1); differences smaller than
-        what stays unexplained decide nothing.
-        """
-        found = []
-        for index, term in enumerate(fit.model.terms):
-            without = self.problem.fit(fit.model.without(index), fit.starts)
-            r = np.concatenate(without.linear.projected[0])
-            q_now = inference.basis(np.concatenate(without.linear.projected[1]))
-            r = inference.project_out(q_now, r)
-            mine = without.chi2 - fit.chi2 - len(term.candidate.free) * self._log_count()
-            keep = []
-            for entry in self.candidates:
-                if entry.name in fit.model.names:
-                    continue
-                signature = self.screen(without, entry)
-                if signature is None:
-                    continue
-                s = inference.project_out(q_now, np.concatenate(signature))
-                same_form = self._same_form(entry.name, (term,))
-                linear = inference.least_squares(s, r).gain
-                if linear < 0.5 * (mine - RIVAL_MARGIN * inflation) and not same_form:
-                    continue
-                self.progress(f"rival {entry.name}")
-                other = self.refit(without, entry)
-                gain = without.chi2 - other.chi2 - len(entry.free) * self._log_count()
-                trial = Trial_(entry, fit=other)
-                if self.out_of_bounds(trial) or self.contradicts(other):
-                    continue
-                close = mine - gain <= RIVAL_MARGIN * inflation and gain > 0
-                cosine = inference.cosine(self._own_columns(fit, index), self._own_columns(other, -1))
-                if same_form and inflation > 1 and cosine > 0.9 and gain > 0.5 * mine:
-                    close = True  # a form is not decided by differences smaller than what stays unexplained
-                if inflation > 1 and not self._holds_out(without, other):
-                    continue
-                if close and not self._beaten(fit, other, inflation):
-                    keep.append((entry.name, other, cosine))
-            found.append(keep)
-        return found
-
-    def _log_count(self):
-        return np.log(sum(len(recording.channel) for recording in self.problem.recordings))
-
-    def _holds_out(self, before, other):
-        """Does the newest term of `other` lower the held-out error, in each direction where recordings are few?"""
-        if not self.folds.possible:
-            return True
-        trial = Trial_(other.model.terms[-1].candidate)
-        self.judge(before, None, other, trial)
-        return (min(trial.directions) if self.folds.few else trial.falls) > 0.02
-
-    def _beaten(self, fit, other, inflation):
-        """Is `other` worse than `fit` on held-out data at p < 0.01, with the unexplained rest counted as noise?"""
-        if not self.folds.possible or inflation > 1:
-            return False
-        trial = Trial_(fit.model.terms[-1].candidate)
-        self.judge(other, None, fit, trial)
-        return trial.p < 0.01 and other.chi2 - fit.chi2 > 1.0
-
-    @staticmethod
-    def _own_columns(fit, index):
-        """Projected signature of one term of a fit, all recordings in one column (n, p)."""
-        counts = [len(term.candidate.free) for term in fit.model.terms]
-        index = index % len(counts)
-        start = sum(counts[:index])
-        columns = np.concatenate(fit.linear.projected[1])
-        others = np.delete(columns, np.arange(start, start + counts[index]), axis=1)
-        return inference.project_out(inference.basis(others), columns[:, start:start + counts[index]])
-
 
 def _rms(parts):
     total = np.concatenate(parts)
