@@ -10,7 +10,7 @@ world.settle(max_time=10)
 
 from minibullet import effects, rotations
 from minibullet.bodies import Bodies, ContactLaw, Contacts
-from minibullet.effects import *  # noqa: F403 - every shipped effect by its own name
+from minibullet.effects import *
 from minibullet.effects import Effect, EffectError, check_effect, load_effects, parameter
 from minibullet.errors import InputError
 from minibullet.exact import solve_contacts

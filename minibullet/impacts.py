@@ -15,17 +15,8 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
+from minibullet.problem import normal_velocity
 from minibullet.solver import visit
-
-
-@njit(cache=True)
-def normal_rate(c, bodies, rows, twist):
-    """Normal velocity of b against a at contact c."""
-    a, b = bodies[c, 0], bodies[c, 1]
-    value = 0.0
-    for d in range(3):
-        value += rows[c, d] * (twist[b, d] - twist[a, d]) + rows[c, 18 + d] * twist[b, 3 + d] - rows[c, 9 + d] * twist[a, 3 + d]
-    return value
 
 
 @njit(cache=True)
@@ -61,9 +52,9 @@ def resolve(bodies, rows, gap, size, restitution, friction, twist, acceleration,
         for c in range(count):
             if restitution[c] <= 0.0:
                 continue
-            pull = normal_rate(c, bodies, rows, acceleration)
-            rate = normal_rate(c, bodies, rows, twist)
-            touch = first_touch(gap[c] - normal_rate(c, bodies, rows, lag), rate, pull, now, time_step)
+            pull = normal_velocity(c, bodies, rows, acceleration)
+            rate = normal_velocity(c, bodies, rows, twist)
+            touch = first_touch(gap[c] - normal_velocity(c, bodies, rows, lag), rate, pull, now, time_step)
             if touch < moment and -restitution[c] * (rate + pull * touch) + min(pull, 0.0) * (time_step - touch) > 0.0:
                 moment, trigger = touch, c
         if trigger < 0:
@@ -75,11 +66,11 @@ def resolve(bodies, rows, gap, size, restitution, friction, twist, acceleration,
         for c in range(count):
             here = (
                 gap[c]
-                - normal_rate(c, bodies, rows, lag)
-                + now * (normal_rate(c, bodies, rows, twist) + 0.5 * now * normal_rate(c, bodies, rows, acceleration))
+                - normal_velocity(c, bodies, rows, lag)
+                + now * (normal_velocity(c, bodies, rows, twist) + 0.5 * now * normal_velocity(c, bodies, rows, acceleration))
             )
             touching[c] = c == trigger or here <= 1e-9 * size[c]
-            target[c] = max(-restitution[c] * normal_rate(c, bodies, rows, before), 0.0)
+            target[c] = max(-restitution[c] * normal_velocity(c, bodies, rows, before), 0.0)
             part[c] = 0.0
         for _ in range(200):
             change, total = 0.0, 0.0

@@ -46,20 +46,29 @@ def tangents(nx, ny, nz):
 
 
 @njit(cache=True)
+def velocity_along(row, i, v, w):
+    """Velocity of body b (twist w) against body a (twist v) along axis i of a contact (0 normal, 1 and 2 tangents) [m/s]."""
+    k = 3 * i
+    return (
+        row[k] * (w[0] - v[0]) + row[k + 1] * (w[1] - v[1]) + row[k + 2] * (w[2] - v[2])
+        + row[k + 18] * w[3] + row[k + 19] * w[4] + row[k + 20] * w[5]
+        - row[k + 9] * v[3] - row[k + 10] * v[4] - row[k + 11] * v[5]
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def normal_velocity(c, bodies, rows, twist):
+    """Velocity of b against a along the normal of contact c [m/s]."""
+    return velocity_along(rows[c], 0, twist[bodies[c, 0]], twist[bodies[c, 1]])
+
+
+@njit(cache=True)
 def relative_velocity(bodies, rows, twist):
     """Velocity of b against a at each contact, contact axes (m, 3) [m/s]."""
     result = np.empty((len(bodies), 3))
     for c in range(len(bodies)):
-        a, b = bodies[c, 0], bodies[c, 1]
         for i in range(3):
-            value = 0.0
-            for d in range(3):
-                value += (
-                    rows[c, AXES + 3 * i + d] * (twist[b, d] - twist[a, d])
-                    + rows[c, ARM_B + 3 * i + d] * twist[b, 3 + d]
-                    - rows[c, ARM_A + 3 * i + d] * twist[a, 3 + d]
-                )
-            result[c, i] = value
+            result[c, i] = velocity_along(rows[c], i, twist[bodies[c, 0]], twist[bodies[c, 1]])
     return result
 
 

@@ -9,22 +9,8 @@ strong, and its fixed point is not Coulomb's law. Source: E. Catto, GDC 2006; Bu
 import numpy as np
 from numba import njit
 
-from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses
+from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, velocity_along
 from minibullet.solver import certify, free_size
-
-
-@njit(cache=True)
-def row_velocity(c, i, bodies, rows, twist):
-    """Relative velocity of contact c along its axis i."""
-    a, b = bodies[c, 0], bodies[c, 1]
-    value = 0.0
-    for d in range(3):
-        value += (
-            rows[c, 3 * i + d] * (twist[b, d] - twist[a, d])
-            + rows[c, 18 + 3 * i + d] * twist[b, 3 + d]
-            - rows[c, 9 + 3 * i + d] * twist[a, 3 + d]
-        )
-    return value
 
 
 @njit(cache=True)
@@ -34,7 +20,7 @@ def sweep_rows(bodies, rows, target, friction, impulse, twist, iterations):
         for tangential in range(2):
             for c in range(len(bodies)):
                 for i in range(1 if tangential else 0, 3 if tangential else 1):
-                    speed = row_velocity(c, i, bodies, rows, twist) - (target[c] if i == 0 else 0.0)
+                    speed = velocity_along(rows[c], i, twist[bodies[c, 0]], twist[bodies[c, 1]]) - (target[c] if i == 0 else 0.0)
                     wanted = impulse[c, i] - speed / rows[c, BLOCK + 4 * i]
                     if i == 0:
                         new = max(wanted, 0.0)

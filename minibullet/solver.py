@@ -12,7 +12,7 @@ from numba import njit
 
 from minibullet.cone import natural_map_error, solve_block
 from minibullet.exact import solve_dense
-from minibullet.problem import ANSWER_A, ANSWER_B, ARM_A, ARM_B, BLOCK, apply_impulses, delassus, relative_velocity
+from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, delassus, relative_velocity, velocity_along
 
 
 class Solution(NamedTuple):
@@ -29,48 +29,20 @@ class Solution(NamedTuple):
 
 @njit(cache=True)
 def visit(c, bodies, rows, target, friction, impulse, twist):
-    """Solve contact c exactly with all others held, update its impulse and the twists; returns the size of the change as a
-    velocity."""
-    a, b = bodies[c, 0], bodies[c, 1]
-    r = rows[c]
-    v, w = twist[a], twist[b]
-    x, y, z = w[0] - v[0], w[1] - v[1], w[2] - v[2]
-    u_n = (
-        r[0] * x
-        + r[1] * y
-        + r[2] * z
-        + r[18] * w[3]
-        + r[19] * w[4]
-        + r[20] * w[5]
-        - r[9] * v[3]
-        - r[10] * v[4]
-        - r[11] * v[5]
-        - target[c]
-    )
+    """Solve contact c exactly with all others held, update its impulse and the twists; returns the squared change of the impulse."""
+    r, v, w = rows[c], twist[bodies[c, 0]], twist[bodies[c, 1]]
+    u_n = velocity_along(r, 0, v, w) - target[c]
     old_n, old_1, old_2 = impulse[c, 0], impulse[c, 1], impulse[c, 2]
     if old_n == 0.0 and u_n >= 0.0:
         return 0.0
-    u_1 = (
-        r[3] * x + r[4] * y + r[5] * z + r[21] * w[3] + r[22] * w[4] + r[23] * w[5] - r[12] * v[3] - r[13] * v[4] - r[14] * v[5]
-    )
-    u_2 = (
-        r[6] * x + r[7] * y + r[8] * z + r[24] * w[3] + r[25] * w[4] + r[26] * w[5] - r[15] * v[3] - r[16] * v[4] - r[17] * v[5]
-    )
+    u_1, u_2 = velocity_along(r, 1, v, w), velocity_along(r, 2, v, w)
     new_n, new_1, new_2 = solve_block(
-        r[63],
-        r[64],
-        r[65],
-        r[66],
-        r[67],
-        r[68],
-        r[69],
-        r[70],
-        r[71],
+        r[63], r[64], r[65], r[66], r[67], r[68], r[69], r[70], r[71],
         u_n - r[63] * old_n - r[64] * old_1 - r[65] * old_2,
         u_1 - r[66] * old_n - r[67] * old_1 - r[68] * old_2,
         u_2 - r[69] * old_n - r[70] * old_1 - r[71] * old_2,
         friction[c],
-    )
+    )  # fmt: skip
     d_n, d_1, d_2 = new_n - old_n, new_1 - old_1, new_2 - old_2
     impulse[c, 0], impulse[c, 1], impulse[c, 2] = new_n, new_1, new_2
     for k in range(6):
@@ -118,53 +90,14 @@ def visit_rolling(c, bodies, rows, rolling, inverse_mass, impulse, moment, twist
 
 
 @njit(cache=True)
-def natural_map(place_first, place_end, order, bodies, rows, target, friction, impulse, twist, reference_mass):
-    """Squares for the residual over contacts order[first:end]: error, |q|, |r|/m, |u|; q = u - W r is taken at the free twist's
-    place.
-
-    |q| is replaced by the larger of |u| and |r|/m where it is not at hand: the maximum of the three is what divides the error.
-    """
+def natural_map(first, end, order, bodies, rows, target, friction, impulse, twist, reference_mass):
+    """Squares that make the residual of the contacts order[first:end]: error of the natural map, |r|/m, |u|."""
     error = size_r = size_u = 0.0
-    for place in range(place_first, place_end):
+    for place in range(first, end):
         c = order[place]
-        a, b = bodies[c, 0], bodies[c, 1]
-        r = rows[c]
-        v, w = twist[a], twist[b]
-        x, y, z = w[0] - v[0], w[1] - v[1], w[2] - v[2]
-        u_n = (
-            r[0] * x
-            + r[1] * y
-            + r[2] * z
-            + r[18] * w[3]
-            + r[19] * w[4]
-            + r[20] * w[5]
-            - r[9] * v[3]
-            - r[10] * v[4]
-            - r[11] * v[5]
-            - target[c]
-        )
-        u_1 = (
-            r[3] * x
-            + r[4] * y
-            + r[5] * z
-            + r[21] * w[3]
-            + r[22] * w[4]
-            + r[23] * w[5]
-            - r[12] * v[3]
-            - r[13] * v[4]
-            - r[14] * v[5]
-        )
-        u_2 = (
-            r[6] * x
-            + r[7] * y
-            + r[8] * z
-            + r[24] * w[3]
-            + r[25] * w[4]
-            + r[26] * w[5]
-            - r[15] * v[3]
-            - r[16] * v[4]
-            - r[17] * v[5]
-        )
+        v, w = twist[bodies[c, 0]], twist[bodies[c, 1]]
+        u_n = velocity_along(rows[c], 0, v, w) - target[c]
+        u_1, u_2 = velocity_along(rows[c], 1, v, w), velocity_along(rows[c], 2, v, w)
         p_n, p_1, p_2 = impulse[c, 0] / reference_mass, impulse[c, 1] / reference_mass, impulse[c, 2] / reference_mass
         error += natural_map_error(p_n, p_1, p_2, u_n, u_1, u_2, friction[c], 1.0)
         size_r += p_n * p_n + p_1 * p_1 + p_2 * p_2
@@ -211,7 +144,8 @@ def sweep_islands(
             )
             largest = max(scale, size_r, size_u)
             residual[island] = np.sqrt(error / largest) if error > rounding * rounding * (end - first) else 0.0
-            if sweep >= iterations or (stop and residual[island] <= tolerance and (sweep > 0 or not resists)):
+            # the warm start is swept at least once even if it passes: an error that stays the same at every step adds up
+            if sweep >= iterations or (stop and residual[island] <= tolerance and (sweep > 0 or error == 0.0)):
                 break
             # as many sweeps as the last ones suggest are needed before the residual is worth its price again
             batch = min(4 if sweep < 12 else 8, iterations - sweep)
@@ -300,9 +234,7 @@ def separate(bodies, rows, gap, tolerance, inverse_mass_rows, share, sweeps):
         for c in range(len(bodies)):
             a, b = bodies[c, 0], bodies[c, 1]
             r = rows[c]
-            value = 0.0
-            for d in range(3):
-                value += r[d] * (shift[b, d] - shift[a, d]) + r[ARM_B + d] * shift[b, 3 + d] - r[ARM_A + d] * shift[a, 3 + d]
+            value = velocity_along(r, 0, shift[a], shift[b])
             wanted = -share * (gap[c] + tolerance[c]) if gap[c] < -tolerance[c] else -max(gap[c], 0.0)
             new = max(push[c] + (wanted - value) / r[BLOCK], 0.0)
             step = new - push[c]
