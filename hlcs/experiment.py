@@ -30,6 +30,9 @@ class PlacementTest:
     linear_damping, angular_damping [-]; margin around each unit [Dn]; falling_distance [Dn]; density [kg/m3]; seed;
     time_step [s], iterations, tolerance, solver: how the engine computes; settle_time: longest wait for a layer [s]; plates per
     side.
+    How the crane really places, all absent by default: placement_scatter, standard deviation of the aims from layer 2 on [Dn];
+    placement_offset_x, placement_offset_y, by which every layer misses its aim more than the one below [Dn]; yaw_constraint,
+    concentration of the first layer's headings about x on a triangular grid (von Mises) [-]; lost_units, fraction left out [-].
 
     Raises InputError that names the field, its value and the rule.
     """
@@ -56,6 +59,11 @@ class PlacementTest:
     solver: str = "gauss_seidel"
     settle_time: float = 10.0
     plates: int = 3
+    placement_scatter: float = 0.0
+    placement_offset_x: float = 0.0
+    placement_offset_y: float = 0.0
+    yaw_constraint: float = 0.0
+    lost_units: float = 0.0
 
     def __post_init__(self):
         object.__setattr__(self, "grid", Grid.parse(self.grid))
@@ -80,11 +88,18 @@ class PlacementTest:
             ("margin", -1, 0.5),
             ("settle_time", 0, np.inf),
             ("time_step", 0, 1),
+            ("placement_scatter", -1, 1),
+            ("yaw_constraint", -1, 1e6),
+            ("lost_units", -1, 0.5),
         ):
             value = getattr(self, name)
             if isinstance(value, (bool, str)) or not np.isfinite(value) or not low < value <= high or (low == -1 and value < 0):
                 words = f"> {low}" if low != -1 else ">= 0"
                 raise InputError(f"placement: {name} = {value!r}; it must be a finite number {words}")
+        for name in ("placement_offset_x", "placement_offset_y"):
+            value = getattr(self, name)
+            if isinstance(value, (bool, str)) or not abs(value) <= 1:
+                raise InputError(f"placement: {name} = {value!r}; it must be a number from -1 to 1")
         for name, allowed in (("reference", ("layer", "blind")), ("shape", ("pieces", "hull"))):
             if getattr(self, name) not in allowed:
                 raise InputError(f"placement: {name} = {getattr(self, name)!r}; it must be one of {', '.join(allowed)}")
@@ -126,16 +141,26 @@ class PlacementTest:
         records, readings, previous = [], [], []
         for layer in range(1, self.layers + 1):
             centres = self.grid.centres(self.rows, self.columns, layer) * dn + shift
+            aims = placement.missed(self, centres, layer)
             if layer == 1:
                 handles = placement.lay_first_layer(
-                    world, unit, shape, centres, self.bottom, self.grid.triangular, generator, self.density, margin
+                    world,
+                    unit,
+                    shape,
+                    centres,
+                    self.bottom,
+                    self.grid.triangular,
+                    generator,
+                    self.density,
+                    margin,
+                    self.yaw_constraint,
                 )
             else:
-                lowest = self.bottom.height(*centres.T) + envelope + self.falling_distance * dn
-                handles = placement.hang_layer(world, layer, shape, centres, lowest, generator, self.density)
+                lowest = self.bottom.height(*aims.T) + envelope + self.falling_distance * dn
+                handles = placement.hang_layer(world, layer, shape, aims, lowest, generator, self.density)
             records.append(placement.settle_layer(world, layer, handles, self.bottom, level, self.settle_time))
             if self.reference == "layer":
-                shift = shift + placement.reference_shift(handles, centres)
+                shift = shift + placement.reference_shift(handles, aims)
             heights = plates.envelope_heights(
                 [*previous, *handles], self.bottom, plates.plate_centres(centres, dn, self.plates), dn, self.settings
             )

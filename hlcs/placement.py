@@ -32,13 +32,26 @@ class LayerRecord:
     unsolved_steps: int  # steps whose residual stayed above the tolerance
 
 
-def lay_first_layer(world, unit, shape, centres, bottom, triangular, generator, density, margin):
+def missed(test, centres, layer):
+    """Where the units of a layer are really aimed, given the centres (n, 2) [m] they were meant for; units left out are gone.
+
+    Chance here has a stream of its own, so that the other draws of a test are the same with and without it.
+    """
+    if layer == 1 or not (test.placement_scatter or test.placement_offset_x or test.placement_offset_y or test.lost_units):
+        return centres
+    generator, dn = np.random.default_rng([test.seed, layer]), test.unit.nominal_diameter
+    aims = centres + (layer - 1) * dn * np.array([test.placement_offset_x, test.placement_offset_y])
+    aims = aims + test.placement_scatter * dn * generator.standard_normal(centres.shape)
+    return aims[generator.random(len(aims)) >= test.lost_units]
+
+
+def lay_first_layer(world, unit, shape, centres, bottom, triangular, generator, density, margin, concentration=0.0):
     """Lay units at rest on the bottom; centres (n, 2) [m]. Returns the handles; overlaps are redrawn, then pushed apart
     sideways."""
     handles = []
     for x, y in centres:
         normal = np.asarray(bottom.normal(x, y), dtype=float)
-        orientation = _first_pose(unit, normal, triangular, generator)
+        orientation = _first_pose(unit, normal, triangular, generator, concentration)
         foot = np.array([x, y, float(bottom.height(x, y))])
         # with a margin the unit rests that much above the bottom
         handles.append(
@@ -53,15 +66,18 @@ def lay_first_layer(world, unit, shape, centres, bottom, triangular, generator, 
 
     def redraw(handle):
         handle.orientation = _first_pose(
-            unit, np.asarray(bottom.normal(*handle.position[:2]), dtype=float), triangular, generator
+            unit, np.asarray(bottom.normal(*handle.position[:2]), dtype=float), triangular, generator, concentration
         )
 
     _free(world, handles, redraw if triangular else None)
     return handles
 
 
-def _first_pose(unit, normal, triangular, generator):
-    heading = generator.uniform(0.0, 2.0 * np.pi) if triangular else np.pi * generator.integers(2)
+def _first_pose(unit, normal, triangular, generator, concentration=0.0):
+    if triangular:
+        heading = generator.vonmises(0.0, concentration) if concentration else generator.uniform(0.0, 2.0 * np.pi)
+    else:
+        heading = np.pi * generator.integers(2)
     return rotations.product(rotations.between(np.array([0.0, 0.0, 1.0]), normal), unit.first_layer_orientation(heading))
 
 
