@@ -20,7 +20,11 @@ HELP = {
     "falling_distance": "above the layers below, in Dn", "density": "of the units, kg/m3", "seed": "of the orientations",
     "stacking": "of a triangular grid", "time_step": "s", "iterations": "most sweeps of the solver a step",
     "tolerance": "residual at which a step is solved", "solver": "how contacts are solved",
-    "settle_time": "longest wait for a layer, s", "plates": "measuring plates along each side of a layer"}
+    "settle_time": "longest wait for a layer, s", "plates": "measuring plates along each side of a layer",
+    "placement_scatter": "standard deviation of the aims from layer 2 on, in Dn",
+    "placement_offset_x": "by which each layer misses its aim more than the one below, in Dn",
+    "placement_offset_y": "the same in y",
+    "yaw_constraint": "concentration of the first headings about x", "lost_units": "fraction left out"}
 
 
 def placement_options(command):

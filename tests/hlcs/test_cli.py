@@ -6,10 +6,11 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import fields
 
 import pytest
 
-from hlcs import cli
+from hlcs import PlacementTest, cli, cli_options
 
 SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
 
@@ -55,6 +56,10 @@ def test_options_win_over_the_file(hlcs, tmp_path):
     status, text, _ = hlcs("place", "test.toml", "--layers", "1", "--friction", "0.7", "--json", "result.json")
     settings = json.loads((tmp_path / "result.json").read_text())["settings"]
     assert (status, settings["layers"], settings["friction"], settings["rows"]) == (0, 1, 0.7, 2)
+
+
+def test_place_has_an_option_for_every_setting():
+    assert set(cli_options.HELP) == {field.name for field in fields(PlacementTest)} | {"nominal_diameter", "stacking"}
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
