@@ -92,7 +92,7 @@ class World:
         scene, depth = self.registry.enrol(), {}
         rows = self._look()
         for (a, b, _, _), gap in zip(rows, scene.collision.numbers[:, 0], strict=True):
-            if gap < -tolerance * scene.contact_size(np.array([[a, b]]))[0]:
+            if gap < 0.0 and gap < -tolerance * scene.contact_size(np.array([[a, b]]))[0]:
                 depth[a, b] = max(depth.get((a, b), 0.0), -float(gap))
         handle = {h._row: h for h in self.registry.handles}
         return sorted(((handle[a], handle[b], d) for (a, b), d in depth.items()), key=lambda row: -row[2])
