@@ -57,7 +57,7 @@ class PlacementTest:
     iterations: int = 50
     tolerance: float = 1e-3
     solver: str = "gauss_seidel"
-    settle_time: float = 10.0
+    settle_time: float = 30.0
     plates: int = 3
     placement_scatter: float = 0.0
     placement_offset_x: float = 0.0
@@ -105,8 +105,8 @@ class PlacementTest:
                 raise InputError(f"placement: {name} = {getattr(self, name)!r}; it must be one of {', '.join(allowed)}")
         if self.layers > min(self.rows, self.columns):
             raise InputError(
-                f"placement: layers = {self.layers} with {self.rows} rows and {self.columns} columns; every layer has one row and "
-                f"one column less, so at most {min(self.rows, self.columns)} layers"
+                f"placement: layers = {self.layers} with {self.rows} rows and {self.columns} columns; every layer has one row "
+                f"and one column less, so at most {min(self.rows, self.columns)} layers"
             )
         self.settings  # checked now, not after minutes
 
@@ -166,7 +166,8 @@ class PlacementTest:
             )
             if np.isnan(heights).all():
                 raise InputError(
-                    f"placement: no plate found a place on layer {layer}; too few units stand (grid too wide, or friction too low)"
+                    f"placement: no plate found a place on layer {layer}; too few units stand "
+                    "(grid too wide, or friction too low)"
                 )
             readings.append(heights)
             envelope, previous = float(np.nanmean(heights)), handles
@@ -273,6 +274,7 @@ class PlacementResult:
             "porosity": self.porosity,
             "packing_density": test.grid.packing_density,
             "max_penetration_over_dn": max(r.penetration for r in self.records) / dn,
+            "max_transient_penetration_over_dn": max(r.transient_penetration for r in self.records) / dn,
             "wall_seconds": self.wall_seconds,
             "unsolved_steps": sum(r.unsolved_steps for r in self.records),
             "steps": sum(r.steps for r in self.records),
@@ -309,12 +311,13 @@ class PlacementResult:
             "layer       k   plates      CV  units  lost  unsettled",
         ]
         lines += [
-            f"{r['layer']:5d}  {r['k']:6.3f}  {r['readings']:6d}  {r['cv']:6.4f}  {r['units']:5d}  {r['lost']:4d}  {r['unsettled']:9d}"
+            f"{r['layer']:5d}  {r['k']:6.3f}  {r['readings']:6d}  {r['cv']:6.4f}  {r['units']:5d}  {r['lost']:4d}  "
+            f"{r['unsettled']:9d}"
             for r in data["layers"]
         ]
         lines.append(
-            f"height {data['height_over_dn']:.3f} Dn, porosity {data['porosity']:.3f}, packing density {data['packing_density']:.3f}, "
-            f"deepest overlap {data['max_penetration_over_dn']:.1e} Dn, {self.wall_seconds:.1f} s"
+            f"height {data['height_over_dn']:.3f} Dn, porosity {data['porosity']:.3f}, "
+            f"packing density {data['packing_density']:.3f}, deepest overlap {data['max_penetration_over_dn']:.1e} Dn, {self.wall_seconds:.1f} s"
         )
         if data["unsolved_steps"]:
             lines.append(f"{data['unsolved_steps']} of {data['steps']} steps did not reach residual {self.test.tolerance:g}")

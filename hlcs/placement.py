@@ -16,7 +16,8 @@ from hlcs.bottoms import Flat
 from minibullet import rotations
 from minibullet.errors import InputError
 
-MOST_DRAWS = 400  # redraws of overlapping orientations before the layer is refused
+MOST_DRAWS = 400  # redraws of overlapping orientations before units are pushed apart
+MOST_DRAWS_IN_VAIN = 40  # so many in a row that leave no fewer overlaps, and the grid is too narrow for chance
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,8 @@ class LayerRecord:
     handles: tuple  # of its units
     reason: str  # "at_rest" or "time_limit"
     unsettled: int  # units still moving when the layer was frozen
-    penetration: float  # deepest overlap in any step of this layer [m]
+    penetration: float  # deepest overlap where the layer came to rest [m]
+    transient_penetration: float  # deepest overlap in any step on the way [m]
     steps: int  # steps it took
     unsolved_steps: int  # steps whose residual stayed above the tolerance
 
@@ -111,11 +113,15 @@ def hang_layer(world, layer, shape, centres, lowest, generator, density):
 
 def _free(world, handles, redraw):
     """Redraw units of this layer until none overlaps; where there is nothing to draw or it does not help, push them apart."""
-    own = set(handles)
+    own, fewest, stalled = set(handles), len(handles) + 1, 0
     for _ in range(MOST_DRAWS if redraw else 0):
         bad = sorted({handles.index(b if b in own else a) for a, b, _ in world.overlaps() if a in own or b in own})
         if not bad:
             return
+        stalled = 0 if len(bad) < fewest else stalled + 1
+        fewest = min(fewest, len(bad))
+        if stalled > MOST_DRAWS_IN_VAIN:
+            break
         for index in bad:
             redraw(handles[index])
     world.separate(handles)
@@ -144,7 +150,7 @@ def settle_layer(world, layer, handles, bottom, level, max_time):
         return z > level if is_flat(bottom) else z - bottom.height(x, y) > level
 
     reason = world.settle(max_time, watch=watch, heed=in_layer)
-    unsettled = 0
+    unsettled, rest = 0, world.last_step.penetration
     for handle in handles if reason != "at_rest" else ():
         radius = handle.shape.bounding_radius
         speed = np.linalg.norm(handle.velocity) + np.linalg.norm(handle.angular_velocity) * radius
@@ -152,7 +158,7 @@ def settle_layer(world, layer, handles, bottom, level, max_time):
         unsettled += int(speed > 5e-3 * np.sqrt(9.81 * radius) and z - float(bottom.height(x, y)) > level)
     world.freeze(handles)
     return LayerRecord(
-        layer, tuple(handles), str(reason), unsettled, deepest[0], world.steps - first, world.unsolved_steps - unsolved
+        layer, tuple(handles), str(reason), unsettled, rest, deepest[0], world.steps - first, world.unsolved_steps - unsolved
     )
 
 

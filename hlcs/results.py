@@ -11,7 +11,7 @@ from hlcs.placement import LayerRecord
 from hlcs.placement_files import SURVEY_FILE, bottom_words, placement_table, read_placement_file, survey_csv
 from minibullet.errors import InputError
 
-RECORD_FIELDS = ("reason", "unsettled", "penetration", "steps", "unsolved_steps")
+RECORD_FIELDS = ("reason", "unsettled", "penetration", "transient_penetration", "steps", "unsolved_steps")
 ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
 
 

@@ -11,7 +11,7 @@ step before, so that impulses can start where they ended (warm start).
 import numpy as np
 from numba import njit
 
-from minibullet.collision import DIRECTION, EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, core, segment_closest
+from minibullet.collision import EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, core, segment_closest
 from minibullet.geometry import EDGES, FACES, VERTICES, turn, turn_back
 
 NEAR = 0.1  # a point is the same as last step's if it moved by less than this share of the piece: [-]
@@ -323,94 +323,29 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
         nx, ny, nz = numbers[k, 6], numbers[k, 7], numbers[k, 8]
         if nx == 0.0 and ny == 0.0 and nz == 0.0:
             continue
+        on_face = kind == FACE_A or kind == FACE_B or kind == PLANE
         count = 0
-        if kind == FACE_A or kind == PLANE:
-            count = side_points(
-                pieces,
-                answers[k, 1],
-                i,
-                j,
-                rotation[a],
-                rotation[b],
-                dx,
-                dy,
-                dz,
-                1.0,
-                -np.inf,
-                most,
-                points,
-                point_gaps,
-                normals,
-                work,
-                0,
-            )
-        elif kind == FACE_B:
-            count = side_points(
-                pieces,
-                answers[k, 1],
-                j,
-                i,
-                rotation[b],
-                rotation[a],
-                dx,
-                dy,
-                dz,
-                -1.0,
-                -np.inf,
-                most,
-                points,
-                point_gaps,
-                normals,
-                work,
-                0,
-            )
-        if count == 0 and kind != PLANE:
-            count = single_point(
-                pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation[a], rotation[b], dx, dy, dz, nx, ny, nz, points
-            )
-            point_gaps[:count] = numbers[k, 0] + margin[a] + margin[b]
-            for p in range(count):
-                normals[p] = (nx, ny, nz)
-        if (kind == EDGE_EDGE or kind == DIRECTION) and answers[k, 3] >= 0 and answers[k, 4] >= 0:
-            # two edges hold each other at one point; what else is about to touch lies over the best faces
-            count = side_points(
-                pieces,
-                answers[k, 3],
-                i,
-                j,
-                rotation[a],
-                rotation[b],
-                dx,
-                dy,
-                dz,
-                1.0,
-                0.0,
-                most,
-                points,
-                point_gaps,
-                normals,
-                work,
-                count,
-            )
-            count = side_points(
-                pieces,
-                answers[k, 4],
-                j,
-                i,
-                rotation[b],
-                rotation[a],
-                dx,
-                dy,
-                dz,
-                -1.0,
-                0.0,
-                most,
-                points,
-                point_gaps,
-                normals,
-                work,
-                count,
-            )
+        for side in range(0 if on_face else -1, 2):
+            # an answer that is no face begins with its one point (side -1); what else may touch in this step lies over the best
+            # faces
+            if side >= 0:
+                face = answers[k, 1] if on_face else answers[k, 3 + side]
+                if face < 0 or kind == ROUND or (on_face and side != (1 if kind == FACE_B else 0)):
+                    continue
+                own, other, body, peer = (i, j, a, b) if side == 0 else (j, i, b, a)
+                least = -np.inf if on_face else 0.0
+                pose, peer_pose = rotation[body], rotation[peer]
+                count = side_points(pieces, face, own, other, pose, peer_pose, dx, dy, dz, 1.0 - 2.0 * side, least, most,
+                                    points, point_gaps, normals, work, count)  # fmt: skip
+            # a face that no corner lies over, or only a high one, still has its lowest corner beside the outline
+            if side < 0 or (on_face and kind != PLANE and (count == 0 or point_gaps[:count].min() > numbers[k, 0] + 1e-3 * size)):
+                first = count
+                count += single_point(pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation[a], rotation[b],
+                                      dx, dy, dz, nx, ny, nz, points[first:])  # fmt: skip
+                for p in range(first, count):
+                    normals[p] = (nx, ny, nz)
+                    point_gaps[p] = numbers[k, 0] + margin[a] + margin[b]
+        if not on_face:
             count = drop_doubles(points, point_gaps, normals, count, (NEAR * size) ** 2)
         if total + count > capacity:
             capacity *= 2

@@ -29,7 +29,8 @@ class Solution(NamedTuple):
 
 @njit(cache=True)
 def visit(c, bodies, rows, target, friction, impulse, twist):
-    """Solve contact c exactly with all others held, update its impulse and the twists; returns the squared change of the impulse."""
+    """Solve contact c exactly with all others held, update its impulse and the twists; returns the squared change of the
+    impulse."""
     r, v, w = rows[c], twist[bodies[c, 0]], twist[bodies[c, 1]]
     u_n = velocity_along(r, 0, v, w) - target[c]
     old_n, old_1, old_2 = impulse[c, 0], impulse[c, 1], impulse[c, 2]
