@@ -71,7 +71,7 @@ def draw(rng, kind, family, turn, attempt, strengths=STRENGTHS, tabled=True):
         styles = ("table",)
     else:
         room_hidden, room_outside, doubles, styles = room.HIDDEN, room.OUTSIDE, room.DOUBLES, room.STYLES
-    strength = strengths[turn % len(strengths)]
+    strength = strengths[(turn + attempt // 10) % len(strengths)]  # another one where ten draws could not reach it
     if kind == "null":
         return Deal(family, kind, (), str(rng.choice(styles)), (), regime)
     if kind == "degenerate":

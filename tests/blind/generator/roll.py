@@ -23,7 +23,7 @@ HIDDEN = {
     "time_scale": one("time_scale", "factor", 3e-4, 0.04, ("boards",), null=1.0, sign=0),
     "clock_offset": one("clock_offset", "offset", 5e-4, 0.15, ("boards",)),
     "size_error": one("size_error", "relative", 1e-3, 0.018, ("boards",), sign=0),
-    "margin_offset": one("margin_offset", "offset", 1e-3, 0.018, ("boards",)),
+    "margin_offset": one("margin_offset", "offset", 1e-3, 0.0105, ("boards",)),
 }
 OUTSIDE = {
     "camera_shake": camera_shake(STYLES, low=1e-4),

@@ -8,7 +8,7 @@ from .noise import lean
 
 STYLES = ("set_down",)
 HIDDEN = {
-    "margin_offset": one("margin_offset", "offset", 5e-4, 0.018, STYLES),
+    "margin_offset": one("margin_offset", "offset", 5e-4, 0.0095, STYLES),
     "size_error": one("size_error", "relative", 5e-4, 0.018, STYLES, sign=0),
     "restitution": one("restitution", "coefficient", 5e-3, 0.5, STYLES),
     "tilted_gravity": tilt("tilted_gravity", STYLES),

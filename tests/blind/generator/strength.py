@@ -183,7 +183,7 @@ def inside(name, law):
 def scaled(lens, make, target, first):
     """Amplitude a (and its rows) at which make(a) = {effect: parameters} has the target strength on top of the model."""
     amplitude = first
-    for _ in range(7):
+    for _ in range(12):
         rows = lens.signal(make(amplitude))
         strength = lens.strength(rows)
         if not np.isfinite(strength) or strength < 1e-9:
