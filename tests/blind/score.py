@@ -1,7 +1,7 @@
 """Score verdicts against sealed answers: `python -m tests.blind.score --cases DIR --verdicts DIR [--markdown docs/blind.md]`.
 
 DIR of the cases holds answers.json; DIR of the verdicts holds one CASE.json per case as `hlcs diagnose --json` writes it.
-A case without a verdict counts as a failure in every figure in which it takes part. Bounds are exact (Clopper-Pearson),
+A case without a verdict counts as a failure wherever all cases are counted (not where only accepted effects are). Bounds are exact (Clopper-Pearson),
 one-sided 95 %, on the bad side.
 """
 
@@ -57,6 +57,7 @@ class Figure:
     at_least: bool = True
     value: float | None = None
     note: str = ""
+    ceiling: float = 1.0  # share that must not be exceeded where a band is wanted
 
     def bound(self):
         """One-sided 95 % bound of the share on the bad side; None without cases."""
@@ -73,7 +74,7 @@ class Figure:
         if not self.count or self.hits is None or self.wanted is None:
             return "-"
         share, bound = self.hits / self.count, self.bound()
-        if (share < self.wanted) if self.at_least else (share > self.wanted):
+        if share > self.ceiling or ((share < self.wanted) if self.at_least else (share > self.wanted)):
             return "missed"
         return "met" if ((bound >= self.wanted) if self.at_least else (bound <= self.wanted)) else "met, not sure"
 
@@ -158,7 +159,7 @@ def figures(pairs):
             "<= 2 %",
             "<= 1 %",
             0.02,
-            library + doubles,
+            [pair for pair in library + doubles if pair[1]["verdict"] != "missing"],
             lambda a, v: v["verdict"] == "effect" and not set(v["effects"]) <= set(a["effects"]),
             False,
         )
@@ -204,7 +205,7 @@ def figures(pairs):
         )
     )
     inside = _coverage(library + doubles)
-    coverage = Figure("coverage of the 90 % interval", "85-95 %", "88-92 %", sum(inside), len(inside), 0.85)
+    coverage = Figure("coverage of the 90 % interval", "85-95 %", "88-92 %", sum(inside), len(inside), 0.85, ceiling=0.95)
     table.append(coverage)
     removed, ratio = _errors(library + doubles)
     table.append(
