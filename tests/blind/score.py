@@ -1,8 +1,8 @@
 """Score verdicts against sealed answers: `python -m tests.blind.score --cases DIR --verdicts DIR [--markdown docs/blind.md]`.
 
 DIR of the cases holds answers.json; DIR of the verdicts holds one CASE.json per case as `hlcs diagnose --json` writes it.
-A case without a verdict counts as a failure wherever all cases are counted (not where only accepted effects are). Bounds are exact (Clopper-Pearson),
-one-sided 95 %, on the bad side.
+A case without a verdict counts as a failure wherever all cases are counted (not where only accepted effects are).
+Bounds are exact (Clopper-Pearson), one-sided 95 %, on the bad side.
 """
 
 import argparse
