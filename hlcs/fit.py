@@ -256,6 +256,7 @@ class Problem:
 
     def fit(self, model, starts=None, iterations=12):
         """Fit of the model's free numbers and of all starts; keeps to the bounds."""
+        close = 0.3 if self.shots.contact else 0.02  # fall of chi2 below which a further step is not worth its simulations
         starts = self.guess() if starts is None else starts.copy()
         linear = self.linearise(model, starts)
         loss = sum(float(r @ r) for r in linear.r)
@@ -263,7 +264,7 @@ class Problem:
         for _ in range(iterations):
             values = np.array([model.terms[index].numbers[free.name] for index, free in frees])
             step, start_steps, promised = self._newton_step(linear, values, frees)
-            if promised < 0.02 + 1e-6 * loss:
+            if promised < close + 1e-6 * loss:
                 break
             factor = 1.0
             while factor > 0.02:
@@ -281,12 +282,13 @@ class Problem:
             model, starts = trial_model, trial_starts
             linear = self.linearise(model, starts)
             gained, loss = loss - trial_loss, trial_loss
-            if gained < 0.02 + 1e-6 * loss:
+            if gained < close + 1e-6 * loss:
                 break
-        return self.finished(model, starts, linear, frees)
+        return self.finished(model, starts, linear)
 
-    def finished(self, model, starts, linear, frees):
+    def finished(self, model, starts, linear):
         """The Fit at this point, with covariance of the free numbers."""
+        frees = [(index, free) for index, term in enumerate(model.terms) for free in term.candidate.free]
         values = np.array([model.terms[index].numbers[free.name] for index, free in frees])
         r, s = linear.projected
         fit = inference.least_squares(np.concatenate(s), np.concatenate(r))
@@ -298,10 +300,21 @@ class Problem:
 
     def _newton_step(self, linear, values, frees):
         """(step of the free numbers, list of steps of the starts, promised fall of chi2), numbers kept within bounds."""
+        step = self.bounded_step(linear, values, [free for _, free in frees])
+        starts, promised = [], 0.0
+        for rec_r, rec_n, rec_s in zip(linear.r, linear.n, linear.s, strict=True):
+            rest = rec_r - rec_s @ step
+            move = inference.least_squares(rec_n, rest).estimate if rec_n.shape[1] else np.zeros(0)
+            starts.append(move)
+            promised += float(rec_r @ rec_r) - float(np.sum((rest - rec_n @ move) ** 2))
+        return step, starts, promised
+
+    @staticmethod
+    def bounded_step(linear, values, frees):
+        """Least-squares step of numbers at `values` (p,) that keeps them within the bounds of their Free entries, (p,)."""
         r, s = linear.projected
         r, s = np.concatenate(r), np.concatenate(s)
-        low = np.array([free.low for _, free in frees])
-        high = np.array([free.high for _, free in frees])
+        low, high = np.array([free.low for free in frees]), np.array([free.high for free in frees])
         step, held = np.zeros(len(values)), np.zeros(len(values), bool)
         for _ in range(len(values) + 1):  # numbers that would leave their bounds stop there, the rest is solved again
             free = ~held
@@ -311,13 +324,7 @@ class Problem:
                 break
             step[outside] = np.clip(values + step, low, high)[outside] - values[outside]
             held |= outside
-        starts, promised = [], 0.0
-        for rec_r, rec_n, rec_s in zip(linear.r, linear.n, linear.s, strict=True):
-            rest = rec_r - rec_s @ step
-            move = inference.least_squares(rec_n, rest).estimate if rec_n.shape[1] else np.zeros(0)
-            starts.append(move)
-            promised += float(rec_r @ rec_r) - float(np.sum((rest - rec_n @ move) ** 2))
-        return step, starts, promised
+        return step
 
     def _stepped(self, start, unknown, move):
         for number, amount in zip(unknown, move, strict=True):

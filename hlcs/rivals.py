@@ -65,7 +65,7 @@ def rivals(search, fit, inflation):
             s = inference.project_out(q_now, np.concatenate(signature))
             same_form = search.same_form(entry.name, (term,))
             linear = inference.least_squares(s, r).gain
-            if linear < 0.5 * (mine - RIVAL_MARGIN * inflation) and not same_form:
+            if linear < (0.8 if search.problem.shots.contact else 0.5) * (mine - RIVAL_MARGIN * inflation) and not same_form:
                 continue
             search.progress(f"rival {entry.name}")
             other = search.refit(without, entry)

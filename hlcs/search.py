@@ -16,7 +16,7 @@ from minibullet.errors import InputError
 from . import inference
 from .candidates import blocked
 from .effects import FORMS, SETS, Candidate
-from .fit import Fit, Problem, parameter_step
+from .fit import Fit, Linear, Problem, parameter_step
 from .model import Term
 
 PRICE, PRICE_ALONE = 6.0, 12.0
@@ -24,6 +24,7 @@ MOST_TERMS = 3
 RIVAL_MARGIN = 6.0
 FEW_RECORDINGS = 6
 REFIT_BEST = 6
+REFIT_DEAR = 2  # where every simulation has contacts to solve
 
 
 @dataclass
@@ -42,6 +43,8 @@ class Try:
     falls: float = 0.0  # relative fall of the held-out error, all directions
     falls_sigma: float = 0.0
     fails: list = field(default_factory=list)
+    signature: list | None = None
+    linear: bool = False  # its fit is a linear step only
     visible: float = 0.0  # norm of the projected signature: 0 = these data cannot show it
 
 
@@ -61,10 +64,15 @@ class Folds:
     def residuals(self, fit):
         """White, projected residuals of every recording, numbers taken from the other half (list of (n_i,))."""
         r, s = fit.linear.projected
+        frees = [free for term in fit.model.terms for free in term.candidate.free]
+        width = np.array([min(free.high - free.low, 1e6) for free in frees])  # what one half does not show stays near its null
+        null = np.array([free.start if free.null is None else free.null for free in frees])
         held = [None] * len(r)
         for side in (0, 1):
             train = np.flatnonzero(self.side != side)
-            step = inference.least_squares(np.concatenate([s[k] for k in train]), np.concatenate([r[k] for k in train])).estimate
+            rows = np.concatenate([s[k] for k in train] + [np.diag(1 / width)] if frees else [s[k] for k in train])
+            aims = np.concatenate([r[k] for k in train] + ([(null - fit.estimate) / width] if frees else []))
+            step = inference.least_squares(rows, aims).estimate
             for k in np.flatnonzero(self.side == side):
                 held[k] = r[k] - s[k] @ step
         return held
@@ -78,6 +86,7 @@ class Search:
         self.candidates = sorted(candidates, key=lambda entry: entry.name)
         self.progress = progress or (lambda text: None)
         self.counts = {}  # candidate -> how many of its numbers these data can show
+        self.kept = {}  # candidate -> white signatures, kept where a simulation is dear
 
     # --- one candidate --------------------------------------------------------------------------------------------------------
 
@@ -85,6 +94,8 @@ class Search:
         """Linear signatures of a candidate at a fit, white and projected, list of (n_i, p); None where it cannot join."""
         if blocked(entry, fit.model):
             return None
+        if entry.name in self.kept:
+            return [inference.project_out(q, columns) for q, columns in zip(fit.linear.bases, self.kept[entry.name], strict=True)]
         columns = [[] for _ in fit.linear.r]
         absent = entry.absent
         try:
@@ -105,7 +116,10 @@ class Search:
         for part in parts:
             for k, column in enumerate(part):
                 columns[k].append(column)
-        return [inference.project_out(q, np.column_stack(c)) for q, c in zip(fit.linear.bases, columns, strict=True)]
+        columns = [np.column_stack(parts) for parts in columns]
+        if self.problem.shots.contact:
+            self.kept[entry.name] = columns
+        return [inference.project_out(q, part) for q, part in zip(fit.linear.bases, columns, strict=True)]
 
     def _moved(self, fit, plus, amount):
         raw = self.problem.residuals(plus, fit.starts)
@@ -121,12 +135,12 @@ class Search:
         return self.counts.get(entry.name, len(entry.free)) * np.log(sum(len(rec.channel) for rec in self.problem.recordings))
 
     def shown(self, entry, signature):
-        """How many of its numbers move the observations by 0.3 sigma in all within their bounds; at least 1."""
+        """How many of its numbers can move the observations by chi2 = 9 within their bounds; at least 1."""
         if len(entry.free) == 1 or signature.shape[1] < len(entry.free):
             return len(entry.free)
         spans = np.array([min(free.high - free.low, 1e3) for free in entry.free])
         size = np.linalg.svd(signature * spans, compute_uv=False)
-        return max(int(np.sum((size > 1e-3 * size[0]) & (size > 0.3))), 1)
+        return max(int(np.sum((size > 1e-3 * size[0]) & (size > 3.0))), 1)
 
     def refit(self, fit, entry):
         """The fit with the candidate in, from its null value."""
@@ -134,6 +148,23 @@ class Search:
             return self.problem.fit(fit.model.with_term(Term(entry, tuple(entry.absent.items()))), fit.starts)
         fits = [self.problem.fit(fit.model.with_term(Term(entry, values)), fit.starts) for values in entry.starts]
         return min(fits, key=lambda found: found.chi2)
+
+    def extrapolated(self, fit, entry, signature):
+        """The fit with the candidate in, by one linear step and without a simulation: good enough to rank, not to report."""
+        frees = [free for term in fit.model.terms for free in term.candidate.free]
+        s = [np.hstack([mine, new]) for mine, new in zip(fit.linear.s, signature, strict=True)]
+        linear = Linear(fit.linear.raw, fit.linear.r, fit.linear.n, s)
+        values = np.concatenate([fit.estimate, [free.null if free.null is not None else free.start for free in entry.free]])
+        varied = [free for free in entry.free if free.null is not None] or None
+        bounds = frees + (varied or list(entry.free[:1]))
+        if s[0].shape[1] != len(bounds):
+            return None
+        start = np.concatenate([fit.estimate, [free.null for free in varied] if varied else [0.0]])
+        step = self.problem.bounded_step(linear, start, bounds)
+        moved = Linear(fit.linear.raw, [r - part @ step for r, part in zip(fit.linear.r, s, strict=True)], fit.linear.n, s)
+        numbers = {free.name: value for free, value in zip(entry.free, values[len(frees):], strict=True)}
+        numbers |= {free.name: float(value) for free, value in zip(varied or [], (start + step)[len(frees):], strict=False)}
+        return self.problem.finished(fit.model.with_term(Term(entry, tuple(numbers.items()))), fit.starts, moved)
 
     def judge(self, before, entry, fit, trial):
         """Fill in the held-out figures of a refitted candidate against the fit without it."""
@@ -226,6 +257,7 @@ class Search:
             signature = self.screen(fit, entry)
             if signature is None:
                 continue
+            trial.signature = signature
             s = inference.project_out(q_now, np.concatenate(signature))
             full = np.linalg.norm(np.concatenate(signature))
             self.counts[entry.name] = self.shown(entry, np.concatenate(signature))
@@ -237,16 +269,26 @@ class Search:
                         key=lambda trial: (trial.price - trial.linear_gain, trial.candidate.name))
         for place, trial in enumerate(ranked):
             if trial.linear_gain > 0.6 * trial.price or place < REFIT_BEST and trial.linear_gain > 0.3 * trial.price:
-                self.progress(f"refitting {trial.candidate.name}")
-                self.judge(fit, trial.candidate, self.refit(fit, trial.candidate), trial)
+                self.try_out(fit, trial, place)
         self.decide(list(trials.values()))
         return trials
 
+    def try_out(self, fit, trial, place):
+        """Refit a candidate; where a simulation is dear, only the first in rank, the rest by one linear step."""
+        found = None
+        if self.problem.shots.contact and place >= REFIT_DEAR:
+            found = self.extrapolated(fit, trial.candidate, trial.signature)
+            trial.linear = found is not None
+        if found is None:
+            self.progress(f"refitting {trial.candidate.name}")
+            found = self.refit(fit, trial.candidate)
+        self.judge(fit, trial.candidate, found, trial)
+
     def run(self, fit):
         """(fits after each accepted step, rounds): forward with re-tries, then backward."""
-        fits, rounds = [fit], []
+        fits, rounds, kept = [fit], [], None
         while True:
-            trials = self.round(fits[-1])
+            trials, kept = kept or self.round(fits[-1]), None
             rounds.append(trials)
             terms = fits[-1].model.terms
             allowed = [trial for trial in trials.values() if trial.fit is not None and not trial.fails
@@ -260,6 +302,15 @@ class Search:
                 fits += pair
                 continue
             best = max(allowed, key=lambda trial: (round(trial.gain - trial.price, 6), trial.candidate.name))
+            if best.linear:  # now it is worth a simulation; then choose again
+                best.linear, best.fails = False, []
+                self.judge(fits[-1], best.candidate, self.refit(fits[-1], best.candidate), best)
+                for trial in trials.values():
+                    trial.fails = []
+                self.decide(list(trials.values()))
+                rounds.pop()
+                kept = trials
+                continue
             best = self.simplest_form(best, allowed)
             fits.append(best.fit)
             pruned = self.prune(fits[-1])
@@ -284,6 +335,8 @@ class Search:
             if not seconds:
                 continue
             second = max(seconds, key=lambda trial: (round(trial.gain - trial.price, 6), trial.candidate.name))
+            if second.linear:
+                second.fit = self.refit(first.fit, second.candidate)
             alone = self.problem.fit(second.fit.model.without(len(fit.model.terms)), second.fit.starts)
             check = Try(first.candidate, price=first.price, visible=1.0)
             self.judge(alone, first.candidate, second.fit, check)
