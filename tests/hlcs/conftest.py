@@ -1,8 +1,13 @@
 """Small placement tests, run once for all tests of the laboratory."""
 
+import sys
+from pathlib import Path
+
 import pytest
 
 from hlcs import PlacementTest
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))  # so that tests can share `throws`
 
 
 @pytest.fixture(scope="session")

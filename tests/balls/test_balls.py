@@ -1,0 +1,93 @@
+"""Real falling balls (de Silva et al. 2020): drag for the light ones, none claimed for the dense ones, the rest left open.
+
+The data are not ours to ship: they lie in ../shared/data/balls of a developer's machine, and the tests are skipped without
+them. Experiment files are written when the test runs. Protocol: t >= 0.3 s, tails that lost the ball cut, noise 0.045 m.
+"""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hlcs
+
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "balls"
+pytestmark = pytest.mark.skipif(not (DATA / "ball_drops.csv").is_file(), reason="the balls' data are not on this machine")
+
+DRAGGED = ("whiffle_ball_1", "whiffle_ball_2", "yellow_whiffle_ball", "orange_whiffle_ball", "tennis_ball", "volleyball",
+           "blue_basketball", "green_basketball")
+DENSE = ("baseball", "golf_ball", "bowling_ball")
+DRAGS = {"linear_drag", "quadratic_drag", "drag_crisis"}
+HEAD = '[surroundings]\nfluid_density = 1.21\nfluid_viscosity = 1.8e-5\n[measurement]\nnoise = { position = 0.045 }\n'
+
+
+def cut(times, heights):
+    """Samples after 0.3 s, without a tail whose speed falls below 0.8 of the one before."""
+    keep = times >= 0.3
+    times, heights = times[keep], heights[keep]
+    while True:
+        speed = -np.diff(heights) / np.diff(times)
+        if speed[-1] >= 0.8 * speed[-2]:
+            return times, heights
+        times, heights = times[:-1], heights[:-1]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """One experiment file per ball with its two drops as groups, and one for all balls whose mass is known."""
+    folder = tmp_path_factory.mktemp("balls")
+    drops = np.genfromtxt(DATA / "ball_drops.csv", delimiter=",", names=True, dtype=None, encoding="utf8")
+    joint = ['kind = "trajectory"\ntitle = "all balls"\n[body]\nshape = "sphere"\n' + HEAD]
+    with (DATA / "balls.csv").open(encoding="utf8") as file:
+        balls = list(csv.DictReader(file))
+    for ball in balls:
+        name, body, trials = ball["ball"], "", ""
+        if ball["mass_kg"]:
+            body = f'mass = {ball["mass_kg"]}\nradius = {float(ball["diameter_m"]) / 2!r}\n'
+        for drop in (1, 2):
+            rows = drops[(drops["ball"] == name) & (drops["drop"] == drop)]
+            times, heights = cut(rows["t_s"], rows["height_m"])
+            lines = "".join(f"{t:.9f},{h:.9f}\n" for t, h in zip(times, heights, strict=True))
+            (folder / f"{name}_{drop}.csv").write_text("t_s,z_m\n" + lines)
+            entry = f'[[trial]]\nfile = "{name}_{drop}.csv"\ngroup = "drop {drop}"\n'
+            trials += entry
+            joint += [entry + body] if body else []
+        (folder / f"{name}.toml").write_text(f'kind = "trajectory"\ntitle = "{name}"\n[body]\nshape = "sphere"\n{body}{HEAD}{trials}')
+    (folder / "joint.toml").write_text("".join(joint))
+    return folder
+
+
+@pytest.mark.parametrize("ball", DRAGGED)
+def test_drag_for_a_light_ball_its_form_and_the_rest_left_open(folder, ball):
+    diagnosis = hlcs.diagnose(folder / f"{ball}.toml")
+    assert diagnosis.verdict == "unexplained" and diagnosis.adequate["after"] is False
+    assert DRAGS & set(diagnosis.effects) and not {"buoyancy", "calibration_curve"} & set(diagnosis.effects)
+    assert any({"linear_drag", "quadratic_drag"} <= set(names) for names in diagnosis.ambiguous)
+    held = diagnosis.error["held_out"]
+    assert held["after"] < 0.65 * held["before"]  # at least 41 % gained in each direction by the pilot study
+    assert "ruler" in diagnosis.next_experiment.text
+
+
+@pytest.mark.parametrize("ball", DENSE)
+def test_no_drag_claimed_for_a_dense_ball(folder, ball):
+    diagnosis = hlcs.diagnose(folder / f"{ball}.toml")
+    assert diagnosis.verdict == "unexplained"
+    assert not DRAGS & {*diagnosis.effects, *(name for names in diagnosis.ambiguous for name in names)}
+
+
+@pytest.mark.slow
+def test_all_balls_together_share_a_coefficient_and_a_suspected_camera(folder):
+    """Shared C 0.40 to 0.52, as the textbook's 0.47; the residual against height is common to all, so the camera is suspected."""
+    diagnosis = hlcs.diagnose(folder / "joint.toml")
+    assert diagnosis.verdict == "unexplained" and diagnosis.effects == ("quadratic_drag",)
+    assert 0.40 < diagnosis.parameters["quadratic_drag"]["drag_coefficient"]["value"] < 0.52
+    camera = next(finding for finding in diagnosis.candidates if finding.effect == "calibration_curve")
+    assert camera.why.startswith("suspected:") and not camera.accepted
+
+
+@pytest.mark.slow
+def test_held_out_error_of_all_balls(folder):
+    """Root mean square over the 22 drops of the error on the drop that was not used: at most 0.35 m."""
+    errors = [hlcs.diagnose(folder / f"{ball}.toml").error["held_out"]["after"] for ball in (*DRAGGED, *DENSE)]
+    assert np.sqrt(np.mean(np.square(errors))) < 0.35

@@ -1,0 +1,48 @@
+"""Compare says where a model misses and by how many sigma, and says nothing where there is only noise."""
+
+import numpy as np
+from throws import drag_per_metre, write_throws
+
+import hlcs
+
+
+def test_a_right_model_leaves_noise(tmp_path):
+    comparison = hlcs.compare(write_throws(tmp_path, rho=0.6))
+    assert comparison.adequate
+    assert 0.8 < max(row["sigma"] for row in comparison.where) < 2.0
+    assert abs(comparison.noise["position"] / 0.004 - 1) < 0.15  # sigma of 1800 correlated samples is known to 5 %
+
+
+def test_a_missing_drag_shows_where_it_is_fastest(tmp_path):
+    comparison = hlcs.compare(write_throws(tmp_path, drag_per_metre=drag_per_metre(0.5)))
+    assert not comparison.adequate
+    worst = comparison.where[0]
+    assert worst["trial"] == "throw_7.csv" and worst["sigma"] > 3 and worst["phase"] == "flight"
+    frame = comparison.to_dataframe()
+    assert {"trial", "channel", "time", "height", "speed", "sigmas"} <= set(frame.columns)
+    assert "throw_7.csv" in str(comparison)
+
+
+def test_without_known_noise_nothing_is_judged(tmp_path):
+    comparison = hlcs.compare(write_throws(tmp_path, static=False))
+    assert comparison.adequate is None and "unknown" in str(comparison)
+
+
+def test_files_of_a_comparison(tmp_path):
+    comparison = hlcs.compare(write_throws(tmp_path, count=4))
+    folder = comparison.save(tmp_path / "out")
+    assert {"comparison.json", "residuals.csv", "comparison.txt", "comparison.png"} == {path.name for path in folder.iterdir()}
+    assert len(comparison.plot()) == 4
+
+
+def test_outcome_table_against_the_law_of_fall(tmp_path):
+    """Fall times sqrt(2 h / g) with 2 ms noise are what the bare model says."""
+    generator = np.random.default_rng(3)
+    heights = np.repeat(np.linspace(1, 9, 8), 4)
+    times = np.sqrt(2 * heights / 9.81) + 0.002 * generator.standard_normal(32)
+    rows = "".join(f"{h},{t:.6f}\n" for h, t in zip(heights, times, strict=True))
+    (tmp_path / "o.csv").write_text("height_m,fall_time_s\n" + rows)
+    path = tmp_path / "e.toml"
+    path.write_text('kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.05\nmass = 0.5\n[measurement]\nfile = "o.csv"\n')
+    comparison = hlcs.compare(path)
+    assert comparison.adequate and abs(comparison.noise["position"] / 0.002 - 1) < 0.4  # 24 degrees of freedom: 15 % each sigma

@@ -1,0 +1,136 @@
+"""Experiment files and recordings: what cannot be used is refused by file, line or row, and what to do."""
+
+import numpy as np
+import pytest
+
+from hlcs.experiment_files import read_experiment_file
+from hlcs.inference import chain, colour, fit_noise, isolated_outliers, polynomials, whiten
+from hlcs.measurement import read_measurement, read_outcomes
+from minibullet.errors import InputError
+
+TOML = 'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\nnoise = { position = 0.01 }\n'
+
+
+def experiment(folder, csv="", toml=TOML, trial='file = "a.csv"\n', name="a.csv"):
+    """An experiment folder with one recording; the path of its TOML."""
+    lines = "".join(f"{0.1 * k:.1f},{1 - 0.05 * k * k:.4f}\n" for k in range(8))
+    (folder / name).write_text(csv or "t_s,z_m\n" + lines)
+    path = folder / "e.toml"
+    path.write_text(toml + f"[[trial]]\n{trial}")
+    return path
+
+
+def refused(path, *words):
+    """The message with which reading is refused; it holds all the words."""
+    with pytest.raises(InputError) as problem:
+        read_measurement(path)
+    message = str(problem.value)
+    assert "\n" not in message
+    for word in words:
+        assert word in message, message
+
+
+def test_a_good_file_is_read(tmp_path):
+    measurement = read_measurement(experiment(tmp_path))
+    assert measurement.trials[0].columns == ["z"] and measurement.file.body.mass == 0.05
+
+
+@pytest.mark.parametrize(("toml", "words"), [
+    (TOML.replace("radius", "raduis"), ("line 4", "raduis", "radius")),
+    (TOML.replace("[measurement]", "[measurment]"), ("measurment", "measurement", "line 6")),
+    (TOML.replace("position = 0.01", "positon = 0.01"), ("positon", "position", "line 7")),
+    (TOML.replace("0.05", "-1.0"), ("line 5", "mass", "greater than 0")),
+    (TOML.replace("0.03", "30.0"), ("density", "kg and m")),
+    (TOML.replace('"sphere"', '"spere"'), ("spere", "sphere")),
+    (TOML.replace('"trajectory"', '"trajectories"'), ("trajectory",)),
+    (TOML + "[model]\neffects = 3\n", ("effects", "list")),
+])
+def test_wrong_keys_and_values_are_named(tmp_path, toml, words):
+    refused(experiment(tmp_path, toml=toml), *words)
+
+
+@pytest.mark.parametrize(("csv", "words"), [
+    ("t_s,z_m\n0,1\n0.2,1\n0.1,1\n0.3,1\n", ("a.csv", "row 4", "t_s", "unsorted")),
+    ("t_s,z_m\n0,1\n0.1,1\n0.1,1\n0.3,1\n", ("row 4", "duplicate")),
+    ("t_s,z_m\n0,1\n0.1,nan\n0.2,1\n", ("row 3", "z_m", "not finite", "blank")),
+    ("t_s,z_m\n0,1\n0.1,inf\n0.2,1\n", ("row 3", "not finite")),
+    ("t_s,z_m\n0,1\n0.1,one\n0.2,1\n", ("row 3", "not a number")),
+    ("t_s,z_m\n0,1\n0.1\n", ("row 3", "cells")),
+    ("t_s,h_m\n0,1\n0.1,1\n", ("row 1", "h_m", "nearest")),
+    ("t_s,z_m\n0,1\n0.1,1\n0.2,0.9\n", ("3 samples", "4 are needed")),
+    ("t_s,qw,qx,qy,qz\n0,1,0,0,0\n0.1,0,0,0,0\n", ("row 3", "zero length")),
+    ("t_s,qw,qx,qy\n0,1,0,0\n", ("qw, qx, qy, qz",)),
+    ("t_s,z_m\n" + "".join(f"{0.1 * k},{1000 - 4905 * (0.1 * k) ** 2}\n" for k in range(9)), ("z_m", "units")),
+])
+def test_bad_recordings_are_refused_by_row_and_column(tmp_path, csv, words):
+    refused(experiment(tmp_path, csv=csv), *words)
+
+
+def test_copies_are_refused_even_rotated(tmp_path):
+    times = np.arange(12) * 0.1
+    seen = np.column_stack([times, np.sin(times), -times**2])
+    for name, table in (("a.csv", seen), ("b.csv", seen[:, [1, 0, 2]] * [1, -1, 1] + 3)):
+        rows = "".join(f"{t:.2f},{x!r},{y!r},{z!r}\n" for t, (x, y, z) in zip(times, table.tolist(), strict=True))
+        (tmp_path / name).write_text("t_s,x_m,y_m,z_m\n" + rows)
+    path = tmp_path / "e.toml"
+    path.write_text(TOML + '[[trial]]\nfile = "a.csv"\n[[trial]]\nfile = "b.csv"\n')
+    refused(path, "b.csv", "rotated copy", "a.csv")
+    path.write_text(TOML + '[[trial]]\nfile = "a.csv"\n[[trial]]\nfile = "a.csv"\n')
+    refused(path, "duplicate trial")
+
+
+def test_oddities_are_told_not_dropped(tmp_path):
+    times = [0, 0.1, 0.2, 0.3, 0.4, 0.9, 1.0, 1.1, 1.2, 1.3]
+    lines = "".join(f"{t},{'' if k == 3 else 5 - 0.05 * k}\n" for k, t in enumerate(times))
+    measurement = read_measurement(experiment(tmp_path, "t_s,z_m\n" + lines))
+    notes = " ".join(measurement.notes)
+    assert "gaps" in notes and "1 of 10 samples missing" in notes
+
+
+def test_overrides_of_a_trial(tmp_path):
+    file = read_experiment_file(experiment(tmp_path, trial='file = "a.csv"\nmass = 0.2\nradius = 0.05\ngravity = 9.8\n'))
+    assert file.trials[0].body.mass == 0.2 and file.trials[0].surroundings.gravity == 9.8 and file.body.mass == 0.05
+
+
+def test_outcome_tables(tmp_path):
+    path = tmp_path / "o.csv"
+    path.write_text("height_m,fall_time_s\n1,0.45\n1,0.46\n2,0.64\n")
+    table, notes = read_outcomes(path)
+    assert table.outcome == "fall_time_s" and table.setting.tolist() == [0, 0, 1] and not notes
+    path.write_text("height_m,fall_time_s\n1,0.45\n1,0.45\n2,0.64\n")
+    assert "digit for digit" in read_outcomes(path)[1][0]
+    path.write_text("height_m\n1\n1\n2\n")
+    with pytest.raises(InputError, match="0 outcome columns"):
+        read_outcomes(path)
+
+
+def test_whitening_undoes_the_correlation(generator):
+    """Covariance of whitened AR(1) noise is the identity: checked by algebra, L^-1 C L^-T = 1 to rounding."""
+    times = np.cumsum(generator.uniform(0.5, 1.5, 30))
+    links = chain(np.zeros(30, int), times, np.full(30, 0.2), {0: (0.7, 0.1)}, 1.0)
+    covariance = 0.04 * (0.9 * 0.7 ** np.abs(times[:, None] - times[None]) + 0.1 * np.eye(30))
+    white = whiten(links, whiten(links, covariance).T)
+    assert np.allclose(white, np.eye(30), atol=1e-10)
+    values = generator.standard_normal(30)
+    assert np.allclose(colour(links, whiten(links, values)), values, atol=1e-10)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.6, 0.8])
+def test_noise_is_estimated_without_bias_from_the_fitted_curve(generator, rho):
+    """54 pieces of 30 samples, each with six fitted numbers: sigma and rho within four standard errors of the truth."""
+    series = []
+    for _ in range(54):
+        noise = generator.standard_normal(30)
+        for k in range(1, 30):
+            noise[k] = rho * noise[k - 1] + np.sqrt(1 - rho**2) * noise[k]
+        series.append((np.arange(30.0), noise, polynomials(np.arange(30.0), 5)))
+    found = fit_noise(series, 1.0, white=0.0)
+    assert abs(found.rho - rho) < max(4 * np.sqrt(found.covariance[1, 1]), 0.05)
+    assert abs(np.log(found.sigma)) < 4 * np.sqrt(found.covariance[0, 0])
+
+
+def test_an_isolated_outlier_is_found_and_smooth_misfit_is_not(generator):
+    values = np.sin(np.linspace(0, 3, 60)) * 50 + generator.standard_normal(60)
+    assert not isolated_outliers(values).any()
+    values[20] += 15
+    assert np.flatnonzero(isolated_outliers(values)).tolist() == [20]

@@ -1,0 +1,70 @@
+"""Makes recordings for the tests: closed forms and a fine Runge-Kutta, never the code under test."""
+
+import numpy as np
+
+G = 9.81
+
+
+def flight(start, velocity, times, drag_per_metre=0.0, rate=0.0, tilt=(0.0, 0.0), step=1e-3):
+    """Positions (n, 3) of a thrown ball, acceleration = gravity - (rate + k |v|) v, by fourth-order Runge-Kutta."""
+    gravity = G * np.array([-np.sin(tilt[1]), np.sin(tilt[0]), -1.0])
+
+    def slope(y):
+        v = y[3:]
+        return np.concatenate([v, gravity - (rate + drag_per_metre * np.linalg.norm(v)) * v])
+
+    y, now, found = np.concatenate([start, velocity]).astype(float), 0.0, []
+    for time in times:
+        count = max(int(np.ceil((time - now) / step)), 1)
+        h = (time - now) / count
+        for _ in range(count if time > now else 0):
+            a = slope(y)
+            b = slope(y + h / 2 * a)
+            c = slope(y + h / 2 * b)
+            d = slope(y + h * c)
+            y = y + h / 6 * (a + 2 * b + 2 * c + d)
+        now = time
+        found.append(y[:3].copy())
+    return np.array(found)
+
+
+def correlated(generator, shape, sigma, rho):
+    """AR(1) noise along the first axis, stationary from the first sample."""
+    noise = generator.standard_normal(shape) * sigma
+    for k in range(1, shape[0]):
+        noise[k] = rho * noise[k - 1] + np.sqrt(1 - rho**2) * noise[k]
+    return noise
+
+
+def csv(times, position, columns=("x_m", "y_m", "z_m")):
+    """A recording as CSV text."""
+    rows = [",".join(["t_s", *columns])]
+    rows += [",".join(f"{value:.6f}" for value in (time, *row)) for time, row in zip(times, position, strict=True)]
+    return "\n".join(rows) + "\n"
+
+
+def write_throws(folder, sigma=0.004, rho=0.0, seed=1, count=8, static=True, noise="", order=1, **law):
+    """An experiment folder of throws in four headings with 2 m/s to 9 m/s; returns the path of its TOML."""
+    generator = np.random.default_rng(seed)
+    trials = []
+    for k in range(count):
+        heading, speed = np.pi / 2 * (k % 4) + 0.2, 2.0 + k
+        velocity = speed * np.array([0.8 * np.cos(heading), 0.8 * np.sin(heading), 0.6])
+        times = np.arange(0, 1.0, 1 / 60)
+        seen = flight(np.array([0.0, 0.0, 1.5]), velocity, times, **law) + correlated(generator, (len(times), 3), sigma, rho)
+        (folder / f"throw_{k}.csv").write_text(csv(times, seen))
+        trials.append(f'[[trial]]\nfile = "throw_{k}.csv"\ngroup = "day {k % 2 + 1}"\n')
+    if static:
+        times = np.arange(600) / 60
+        (folder / "rest.csv").write_text(csv(times, 1.0 + correlated(generator, (600, 3), sigma, rho)))
+    text = ('kind = "trajectory"\ntitle = "throws"\n[body]\nshape = "sphere"\nradius = 0.0335\nmass = 0.0577\n[surroundings]\n'
+            'fluid_density = 1.2\nfluid_viscosity = 1.8e-5\n[measurement]\n' + ('static = "rest.csv"\n' if static else "") + noise
+            + "\n" + "\n".join(trials[::order]))
+    path = folder / "throws.toml"
+    path.write_text(text)
+    return path
+
+
+def drag_per_metre(coefficient, density=1.2, radius=0.0335, mass=0.0577):
+    """k of acceleration = -k |v| v for a sphere."""
+    return density * coefficient * np.pi * radius**2 / (2 * mass)
