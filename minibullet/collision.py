@@ -280,16 +280,17 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
     numbers[k, 0] = found[best, 0] + handicap - margin[a] - margin[b]
     numbers[k, 1], numbers[k, 2] = 0.0, min(found[best, 0] - second_best, size)
     numbers[k, 3], numbers[k, 4], numbers[k, 5] = turn_back(rotation[a], x, y, z)
-    numbers[k, 6], numbers[k, 7], numbers[k, 8] = x, y, z
+    numbers[k, 6], numbers[k, 7], numbers[k, 8], numbers[k, 10] = x, y, z, np.inf
 
 
 @njit(cache=True)
 def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, margin):
     """Bring the kept answers to today's poses and return the rows that FCL must be asked about, in order.
 
-    answers (k, 5): kind, first, second feature, best face of a, best face of b. numbers (k, 10): gap (a lower bound where
+    answers (k, 5): kind, first, second feature, best face of a, best face of b. numbers (k, 11): gap (a lower bound where
     positive), motion since the
-    answer was made exact, lead, direction in a's axes (3), normal (3), motion since FCL was asked. A pair whose lower bound
+    answer was made exact, lead, direction in a's axes (3), normal (3), motion since FCL was asked, motion since the contact points were
+    made. A pair whose lower bound
     minus the motion
     stays beyond the reach of this step costs nothing.
     """
@@ -303,6 +304,7 @@ def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, m
         numbers[k, 0] -= motion
         numbers[k, 1] += motion
         numbers[k, 9] += motion
+        numbers[k, 10] += motion
         if numbers[k, 0] > reach or (motion == 0.0 and answers[k, 0] != UNKNOWN):
             continue
         dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
@@ -379,7 +381,7 @@ class Collision:
         self.pieces = pieces
         self.rows = np.empty((0, 4), dtype=np.int64)  # body a, body b, piece a, piece b
         self.answers = np.empty((0, 5), dtype=np.int64)
-        self.numbers = np.empty((0, 10))
+        self.numbers = np.empty((0, 11))
         self.contact_range = np.empty((0, 2), dtype=np.int64)  # this pair's contacts of the previous step
         self.travel, self.allowance = np.empty(0), np.empty(0)  # motion since the list was made, and its limit [m], (n,)
         self.calls = 0
@@ -412,7 +414,7 @@ class Collision:
         rows = pairs_module.close_pieces(body_pairs, self.pieces, piece_ranges, bodies.position, rotation, grown)
         match = pairs_module.carry_over(self.rows, rows)
         kept = match >= 0
-        answers, numbers = np.zeros((len(rows), 5), dtype=np.int64), np.zeros((len(rows), 10))
+        answers, numbers = np.zeros((len(rows), 5), dtype=np.int64), np.zeros((len(rows), 11))
         contact_range = np.zeros((len(rows), 2), dtype=np.int64)
         answers[kept], numbers[kept], contact_range[kept] = (
             self.answers[match[kept]],

@@ -14,6 +14,7 @@ from numba import njit
 from minibullet.collision import EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, core, segment_closest
 from minibullet.geometry import EDGES, FACES, VERTICES, turn, turn_back
 
+STILL = 1e-5  # motion, in piece sizes, through which contacts stay the same points of their bodies: [-]
 NEAR = 0.1  # a point is the same as last step's if it moved by less than this share of the piece: [-]
 
 
@@ -288,107 +289,111 @@ def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, 
 
 
 @njit(cache=True)
-def build(pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin, old_point, old_impulse):
+def build(pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin, old_point, old_normal, old_impulse):
     """All contacts of the step, in the order of the pair list.
 
-    Returns bodies (m, 2), arms from a's centre to a's surface and from b's to b's, and the normal (m, 9), gap (m,), last step's
-    impulse [N s], world axes
-    (m, 3), and the point in a's body axes (m, 3), by which the next step will know it again. ``contact_range`` is brought up to
-    date.
+    Last step's contacts: the points on a's and b's surfaces in their body axes (m, 6), normals and impulses [N s] in world axes (m, 3).
+    Returns bodies (m, 2), arms from a's centre to a's surface and from b's to b's, and the normal (m, 9), gap (m,), last step's impulse
+    where the contact is known from there (m, 3), and the points in body axes (m, 6). ``contact_range`` is brought up to date.
     """
-    capacity = 64
+    capacity = max(64, 2 * len(old_point))
     bodies = np.empty((capacity, 2), dtype=np.int64)
     vectors, gaps = np.empty((capacity, 9)), np.empty(capacity)
-    impulse, local = np.zeros((capacity, 3)), np.empty((capacity, 3))
+    impulse, local = np.zeros((capacity, 3)), np.empty((capacity, 6))
     largest = 16  # vertices of the largest piece: a polygon clipped by another has at most as many corners as both
     for piece in range(len(pieces.ranges)):
         largest = max(largest, pieces.ranges[piece, VERTICES + 1] - pieces.ranges[piece, VERTICES])
-    points, point_gaps, work, normals = (
-        np.empty((4 * largest, 3)),
-        np.empty(4 * largest),
-        np.empty((4 * largest, 4)),
-        np.empty((4 * largest, 3)),
-    )
+    points, normals = np.empty((4 * largest, 3)), np.empty((4 * largest, 3))
+    point_gaps, work = np.empty(4 * largest), np.empty((4 * largest, 4))
     total = 0
     for k in range(len(rows)):
         a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
-        old_first, old_end = contact_range[k]
-        contact_range[k] = (total, total)
+        old_first, old_end = contact_range[k, 0], contact_range[k, 1]
+        contact_range[k, 0] = contact_range[k, 1] = total
         size = min(pieces.sizes[i, 0], pieces.sizes[j, 0])
         reach = stride[a] + stride[b] + 2e-3 * size
-        if numbers[k, 0] > reach:
+        if numbers[k, 0] > reach or (numbers[k, 6] == 0.0 and numbers[k, 7] == 0.0 and numbers[k, 8] == 0.0):
+            numbers[k, 10] = np.inf
             continue
-        kind, most = answers[k, 0], reach + margin[a] + margin[b]
         dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
-        nx, ny, nz = numbers[k, 6], numbers[k, 7], numbers[k, 8]
-        if nx == 0.0 and ny == 0.0 and nz == 0.0:
-            continue
-        on_face = kind == FACE_A or kind == FACE_B or kind == PLANE
-        count = 0
-        for side in range(0 if on_face else -1, 2):
-            # an answer that is no face begins with its one point (side -1); what else may touch in this step lies over the best
-            # faces
-            if side >= 0:
-                face = answers[k, 1] if on_face else answers[k, 3 + side]
-                if face < 0 or kind == ROUND or (on_face and side != (1 if kind == FACE_B else 0)):
-                    continue
-                own, other, body, peer = (i, j, a, b) if side == 0 else (j, i, b, a)
-                least = -np.inf if on_face else 0.0
-                pose, peer_pose = rotation[body], rotation[peer]
-                count = side_points(pieces, face, own, other, pose, peer_pose, dx, dy, dz, 1.0 - 2.0 * side, least, most,
-                                    points, point_gaps, normals, work, count)  # fmt: skip
-            # a face that no corner lies over, or only a high one, still has its lowest corner beside the outline
-            if side < 0 or (on_face and kind != PLANE and (count == 0 or point_gaps[:count].min() > numbers[k, 0] + 1e-3 * size)):
-                first = count
-                count += single_point(pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation[a], rotation[b],
-                                      dx, dy, dz, nx, ny, nz, points[first:])  # fmt: skip
-                for p in range(first, count):
-                    normals[p] = (nx, ny, nz)
-                    point_gaps[p] = numbers[k, 0] + margin[a] + margin[b]
-        if not on_face:
-            count = drop_doubles(points, point_gaps, normals, count, (NEAR * size) ** 2)
-        if total + count > capacity:
+        if total + 64 > capacity:
             capacity *= 2
             bodies, vectors, gaps = grown_index(bodies, capacity), grown(vectors, capacity), grown_flat(gaps, capacity)
             impulse, local = grown(impulse, capacity), grown(local, capacity)
+        if numbers[k, 10] <= STILL * size and old_end > old_first:
+            # nothing moved far enough to change who touches where: the same points, carried along with their bodies
+            for old in range(old_first, old_end):
+                px, py, pz = turn(rotation[a], old_point[old, 0], old_point[old, 1], old_point[old, 2])
+                qx, qy, qz = turn(rotation[b], old_point[old, 3], old_point[old, 4], old_point[old, 5])
+                nx, ny, nz = old_normal[old, 0], old_normal[old, 1], old_normal[old, 2]
+                bodies[total, 0], bodies[total, 1] = a, b
+                vectors[total] = (px, py, pz, qx, qy, qz, nx, ny, nz)
+                gaps[total] = nx * (qx + dx - px) + ny * (qy + dy - py) + nz * (qz + dz - pz)
+                for axis in range(3):
+                    impulse[total, axis] = old_impulse[old, axis]
+                    local[total, axis], local[total, 3 + axis] = old_point[old, axis], old_point[old, 3 + axis]
+                total += 1
+            contact_range[k, 1] = total
+            continue
+        numbers[k, 10] = 0.0
+        count = pair_points(pieces, k, rows, answers, numbers, rotation[a], rotation[b], dx, dy, dz, reach, margin[a] + margin[b], size,
+                            points, point_gaps, normals, work)  # fmt: skip
         for p in range(count):
-            bodies[total] = (a, b)
-            x, y, z = points[p, 0], points[p, 1], points[p, 2]
-            u, v, w = normals[p, 0], normals[p, 1], normals[p, 2]
-            half = 0.5 * (
-                point_gaps[p] - margin[a] - margin[b]
-            )  # from the midpoint to either surface, which meet when the gap has closed
-            vectors[total] = (
-                x - half * u,
-                y - half * v,
-                z - half * w,
-                x - dx + half * u,
-                y - dy + half * v,
-                z - dz + half * w,
-                u,
-                v,
-                w,
-            )
-            gaps[total] = point_gaps[p] - margin[a] - margin[b]
-            x, y, z = turn_back(
-                rotation[b if kind == PLANE else a],
-                x - (dx if kind == PLANE else 0.0),
-                y - (dy if kind == PLANE else 0.0),
-                z - (dz if kind == PLANE else 0.0),
-            )
-            local[total] = (x, y, z)
-            impulse[total] = 0.0
+            bodies[total, 0], bodies[total, 1] = a, b
+            x, y, z, u, v, w = points[p, 0], points[p, 1], points[p, 2], normals[p, 0], normals[p, 1], normals[p, 2]
+            gap = point_gaps[p] - margin[a] - margin[b]
+            half = 0.5 * gap  # from the midpoint to either surface: they meet when the gap has closed
+            px, py, pz, qx, qy, qz = x - half * u, y - half * v, z - half * w, x - dx + half * u, y - dy + half * v, z - dz + half * w
+            vectors[total] = (px, py, pz, qx, qy, qz, u, v, w)
+            gaps[total] = gap
+            local[total, 0], local[total, 1], local[total, 2] = turn_back(rotation[a], px, py, pz)
+            local[total, 3], local[total, 4], local[total, 5] = turn_back(rotation[b], qx, qy, qz)
+            # a plane's own axes say nothing: a box that slides takes its contacts along
+            side = 3 if answers[k, 0] == PLANE else 0
             nearest, found = (NEAR * size) ** 2, -1
             for old in range(old_first, old_end):
-                distance = (old_point[old, 0] - x) ** 2 + (old_point[old, 1] - y) ** 2 + (old_point[old, 2] - z) ** 2
+                distance = ((old_point[old, side] - local[total, side]) ** 2 + (old_point[old, side + 1] - local[total, side + 1]) ** 2
+                            + (old_point[old, side + 2] - local[total, side + 2]) ** 2)  # fmt: skip
                 if distance < nearest:
                     nearest, found = distance, old
+            for axis in range(3):
+                impulse[total, axis] = old_impulse[found, axis] if found >= 0 else 0.0
             if found >= 0:
-                impulse[total] = old_impulse[found]
-                old_point[found, 0] = np.inf  # taken: no other point may start from it
+                old_point[found, side] = np.inf  # taken: no other point may start from it
             total += 1
-        contact_range[k] = (total - count, total)
+        contact_range[k, 1] = total
     return bodies[:total], vectors[:total], gaps[:total], impulse[:total], local[:total]
+
+
+@njit(cache=True)
+def pair_points(pieces, k, rows, answers, numbers, rotation_a, rotation_b, dx, dy, dz, reach, margin, size, points, gaps, normals, work):
+    """Contact points of row k midway between the surfaces, world axes about a, their gaps (margin not taken off) and normals; the count."""
+    i, j, kind = rows[k, 2], rows[k, 3], answers[k, 0]
+    nx, ny, nz, most = numbers[k, 6], numbers[k, 7], numbers[k, 8], reach + margin
+    on_face = kind == FACE_A or kind == FACE_B or kind == PLANE
+    count = 0
+    for side in range(0 if on_face else -1, 2):
+        # an answer that is no face begins with its one point (side -1); what else may touch lies over the best faces
+        if side >= 0:
+            face = answers[k, 1] if on_face else answers[k, 3 + side]
+            if face < 0 or kind == ROUND or (on_face and side != (1 if kind == FACE_B else 0)):
+                continue
+            least = -np.inf if on_face else 0.0
+            if side == 0:
+                count = side_points(pieces, face, i, j, rotation_a, rotation_b, dx, dy, dz, 1.0, least, most, points, gaps, normals, work,
+                                    count)  # fmt: skip
+            else:
+                count = side_points(pieces, face, j, i, rotation_b, rotation_a, dx, dy, dz, -1.0, least, most, points, gaps, normals, work,
+                                    count)  # fmt: skip
+        # a face that no corner lies over, or only a high one, still has its lowest corner beside the outline
+        if side < 0 or (on_face and kind != PLANE and (count == 0 or gaps[:count].min() > numbers[k, 0] + 1e-3 * size)):
+            first = count
+            count += single_point(pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation_a, rotation_b, dx, dy, dz, nx, ny, nz,
+                                  points[first:])  # fmt: skip
+            for p in range(first, count):
+                normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
+                gaps[p] = numbers[k, 0] + margin
+    return count if on_face else drop_doubles(points, gaps, normals, count, (NEAR * size) ** 2)
 
 
 @njit(cache=True)

@@ -26,6 +26,7 @@ from minibullet.settings import Settings
 FORMAT = 1
 SCENE = ("friction", "restitution", "reach", "margin", "moved", "group", "piece_ranges", "frame")
 COLLISION = ("rows", "answers", "numbers", "contact_range", "travel", "allowance")
+KEPT = ("kept_point", "kept_normal", "kept_impulse")
 RECORD = ("position", "orientation", "velocity", "angular_velocity", "inertia", "frame", "normal")
 SIMPLE = {"sphere": shapes.Sphere, "box": shapes.Box, "capsule": shapes.Capsule, "cylinder": shapes.Cylinder}
 
@@ -87,7 +88,7 @@ def save(world, path):
     }
     arrays |= {f"pieces_{key}": value for key, value in scene.collision.pieces._asdict().items()}
     buffer = io.BytesIO()
-    np.savez(buffer, header=np.array(json.dumps(header)), kept_point=world._kept[0], kept_impulse=world._kept[1], **arrays)
+    np.savez(buffer, header=np.array(json.dumps(header)), **arrays, **dict(zip(KEPT, world._kept, strict=True)))
     target = Path(path)
     partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
     try:
@@ -146,7 +147,7 @@ def load(world_class, path, effects=None):
         setattr(scene.collision, key, data[f"collision_{key}"])
     scene.collision.pieces = Pieces(*(data[f"pieces_{key}"] for key in Pieces._fields))
     scene.collision.calls, scene.names = header["calls"], list(header["names"])
-    world._kept = data["kept_point"], data["kept_impulse"]
+    world._kept = tuple(data[key] for key in KEPT)
     return world
 
 

@@ -234,6 +234,8 @@ def separate(bodies, rows, gap, tolerance, inverse_mass_rows, share, sweeps):
     for _ in range(sweeps):
         for c in range(len(bodies)):
             a, b = bodies[c, 0], bodies[c, 1]
+            if rows[c, BLOCK] == 0.0:
+                continue  # neither of the two may be moved
             r = rows[c]
             value = velocity_along(r, 0, shift[a], shift[b])
             wanted = -share * (gap[c] + tolerance[c]) if gap[c] < -tolerance[c] else -max(gap[c], 0.0)

@@ -11,6 +11,8 @@ from minibullet.ledger import Step
 from minibullet.registry import Registry
 from minibullet.settings import Settings
 
+NOTHING_KEPT = np.empty((0, 6)), np.empty((0, 3)), np.empty((0, 3))
+
 
 class World:
     """Rigid bodies with hard contact under effects that are added from outside.
@@ -27,7 +29,7 @@ class World:
         self.registry = Registry()
         self.time, self.steps, self.unsolved_steps, self.worst_residual = 0.0, 0, 0, 0.0
         self.last_step = None
-        self._kept = np.empty((0, 3)), np.empty((0, 3))  # contact points in body axes, impulses in world axes, of the last step
+        self._kept = NOTHING_KEPT  # last step's contacts: points in body axes, normals and impulses in world axes
 
     # ---- what stands in the world
     # ------------------------------------------------------------------------------------------------
@@ -124,8 +126,7 @@ class World:
                 rotations.matrix(scene.bodies.orientation),
                 reach,
                 scene.margin,
-                np.empty((0, 3)),
-                np.empty((0, 3)),
+                *NOTHING_KEPT,
             )
             shift = solver.separate(
                 pair, constraints.frames(pair, arms, inverse), gap, np.zeros(len(gap)), len(movable), 1.0, 50
@@ -260,7 +261,7 @@ class World:
             )
         scene.bodies = after
         scene.moved = integration.path_bound(motion, scene.reach, self.settings.time_step)
-        self._kept = point, problems.into_world(problem.rows, solution.impulse)
+        self._kept = point, problem.rows[:, :3].copy(), problems.into_world(problem.rows, solution.impulse)
         self.time += self.settings.time_step
         self.steps += 1
         self.unsolved_steps += solution.residual > self.settings.tolerance
