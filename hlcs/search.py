@@ -151,20 +151,20 @@ class Search:
 
     def extrapolated(self, fit, entry, signature):
         """The fit with the candidate in, by one linear step and without a simulation: good enough to rank, not to report."""
-        frees = [free for term in fit.model.terms for free in term.candidate.free]
-        s = [np.hstack([mine, new]) for mine, new in zip(fit.linear.s, signature, strict=True)]
-        linear = Linear(fit.linear.raw, fit.linear.r, fit.linear.n, s)
-        values = np.concatenate([fit.estimate, [free.null if free.null is not None else free.start for free in entry.free]])
-        varied = [free for free in entry.free if free.null is not None] or None
-        bounds = frees + (varied or list(entry.free[:1]))
-        if s[0].shape[1] != len(bounds):
+        if entry.absent is None:
             return None
-        start = np.concatenate([fit.estimate, [free.null for free in varied] if varied else [0.0]])
-        step = self.problem.bounded_step(linear, start, bounds)
+        varied = np.array([free.null is not None for free in entry.free])  # the others keep their place while it is absent
+        s = []
+        for mine, new in zip(fit.linear.s, signature, strict=True):
+            columns = np.zeros((len(new), len(entry.free)))
+            columns[:, varied] = new
+            s.append(np.hstack([mine, columns]))
+        start = np.concatenate([fit.estimate, list(entry.absent.values())])
+        bounds = [free for term in fit.model.terms for free in term.candidate.free] + list(entry.free)
+        step = self.problem.bounded_step(Linear(fit.linear.raw, fit.linear.r, fit.linear.n, s), start, bounds)
         moved = Linear(fit.linear.raw, [r - part @ step for r, part in zip(fit.linear.r, s, strict=True)], fit.linear.n, s)
-        numbers = {free.name: value for free, value in zip(entry.free, values[len(frees):], strict=True)}
-        numbers |= {free.name: float(value) for free, value in zip(varied or [], (start + step)[len(frees):], strict=False)}
-        return self.problem.finished(fit.model.with_term(Term(entry, tuple(numbers.items()))), fit.starts, moved)
+        numbers = zip((free.name for free in entry.free), (start + step)[len(fit.estimate):].tolist(), strict=True)
+        return self.problem.finished(fit.model.with_term(Term(entry, tuple(numbers))), fit.starts, moved)
 
     def judge(self, before, entry, fit, trial):
         """Fill in the held-out figures of a refitted candidate against the fit without it."""

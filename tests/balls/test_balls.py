@@ -53,7 +53,8 @@ def folder(tmp_path_factory):
             entry = f'[[trial]]\nfile = "{name}_{drop}.csv"\ngroup = "drop {drop}"\n'
             trials += entry
             joint += [entry + body] if body else []
-        (folder / f"{name}.toml").write_text(f'kind = "trajectory"\ntitle = "{name}"\n[body]\nshape = "sphere"\n{body}{HEAD}{trials}')
+        head = f'kind = "trajectory"\ntitle = "{name}"\n[body]\nshape = "sphere"\n'
+        (folder / f"{name}.toml").write_text(head + body + HEAD + trials)
     (folder / "joint.toml").write_text("".join(joint))
     return folder
 
