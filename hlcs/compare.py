@@ -83,7 +83,7 @@ def compare(path, *others, **options):
         return compare_layers(path, *others, **options)
     file = read_experiment_file(path)
     if file.kind == "layers":
-        from .layer_data import compare_layer_file
+        from .layer_diagnosis import compare_layer_file
 
         return compare_layer_file(file, **options)
     measurement = read_measurement(file)

@@ -29,9 +29,9 @@ def diagnose(path, candidates=None, effects_file=None, seed=0, workers=None, pro
     if candidates is None:
         candidates = file.candidates
     if file.kind == "layers":
-        from .layer_data import layers_diagnosis
+        from .layer_diagnosis import diagnose_layers
 
-        return layers_diagnosis(file, candidates=candidates, own=own, seed=seed, workers=workers, progress=progress)
+        return diagnose_layers(file, candidates=candidates, own=own, seed=seed, workers=workers, progress=progress)
     measurement = read_measurement(file)
     say = _teller(progress)
     if file.kind == "outcomes":

@@ -63,7 +63,7 @@ def _worst(table):
 def fit_panel(ax, diagnosis):
     """Measured and modelled, before and after, where the model misses most."""
     before, after = diagnosis.pictures["before"], diagnosis.pictures["after"]
-    if diagnosis.kind == "outcomes":
+    if diagnosis.kind != "trajectory":
         order = np.argsort(before["input"], kind="stable")
         x, inside, where, label = before["input"][order], order, "all rows", "main input"
     else:
@@ -80,7 +80,7 @@ def fit_panel(ax, diagnosis):
 
 def residual_panel(ax, diagnosis):
     """All residuals in units of the noise, before and after, against time (or the main input of a table)."""
-    name, label = ("input", "main input") if diagnosis.kind == "outcomes" else ("time", "time [s]")
+    name, label = ("input", "main input") if diagnosis.kind != "trajectory" else ("time", "time [s]")
     for table, colour, text in ((diagnosis.pictures["before"], BEFORE, "before"), (diagnosis.pictures["after"], AFTER, "after")):
         ax.plot(table[name], table["sigmas"], ".", color=colour, ms=3, alpha=0.5, label=text)
     ax.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)
@@ -128,7 +128,7 @@ def comparison_panels(comparison, ax=None):
     axes[0].plot([low, high], [low, high], "-", color=NOISE, lw=1)
     axes[0].plot(table["model"], table["measured"], ".", color=AFTER, ms=3)
     _plain(axes[0], "Measured over model", f"model [{unit}]", f"measured [{unit}]")
-    names = [("input", "main input")] * 3 if comparison.kind == "outcomes" else [
+    names = [("input", "main input")] * 3 if comparison.kind != "trajectory" else [
         ("time", "time [s]"), ("height", "height [m]"), ("speed", "speed [m/s]")]
     for panel, (name, label) in zip(axes[1:], names, strict=True):
         panel.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)

@@ -1,0 +1,214 @@
+"""Layer coefficients as measured: the CSV and the [placement] of an experiment file of kind "layers", checked hard.
+
+Columns: grid, spacing_x, spacing_y [Dn], bottom_slope [-], layer, mean [-], cv [-], tests, campaign; one row a layer. Rows of one
+grid, slope and campaign are one `LayerSet`. Every complaint names file, row and column; nothing is dropped silently.
+"""
+
+import csv
+from dataclasses import dataclass, field, replace
+from math import isfinite, nan
+
+import numpy as np
+
+from hlcs.bottoms import Flat, Slope
+from hlcs.experiment import PlacementTest
+from hlcs.grids import RPG, TPG, Grid
+from hlcs.placement_files import KEYS, checked_table, make_placement
+from hlcs.statistics import Sample
+from hlcs.toml_files import TomlFile
+from minibullet.errors import InputError
+
+COLUMNS = ("grid", "spacing_x", "spacing_y", "bottom_slope", "layer", "mean", "cv", "tests", "campaign")
+LIMITS = {  # lowest and highest value, and what the number is
+    "spacing_x": (0.5, 10.0, "a spacing in nominal diameters Dn, not metres"),
+    "spacing_y": (0.5, 10.0, "a spacing in nominal diameters Dn, not metres"),
+    "bottom_slope": (-0.5, 0.5, "a grade, rise over run: 0.04 for 4 %"),
+    "layer": (1, 50, "a whole number from 1"),
+    "mean": (0.2, 3.0, "a layer coefficient in nominal diameters Dn"),
+    "cv": (0.0, 0.5, "a fraction between tests: 0.02 for 2 %"),
+    "tests": (1, 1_000_000, "a whole number of tests"),
+}
+MAY_BE_BLANK = ("spacing_x", "spacing_y", "bottom_slope", "cv", "tests", "campaign")
+NOT_STATED = 1.0 / 120.0  # step of the paired simulations where the file states none [s]; half of it is tried as a candidate
+
+
+@dataclass(frozen=True, eq=False)
+class LayerSet:
+    """Repeated tests on one grid and bottom, of one campaign."""
+
+    grid: Grid
+    bottom_slope: float  # grade [-]
+    campaign: str
+    sample: Sample = field(repr=False)  # mean, cv, tests, each (M,); nan where not stated
+
+    @property
+    def name(self):
+        """Grid, bottom and campaign in words."""
+        bottom = f"{100 * self.bottom_slope:g} % slope" if self.bottom_slope else "flat"
+        return f"{self.grid.name} {bottom}" + (f", {self.campaign}" if self.campaign else "")
+
+    @property
+    def layers(self):
+        return len(self.sample.mean)
+
+    @property
+    def judgeable(self):
+        """Whether scatter and number of tests are known for every layer."""
+        return bool(np.all(np.isfinite(self.sample.cv)) and np.all(self.sample.tests >= 2))
+
+    def placed(self, test):
+        """The PlacementTest on this grid and bottom with as many layers as were measured."""
+        bottom = Slope(self.bottom_slope) if self.bottom_slope else Flat()
+        return replace(test, grid=self.grid.stacked(test.grid.stacking), bottom=bottom, layers=self.layers)
+
+
+@dataclass(frozen=True, eq=False)
+class LayerMeasurement:
+    """An experiment file of layers, read and checked."""
+
+    title: str
+    test: PlacementTest = field(repr=False)  # the model under test; grid, bottom and layers come with each set
+    sets: tuple[LayerSet, ...]
+    hold_out: str  # "campaign", "grid" or "none"
+    effects: tuple[dict, ...] = ()  # entries of [model] effects
+    notes: tuple[str, ...] = ()
+    data_file: object = None  # path of the CSV
+
+    def group(self, one):
+        """What is held out together with this set."""
+        return one.campaign if self.hold_out == "campaign" else f"{one.grid.name} {one.bottom_slope:g}"
+
+    @property
+    def groups(self):
+        return tuple(dict.fromkeys(self.group(one) for one in self.sets))
+
+
+def read_layers(file):
+    """The LayerMeasurement of an ExperimentFile of kind "layers"; InputError names file, line or row, key or column, remedy."""
+    reader = TomlFile(file.path, {"": list(file_keys()), "placement": list(KEYS)})
+    table = dict(checked_table(reader))
+    notes = [
+        f"[placement] {key} is not used: grids and bottoms stand in the CSV, seeds come with the command"
+        for key in ("grid", "bottom", "seed")
+        if key in table
+    ]
+    for key in ("grid", "bottom", "seed", "layers"):  # layers: as many as the CSV has
+        table.pop(key, None)
+    if "time_step" not in table:
+        table["time_step"] = NOT_STATED
+    sets = read_layer_sets(file.data_file)
+    most = max(one.layers for one in sets)
+    try:
+        test = make_placement({**table, "layers": most})
+    except InputError as problem:
+        raise InputError(f"{file.path}: {problem}") from None
+    hold_out = file.hold_out
+    if hold_out == "group":
+        hold_out = "campaign" if len({one.campaign for one in sets}) > 1 else "grid"
+    measurement = LayerMeasurement(file.title, test, sets, hold_out, file.effects, tuple(notes), file.data_file)
+    if hold_out != "none" and len(measurement.groups) < 2:
+        measurement = replace(measurement, hold_out="none")
+    return measurement
+
+
+def file_keys():
+    """Top-level keys of an experiment file."""
+    from hlcs.experiment_files import SECTIONS
+
+    return SECTIONS[""]
+
+
+def read_layer_sets(path):
+    """The LayerSets of a CSV, in the order of their first rows."""
+    rows = _rows(path)
+    sets, lines = {}, {}
+    for line, row in rows:
+        key = (row["grid"], row["spacing_x"], row["spacing_y"], row["bottom_slope"], row["campaign"])
+        found = sets.setdefault(key, {})
+        layer = int(row["layer"])
+        if layer in found:
+            raise InputError(
+                f"{path}, row {line}, column layer: layer {layer} of {row['grid']}, campaign '{row['campaign']}' "
+                f"stands already in row {found[layer][0]}; leave one out, or name another campaign"
+            )
+        found[layer] = (line, row)
+        lines.setdefault(key, line)
+    result = []
+    for key, found in sets.items():
+        for layer in range(1, max(found) + 1):
+            if layer not in found:
+                raise InputError(
+                    f"{path}, column layer: {key[0]}, campaign '{key[4]}' (from row {lines[key]}) has no layer "
+                    f"{layer}; layers are numbered from 1 without gaps"
+                )
+        ordered = [found[layer][1] for layer in sorted(found)]
+        sample = Sample(*(np.array([row[name] for row in ordered], dtype=float) for name in ("mean", "cv", "tests")))
+        result.append(LayerSet(_grid(path, lines[key], *key[:3]), key[3], key[4], sample))
+    return tuple(result)
+
+
+def _rows(path):
+    """[(row number in the file, checked values)]"""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as problem:
+        raise InputError(f"{path}: cannot be read ({problem}); give a CSV with the columns {','.join(COLUMNS)}") from None
+    reader = csv.DictReader(text.splitlines(), skipinitialspace=True)
+    header = [name.strip() for name in reader.fieldnames or ()]
+    reader.fieldnames = header
+    for name in ("grid", "layer", "mean"):
+        if name not in header:
+            raise InputError(f"{path}, row 1: column '{name}' is missing; the columns are {','.join(COLUMNS)}")
+    for name in header:
+        if name not in COLUMNS:
+            raise InputError(f"{path}, row 1: unknown column '{name}'; the columns are {','.join(COLUMNS)}")
+    if len(set(header)) != len(header):
+        raise InputError(f"{path}, row 1: a column stands twice")
+    rows = [
+        (reader.line_num, _checked(path, reader.line_num, row))
+        for row in reader
+        if any((value or "").strip() for value in row.values() if not isinstance(value, list))
+    ]
+    if not rows:
+        raise InputError(f"{path}: has no rows; write one row a layer")
+    return rows
+
+
+def _checked(path, line, row):
+    """The values of a row: words and numbers, nan where blank."""
+    if None in row:
+        raise InputError(f"{path}, row {line}: has more values than the header has columns")
+    values = {"grid": (row.get("grid") or "").strip(), "campaign": (row.get("campaign") or "").strip()}
+    if not values["grid"]:
+        raise InputError(f"{path}, row {line}, column grid: is blank; give TPG, RPG or a name of your own")
+    for name, (low, high, what) in LIMITS.items():
+        text = (row.get(name) or "").strip()
+        if not text and name in MAY_BE_BLANK:
+            values[name] = 0.0 if name == "bottom_slope" else nan
+            continue
+        try:
+            value = float(text)
+        except ValueError:
+            value = nan
+        if not (isfinite(value) and low <= value <= high) or (name in ("layer", "tests") and value != int(value)):
+            raise InputError(f"{path}, row {line}, column {name}: '{text[:40]}'; it must be {what}, from {low:g} to {high:g}")
+        values[name] = value
+    known = {"TPG": TPG, "RPG": RPG}.get(values["grid"].upper())
+    for name in ("spacing_x", "spacing_y"):
+        if not isfinite(values[name]):
+            if known is None:
+                raise InputError(f"{path}, row {line}, column {name}: is blank; only TPG and RPG have spacings of their own")
+            values[name] = getattr(known, name)
+    return values
+
+
+def _grid(path, line, name, spacing_x, spacing_y):
+    """The Grid of a set: TPG, RPG, "triangular", or rectangular under a name of the user's."""
+    triangular = name.upper() in ("TPG", "TRIANGULAR") or name.lower().startswith("tri")
+    try:
+        for known in (TPG, RPG):
+            if name.upper() == known.name and (spacing_x, spacing_y) == (known.spacing_x, known.spacing_y):
+                return known
+        return Grid(name, spacing_x, spacing_y, triangular)
+    except InputError as problem:
+        raise InputError(f"{path}, row {line}: {problem}") from None

@@ -1,0 +1,426 @@
+"""Compare and diagnose layer coefficients: how far a placement model misses the tables, and which effect it is missing."""
+
+import numpy as np
+
+from hlcs import layer_fit, statistics
+from hlcs.compare import Comparison
+from hlcs.diagnosis import Diagnosis, Finding
+from hlcs.effects import SETS, set_of
+from hlcs.identify import NextExperiment
+from hlcs.layer_candidates import library, named
+from hlcs.layer_data import read_layers
+from hlcs.layer_model import Simulator, model_of
+from hlcs.layer_next import next_experiment
+from hlcs.layer_search import QUANTILE, LayerSearch
+from hlcs.statistics import Sample
+
+ADEQUATE = 0.05  # smallest bootstrap p of a model that may pass, under the form of the campaign term that is kinder to it
+MEASURE, UNIT = "mean relative error", "1"
+NO_TESTS = (
+    "state in the columns cv and tests how many tests each mean stands for (two at least) and how they scatter between tests"
+)
+
+
+def compare_layer_file(file, seed=0, workers=None, progress=False, simulator=None):
+    """The Comparison of an experiment file of layers: the model under test, simulated, beside every measured set."""
+    measurement = read_layers(file)
+    model, sets = model_of(measurement), tuple(one for one in measurement.sets if one.judgeable)
+    notes = list(measurement.notes) + _left_out(measurement, sets)
+    if not sets:
+        return Comparison(
+            "layers",
+            measurement.title,
+            None,
+            None,
+            None,
+            {"rms": None, "noise": None, "unit": UNIT},
+            (),
+            {"source": "unknown"},
+            tuple([*notes, NO_TESTS]),
+        )
+    search = LayerSearch(measurement, sets, simulator or Simulator(workers=workers, progress=progress), seed)
+    stage = search.stage(model)
+    adequate, statistic, p, _ = _adequate(search, stage)
+    inside = search.data.layer > 0
+    error = {
+        "measure": MEASURE,
+        "rms": search.error(stage.residual),
+        "unit": UNIT,
+        "noise": _floor(search, stage),
+        "bias": float(np.mean(-stage.residual[inside] / search.data.value[inside])),
+    }
+    return Comparison(
+        "layers",
+        measurement.title,
+        adequate,
+        statistic,
+        p,
+        error,
+        where_layers(search, stage),
+        _noise(search),
+        tuple(notes + _set_notes(search, stage) + _campaign_notes(sets)),
+        _table(search, stage, names=True),
+    )
+
+
+def diagnose_layers(file, candidates=None, own=(), seed=0, workers=None, progress=False, simulator=None):
+    """The Diagnosis of an experiment file of layers."""
+    measurement = read_layers(file)
+    model, sets = model_of(measurement), tuple(one for one in measurement.sets if one.judgeable)
+    notes = list(measurement.notes) + _left_out(measurement, sets)
+    if not sets:
+        return _unknown(measurement, notes)
+    search = LayerSearch(measurement, sets, simulator or Simulator(workers=workers, progress=progress), seed)
+    placement = model.placement
+    entries = (
+        library(placement, sets)
+        if candidates is None
+        else tuple(entry for name in dict.fromkeys(candidates) for entry in named(name, placement, sets))
+    )
+    entries = tuple(entry for entry in entries if entry.name not in model.effects)
+    first = search.stage(model)
+    stages, rounds = search.run(first, entries)
+    final = stages[-1]
+    before, after = _adequate(search, first), _adequate(search, final)
+    rivals = [search.rivals(stage, winner, tried) for stage, winner, tried in zip(stages, final.accepted, rounds, strict=False)]
+    effects = tuple(one.name for one in final.accepted)
+    ambiguous = tuple(
+        (one.name, *sorted({other.name for other, _ in others}))
+        for one, others in zip(final.accepted, rivals, strict=True)
+        if others
+    )
+    verdict = "unexplained" if not after[0] else "ambiguous" if ambiguous else "effect" if effects else "complete"
+    floor = _floor(search, final)
+    error = {
+        "measure": MEASURE,
+        "unit": UNIT,
+        "held_out": None,
+        "fitted": {"before": search.error(first.residual), "after": search.error(final.residual), "noise": floor},
+    }
+    if search.can_hold_out:
+        error["held_out"] = {"before": search.held_out_error(first), "after": search.held_out_error(final), "noise": floor}
+    steps = tuple(
+        {
+            "effects": list(stage.model.effects[len(model.effects) :]),
+            "fitted": search.error(stage.residual),
+            "held_out": search.held_out_error(stage),
+            "by_set": {one.name: search.error(stage.residual, search.data.set == index) for index, one in enumerate(sets)},
+        }
+        for stage in stages
+    )
+    adequate = {
+        "before": before[0],
+        "after": after[0],
+        "statistic": after[1],
+        "p": after[2],
+        "by_form": after[3],
+        "before_p": before[2],
+    }
+    following = None
+    if verdict in ("ambiguous", "unexplained"):
+        following = next_experiment(search, final, final.accepted, rivals, verdict, where_layers(search, final))
+    notes += _set_notes(search, final) + _campaign_notes(sets) + _search_notes(search, final, rounds)
+    return Diagnosis(
+        kind="layers",
+        title=measurement.title,
+        verdict=verdict,
+        effects=effects,
+        parameters=_intervals(final.accepted),
+        ambiguous=ambiguous,
+        error=error,
+        steps=steps,
+        adequate=adequate,
+        candidates=_findings(entries, final.accepted, rounds, rivals),
+        where=where_layers(search, final),
+        next_experiment=following,
+        notes=tuple(notes),
+        noise=_noise(search),
+        model=final.model,
+        pictures={
+            "before": _table(search, first),
+            "after": _table(search, final),
+            "trials": [one.name for one in sets],
+            "groups": [measurement.group(one) for one in sets],
+            "kind": "layers",
+        },
+    )
+
+
+# ------------------------------------------------------------------------------------------------------------- judgements
+def _adequate(search, stage):
+    """(adequate, chi-squared, p, {form: p}): under the form of the campaign term that is kinder to the model."""
+    slopes = [one.slope for one in stage.accepted if not one.candidate.switch]
+    found = layer_fit.adequacy(search.data, stage.numbers, stage.residual, slopes)
+    form = max(found, key=lambda name: found[name][1])
+    return found[form][1] >= ADEQUATE, found[form][0], found[form][1], {name: p for name, (_, p) in found.items()}
+
+
+def _samples(search, stage, index):
+    """(measured, model) Samples of one set."""
+    rows = (search.data.set == index) & (search.data.layer > 0)
+    mean, tests = stage.numbers.value[rows], stage.numbers.tests[rows]
+    return search.sets[index].sample, Sample(mean, np.sqrt(stage.numbers.variance[rows] * tests) / mean, tests)
+
+
+def _perfect(search, stage):
+    return [statistics.perfect_model_error(*_samples(search, stage, index), draws=20_000) for index in range(len(search.sets))]
+
+
+def _floor(search, stage):
+    """Mean relative error that a perfect model would show on these data [-]."""
+    return float(np.average([one.mean for one in _perfect(search, stage)], weights=[one.layers for one in search.sets]))
+
+
+def where_layers(search, stage):
+    """Rows, one a layer, the worst first.
+
+    bias %: model - measured, positive = too thick; z: that over its standard error; holm p: within its table; rms: absolute
+    error over measured; sigma: z with what another campaign would change.
+    """
+    rows = []
+    for index, one in enumerate(search.sets):
+        measured, model = _samples(search, stage, index)
+        welch = statistics.welch(measured, model)
+        campaign = np.sqrt(
+            statistics.standard_error(measured) ** 2
+            + statistics.standard_error(model) ** 2
+            + (layer_fit.CAMPAIGN * measured.mean) ** 2
+        )
+        adjusted = statistics.holm(welch.p)
+        for j in range(one.layers):
+            bias = model.mean[j] / measured.mean[j] - 1.0
+            rows.append(
+                {
+                    "trial": one.name,
+                    "layer": j + 1,
+                    "measured": float(measured.mean[j]),
+                    "model": float(model.mean[j]),
+                    "bias %": float(100 * bias),
+                    "z": float(welch.t[j]),
+                    "holm p": float(adjusted[j]),
+                    "campaign": one.campaign,
+                    "rms": float(abs(bias)),
+                    "sigma": float((model.mean[j] - measured.mean[j]) / campaign[j]),
+                }
+            )
+    return tuple(sorted(rows, key=lambda row: (-abs(row["sigma"]), row["trial"], row["layer"])))
+
+
+# ------------------------------------------------------------------------------------------------------------------ notes
+def _left_out(measurement, sets):
+    return [
+        f"{one.name}: not judged, its number of tests or its scatter is not stated"
+        for one in measurement.sets
+        if sets and one not in sets
+    ]
+
+
+def _set_notes(search, stage):
+    """One line a set: the paper's error, its sign, the height, and what a perfect model would show; then the scatter."""
+    notes = []
+    for index, (one, perfect) in enumerate(zip(search.sets, _perfect(search, stage), strict=True)):
+        measured, model = _samples(search, stage, index)
+        ratio = ""
+        if one.layers > 1 and np.any(measured.cv[1:] > 0) and np.any(model.cv[1:] > 0):
+            upper = (Sample(*(part[1:] for part in sample)) for sample in (measured, model))
+            value, p = statistics.scatter_ratio(*upper)
+            ratio = f"; scatter between tests {value:.1f} times the model's (p = {p:.2g})"
+        notes.append(
+            f"{one.name}: eps_R {100 * statistics.mean_relative_error(measured.mean, model.mean):.2f} % (a perfect model "
+            f"{100 * perfect.mean:.2f} %, below {100 * perfect.quantile:.2f} % in 95 of 100), bias "
+            f"{100 * statistics.signed_bias(measured.mean, model.mean):+.2f} %, height "
+            f"{100 * statistics.height_error(measured.mean, model.mean):+.2f} %{ratio}"
+        )
+    return notes
+
+
+def _campaign_notes(sets):
+    """First layers of several sets, which measure the same thing: a unit on a bottom."""
+    notes = []
+    if len(sets) > 1:
+        first = [(one.sample.mean[0], one.name) for one in sets]
+        low, high = min(first), max(first)
+        error = np.hypot(
+            *(
+                one.sample.mean[0] * one.sample.cv[0] / np.sqrt(one.sample.tests[0])
+                for one in sets
+                if one.name in (low[1], high[1])
+            )
+        )
+        gap = high[0] / low[0] - 1.0
+        sigmas = f", {(high[0] - low[0]) / error:.1f} sigma" if error > 0 else ""
+        notes.append(
+            f"first layers, which measure one thing (a unit on the bottom): {high[0]:.3f} ({high[1]}) against {low[0]:.3f} "
+            f"({low[1]}), {100 * gap:.1f} % apart{sigmas}: what another campaign alone may change"
+        )
+    notes.append(
+        f"campaign term {100 * layer_fit.CAMPAIGN:g} %, common to all layers or individual to each: what is accepted survives "
+        "both; sigma under 'where' includes it, z does not"
+    )
+    return notes
+
+
+def _search_notes(search, final, rounds):
+    shown = [
+        statistics.detectable_shift(
+            np.sqrt((search.data.variance + final.numbers.variance)[(search.data.set == index) & (search.data.layer > 0)]),
+            one.layers,
+        )
+        / one.sample.mean
+        for index, one in enumerate(search.sets)
+    ]
+    text = "; ".join(
+        f"{one.name} " + ", ".join(f"{100 * part:.1f}" for part in row) for one, row in zip(search.sets, shown, strict=True)
+    )
+    notes = [f"smallest shift of a layer these data show (80 % power) [%]: {text}; an effect must move one by twice as much"]
+    if rounds:
+        moved = {one.name: one for one in rounds[0] if one.name in ("time_step", "iterations")}
+        notes += [
+            f"numerics first: {name} x {one.candidate.trial:g} moves the layers by {one.size:.1f} times what these data can show"
+            for name, one in sorted(moved.items())
+        ]
+    notes.append(
+        f"{len(search.seeds)} simulated tests a set, {search.pairs} pairs a candidate, "
+        f"step {search.measurement.test.time_step:.4g} s; "
+        f"{getattr(search.simulator, 'ran', 0)} simulated now, the others read from the store"
+    )
+    return notes
+
+
+def _noise(search):
+    return {
+        "position": None,
+        "rho": 0.0,
+        "source": "scatter between tests, over the number of tests",
+        "campaign": layer_fit.CAMPAIGN,
+        "hold_out": search.measurement.hold_out,
+    }
+
+
+# --------------------------------------------------------------------------------------------------------------- findings
+def _intervals(accepted):
+    found = {}
+    for one in accepted:
+        error = 0.0 if one.candidate.switch else QUANTILE * one.deviation
+        found[one.name] = {
+            one.candidate.number: {
+                "value": float(one.value),
+                "low": float(one.value - error),
+                "high": float(one.value + error),
+                "unit": one.candidate.unit,
+            }
+        }
+        if one.candidate.needs:
+            found[one.name][one.candidate.number]["campaign"] = one.candidate.needs
+    return found
+
+
+def _findings(entries, accepted, rounds, rivals):
+    """One Finding a name: accepted ones first, then by evidence."""
+    winners = {one.name: (one, others) for one, others in zip(accepted, rivals, strict=True)}
+    partners = {other.name: (one.name, angle) for one, others in winners.values() for other, angle in others}
+    sets = [{name, *(other.name for other, _ in others)} for name, (_, others) in winners.items()]
+    found = []
+    for name in sorted({entry.name for entry in entries}):
+        tried = [one for round_ in rounds for one in round_ if one.name == name]
+        best = winners[name][0] if name in winners else max(tried, key=lambda one: one.gain, default=None)
+        same = tuple(sorted(set().union(*(members for members in sets if name in members)) - {name}))
+        cosines = {other.name: round(angle, 4) for other, angle in winners[name][1]} if name in winners else {}
+        if name in partners:
+            cosines = {partners[name][0]: round(partners[name][1], 4)}
+        if best is None:
+            why = (
+                "not tried: the residual is smaller than any price"
+                if not rounds
+                else "could not be simulated: no such placement stands"
+            )
+            found.append(Finding(name, None, None, None, name in winners, same, why))
+            continue
+        found.append(
+            Finding(
+                name,
+                best.error,
+                best.held_error,
+                float(best.evidence),
+                name in winners,
+                same,
+                _why(best, name in winners, same, winners),
+                cosines,
+                _visible(best),
+            )
+        )
+    return tuple(
+        sorted(found, key=lambda one: (not one.accepted, -(one.evidence if one.evidence is not None else -1e9), one.effect))
+    )
+
+
+def _why(one, accepted, same, winners):
+    label = f" ({set_of(one.name)})" if set_of(one.name) and any(other in SETS[set_of(one.name)] for other in same) else ""
+    at = f"{one.candidate.family}, {one.candidate.number} = {one.value:.3g}"
+    if one.candidate.needs:
+        at += f" of {one.candidate.needs}"
+    if accepted:
+        text = f"accepted ({at}): chi2 falls by {one.gain:.0f} for a price of {one.price:.0f}"
+        if one.directions:
+            text += "; held-out misfit falls by " + " and ".join(f"{100 * fall:.0f} %" for fall in one.directions.values())
+        return text + (f"; cannot be told from {', '.join(same)}{label}" if same else "")
+    if same:
+        return (
+            f"does as well as {', '.join(other for other in same if other in winners)} ({at}): not to be told apart here{label}"
+        )
+    if one.gain > 3.84 and one.fails:
+        return f"suspected: ({at}) chi2 would fall by {one.gain:.1f}, but " + "; ".join(one.fails)
+    if not one.fails:
+        return f"explained the residual too ({at}), less well than what was accepted"
+    return f"not seen ({at}): " + one.fails[-1 if len(one.fails) == 1 else 0]
+
+
+def _visible(one):
+    """The smallest value that would have moved a layer by twice the detectable shift."""
+    if one.candidate.switch or one.size <= 0 or one.amount == 0:
+        return ""
+    unit = "" if one.candidate.unit == "1" else f" {one.candidate.unit}"
+    return f"{one.candidate.number} {abs(one.amount) * 2.0 / one.size:.2g}{unit} from {one.candidate.null:g}"
+
+
+def _table(search, stage, names=False):
+    """One entry a layer, for pictures and data frames."""
+    data, layers = search.data, search.data.layer > 0
+    error = np.sqrt((data.variance + stage.numbers.variance + (layer_fit.CAMPAIGN * data.mean) ** 2)[layers])
+    residual = stage.residual[layers]
+    trial = data.set[layers]
+    return {
+        "trial": np.array([one.name for one in search.sets])[trial] if names else trial,
+        "channel": np.zeros(len(trial), dtype=int),
+        "layer": data.layer[layers],
+        "input": np.arange(1.0, len(trial) + 1),
+        "measured": data.value[layers],
+        "model": stage.numbers.value[layers],
+        "residual": residual,
+        "sigmas": residual / error,
+    }
+
+
+def _unknown(measurement, notes):
+    """The verdict cannot_judge."""
+    entries = library(measurement.test, measurement.sets)
+    return Diagnosis(
+        kind="layers",
+        title=measurement.title,
+        verdict="cannot_judge",
+        effects=(),
+        parameters={},
+        ambiguous=(),
+        error={"measure": MEASURE, "unit": UNIT, "fitted": None, "held_out": None},
+        steps=(),
+        adequate={"before": None, "after": None, "statistic": None, "p": None},
+        candidates=tuple(
+            Finding(name, None, None, None, False, (), "not judged: the number of tests is unknown")
+            for name in sorted({entry.name for entry in entries})
+        ),
+        where=(),
+        next_experiment=NextExperiment(NO_TESTS, (), None, {}),
+        notes=tuple(notes),
+        noise={"position": None, "source": "unknown"},
+    )
+

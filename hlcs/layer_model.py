@@ -1,0 +1,204 @@
+"""The model under test for layers, and its simulations: over seeds, in several processes, kept on disk.
+
+Every model, candidate and set is simulated with the same seeds (common random numbers), so that differences between them are
+known better than the layer coefficients themselves. Finished runs stay in one SQLite file under the key of their settings and of
+the code that made them: a second diagnosis of the same tables reads them back.
+"""
+
+import hashlib
+import os
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from hlcs import files, parallel
+from hlcs.experiment import PlacementTest
+from hlcs.layer_candidates import LayerCandidate, named
+from hlcs.placement_files import placement_table
+from hlcs.store import Store, key_of
+from hlcs.sweep import settings_of
+from minibullet.errors import InputError
+
+CODE = (
+    "minibullet/*.py",
+    "hlcs/experiment.py",
+    "hlcs/placement.py",
+    "hlcs/plates.py",
+    "hlcs/armour.py",
+    "hlcs/grids.py",
+    "hlcs/bottoms.py",
+)  # what the layer coefficients of a test depend on
+CASE = ("grid", "bottom", "layers", "seed", "stacking")  # settings that come with a measured set, not with the model
+
+
+@dataclass(frozen=True)
+class LayerTerm:
+    """A candidate in the model, at a value."""
+
+    candidate: LayerCandidate
+    value: float
+
+    @property
+    def name(self):
+        return self.candidate.name
+
+
+@dataclass(frozen=True)
+class LayerModel:
+    """A placement test and the effects added to it; effects that only touch the reading are kept beside the test.
+
+    base: PlacementTest; terms: what was added to it, in order. `placement` is the test with all of them that a test can hold.
+    """
+
+    base: PlacementTest
+    terms: tuple[LayerTerm, ...] = ()
+    source: object = field(default=None, repr=False, compare=False)  # (title, CSV) of the experiment file
+
+    @property
+    def effects(self):
+        """Names of the effects added."""
+        return tuple(term.name for term in self.terms)
+
+    @property
+    def placement(self):
+        """The mended PlacementTest, ready to run."""
+        return self._changed(self.base)
+
+    def _changed(self, test):
+        for term in self.terms:
+            test = term.candidate.applied(test, term.value)
+        return test
+
+    def with_effect(self, candidate, value):
+        """The same model with one effect more."""
+        return replace(self, terms=(*self.terms, LayerTerm(candidate, float(value))))
+
+    def test(self, one, seed):
+        """The PlacementTest of one measured LayerSet."""
+        return replace(self._changed(one.placed(self.base)), seed=int(seed))
+
+    def read(self, coefficients, one):
+        """Simulated layer coefficients (.., M) as this model says they are read."""
+        for term in self.terms:
+            coefficients = term.candidate.read(coefficients, term.value, one)
+        return coefficients
+
+    def run(self, seed=1, progress=None):
+        """Run the mended placement test; returns a PlacementResult (readings that only the measurement changes are as placed)."""
+        return replace(self.placement, seed=seed).run(progress)
+
+    def to_toml(self):
+        """An experiment file of this model: the settings under [placement], what acts on the reading or the grid in [model]."""
+        settings, effects = self.base, []
+        for term in self.terms:
+            changed = term.candidate.applied(settings, term.value)
+            if term.candidate.look is None and changed.grid == settings.grid and changed.bottom == settings.bottom:
+                settings = changed
+            else:
+                effects.append({"name": term.name, term.candidate.number: term.value})
+        title, data = self.source or ("layers", None)
+        default = PlacementTest()
+        table = {
+            key: value
+            for key, value in placement_table(settings).items()
+            if key not in CASE and value != getattr(default, key, None)
+        }
+        document = {"kind": "layers", "title": title, "placement": table}
+        if effects:
+            document["model"] = {"effects": effects}
+        document["measurement"] = {"file": str(data)}
+        return files.to_toml(document)
+
+
+def model_of(measurement):
+    """The LayerModel of a LayerMeasurement, with the effects its file lists under [model]."""
+    model = LayerModel(measurement.test, (), (measurement.title, measurement.data_file))
+    for entry in measurement.effects:
+        numbers = {key: value for key, value in entry.items() if key != "name"}
+        candidate = named(entry["name"], model.placement, measurement.sets)[0]
+        if not numbers and candidate.switch:
+            numbers = {candidate.number: candidate.trial}
+        if set(numbers) != {candidate.number}:
+            raise InputError(f"model.effects: {candidate.name} needs one number, {candidate.number}; got {sorted(numbers)}")
+        value = numbers[candidate.number]
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            raise InputError(f"model.effects: {candidate.name}.{candidate.number} = {value!r}; it must be a finite number")
+        model = model.with_effect(candidate, value)
+    return model
+
+
+# -------------------------------------------------------------------------------------------------------- simulations
+def simulate(test):
+    """Layer coefficients and lost units of one test, or the complaint of the physics: plain values for the store."""
+    try:
+        result = test.run()
+    except InputError as problem:
+        return {"error": str(problem)}
+    return {"k": [float(k) for k in result.layer_coefficients], "lost": int(np.sum(result.lost))}
+
+
+class Simulator:
+    """Runs tests that are not yet in the store.
+
+    store: file of finished runs, None = `default_store()`; workers: processes; progress: show a bar on a terminal; function:
+    the simulation of one test (must be importable), `simulate` unless tests want something quicker.
+    """
+
+    def __init__(self, store=None, workers=None, progress=False, function=simulate):
+        self.store, self.workers, self.progress, self.function = store or default_store(), workers, progress, function
+        self.ran = 0
+
+    def __call__(self, tests, words="simulating"):
+        """[k (M,), or None where the physics refused] of tests, each run once."""
+        keys = [key_of(self._settings(test)) for test in tests]
+        with Store(self.store) as store:
+            waiting = {key: test for key, test in zip(keys, tests, strict=True) if key not in store}
+            if waiting:
+                self._run(list(waiting.values()), store, words)
+            found = [store.result(key) for key in keys]
+        return [None if "error" in row else np.array(row["k"]) for row in found]
+
+    def _run(self, tests, store, words):
+        from tqdm import tqdm
+
+        with tqdm(total=len(tests), desc=words, unit="test", leave=False, disable=None if self.progress else True) as bar:
+            for index, result in parallel.each(self.function, tests, self.workers):
+                store.add(self._settings(tests[index]), result)
+                self.ran += 1
+                bar.update()
+
+    def _settings(self, test):
+        return {**settings_of(test), "made_by": f"{self.function.__module__}.{self.function.__name__} {code_digest()}"}
+
+
+@cache
+def code_digest():
+    """Hash of the code that a layer coefficient depends on."""
+    root, digest = Path(__file__).resolve().parent.parent, hashlib.sha256()
+    for pattern in CODE:
+        for path in sorted(root.glob(pattern)):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def default_store():
+    """Where simulations are kept: $HLCS_CACHE, or hlcs under the user's cache folder."""
+    folder = os.environ.get("HLCS_CACHE") or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hlcs"
+    return Path(folder) / "layers.sqlite"
+
+
+def coefficients(simulator, models, sets, seeds, words="simulating"):
+    """[[k (seeds, M) as read, nan rows where the physics refused] for each set] for each model: all runs in one go."""
+    tests = [model.test(one, seed) for model in models for one in sets for seed in seeds]
+    found = iter(simulator(tests, words))
+    table = []
+    for model in models:
+        rows = []
+        for one in sets:
+            runs = [next(found) for _ in seeds]
+            runs = np.array([np.full(one.layers, np.nan) if run is None else run for run in runs])
+            rows.append(model.read(runs, one))
+        table.append(rows)
+    return table

@@ -1,0 +1,285 @@
+"""The search for what a model of layers is missing: signatures from paired simulations, least squares, the rules of acceptance.
+
+Few numbers, few effects: one effect for one grid, two where several grids or campaigns were measured. An effect is accepted when
+it pays its price under both forms of the campaign term, mends what it was not fitted to, stays inside its bounds, and moves some
+layer by at least twice what these data can show.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hlcs import layer_fit, statistics
+from hlcs.layer_fit import FORMS
+from hlcs.layer_model import LayerModel, coefficients
+
+PRICE, PRICE_ALONE = 6.0, 12.0  # with and without data to hold out
+RIVAL_MARGIN, BEATEN = 6.0, 6.6  # evidence within which a candidate is a rival, unless the held-out data refuse it at p < 0.01
+SEEDS, PAIRS = 6, 4  # tests of a model, and pairs of tests of a candidate, on each measured set
+RESCREEN = 5  # candidates that are simulated again once an effect is in; for the others the first signatures serve
+QUANTILE = 1.645  # of 90 % intervals
+
+
+@dataclass(eq=False)
+class Tried:
+    """What became of one candidate in one round."""
+
+    candidate: object
+    slope: np.ndarray  # signature (n,) per unit of its number
+    slope_variance: np.ndarray
+    amount: float = 0.0  # value - null
+    deviation: float = 0.0
+    gain: float = 0.0  # fall of chi-squared under the form that grants less
+    price: float = 0.0
+    after: dict = field(default_factory=dict)  # chi-squared of each form
+    held: dict = field(default_factory=dict)  # group -> (amount without it, chi-squared before, after)
+    held_error: float | None = None
+    error: float = 0.0  # mean relative error with it, as predicted
+    size: float = 0.0  # largest shift of a layer over what is detectable
+    fails: list = field(default_factory=list)
+
+    @property
+    def name(self):
+        return self.candidate.name
+
+    @property
+    def evidence(self):
+        return self.gain - self.price
+
+    @property
+    def held_chi2(self):
+        return sum(after for _, _, after in self.held.values())
+
+    @property
+    def directions(self):
+        """Relative fall of the held-out misfit in every direction."""
+        return {group: 1.0 - np.sqrt(after / before) for group, (_, before, after) in self.held.items()}
+
+    @property
+    def value(self):
+        return self.candidate.null + self.amount
+
+    @property
+    def shift(self):
+        """What it adds to the model's numbers (n,)."""
+        return self.slope * self.amount
+
+
+@dataclass(eq=False)
+class Stage:
+    """A model beside the data."""
+
+    model: LayerModel
+    rows: list  # simulated (seeds, M) of each set
+    numbers: layer_fit.Simulated
+    residual: np.ndarray  # measured - model (n,)
+    accepted: tuple[Tried, ...] = ()
+
+
+class LayerSearch:
+    """One search over candidates; simulations by a `Simulator`."""
+
+    def __init__(self, measurement, sets, simulator, seed=0, seeds=SEEDS, pairs=PAIRS):
+        self.measurement, self.sets, self.simulator = measurement, sets, simulator
+        self.seeds, self.pairs = [seed + 1 + k for k in range(seeds)], pairs
+        self.data = layer_fit.observed(sets, measurement.group)
+        self.groups = tuple(dict.fromkeys(measurement.group(one) for one in sets))
+        self.can_hold_out = measurement.hold_out != "none" and len(np.unique(self.data.group)) > 1
+        self.most = 2 if len({(one.grid, one.bottom_slope) for one in sets}) > 1 or len({one.campaign for one in sets}) > 1 else 1
+        self.signatures = {}
+
+    def stage(self, model, accepted=()):
+        """Simulate a model on every set."""
+        rows = coefficients(self.simulator, [model], self.sets, self.seeds, "model " + ", ".join(model.effects))[0]
+        for one, runs in zip(self.sets, rows, strict=True):
+            if np.isfinite(runs).all(axis=1).sum() < 2:
+                from minibullet.errors import InputError
+
+                raise InputError(
+                    f"the model under test cannot be placed on {one.name}: fewer than two of {len(runs)} simulated tests "
+                    "stand; run `hlcs place` with these settings to see why"
+                )
+        numbers = layer_fit.simulated(self.data, rows)
+        return Stage(model, rows, numbers, self.data.value - numbers.value, tuple(accepted))
+
+    # --- errors ----------------------------------------
+
+    def error(self, residual, inside=None):
+        """Mean relative error of the layer coefficients [-], of some rows or all."""
+        layers = self.data.layer > 0 if inside is None else (self.data.layer > 0) & inside
+        return float(np.mean(np.abs(residual[layers]) / self.data.value[layers]))
+
+    def chi2(self, stage, form):
+        return layer_fit.chi_squared(self.covariance(stage, form), stage.residual)
+
+    def covariance(self, stage, form, more=0.0):
+        return layer_fit.covariance(self.data, self.data.variance + stage.numbers.variance + more, form)
+
+    def held_out_error(self, stage, tried=None):
+        """Mean relative error where every group is predicted by numbers fitted without it; None where nothing can be held out."""
+        if not self.can_hold_out:
+            return None
+        return self.error(self._held_residual(stage, tried))
+
+    def _held_residual(self, stage, tried=None):
+        """Residuals (n,) with every accepted amount, and that of `tried`, as the other groups give it."""
+        residual = stage.residual.copy()
+        for one in stage.accepted:
+            for group, (without, _, _) in one.held.items():
+                inside = self.data.group == group
+                residual[inside] -= (one.slope * (without - one.amount))[inside]
+        if tried is not None:
+            for group in np.unique(self.data.group):
+                inside = self.data.group == group
+                amount = tried.held[group][0] if group in tried.held else tried.amount
+                residual[inside] -= (tried.slope * amount)[inside]
+        return residual
+
+    # --- signatures ----------------------------------------
+
+    def sign(self, stage, entries):
+        """Signatures of candidates at a model, by paired simulations; {key: (F, variance) or None}."""
+        wanted = [entry for entry in entries if entry.simulated]
+        models = [stage.model.with_effect(entry, entry.trial) for entry in wanted]
+        found = {}
+        if models:
+            tables = coefficients(self.simulator, models, self.sets, self.seeds[: self.pairs], "signatures")
+            for entry, rows in zip(wanted, tables, strict=True):
+                found[key(entry)] = layer_fit.signature(self.data, stage.rows, rows, entry.step)
+        for entry in entries:
+            if not entry.simulated:
+                rows = [entry.read(runs, entry.trial, one) for runs, one in zip(stage.rows, self.sets, strict=True)]
+                slope, _ = layer_fit.signature(self.data, stage.rows, rows, entry.step)
+                found[key(entry)] = slope, np.zeros(len(slope))
+        return found
+
+    # --- one candidate ----------------------------------------
+
+    def weigh(self, stage, entry, slope, slope_variance):
+        """Fit one candidate to the residuals of a stage and judge it by every rule."""
+        tried, count = Tried(entry, slope, slope_variance), int(np.sum(self.data.layer > 0))
+        low, high = entry.low - entry.null, entry.high - entry.null
+        gains = {}
+        for form in FORMS:
+            size, spread, free = (entry.step, 0.0, entry.step) if entry.switch else (0.0, np.inf, 0.0)
+            for _ in range(1 if entry.switch else 4):  # the covariance grows with the amount of an uncertain signature
+                matrix = self.covariance(stage, form, size**2 * slope_variance)
+                if not entry.switch:
+                    free, spread = layer_fit.amount(matrix, stage.residual, slope)
+                    size = float(np.clip(free, low, high))
+            matrix = self.covariance(stage, form, size**2 * slope_variance)
+            gains[form] = layer_fit.chi_squared(matrix, stage.residual) - layer_fit.chi_squared(
+                matrix, stage.residual - slope * size
+            )
+            if not gains or gains[form] <= min(gains.values()):
+                tried.gain, tried.amount, tried.deviation, unbound = gains[form], size, spread, free
+        tried.error = self.error(stage.residual - tried.shift)
+        self._hold_out(stage, tried)
+        tried.price = np.log(count) + (PRICE if tried.held else PRICE_ALONE)
+        self._judge(stage, tried, unbound)
+        return tried
+
+    def _hold_out(self, stage, tried):
+        """Fit to all groups but one, and look at that one."""
+        if not self.can_hold_out:
+            return
+        before = self._held_residual(stage)
+        entry, data = tried.candidate, self.data
+        matrix = self.covariance(stage, "individual", tried.amount**2 * tried.slope_variance)
+        for group in np.unique(data.group):
+            inside, seen = data.group == group, (data.layer > 0)
+            if not np.any(tried.slope[inside & seen]) or not np.any(tried.slope[~inside & seen]):
+                continue  # nothing of this effect in the group, or in all others
+            size = tried.amount
+            if not entry.switch:
+                size, _ = layer_fit.amount(matrix[np.ix_(~inside, ~inside)], stage.residual[~inside], tried.slope[~inside])
+                size = float(np.clip(size, entry.low - entry.null, entry.high - entry.null))
+            own = matrix[np.ix_(inside, inside)]
+            tried.held[group] = (
+                size,
+                layer_fit.chi_squared(own, before[inside]),
+                layer_fit.chi_squared(own, (before - tried.slope * size)[inside]),
+            )
+        if tried.held:
+            tried.held_error = self.held_out_error(stage, tried)
+
+    def _judge(self, stage, tried, unbound):
+        """The reasons against it."""
+        layers = self.data.layer > 0
+        variance = self.data.variance + stage.numbers.variance
+        shown = statistics.detectable_shift(np.sqrt(variance), max(one.layers for one in self.sets))
+        tried.size = float(np.max(np.abs(tried.shift[layers]) / shown[layers]))
+        if abs(unbound - tried.amount) > 2.0 * tried.deviation or (tried.amount == 0.0 and not tried.candidate.switch):
+            tried.fails.append("its number leaves the bounds")
+        elif abs(tried.amount) <= QUANTILE * tried.deviation and not tried.candidate.switch:
+            tried.fails.append("the interval of its number holds zero effect")
+        if tried.gain <= tried.price:
+            tried.fails.append(f"chi2 falls by {tried.gain:.1f}, less than the price of {tried.price:.1f}")
+        if tried.size < 2.0:
+            tried.fails.append(f"below resolution: its largest shift is {tried.size:.1f} times the detectable one, not 2")
+        names = self.groups
+        worse = [f"{names[group]} {100 * fall:+.0f} %" for group, fall in tried.directions.items() if fall <= 0.02]
+        if worse:
+            tried.fails.append("held-out misfit does not fall by 2 % on " + ", ".join(worse))
+        if tried.held_error is not None and tried.held_error > 0.98 * self.held_out_error(stage):
+            tried.fails.append("the held-out error does not fall by 2 %")
+
+    # --- rounds ----------------------------------------
+
+    def run(self, stage, entries):
+        """(stages, rounds): a stage for every accepted effect after the first, and what was tried in each round."""
+        stages, rounds = [stage], []
+        while len(stage.accepted) < self.most:
+            price = np.log(np.sum(self.data.layer > 0)) + (PRICE if self.can_hold_out else PRICE_ALONE)
+            if min(self.chi2(stage, form) for form in FORMS) <= price:
+                break  # nothing could pay its price
+            left = [entry for entry in entries if entry.name not in stage.model.effects]
+            tried = self._round(stage, left)
+            rounds.append(tried)
+            following = self._best(stage, tried)
+            if following is None:
+                break
+            stage = following
+            stages.append(stage)
+        return stages, rounds
+
+    def _round(self, stage, entries):
+        if not self.signatures:
+            again = entries
+        else:  # the first signatures say which candidates are worth simulating again
+            screened = [
+                self.weigh(stage, entry, *self.signatures[key(entry)]) for entry in entries if self.signatures.get(key(entry))
+            ]
+            best = sorted((one for one in screened if one.candidate.simulated), key=lambda one: -one.gain)[:RESCREEN]
+            again = [one.candidate for one in best] + [entry for entry in entries if not entry.simulated]
+        self.signatures.update(self.sign(stage, again))
+        return [self.weigh(stage, entry, *self.signatures[key(entry)]) for entry in entries if self.signatures.get(key(entry))]
+
+    def _best(self, stage, tried):
+        """The stage after the best acceptable candidate that keeps its promise when it is simulated in full, or None."""
+        for one in sorted((one for one in tried if not one.fails), key=lambda one: -one.evidence):
+            following = self.stage(stage.model.with_effect(one.candidate, one.value), (*stage.accepted, one))
+            falls = [self.chi2(stage, form) - self.chi2(following, form) for form in FORMS]
+            if min(falls) > one.price:
+                return following
+            one.fails.append(f"simulated in full, chi2 falls by {min(falls):.1f} only")
+        return None
+
+    def rivals(self, stage, winner, tried):
+        """[(Tried, cosine)] of the candidates that do as well as an accepted one on the stage it was accepted at."""
+        found, matrix = [], self.covariance(stage, "individual")
+        for one in tried:
+            if one.name == winner.name:
+                continue
+            angle = layer_fit.cosine(matrix, winner.slope, one.slope)
+            bounded = not any(fail.startswith(("its number", "the interval")) for fail in one.fails)
+            close = one.evidence >= winner.evidence - RIVAL_MARGIN
+            beaten = one.held and winner.held and one.held_chi2 - winner.held_chi2 > BEATEN
+            if bounded and close and not beaten:
+                found.append((one, angle))
+        return found
+
+
+def key(entry):
+    """What a signature is kept under."""
+    return entry.name, entry.needs
