@@ -206,7 +206,7 @@ def near_directions(pieces, piece, x, y, z, chosen):
 
 
 @njit(cache=True)
-def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz):
+def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz):
     """Make the direction n for row k exact: of n and the normals of faces and edge pairs that look its way, keep the one that
     separates most.
 
@@ -284,12 +284,22 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
 
 
 @njit(cache=True)
+def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz):
+    """The exact answer for row k near the direction n; an overlap found there is believed only after looking everywhere."""
+    search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz)
+    size = min(pieces.sizes[rows[k, 2], 0], pieces.sizes[rows[k, 3], 0])
+    if numbers[k, 0] < -DEPTH * size and (nx != 0.0 or ny != 0.0 or nz != 0.0):
+        search(pieces, rows, answers, numbers, k, position, rotation, margin, 0.0, 0.0, 0.0)
+
+
+@njit(cache=True)
 def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, margin):
     """Bring the kept answers to today's poses and return the rows that FCL must be asked about, in order.
 
     answers (k, 5): kind, first, second feature, best face of a, best face of b. numbers (k, 11): gap (a lower bound where
     positive), motion since the
-    answer was made exact, lead, direction in a's axes (3), normal (3), motion since FCL was asked, motion since the contact points were
+    answer was made exact, lead, direction in a's axes (3), normal (3), motion since FCL was asked, motion since the contact
+    points were
     made. A pair whose lower bound
     minus the motion
     stays beyond the reach of this step costs nothing.

@@ -292,8 +292,10 @@ def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, 
 def build(pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin, old_point, old_normal, old_impulse):
     """All contacts of the step, in the order of the pair list.
 
-    Last step's contacts: the points on a's and b's surfaces in their body axes (m, 6), normals and impulses [N s] in world axes (m, 3).
-    Returns bodies (m, 2), arms from a's centre to a's surface and from b's to b's, and the normal (m, 9), gap (m,), last step's impulse
+    Last step's contacts: the points on a's and b's surfaces in their body axes (m, 6), normals and impulses [N s] in world axes
+    (m, 3).
+    Returns bodies (m, 2), arms from a's centre to a's surface and from b's to b's, and the normal (m, 9), gap (m,), last step's
+    impulse
     where the contact is known from there (m, 3), and the points in body axes (m, 6). ``contact_range`` is brought up to date.
     """
     capacity = max(64, 2 * len(old_point))
@@ -336,14 +338,15 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
             contact_range[k, 1] = total
             continue
         numbers[k, 10] = 0.0
-        count = pair_points(pieces, k, rows, answers, numbers, rotation[a], rotation[b], dx, dy, dz, reach, margin[a] + margin[b], size,
-                            points, point_gaps, normals, work)  # fmt: skip
+        count = pair_points(pieces, k, rows, answers, numbers, rotation[a], rotation[b], dx, dy, dz, reach,
+                            margin[a] + margin[b], size, points, point_gaps, normals, work)  # fmt: skip
         for p in range(count):
             bodies[total, 0], bodies[total, 1] = a, b
             x, y, z, u, v, w = points[p, 0], points[p, 1], points[p, 2], normals[p, 0], normals[p, 1], normals[p, 2]
             gap = point_gaps[p] - margin[a] - margin[b]
             half = 0.5 * gap  # from the midpoint to either surface: they meet when the gap has closed
-            px, py, pz, qx, qy, qz = x - half * u, y - half * v, z - half * w, x - dx + half * u, y - dy + half * v, z - dz + half * w
+            px, py, pz = x - half * u, y - half * v, z - half * w
+            qx, qy, qz = x - dx + half * u, y - dy + half * v, z - dz + half * w
             vectors[total] = (px, py, pz, qx, qy, qz, u, v, w)
             gaps[total] = gap
             local[total, 0], local[total, 1], local[total, 2] = turn_back(rotation[a], px, py, pz)
@@ -352,8 +355,9 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
             side = 3 if answers[k, 0] == PLANE else 0
             nearest, found = (NEAR * size) ** 2, -1
             for old in range(old_first, old_end):
-                distance = ((old_point[old, side] - local[total, side]) ** 2 + (old_point[old, side + 1] - local[total, side + 1]) ** 2
-                            + (old_point[old, side + 2] - local[total, side + 2]) ** 2)  # fmt: skip
+                distance = 0.0
+                for axis in range(side, side + 3):
+                    distance += (old_point[old, axis] - local[total, axis]) ** 2
                 if distance < nearest:
                     nearest, found = distance, old
             for axis in range(3):
@@ -366,8 +370,11 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
 
 
 @njit(cache=True)
-def pair_points(pieces, k, rows, answers, numbers, rotation_a, rotation_b, dx, dy, dz, reach, margin, size, points, gaps, normals, work):
-    """Contact points of row k midway between the surfaces, world axes about a, their gaps (margin not taken off) and normals; the count."""
+def pair_points(
+    pieces, k, rows, answers, numbers, rotation_a, rotation_b, dx, dy, dz, reach, margin, size, points, gaps, normals, work
+):  # fmt: skip
+    """Contact points of row k midway between the surfaces, world axes about a, their gaps (margin not taken off) and normals;
+    the count."""
     i, j, kind = rows[k, 2], rows[k, 3], answers[k, 0]
     nx, ny, nz, most = numbers[k, 6], numbers[k, 7], numbers[k, 8], reach + margin
     on_face = kind == FACE_A or kind == FACE_B or kind == PLANE
@@ -380,16 +387,16 @@ def pair_points(pieces, k, rows, answers, numbers, rotation_a, rotation_b, dx, d
                 continue
             least = -np.inf if on_face else 0.0
             if side == 0:
-                count = side_points(pieces, face, i, j, rotation_a, rotation_b, dx, dy, dz, 1.0, least, most, points, gaps, normals, work,
-                                    count)  # fmt: skip
+                count = side_points(pieces, face, i, j, rotation_a, rotation_b, dx, dy, dz, 1.0, least, most,
+                                    points, gaps, normals, work, count)  # fmt: skip
             else:
-                count = side_points(pieces, face, j, i, rotation_b, rotation_a, dx, dy, dz, -1.0, least, most, points, gaps, normals, work,
-                                    count)  # fmt: skip
+                count = side_points(pieces, face, j, i, rotation_b, rotation_a, dx, dy, dz, -1.0, least, most,
+                                    points, gaps, normals, work, count)  # fmt: skip
         # a face that no corner lies over, or only a high one, still has its lowest corner beside the outline
         if side < 0 or (on_face and kind != PLANE and (count == 0 or gaps[:count].min() > numbers[k, 0] + 1e-3 * size)):
             first = count
-            count += single_point(pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation_a, rotation_b, dx, dy, dz, nx, ny, nz,
-                                  points[first:])  # fmt: skip
+            count += single_point(pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation_a, rotation_b,
+                                  dx, dy, dz, nx, ny, nz, points[first:])  # fmt: skip
             for p in range(first, count):
                 normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
                 gaps[p] = numbers[k, 0] + margin
