@@ -271,7 +271,7 @@ def _bigger_units(test, value):
 
 
 def _on_first(coefficients, shift):
-    return coefficients + shift * (np.arange(len(coefficients)) == 0)
+    return coefficients + shift * (np.arange(coefficients.shape[-1]) == 0)
 
 
 def _first_layer(sign):

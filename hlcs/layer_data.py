@@ -29,7 +29,9 @@ LIMITS = {  # lowest and highest value, and what the number is
     "tests": (1, 1_000_000, "a whole number of tests"),
 }
 MAY_BE_BLANK = ("spacing_x", "spacing_y", "bottom_slope", "cv", "tests", "campaign")
-NOT_STATED = 1.0 / 120.0  # step of the paired simulations where the file states none [s]; half of it is tried as a candidate
+# settings of the simulations where the file states none: coarser than those of a single test, which changes no layer coefficient
+# by more than the scatter between seeds; a finer step and more iterations are tried as candidates [s]
+QUICK = {"time_step": 1.0 / 120.0, "settle_time": 10.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +42,7 @@ class LayerSet:
     bottom_slope: float  # grade [-]
     campaign: str
     sample: Sample = field(repr=False)  # mean, cv, tests, each (M,); nan where not stated
-
-    @property
-    def name(self):
-        """Grid, bottom and campaign in words."""
-        bottom = f"{100 * self.bottom_slope:g} % slope" if self.bottom_slope else "flat"
-        return f"{self.grid.name} {bottom}" + (f", {self.campaign}" if self.campaign else "")
+    name: str = ""  # grid and bottom in words, and the campaign where only that tells two sets apart
 
     @property
     def layers(self):
@@ -94,8 +91,7 @@ def read_layers(file):
     ]
     for key in ("grid", "bottom", "seed", "layers"):  # layers: as many as the CSV has
         table.pop(key, None)
-    if "time_step" not in table:
-        table["time_step"] = NOT_STATED
+    table = QUICK | table
     sets = read_layer_sets(file.data_file)
     most = max(one.layers for one in sets)
     try:
@@ -109,6 +105,15 @@ def read_layers(file):
     if hold_out != "none" and len(measurement.groups) < 2:
         measurement = replace(measurement, hold_out="none")
     return measurement
+
+
+def _named(sets):
+    """The sets with names that tell them apart."""
+    names = [f"{one.grid.name} " + (f"{100 * one.bottom_slope:g} % slope" if one.bottom_slope else "flat") for one in sets]
+    return tuple(
+        replace(one, name=f"{name}, {one.campaign}" if names.count(name) > 1 else name)
+        for name, one in zip(names, sets, strict=True)
+    )
 
 
 def file_keys():
@@ -144,7 +149,7 @@ def read_layer_sets(path):
         ordered = [found[layer][1] for layer in sorted(found)]
         sample = Sample(*(np.array([row[name] for row in ordered], dtype=float) for name in ("mean", "cv", "tests")))
         result.append(LayerSet(_grid(path, lines[key], *key[:3]), key[3], key[4], sample))
-    return tuple(result)
+    return _named(result)
 
 
 def _rows(path):

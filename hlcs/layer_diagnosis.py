@@ -198,7 +198,6 @@ def where_layers(search, stage):
                     "bias %": float(100 * bias),
                     "z": float(welch.t[j]),
                     "holm p": float(adjusted[j]),
-                    "campaign": one.campaign,
                     "rms": float(abs(bias)),
                     "sigma": float((model.mean[j] - measured.mean[j]) / campaign[j]),
                 }

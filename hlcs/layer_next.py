@@ -50,7 +50,8 @@ def next_experiment(search, stage, accepted, rivals, verdict, where):
         )
     if verdict == "unexplained":
         worst = where[0]
-        others = [one.campaign for one in search.sets if one.campaign != worst["campaign"]]
+        campaign = next(one.campaign for one in search.sets if one.name == worst["trial"])
+        others = [one.campaign for one in search.sets if one.campaign != campaign]
         elsewhere = f"by the hands and in the flume of '{others[0]}'" if others else "by other hands, in another campaign"
         needed = needed or _tests_for(worst)
         text = (
