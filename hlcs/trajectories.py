@@ -12,6 +12,7 @@ from .fit import CHANNELS, Fit, Problem
 from .measurement import Measurement
 from .model import Model, Shots, solid
 from .noise import Noise, estimate_noise
+from .phases import PHASES, phases
 
 FINEST = 1 / 2000  # no step is halved below this [s]
 
@@ -138,7 +139,7 @@ def recording_scale(recording):
 
 
 def observations(problem, fit):
-    """Table of all observations as arrays: trial, channel, time, height, speed, residual, in sigma, white (n,) each."""
+    """Table of all observations as arrays: trial, channel, phase, time, height, speed, residual, in sigma, white (n,) each."""
     answers = problem.shots.simulate(fit.model, fit.starts, np.arange(len(problem.trials)))
     white = fit.linear.projected[0]
     columns = {}
@@ -148,7 +149,9 @@ def observations(problem, fit):
         raw = fit.linear.raw[k]
         turn = rotations.logarithm(orientation)
         table = np.concatenate([position, turn], axis=1)[recording.sample, recording.channel]
+        doing = phases(problem.trials[k], solid(problem.trials[k].body).shape, position, orientation)
         rows = {"trial": np.full(len(raw), k), "channel": recording.channel, "time": recording.times,
+                "phase": np.array(PHASES)[doing[recording.sample]],
                 "height": position[recording.sample, 2], "speed": speed[recording.sample], "measured": table + raw,
                 "model": table, "residual": raw, "sigmas": raw * recording_scale(recording), "white": white[k]}
         for name, values in rows.items():
