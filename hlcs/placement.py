@@ -2,10 +2,9 @@
 
 The first layer is laid at rest: every unit in its lowest pose with an edge on the bottom, heading free on a triangular grid; on a
 rectangular one, where free headings collide, with its horizontal tip axis along x. Units of the next layers are oriented at
-random, their
-lowest point a falling distance above the mean height of the layers below, over the hollows, all dropped at once.
-Orientations are drawn again while units overlap; what no drawing can free (tips that are longer than the spacing) is pushed
-apart.
+random, their lowest point a falling distance above the mean height of the layers below, over the hollows, all dropped at once.
+Overlaps at the start: headings of the first layer are drawn again, and what no drawing can free (tips longer than the spacing)
+is pushed apart; hanging units keep the orientation that was drawn and are lifted.
 """
 
 from dataclasses import dataclass
@@ -84,31 +83,29 @@ def _first_pose(unit, normal, triangular, generator, concentration=0.0):
 
 
 def hang_layer(world, layer, shape, centres, lowest, generator, density):
-    """Units at random orientations with their lowest points at height ``lowest`` (n,) over centres (n, 2) [m]; no two overlap."""
+    """Units at uniformly random orientations over centres (n, 2), their lowest points at height ``lowest`` (n,) or above [m].
+
+    On a close grid about half of such units would overlap a neighbour. Drawing again until none does would prefer the
+    orientations that fit side by
+    side; so the orientation stays as drawn and the later of the two is lifted, a twentieth of its radius at a time, until it is
+    free.
+    """
     vertices = np.concatenate([piece.vertices for piece in shape.pieces])
-    level = dict()
-
-    def oriented():
-        orientation = rotations.random(generator, 1)[0]
-        return orientation, -(vertices @ rotations.matrix(orientation)[2]).min()
-
     handles = []
     for (x, y), z in zip(centres, lowest, strict=True):
-        orientation, depth = oriented()
-        handle = world.add(
-            shape, density=density, position=(x, y, z + depth), orientation=orientation, name=f"{layer}.{len(handles) + 1}"
-        )
-        level[handle] = (x, y, z)
-        handles.append(handle)
-
-    def redraw(handle):
-        x, y, z = level[handle]
-        orientation, depth = oriented()
-        handle.orientation = orientation
-        handle.position = (x, y, z + depth)
-
-    _free(world, handles, redraw)
-    return handles
+        orientation = rotations.random(generator, 1)[0]
+        depth = -(vertices @ rotations.matrix(orientation)[2]).min()
+        name = f"{layer}.{len(handles) + 1}"
+        handles.append(world.add(shape, density=density, position=(x, y, z + depth), orientation=orientation, name=name))
+    rank = {handle: number for number, handle in enumerate(handles)}
+    rise = np.array([0.0, 0.0, 0.05 * shape.bounding_radius])
+    for _ in range(MOST_DRAWS):
+        later = {max(rank.get(a, -1), rank.get(b, -1)) for a, b, _ in world.overlaps()} - {-1}
+        if not later:
+            return handles
+        for number in sorted(later):
+            handles[number].position = handles[number].position + rise
+    raise InputError(f"placement: the units of layer {layer} overlap however far they are lifted; widen the grid")
 
 
 def _free(world, handles, redraw):
