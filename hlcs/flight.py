@@ -63,7 +63,6 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
     added = contract.added_mass(effects, bodies)
     forceful = [effect for effect in effects if type(effect).forces is not contract.Effect.forces]
     isotropic = np.allclose(bodies.inertia, bodies.inertia[:, :1])
-    spinning = bool(np.any(bodies.twist[:, 3:])) or not isotropic
     n = len(bodies.mass)
     x, v, q, w = (np.array(part, dtype=float) for part in
                   (bodies.position, bodies.twist[:, :3], bodies.orientation, bodies.twist[:, 3:]))
@@ -75,11 +74,8 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
         total = np.zeros((n, 6))
         for effect in forceful:
             total += effect.forces(state, time)
-        if added is None and not spinning and not total[:, 3:].any():
-            return total[:, :3] / heavy, np.zeros((n, 4)), np.zeros((n, 3))
-        spin = np.concatenate([np.zeros((n, 1)), w], axis=1)
         if added is None and isotropic:
-            return total[:, :3] / heavy, 0.5 * rotations.product(spin, q), total[:, 3:] / bodies.inertia
+            return total[:, :3] / heavy, total[:, 3:] / bodies.inertia
         turn = rotations.matrix(q)
         inertia = np.einsum("nij,nj,nkj->nik", turn, bodies.inertia, turn)
         total[:, 3:] -= np.cross(w, np.einsum("nij,nj->ni", inertia, w))
@@ -89,7 +85,10 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
         if added is not None:
             mass += contract.added_mass(effects, state)
         acceleration = np.linalg.solve(mass, total[:, :, None])[:, :, 0]
-        return acceleration[:, :3], 0.5 * rotations.product(spin, q), acceleration[:, 3:]
+        return acceleration[:, :3], acceleration[:, 3:]
+
+    def turned(q, angle):
+        return rotations.product(rotations.exponential(angle), q) if angle.any() else q
 
     for k in range(count + 1):
         for store, value in zip(record, (x, v, q, w), strict=True):
@@ -97,17 +96,15 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
         if k == count:
             break
         t = k * h
-        a1, q1, w1 = rates(t, x, v, q, w)
-        a2, q2, w2 = rates(t + h / 2, x + h / 2 * v, v + h / 2 * a1, q + h / 2 * q1, w + h / 2 * w1)
-        v2 = v + h / 2 * a1
-        v3 = v + h / 2 * a2
-        a3, q3, w3 = rates(t + h / 2, x + h / 2 * v2, v3, q + h / 2 * q2, w + h / 2 * w2)
+        a1, w1 = rates(t, x, v, q, w)
+        half = turned(q, h / 2 * w)  # a steady spin is turned exactly, however fast it is
+        a2, w2 = rates(t + h / 2, x + h / 2 * v, v + h / 2 * a1, half, w + h / 2 * w1)
+        v2, v3 = v + h / 2 * a1, v + h / 2 * a2
+        a3, w3 = rates(t + h / 2, x + h / 2 * v2, v3, turned(q, h / 2 * (w + h / 4 * w1)), w + h / 2 * w2)
         v4 = v + h * a3
-        a4, q4, w4 = rates(t + h, x + h * v3, v4, q + h * q3, w + h * w3)
+        a4, w4 = rates(t + h, x + h * v3, v4, turned(q, h * (w + h / 2 * w2)), w + h * w3)
         x = x + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
         v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-        q = q + h / 6 * (q1 + 2 * q2 + 2 * q3 + q4)
+        q = turned(q, h * w + h * h / 6 * (w1 + w2 + w3))
         w = w + h / 6 * (w1 + 2 * w2 + 2 * w3 + w4)
-        if spinning or w.any():
-            q = rotations.normalised(q)
     return Track(np.arange(count + 1) * h, *record)

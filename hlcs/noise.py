@@ -10,6 +10,7 @@ from . import inference
 from .inference import Correlated
 from .measurement import quantisation
 
+MOST_PIECES = 48  # of a flexible curve: some 900 degrees of freedom know rho to 0.03
 PERTURBATIONS = 16  # sets of noise parameters that the adequacy test draws from their uncertainty
 
 
@@ -145,6 +146,7 @@ def _flexible(trials, step, what, sigma=None, length=24, degree=5):
         return None
     spread = np.array([np.std(np.diff(values, 3)) for _, values, _ in pieces])
     pieces = [piece for piece, size in zip(pieces, spread, strict=True) if size <= 2.0 * np.median(spread)]
+    pieces = [pieces[k] for k in np.unique(np.linspace(0, len(pieces) - 1, min(len(pieces), MOST_PIECES)).astype(int))]
     scale = sigma or float(np.median(spread)) / 4
     white = min(np.median(rounding) ** 2 / 12 / scale**2, 0.5) if scale > 0 else 0.0
     return inference.fit_noise(pieces, step, sigma=sigma, white=float(white))
