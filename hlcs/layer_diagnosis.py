@@ -11,21 +11,21 @@ from hlcs.layer_candidates import library, named
 from hlcs.layer_data import read_layers
 from hlcs.layer_model import Simulator, model_of
 from hlcs.layer_next import next_experiment
-from hlcs.layer_search import QUANTILE, LayerSearch
-from hlcs.statistics import Sample
+from hlcs.layer_notes import campaign_notes, floor_of, left_out, samples, search_notes, set_notes
+from hlcs.layer_search import QUANTILE, SEEDS, LayerSearch
 
-ADEQUATE = 0.05  # smallest bootstrap p of a model that may pass, under the form of the campaign term that is kinder to it
+ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass, under the form of the campaign term that is kinder to it
 MEASURE, UNIT = "mean relative error", "1"
 NO_TESTS = (
     "state in the columns cv and tests how many tests each mean stands for (two at least) and how they scatter between tests"
 )
 
 
-def compare_layer_file(file, seed=0, workers=None, progress=False, simulator=None):
-    """The Comparison of an experiment file of layers: the model under test, simulated, beside every measured set."""
+def compare_layer_file(file, seed=0, workers=None, progress=False, simulator=None, seeds=SEEDS):
+    """The Comparison of an experiment file of layers: the model under test, simulated `seeds` times, beside every set."""
     measurement = read_layers(file)
     model, sets = model_of(measurement), tuple(one for one in measurement.sets if one.judgeable)
-    notes = list(measurement.notes) + _left_out(measurement, sets)
+    notes = list(measurement.notes) + left_out(measurement, sets)
     if not sets:
         return Comparison(
             "layers",
@@ -38,7 +38,7 @@ def compare_layer_file(file, seed=0, workers=None, progress=False, simulator=Non
             {"source": "unknown"},
             tuple([*notes, NO_TESTS]),
         )
-    search = LayerSearch(measurement, sets, simulator or Simulator(workers=workers, progress=progress), seed)
+    search = LayerSearch(measurement, sets, simulator or Simulator(workers=workers, progress=progress), seed, seeds)
     stage = search.stage(model)
     adequate, statistic, p, _ = _adequate(search, stage)
     inside = search.data.layer > 0
@@ -46,7 +46,7 @@ def compare_layer_file(file, seed=0, workers=None, progress=False, simulator=Non
         "measure": MEASURE,
         "rms": search.error(stage.residual),
         "unit": UNIT,
-        "noise": _floor(search, stage),
+        "noise": floor_of(search, stage),
         "bias": float(np.mean(-stage.residual[inside] / search.data.value[inside])),
     }
     return Comparison(
@@ -58,7 +58,7 @@ def compare_layer_file(file, seed=0, workers=None, progress=False, simulator=Non
         error,
         where_layers(search, stage),
         _noise(search),
-        tuple(notes + _set_notes(search, stage) + _campaign_notes(sets)),
+        tuple(notes + set_notes(search, stage) + campaign_notes(sets)),
         _table(search, stage, names=True),
     )
 
@@ -67,7 +67,7 @@ def diagnose_layers(file, candidates=None, own=(), seed=0, workers=None, progres
     """The Diagnosis of an experiment file of layers."""
     measurement = read_layers(file)
     model, sets = model_of(measurement), tuple(one for one in measurement.sets if one.judgeable)
-    notes = list(measurement.notes) + _left_out(measurement, sets)
+    notes = list(measurement.notes) + left_out(measurement, sets)
     if not sets:
         return _unknown(measurement, notes)
     search = LayerSearch(measurement, sets, simulator or Simulator(workers=workers, progress=progress), seed)
@@ -90,7 +90,7 @@ def diagnose_layers(file, candidates=None, own=(), seed=0, workers=None, progres
         if others
     )
     verdict = "unexplained" if not after[0] else "ambiguous" if ambiguous else "effect" if effects else "complete"
-    floor = _floor(search, final)
+    floor = floor_of(search, final)
     error = {
         "measure": MEASURE,
         "unit": UNIT,
@@ -119,7 +119,9 @@ def diagnose_layers(file, candidates=None, own=(), seed=0, workers=None, progres
     following = None
     if verdict in ("ambiguous", "unexplained"):
         following = next_experiment(search, final, final.accepted, rivals, verdict, where_layers(search, final))
-    notes += _set_notes(search, final) + _campaign_notes(sets) + _search_notes(search, final, rounds)
+    notes += set_notes(search, final) + campaign_notes(sets) + search_notes(search, final, rounds)
+    if own:
+        notes.append("effects of your own take part in recordings and tables of outcomes, not in layers")
     return Diagnosis(
         kind="layers",
         title=measurement.title,
@@ -155,22 +157,6 @@ def _adequate(search, stage):
     return found[form][1] >= ADEQUATE, found[form][0], found[form][1], {name: p for name, (_, p) in found.items()}
 
 
-def _samples(search, stage, index):
-    """(measured, model) Samples of one set."""
-    rows = (search.data.set == index) & (search.data.layer > 0)
-    mean, tests = stage.numbers.value[rows], stage.numbers.tests[rows]
-    return search.sets[index].sample, Sample(mean, np.sqrt(stage.numbers.variance[rows] * tests) / mean, tests)
-
-
-def _perfect(search, stage):
-    return [statistics.perfect_model_error(*_samples(search, stage, index), draws=20_000) for index in range(len(search.sets))]
-
-
-def _floor(search, stage):
-    """Mean relative error that a perfect model would show on these data [-]."""
-    return float(np.average([one.mean for one in _perfect(search, stage)], weights=[one.layers for one in search.sets]))
-
-
 def where_layers(search, stage):
     """Rows, one a layer, the worst first.
 
@@ -179,7 +165,7 @@ def where_layers(search, stage):
     """
     rows = []
     for index, one in enumerate(search.sets):
-        measured, model = _samples(search, stage, index)
+        measured, model = samples(search, stage, index)
         welch = statistics.welch(measured, model)
         campaign = np.sqrt(
             statistics.standard_error(measured) ** 2
@@ -203,87 +189,6 @@ def where_layers(search, stage):
                 }
             )
     return tuple(sorted(rows, key=lambda row: (-abs(row["sigma"]), row["trial"], row["layer"])))
-
-
-# ------------------------------------------------------------------------------------------------------------------ notes
-def _left_out(measurement, sets):
-    return [
-        f"{one.name}: not judged, its number of tests or its scatter is not stated"
-        for one in measurement.sets
-        if sets and one not in sets
-    ]
-
-
-def _set_notes(search, stage):
-    """One line a set: the paper's error, its sign, the height, and what a perfect model would show; then the scatter."""
-    notes = []
-    for index, (one, perfect) in enumerate(zip(search.sets, _perfect(search, stage), strict=True)):
-        measured, model = _samples(search, stage, index)
-        ratio = ""
-        if one.layers > 1 and np.any(measured.cv[1:] > 0) and np.any(model.cv[1:] > 0):
-            upper = (Sample(*(part[1:] for part in sample)) for sample in (measured, model))
-            value, p = statistics.scatter_ratio(*upper)
-            ratio = f"; scatter between tests {value:.1f} times the model's (p = {p:.2g})"
-        notes.append(
-            f"{one.name}: eps_R {100 * statistics.mean_relative_error(measured.mean, model.mean):.2f} % (a perfect model "
-            f"{100 * perfect.mean:.2f} %, below {100 * perfect.quantile:.2f} % in 95 of 100), bias "
-            f"{100 * statistics.signed_bias(measured.mean, model.mean):+.2f} %, height "
-            f"{100 * statistics.height_error(measured.mean, model.mean):+.2f} %{ratio}"
-        )
-    return notes
-
-
-def _campaign_notes(sets):
-    """First layers of several sets, which measure the same thing: a unit on a bottom."""
-    notes = []
-    if len(sets) > 1:
-        first = [(one.sample.mean[0], one.name) for one in sets]
-        low, high = min(first), max(first)
-        error = np.hypot(
-            *(
-                one.sample.mean[0] * one.sample.cv[0] / np.sqrt(one.sample.tests[0])
-                for one in sets
-                if one.name in (low[1], high[1])
-            )
-        )
-        gap = high[0] / low[0] - 1.0
-        sigmas = f", {(high[0] - low[0]) / error:.1f} sigma" if error > 0 else ""
-        notes.append(
-            f"first layers, which measure one thing (a unit on the bottom): {high[0]:.3f} ({high[1]}) against {low[0]:.3f} "
-            f"({low[1]}), {100 * gap:.1f} % apart{sigmas}: what another campaign alone may change"
-        )
-    notes.append(
-        f"campaign term {100 * layer_fit.CAMPAIGN:g} %, common to all layers or individual to each: what is accepted survives "
-        "both; sigma under 'where' includes it, z does not"
-    )
-    return notes
-
-
-def _search_notes(search, final, rounds):
-    shown = [
-        statistics.detectable_shift(
-            np.sqrt((search.data.variance + final.numbers.variance)[(search.data.set == index) & (search.data.layer > 0)]),
-            one.layers,
-        )
-        / one.sample.mean
-        for index, one in enumerate(search.sets)
-    ]
-    text = "; ".join(
-        f"{one.name} " + ", ".join(f"{100 * part:.1f}" for part in row) for one, row in zip(search.sets, shown, strict=True)
-    )
-    notes = [f"smallest shift of a layer these data show (80 % power) [%]: {text}; an effect must move one by twice as much"]
-    if rounds:
-        moved = {one.name: one for one in rounds[0] if one.name in ("time_step", "iterations")}
-        notes += [
-            f"numerics first: {name} x {one.candidate.trial:g} moves the layers by {one.size:.1f} times what these data can show"
-            for name, one in sorted(moved.items())
-        ]
-    notes.append(
-        f"{len(search.seeds)} simulated tests a set, {search.pairs} pairs a candidate, "
-        f"step {search.measurement.test.time_step:.4g} s; "
-        f"{getattr(search.simulator, 'ran', 0)} simulated now, the others read from the store"
-    )
-    return notes
 
 
 def _noise(search):
@@ -422,4 +327,3 @@ def _unknown(measurement, notes):
         notes=tuple(notes),
         noise={"position": None, "source": "unknown"},
     )
-

@@ -209,7 +209,9 @@ class LayerSearch:
         variance = self.data.variance + stage.numbers.variance
         shown = statistics.detectable_shift(np.sqrt(variance), max(one.layers for one in self.sets))
         tried.size = float(np.max(np.abs(tried.shift[layers]) / shown[layers]))
-        if abs(unbound - tried.amount) > 2.0 * tried.deviation or (tried.amount == 0.0 and not tried.candidate.switch):
+        if not np.any(tried.slope[layers]):
+            tried.fails.append("it moves no layer")
+        elif abs(unbound - tried.amount) > 2.0 * tried.deviation or (tried.amount == 0.0 and not tried.candidate.switch):
             tried.fails.append("its number leaves the bounds")
         elif abs(tried.amount) <= QUANTILE * tried.deviation and not tried.candidate.switch:
             tried.fails.append("the interval of its number holds zero effect")

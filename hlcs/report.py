@@ -106,12 +106,12 @@ def diagnosis_text(diagnosis):
 
 
 def _error_lines(diagnosis):
-    unit = diagnosis.error.get("unit", "")
+    unit, measure = diagnosis.error.get("unit", ""), diagnosis.error.get("measure") or "rms"
     lines = []
     for key, title in (("fitted", "on the fitted data"), ("held_out", "held out")):
         entry = diagnosis.error.get(key)
         if entry:
-            lines.append(f"Error (rms) {title:18s} {number(entry['before'], unit):>12s} -> {number(entry['after'], unit):<12s} "
+            lines.append(f"Error ({measure}) {title:18s} {number(entry['before'], unit):>12s} -> {number(entry['after'], unit):<12s} "
                          f"noise {number(entry['noise'], unit)}")
     if diagnosis.error.get("fitted") and not diagnosis.error.get("held_out"):
         lines.append("Nothing could be held out: a single group, so the price of a candidate is doubled.")
