@@ -111,8 +111,8 @@ def _error_lines(diagnosis):
     for key, title in (("fitted", "on the fitted data"), ("held_out", "held out")):
         entry = diagnosis.error.get(key)
         if entry:
-            lines.append(f"Error ({measure}) {title:18s} {number(entry['before'], unit):>12s} -> {number(entry['after'], unit):<12s} "
-                         f"noise {number(entry['noise'], unit)}")
+            before, after, noise = (number(entry[name], unit) for name in ("before", "after", "noise"))
+            lines.append(f"Error ({measure}) {title:18s} {before:>12s} -> {after:<12s} noise {noise}")
     if diagnosis.error.get("fitted") and not diagnosis.error.get("held_out"):
         lines.append("Nothing could be held out: a single group, so the price of a candidate is doubled.")
     for step in diagnosis.steps:
