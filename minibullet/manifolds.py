@@ -279,6 +279,12 @@ def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, 
         px, py, pz = turn(rotation_a, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
         qx, qy, qz = turn(rotation_b, pieces.vertices[w, 0], pieces.vertices[w, 1], pieces.vertices[w, 2])
         ux = uy = uz = vx = vy = vz = 0.0
+        # at a face, the corner of the other piece says where; any corner of the face only says how high
+        height = nx * (qx + dx - px) + ny * (qy + dy - py) + nz * (qz + dz - pz)
+        if kind == FACE_A:
+            px, py, pz = qx + dx - height * nx, qy + dy - height * ny, qz + dz - height * nz
+        elif kind == FACE_B:
+            qx, qy, qz = px + height * nx - dx, py + height * ny - dy, pz + height * nz - dz
     s, t = segment_closest(px, py, pz, ux, uy, uz, qx + dx, qy + dy, qz + dz, vx, vy, vz)
     points[0] = (
         0.5 * (px + s * ux + radius_a * nx + qx + dx + t * vx - radius_b * nx),

@@ -1,0 +1,96 @@
+"""Small scenes and brute force for the tests of the engine's rooms; nothing here leans on the code it judges."""
+
+from types import SimpleNamespace
+
+import numpy as np
+from scipy.optimize import nnls
+
+import minibullet as mb
+from minibullet import constraints, integration, manifolds
+from minibullet.bodies import ContactLaw
+
+NOTHING = np.empty((0, 6)), np.empty((0, 3)), np.empty((0, 3))
+
+
+def polytope(generator, count=12, size=0.5):
+    """Hull of random points on a sphere of radius ``size`` [m], of a random flatness."""
+    points = generator.normal(size=(count, 3))
+    points *= size / np.sqrt((points**2).sum(axis=1))[:, None]
+    return mb.ConvexPiece(points * generator.uniform(0.4, 1.0, 3))
+
+
+def corners(body):
+    """World coordinates (v, 3) of the corners of a body of one piece."""
+    return body.position + body.shape.pieces[0].vertices @ mb.rotations.matrix(body.orientation).T
+
+
+def normals(body):
+    """World face normals (f, 3) of a body of one piece."""
+    return body.shape.pieces[0].normals @ mb.rotations.matrix(body.orientation).T
+
+
+def distance(one, two, weight=1e3):
+    """Distance of two hulls of points (v, 3), 0 where they overlap: least |x - y| over convex weights, by SciPy's nnls."""
+    matrix = np.zeros((5, len(one) + len(two)))
+    matrix[:3, : len(one)], matrix[:3, len(one) :] = one.T, -two.T
+    matrix[3, : len(one)], matrix[4, len(one) :] = weight, weight
+    weights, _ = nnls(matrix, np.array([0.0, 0.0, 0.0, weight, weight]))
+    first, second = weights[: len(one)], weights[len(one) :]
+    return np.linalg.norm(one.T @ first / first.sum() - two.T @ second / second.sum())
+
+
+def axis_separation(a, b):
+    """Largest separation over all face normals and all cross products of edges (the separating-axis theorem); exact where
+    negative."""
+    one, two = corners(a), corners(b)
+    lines = [[points[w] - points[v] for v, w in body.shape.pieces[0].edges] for body, points in ((a, one), (b, two))]
+    crossed = np.cross(np.array(lines[0])[:, None], np.array(lines[1])[None]).reshape(-1, 3)
+    length = np.sqrt((crossed**2).sum(axis=1))
+    crossed = crossed[length > 1e-8] / length[length > 1e-8, None]
+    axes = np.concatenate([normals(a), -normals(b), crossed, -crossed])
+    return ((axes @ two.T).min(axis=1) - (axes @ one.T).max(axis=1)).max()
+
+
+def look(world, reach=1.0):
+    """Rows (body a, body b, piece a, piece b) and numbers of all pairs within ``reach`` [m], looked at afresh where bodies
+    moved."""
+    scene = world.registry.enrol()
+    none = np.zeros(len(scene.reach))
+    rows = scene.collision.find(
+        scene.bodies, integration.posture(scene.bodies.orientation), scene.piece_ranges, scene.group, scene.margin,
+        scene.moved, none + reach,
+    )  # fmt: skip
+    scene.moved = none
+    return rows, scene.collision.numbers
+
+
+def touch(world, reach=0.01):
+    """Contacts of a world where it stands: a record of pair, arm_a, arm_b, normal, gap, point (midway, world)."""
+    rows, numbers = look(world, reach)
+    scene = world.registry.scene
+    pair, arms, gap, _, _ = manifolds.build(
+        scene.collision.pieces, rows, scene.collision.answers, numbers, scene.collision.contact_range.copy(),
+        scene.bodies.position, integration.posture(scene.bodies.orientation), np.full(len(scene.reach), reach), scene.margin,
+        *NOTHING,
+    )  # fmt: skip
+    on_a = scene.bodies.position[pair[:, 0]] + arms[:, :3]
+    on_b = scene.bodies.position[pair[:, 1]] + arms[:, 3:6]
+    return SimpleNamespace(pair=pair, arms=arms, normal=arms[:, 6:], gap=gap, on_a=on_a, on_b=on_b, deepest=numbers[:, 0])
+
+
+def problem(world, friction=0.5, twist=None, reach=0.01):
+    """The contact problem of a world where it stands, free twist and friction as given."""
+    found = touch(world, reach)
+    scene = world.registry.scene
+    inverse = integration.inverse_mass(scene.bodies, integration.posture(scene.bodies.orientation), None)
+    axes, none = constraints.frames(found.pair, found.arms, inverse), np.zeros(len(found.gap))
+    law = ContactLaw(np.full(len(none), friction), none, none, none, none)
+    twist = scene.bodies.twist if twist is None else twist
+    return constraints.assemble(scene, found.pair, axes, found.gap, law, twist, np.zeros_like(twist), inverse, 0.0, 1 / 240)
+
+
+def block_on_floor(velocity=(0.0, 0.0, 0.0), size=(1.0, 1.0, 1.0), **settings):
+    """A world without gravity with a block at rest on the floor: (world, block)."""
+    world = mb.World(settings=mb.Settings(**settings))
+    world.add_plane()
+    return world, world.add(mb.Box(*size), mass=2.0, position=(0, 0, size[2] / 2), velocity=velocity)
