@@ -38,8 +38,10 @@ class ContactProblem(NamedTuple):
 def tangents(nx, ny, nz):
     """Two unit tangents that make a right-handed frame with the unit normal, smooth but at one point (Frisvad, J. Graphics
     Tools 16, 2012)."""
-    if nz < -0.9999999:
-        return 0.0, -1.0, 0.0, -1.0, 0.0, 0.0
+    if nz < -0.9999999:  # the same from the other pole, where the formula below divides by almost zero
+        a = 1.0 / (1.0 - nz)
+        b = nx * ny * a
+        return b, ny * ny * a - 1.0, -ny, nx * nx * a - 1.0, b, -nx
     a = 1.0 / (1.0 + nz)
     b = -nx * ny * a
     return 1.0 - nx * nx * a, b, -nx, b, 1.0 - ny * ny * a, -ny

@@ -60,9 +60,9 @@ def test_separation_of_overlapping_pieces_is_the_least_depth(generator):
 
 
 def test_kept_answers_agree_with_fresh_ones_along_a_motion(generator):
-    """A body turns and slides past another, from 0.1 m apart into overlap, in small moves. The kept answer never exceeds the true
-    separation; it may lag behind by a share of the distance while bodies are far (it has only to keep them apart), and by 0.4 % of
-    the size near touch, the freedom of a fresh answer. FCL is asked at few of the moves."""
+    """A body turns and slides past another, from 0.1 m apart into overlap, in small moves. The kept answer never exceeds the
+    true separation; it may lag behind by a share of the distance while bodies are far (it has only to keep them apart), and
+    by 0.4 % of the size near touch, the freedom of a fresh answer. FCL is asked at few of the moves."""
     moves = overlaps = 0
     for _ in range(5):
         world, one, two = random_pair(generator, 1.2, 1.2)

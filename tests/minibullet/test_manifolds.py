@@ -13,10 +13,10 @@ def inside(body, point):
 
 
 def test_points_lie_on_both_surfaces_with_one_normal_and_the_right_depth(generator):
-    """Random pairs that overlap by up to 4 % of their size: each point's two ends stand gap apart along its normal, those that
-    overlap share one normal, the midpoint lies in both bodies to 1e-4 of the size, and no gap is below the true least depth but by
-    the 1e-5 of the size by which an edge pair must beat a face. Points that wait beside crossed edges (gap >= 0) have their face's
-    normal."""
+    """Random pairs that overlap by up to 4 % of their size: each point's two ends stand gap apart along its normal, those
+    that overlap share one normal, the midpoint lies in both bodies to 1e-4 of the size, and no gap is below the true least
+    depth but by the 1e-5 of the size by which an edge pair must beat a face. Points that wait beside crossed edges (gap >= 0)
+    have their face's normal."""
     tried = 0
     for _ in range(150):
         world = mb.World()

@@ -1,0 +1,67 @@
+"""Impacts with restitution at their own moment: the moment, the rebound, and what is left to the resting contacts."""
+
+import numpy as np
+import pytest
+
+import minibullet as mb
+from minibullet import impacts
+
+
+@pytest.mark.parametrize(
+    ("gap", "rate", "pull", "expected"),
+    [
+        (1.0, -2.0, 0.0, 0.5),  # straight on
+        (1.0, 0.0, -2.0, 1.0),  # dropped: t = sqrt(2 gap/g)
+        (1.0, 1.0, -4.0, 1.0),  # thrown up first: 1 + t - 2 t^2 = 0
+        (1.0, 1.0, 0.0, np.inf),  # parting
+        (1.0, -1.0, 2.0, np.inf),  # turns back before it arrives
+        (0.0, -1.0, 0.0, 0.0),  # touching and closing
+        (0.0, 1.0, -4.0, np.inf),  # touching and parting: that it comes back belongs to the next step
+        (1.0, -0.1, 0.0, np.inf),  # not within this step
+    ],
+)
+def test_first_touch_is_the_root_of_the_parabola(gap, rate, pull, expected):
+    """gap + rate t + pull t^2/2 = 0 by hand, within [0, 2]."""
+    assert impacts.first_touch(gap, rate, pull, 0.0, 2.0) == pytest.approx(expected, rel=1e-14)
+
+
+def drop(restitution, time_step, duration, height=1.0):
+    world = mb.World([mb.Gravity(10.0)], mb.Settings(time_step=time_step, restitution=restitution, friction=0.0))
+    world.add_plane()
+    ball = world.add(mb.Sphere(0.1), mass=1.0, position=(0, 0, 0.1 + height))
+    world.run(duration)
+    return ball
+
+
+@pytest.mark.parametrize("time_step", [1 / 60, 1 / 240, 1 / 1000])
+def test_a_bounce_in_the_middle_of_a_step_is_exact(time_step):
+    """Drop from 1 m with e = 0.8 for 0.6 s: touch at sqrt(0.2) s at sqrt(20) m/s, then a parabola from 0.8 of that. The parabola
+    of a step is solved exactly, so any step gives it to rounding."""
+    touch, speed = np.sqrt(0.2), 0.8 * np.sqrt(20.0)
+    after = time_step * round(0.6 / time_step) - touch
+    ball = drop(0.8, time_step, 0.6)
+    assert ball.position[2] - 0.1 == pytest.approx(speed * after - 5.0 * after**2, abs=1e-10)
+    assert ball.velocity[2] == pytest.approx(speed - 10.0 * after, abs=1e-10)
+
+
+def test_full_restitution_keeps_the_energy_through_many_bounces():
+    """Ten seconds of e = 1: m g h + T is 10 J to 1e-9, whatever part of the step the impacts fall on."""
+    ball = drop(1.0, 1 / 240, 10.0)
+    assert 10.0 * (ball.position[2] - 0.1) + 0.5 * ball.velocity[2] ** 2 == pytest.approx(10.0, rel=1e-9)
+
+
+def test_bounces_end_and_the_ball_then_rests():
+    """e = 0.5: after the sum of the geometric series (1.34 s) the ball lies still on the floor, at its radius to 1e-9."""
+    ball = drop(0.5, 1 / 240, 2.0)
+    assert ball.position[2] == pytest.approx(0.1, abs=1e-9) and np.abs(ball.velocity).max() < 1e-9
+
+
+def test_one_blow_a_step_is_booked_as_an_impulse():
+    """The contact table shows the blow: force times step is m (1 + e) v, and the ledger has no defect beyond rounding."""
+    world = mb.World(settings=mb.Settings(restitution=0.5))
+    world.add_plane()
+    world.add(mb.Sphere(0.1), mass=2.0, position=(0, 0, 0.105), velocity=(0, 0, -2.0))
+    world.step()
+    assert world.contacts.to_dataframe().normal_force[0] / 240 == pytest.approx(2.0 * 1.5 * 2.0, rel=1e-12)
+    work = world.last_step.work
+    assert work["contact_normal"] == pytest.approx(0.5 * 2.0 * (1.0 - 4.0), rel=1e-12) and abs(work["defect"]) < 1e-12
