@@ -89,11 +89,14 @@ def read_layers(file):
         for key in ("grid", "bottom", "seed")
         if key in table
     ]
-    for key in ("grid", "bottom", "seed", "layers"):  # layers: as many as the CSV has
+    stated = table.get("layers")
+    for key in ("grid", "bottom", "seed", "layers"):
         table.pop(key, None)
     table = QUICK | table
     sets = read_layer_sets(file.data_file)
     most = max(one.layers for one in sets)
+    if stated not in (None, most):
+        notes.append(f"[placement] layers = {stated} is not used: as many layers are placed as the CSV has, {most} at most")
     try:
         test = make_placement({**table, "layers": most})
     except InputError as problem:

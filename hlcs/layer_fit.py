@@ -156,6 +156,7 @@ def adequacy(data, model, residual, slopes=(), draws=4000, seed=0):
     With five tests the chi-squared law is far too sure. slopes: signatures whose amounts were fitted; they are projected out.
     """
     generator, size = np.random.default_rng(seed), len(data.value)
+    draws = min(draws, max(200, int(4e7 / size**2)))  # the matrices of all draws are held at once
     result, columns = {}, np.array(slopes).reshape(-1, size).T
     scatter = data.layer == 0
     for form in FORMS:

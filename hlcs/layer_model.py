@@ -7,6 +7,7 @@ the code that made them: a second diagnosis of the same tables reads them back.
 
 import hashlib
 import os
+import tempfile
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -184,9 +185,17 @@ def code_digest():
 
 
 def default_store():
-    """Where simulations are kept: $HLCS_CACHE, or hlcs under the user's cache folder."""
-    folder = os.environ.get("HLCS_CACHE") or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hlcs"
-    return Path(folder) / "layers.sqlite"
+    """Where simulations are kept: $HLCS_CACHE, or hlcs under the user's cache folder or, failing that, the temporary one."""
+    chosen = os.environ.get("HLCS_CACHE")
+    folder = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hlcs"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        usable = os.access(folder, os.W_OK)
+    except OSError:
+        usable = False
+    if not usable and not chosen:
+        folder = Path(tempfile.gettempdir()) / "hlcs"
+    return folder / "layers.sqlite"
 
 
 def coefficients(simulator, models, sets, seeds, words="simulating"):
