@@ -7,6 +7,13 @@
     print(hlcs.diagnose("drop.toml"))
 """
 
+import os
+
+# Threads of the linear algebra library cost more than they give on matrices of a few hundred rows, and fifty times more on a busy
+# machine; it reads this when NumPy is first imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
 from hlcs.armour import Cube, Cubipod
 
 # the functions, not the modules of the same name: imported here, once and for all, they keep the name

@@ -5,6 +5,7 @@ dynamics;
 of the residual: the natural map of the friction problem (``cone.py``).
 """
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -53,41 +54,66 @@ def visit(c, bodies, rows, target, friction, impulse, twist):
 
 
 @njit(cache=True)
-def visit_rolling(c, bodies, rows, rolling, inverse_mass, impulse, moment, twist):
-    """Rolling and spinning resistance of contact c: moments that oppose the relative rotation, at most arm times the normal
-    impulse."""
-    a, b = bodies[c, 0], bodies[c, 1]
-    change = 0.0
-    for i in range(3):
-        # the normal row spins, the tangent rows roll; the two rolling rows share one disc
-        x, y, z = rows[c, 3 * i], rows[c, 3 * i + 1], rows[c, 3 * i + 2]
-        rate = x * (twist[b, 3] - twist[a, 3]) + y * (twist[b, 4] - twist[a, 4]) + z * (twist[b, 5] - twist[a, 5])
-        inertia = 0.0
-        for body in (a, b):
-            m = inverse_mass[body]
-            inertia += (
-                x * (m[3, 3] * x + m[3, 4] * y + m[3, 5] * z)
-                + y * (m[4, 3] * x + m[4, 4] * y + m[4, 5] * z)
-                + z * (m[5, 3] * x + m[5, 4] * y + m[5, 5] * z)
-            )
-        if inertia == 0.0:
-            continue
-        limit = (rolling[c, 1] if i == 0 else rolling[c, 0]) * impulse[c, 0]
-        wanted = moment[c, i] - rate / inertia
-        if i == 0:
-            new = min(max(wanted, -limit), limit)
+def turning_answer(mass_a, mass_b, row, i, j):
+    """Angular velocity about axis i of a contact that a unit moment about axis j gives b against a [1/(kg m2)]."""
+    value = 0.0
+    for p in range(3):
+        for q in range(3):
+            value += row[3 * i + p] * (mass_a[3 + p, 3 + q] + mass_b[3 + p, 3 + q]) * row[3 * j + q]
+    return value
+
+
+@njit(cache=True)
+def within_disc(k11, k12, k22, c_1, c_2, limit):
+    """The moment m with |m| <= limit that leaves K m = c, or slides: (K + s I) m = c with s >= 0 and |m| = limit, by
+    bisection."""
+    determinant = k11 * k22 - k12 * k12
+    m_1, m_2 = (k22 * c_1 - k12 * c_2) / determinant, (k11 * c_2 - k12 * c_1) / determinant
+    if m_1 * m_1 + m_2 * m_2 <= limit * limit:
+        return m_1, m_2
+    if limit <= 0.0:
+        return 0.0, 0.0
+    low, high = 0.0, sqrt(c_1 * c_1 + c_2 * c_2) / limit
+    for _ in range(60):
+        s = 0.5 * (low + high)
+        determinant = (k11 + s) * (k22 + s) - k12 * k12
+        m_1, m_2 = ((k22 + s) * c_1 - k12 * c_2) / determinant, ((k11 + s) * c_2 - k12 * c_1) / determinant
+        if m_1 * m_1 + m_2 * m_2 > limit * limit:
+            low = s
         else:
-            other = moment[c, 3 - i]
-            room = np.sqrt(max(limit * limit - other * other, 0.0))
-            new = min(max(wanted, -room), room)
-        step = new - moment[c, i]
-        moment[c, i] = new
-        change += step * step * inertia * inertia
-        for body, sign in ((a, -1.0), (b, 1.0)):
-            m = inverse_mass[body]
-            for k in range(6):
-                twist[body, k] += sign * step * (m[k, 3] * x + m[k, 4] * y + m[k, 5] * z)
-    return change
+            high = s
+    return m_1, m_2
+
+
+@njit(cache=True)
+def visit_rolling(c, bodies, rows, rolling, inverse_mass, impulse, moment, twist):
+    """Rolling and spinning resistance of contact c: moments on b that oppose the relative rotation, at most arm times the normal
+    impulse; the spin about the normal has its own limit, the two rolling moments share a disc."""
+    a, b = bodies[c, 0], bodies[c, 1]
+    mass_a, mass_b, row = inverse_mass[a], inverse_mass[b], rows[c]
+    rate = np.zeros(3)
+    for i in range(3):
+        for d in range(3):
+            rate[i] += row[3 * i + d] * (twist[b, 3 + d] - twist[a, 3 + d])
+    k00 = turning_answer(mass_a, mass_b, row, 0, 0)
+    if k00 == 0.0:
+        return
+    change = np.zeros(3)
+    limit = rolling[c, 1] * impulse[c, 0]
+    change[0] = min(max(moment[c, 0] - rate[0] / k00, -limit), limit) - moment[c, 0]
+    k11, k12 = turning_answer(mass_a, mass_b, row, 1, 1), turning_answer(mass_a, mass_b, row, 1, 2)
+    k10, k20 = turning_answer(mass_a, mass_b, row, 1, 0), turning_answer(mass_a, mass_b, row, 2, 0)
+    k22 = turning_answer(mass_a, mass_b, row, 2, 2)
+    left_1, left_2 = rate[1] + k10 * change[0], rate[2] + k20 * change[0]
+    m_1, m_2 = within_disc(k11, k12, k22, k11 * moment[c, 1] + k12 * moment[c, 2] - left_1,
+                           k12 * moment[c, 1] + k22 * moment[c, 2] - left_2, rolling[c, 0] * impulse[c, 0])  # fmt: skip
+    change[1], change[2] = m_1 - moment[c, 1], m_2 - moment[c, 2]
+    for i in range(3):
+        moment[c, i] += change[i]
+        for k in range(6):
+            for d in range(3):
+                twist[a, k] -= change[i] * mass_a[k, 3 + d] * row[3 * i + d]
+                twist[b, k] += change[i] * mass_b[k, 3 + d] * row[3 * i + d]
 
 
 @njit(cache=True)
@@ -146,7 +172,7 @@ def sweep_islands(
             largest = max(scale, size_r, size_u)
             residual[island] = np.sqrt(error / largest) if error > rounding * rounding * (end - first) else 0.0
             # the warm start is swept at least once even if it passes: an error that stays the same at every step adds up
-            if sweep >= iterations or (stop and residual[island] <= tolerance and (sweep > 0 or error == 0.0)):
+            if sweep >= iterations or (stop and residual[island] <= tolerance and (sweep > 0 or (error == 0.0 and not resists))):
                 break
             # as many sweeps as the last ones suggest are needed before the residual is worth its price again
             batch = min(4 if sweep < 12 else 8, iterations - sweep)

@@ -1,5 +1,9 @@
 """Shared test settings: reproducible property tests and a seeded generator; markers are declared in pyproject.toml."""
 
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as hlcs does; NumPy reads it at its first import
+
 import hypothesis
 import numpy as np
 import pytest
