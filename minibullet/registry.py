@@ -129,7 +129,7 @@ class Registry:
     ):
         name = f"body {len(self.handles)}" if name is None else str(name)
         title = f"body {name!r}"
-        if not hasattr(shape, "pieces"):
+        if isinstance(shape, type) or not hasattr(shape, "pieces"):
             raise InputError(f"{title}: shape = {shape!r}; it must be a shape such as Box(1, 1, 1)")
         record = {"shape": shape, "name": name, "fixed": bool(fixed), "group": -1 if group is None else int(group)}
         for key, value in (

@@ -85,6 +85,10 @@ class World:
     def freeze(self, bodies=None):
         """Fix these bodies (all by default) where they are; they keep touching others but never move again."""
         self.registry.freeze(self.registry.handles if bodies is None else bodies)
+        scene = self.registry.scene
+        fixed = ~np.isfinite(scene.bodies.mass)
+        for first, end in scene.collision.contact_range[fixed[scene.collision.rows[:, :2]].all(axis=1)]:
+            self._kept[2][first:end] = 0.0  # between two fixed bodies nothing would ever change last step's impulse
 
     def overlaps(self, tolerance=1e-9):
         """Bodies that overlap where they stand, before any step: rows (handle a, handle b, depth [m]), deepest first.
