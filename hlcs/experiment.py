@@ -108,7 +108,7 @@ class PlacementTest:
                 f"placement: layers = {self.layers} with {self.rows} rows and {self.columns} columns; every layer has one row "
                 f"and one column less, so at most {min(self.rows, self.columns)} layers"
             )
-        self.settings  # checked now, not after minutes
+        _ = self.settings  # checked now, not after minutes
 
     @property
     def unit(self):
@@ -317,7 +317,8 @@ class PlacementResult:
         ]
         lines.append(
             f"height {data['height_over_dn']:.3f} Dn, porosity {data['porosity']:.3f}, "
-            f"packing density {data['packing_density']:.3f}, deepest overlap {data['max_penetration_over_dn']:.1e} Dn, {self.wall_seconds:.1f} s"
+            f"packing density {data['packing_density']:.3f}, deepest overlap {data['max_penetration_over_dn']:.1e} Dn, "
+            f"{self.wall_seconds:.1f} s"
         )
         if data["unsolved_steps"]:
             lines.append(f"{data['unsolved_steps']} of {data['steps']} steps did not reach residual {self.test.tolerance:g}")
