@@ -36,6 +36,7 @@ class LayerCandidate:
     look: Callable | None = None
     switch: bool = False
     needs: str = ""  # name of the campaign it belongs to, where it has one
+    gone: float | None = None  # bound at which a shortcut of the model is taken back altogether: no sign of a wrong candidate
 
     @property
     def simulated(self):
@@ -75,6 +76,7 @@ def library(test, sets):
             0.0,
             -test.margin if test.margin > 0 else 0.008,
             _setting("margin", plus=test.margin),
+            gone=-test.margin,
         ),
         LayerCandidate(
             "friction",

@@ -209,8 +209,8 @@ def _intervals(accepted):
         found[one.name] = {
             one.candidate.number: {
                 "value": float(one.value),
-                "low": float(one.value - error),
-                "high": float(one.value + error),
+                "low": float(max(one.value - error, min(one.candidate.low, one.value))),
+                "high": float(min(one.value + error, max(one.candidate.high, one.value))),
                 "unit": one.candidate.unit,
             }
         }
@@ -227,7 +227,7 @@ def _findings(entries, accepted, rounds, rivals):
     found = []
     for name in sorted({entry.name for entry in entries}):
         tried = [one for round_ in rounds for one in round_ if one.name == name]
-        best = winners[name][0] if name in winners else max(tried, key=lambda one: one.gain, default=None)
+        best = winners[name][0] if name in winners else (tried[-1] if tried else None)
         same = tuple(sorted(set().union(*(members for members in sets if name in members)) - {name}))
         cosines = {other.name: round(angle, 4) for other, angle in winners[name][1]} if name in winners else {}
         if name in partners:

@@ -15,7 +15,7 @@ from hlcs.layer_model import LayerModel, coefficients
 
 PRICE, PRICE_ALONE = 6.0, 12.0  # with and without data to hold out
 RIVAL_MARGIN, BEATEN = 6.0, 6.6  # evidence within which a candidate is a rival, unless the held-out data refuse it at p < 0.01
-SEEDS, PAIRS = 6, 4  # tests of a model, and pairs of tests of a candidate, on each measured set
+SEEDS, PAIRS = 8, 4  # tests of a model, and pairs of tests of a candidate, on each measured set
 RESCREEN = 5  # candidates that are simulated again once an effect is in; for the others the first signatures serve
 QUANTILE = 1.645  # of 90 % intervals
 
@@ -209,9 +209,10 @@ class LayerSearch:
         variance = self.data.variance + stage.numbers.variance
         shown = statistics.detectable_shift(np.sqrt(variance), max(one.layers for one in self.sets))
         tried.size = float(np.max(np.abs(tried.shift[layers]) / shown[layers]))
+        outside = abs(unbound - tried.amount) > 2.0 * tried.deviation and tried.value != tried.candidate.gone
         if not np.any(tried.slope[layers]):
             tried.fails.append("it moves no layer")
-        elif abs(unbound - tried.amount) > 2.0 * tried.deviation or (tried.amount == 0.0 and not tried.candidate.switch):
+        elif outside or (tried.amount == 0.0 and not tried.candidate.switch):
             tried.fails.append("its number leaves the bounds")
         elif abs(tried.amount) <= QUANTILE * tried.deviation and not tried.candidate.switch:
             tried.fails.append("the interval of its number holds zero effect")

@@ -25,8 +25,9 @@ def comparison_text(comparison):
     else:
         says = "nothing but noise" if comparison.adequate else "more than noise"
         lines.append(f"The residuals show {says}: statistic {number(comparison.statistic)}, p = {number(comparison.p)}")
-        lines.append(f"error rms {number(error['rms'], unit)}, noise {number(error['noise'], unit)} ({_noise(comparison.noise)})"
-                     f", bias (model - measured) {number(error.get('bias'), unit)}")
+        measure = error.get("measure") or "rms"
+        lines.append(f"error {measure} {number(error['rms'], unit)}, noise {number(error['noise'], unit)} "
+                     f"({_noise(comparison.noise)}), bias (model - measured) {number(error.get('bias'), unit)}")
     if comparison.where:
         lines += ["", "Where (worst first)", *_where_lines(comparison.where[:12], unit)]
         if len(comparison.where) > 12:

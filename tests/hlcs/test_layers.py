@@ -161,7 +161,7 @@ def test_one_grid_grants_one_effect_at_most(tmp_path, simulator):
 def test_nothing_missing_is_said_without_a_search(tmp_path, simulator):
     frames = [measured(grid, 5, campaign) for grid, campaign in (("TPG", "a"), ("RPG", "b"))]
     found = diagnose_layers(experiment(tmp_path, frames), simulator=simulator)
-    assert found.verdict == "complete" and simulator.ran == 12  # six tests a set: no candidate could have paid its price
+    assert found.verdict == "complete" and simulator.ran == 16  # eight tests a set: no candidate could have paid its price
     assert any("smallest shift of a layer" in note for note in found.notes)
 
 
@@ -206,4 +206,4 @@ def test_small_real_simulation(tmp_path):
     frame = measured("TPG", 2, "a").iloc[:2]
     found = compare_layer_file(experiment(tmp_path, [frame], "rows = 4\ncolumns = 4"), simulator=simulator)
     first = next(row for row in found.where if row["layer"] == 1)
-    assert first["model"] == pytest.approx(1.298, abs=2e-3) and simulator.ran == 6
+    assert first["model"] == pytest.approx(1.298, abs=2e-3) and simulator.ran == 8
