@@ -5,6 +5,8 @@ order in which
 they were added.
 """
 
+from numbers import Real
+
 import numpy as np
 
 from minibullet import rotations
@@ -67,11 +69,8 @@ class Scene:
 
     def __init__(self):
         self.bodies = Bodies(*(np.empty((0, *shape)) for shape in ((3,), (4,), (6,), (), (3,), (), (), ())))
-        self.friction, self.restitution, self.reach = (
-            np.empty(0),
-            np.empty(0),
-            np.empty(0),
-        )  # NaN = the world's; radius [m]; (n,)
+        self.friction, self.restitution = np.empty(0), np.empty(0)  # NaN = the world's, (n,)
+        self.reach = np.empty(0)  # radius about the centre of mass [m], (n,)
         self.margin = np.empty(0)  # layer around the body that contacts keep open [m], (n,)
         self.moved = np.empty(0)  # bound on the motion of any point of the body in the last step [m], (n,)
         self.group = np.empty(0, dtype=np.int64)
@@ -131,6 +130,8 @@ class Registry:
         title = f"body {name!r}"
         if isinstance(shape, type) or not hasattr(shape, "pieces"):
             raise InputError(f"{title}: shape = {shape!r}; it must be a shape such as Box(1, 1, 1)")
+        if group is not None and (isinstance(group, bool) or not isinstance(group, Real) or group != group // 1 or group < 0):
+            raise InputError(f"{title}: group = {group!r}; it must be a whole number >= 0 (None: touches everybody)")
         record = {"shape": shape, "name": name, "fixed": bool(fixed), "group": -1 if group is None else int(group)}
         for key, value in (
             ("position", position),
@@ -288,6 +289,8 @@ class Registry:
 
     def freeze(self, handles):
         scene = self.enrol()
+        if any(handle._registry is not self for handle in handles):
+            raise InputError("freeze: one of the bodies belongs to another world")
         rows = [handle._row for handle in handles]
         mass, twist = scene.bodies.mass.copy(), scene.bodies.twist.copy()
         mass[rows], twist[rows] = np.inf, 0.0
@@ -335,13 +338,7 @@ def _number(title, field, value, low, high):
     """A finite number within bounds; NaN stands for None, 'the world's own'."""
     if value is None:
         return np.nan
-    if (
-        isinstance(value, bool)
-        or not np.isscalar(value)
-        or not np.isreal(value)
-        or not np.isfinite(value)
-        or not low <= value <= high
-    ):
+    if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(value) or not low <= value <= high:
         bound = (
             f"between {low:g} and {high:g}"
             if np.isfinite(high)
@@ -356,14 +353,17 @@ def _mass(title, shape, density, mass, inertia):
     if (density is None) == (mass is None):
         raise InputError(f"{title}: give density or mass, exactly one of them (for a fixed body use fixed=True)")
     field, value, unit = ("density", density, "kg/m3") if mass is None else ("mass", mass, "kg")
-    if isinstance(value, bool) or not np.isscalar(value) or not np.isfinite(value) or not value > 0:
+    if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(value) or not value > 0:
         raise InputError(
             f"{title}: {field} = {value!r} {unit}; a moving body needs {field} > 0 (for a fixed body use fixed=True)"
         )
     mass = float(density * shape.volume if mass is None else mass)
     if inertia is None:
         return mass, mass / shape.volume * np.asarray(shape.inertia)
-    tensor = np.array(inertia, dtype=float)
+    try:
+        tensor = np.array(inertia, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{title}: inertia = {inertia!r}; it needs three principal moments or a symmetric 3x3 matrix") from None
     if tensor.shape == (3,):
         tensor = np.diag(tensor)
     if tensor.shape != (3, 3) or not np.isfinite(tensor).all() or not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):

@@ -1,5 +1,7 @@
 """The World: bodies, effects and settings, and the step that moves them. The composition and nothing else."""
 
+from numbers import Integral, Real
+
 import numpy as np
 
 from minibullet import constraints, impacts, integration, manifolds, rotations, saving, sequential_impulse, solver
@@ -21,7 +23,7 @@ class World:
     """
 
     def __init__(self, effects=(), settings=None):
-        self.effects = tuple(effects)
+        self.effects = (effects,) if isinstance(effects, effect_room.Effect) else tuple(effects)
         self.settings = settings or Settings()
         if not isinstance(self.settings, Settings):
             raise InputError(f"world: settings = {settings!r}; it must be a Settings value")
@@ -165,6 +167,8 @@ class World:
 
     def step(self, n=1):
         """Advance by n steps of settings.time_step."""
+        if not isinstance(n, Integral) or n < 0:
+            raise InputError(f"step: n = {n!r}; it must be a whole number >= 0")
         for _ in range(n):
             self._step()
 
@@ -277,7 +281,7 @@ class World:
 
     def run(self, duration):
         """Advance by ``duration`` seconds (rounded to whole steps)."""
-        if not duration >= 0.0 or not np.isfinite(duration):
+        if not isinstance(duration, Real) or not duration >= 0.0 or not np.isfinite(duration):
             raise InputError(f"run: duration = {duration!r} s; it must be finite and >= 0")
         self.step(round(duration / self.settings.time_step))
 
@@ -288,7 +292,7 @@ class World:
         its bounding radius and a what effects accelerate it by. ``watch(world)`` is called after every step; ``heed(bodies)``
         (the Bodies record) says which bodies must be at rest, boolean (n,), all moving ones if not given.
         """
-        if not max_time > 0.0:
+        if not isinstance(max_time, Real) or not max_time > 0.0:
             raise InputError(f"settle: max_time = {max_time!r} s; it must be > 0")
         calm = 0
         for _ in range(max(1, round(max_time / self.settings.time_step))):

@@ -167,11 +167,24 @@ def test_a_motion_that_is_not_finite_stops_at_the_last_good_state(tmp_path):
     world.save(tmp_path / "last.npz")
 
 
-@pytest.mark.parametrize("call", [lambda w: w.run(-1.0), lambda w: w.run(np.inf), lambda w: w.settle(0.0)])
+@pytest.mark.parametrize("call", [lambda w: w.run(-1.0), lambda w: w.run(np.inf), lambda w: w.run("1"), lambda w: w.settle(0.0),
+                                  lambda w: w.settle(np.nan), lambda w: w.step(-1), lambda w: w.step(1.5)])  # fmt: skip
 def test_times_that_are_none_are_refused(call):
-    """Negative or infinite durations."""
+    """Negative, infinite or no durations; steps that cannot be counted."""
     with pytest.raises(mb.InputError, match="must be"):
         call(mb.World())
+
+
+def test_effects_are_values_of_effect_and_bodies_belong_to_their_world():
+    """One effect alone is a list of one; a number is refused; a body of another world cannot be frozen here."""
+    world = mb.World(mb.Gravity(10.0))
+    body = world.add(mb.Sphere(1.0), mass=1.0)
+    world.step()
+    assert body.velocity[2] == pytest.approx(-10.0 / 240)
+    with pytest.raises(mb.InputError, match="not 3"):
+        mb.World([3])
+    with pytest.raises(mb.InputError, match="another world"):
+        mb.World().freeze([body])
 
 
 # ---- effects through the whole step ----------------------------------------------------------------------------------------
