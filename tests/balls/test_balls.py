@@ -5,6 +5,7 @@ them. Experiment files are written when the test runs. Protocol: t >= 0.3 s, tai
 """
 
 import csv
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -59,36 +60,53 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("ball", DRAGGED)
-def test_drag_for_a_light_ball_its_form_and_the_rest_left_open(folder, ball):
-    diagnosis = hlcs.diagnose(folder / f"{ball}.toml")
+@pytest.fixture(scope="module")
+def diagnosed(folder):
+    """Function: name of an experiment file -> its Diagnosis, made once (3 to 12 s each)."""
+    return cache(lambda name: hlcs.diagnose(folder / f"{name}.toml"))
+
+
+def quick_only(quick, names):
+    """The names as parameters, all but one for the slow run."""
+    return [name if name == quick else pytest.param(name, marks=pytest.mark.slow) for name in names]
+
+
+@pytest.mark.parametrize("ball", quick_only("volleyball", DRAGGED))
+def test_drag_for_a_light_ball_its_form_and_the_rest_left_open(diagnosed, ball):
+    """Whatever form, the drag works against the motion, and nothing else is accepted: no force depends on the height."""
+    diagnosis = diagnosed(ball)
     assert diagnosis.verdict == "unexplained" and diagnosis.adequate["after"] is False
-    assert DRAGS & set(diagnosis.effects) and not {"buoyancy", "calibration_curve"} & set(diagnosis.effects)
+    assert diagnosis.effects and set(diagnosis.effects) <= DRAGS
+    assert all(entry["low"] >= 0 for name in diagnosis.effects for entry in diagnosis.parameters[name].values())
     assert any({"linear_drag", "quadratic_drag"} <= set(names) for names in diagnosis.ambiguous)
     held = diagnosis.error["held_out"]
-    assert held["after"] < 0.65 * held["before"]  # at least 41 % gained in each direction by the pilot study
+    assert held["after"] < 0.65 * held["before"]  # the basketballs gain least: 0.44 -> 0.17 m and 0.32 -> 0.09 m
     assert "ruler" in diagnosis.next_experiment.text
 
 
-@pytest.mark.parametrize("ball", DENSE)
-def test_no_drag_claimed_for_a_dense_ball(folder, ball):
-    diagnosis = hlcs.diagnose(folder / f"{ball}.toml")
-    assert diagnosis.verdict == "unexplained"
+@pytest.mark.parametrize("ball", quick_only("bowling_ball", DENSE))
+def test_no_drag_claimed_for_a_dense_ball(diagnosed, ball):
+    diagnosis = diagnosed(ball)
+    assert diagnosis.verdict == "unexplained" and diagnosis.adequate["after"] is False
     assert not DRAGS & {*diagnosis.effects, *(name for names in diagnosis.ambiguous for name in names)}
 
 
 @pytest.mark.slow
-def test_all_balls_together_share_a_coefficient_and_a_suspected_camera(folder):
+def test_all_balls_together_share_a_coefficient_and_a_suspected_camera(diagnosed):
     """Shared C 0.40 to 0.52, as the textbook's 0.47; the residual against height is common to all, so the camera is suspected."""
-    diagnosis = hlcs.diagnose(folder / "joint.toml")
+    diagnosis = diagnosed("joint")
     assert diagnosis.verdict == "unexplained" and diagnosis.effects == ("quadratic_drag",)
+    assert diagnosis.adequate["after"] is False
+    assert any({"linear_drag", "quadratic_drag"} <= set(names) for names in diagnosis.ambiguous)
     assert 0.40 < diagnosis.parameters["quadratic_drag"]["drag_coefficient"]["value"] < 0.52
     camera = next(finding for finding in diagnosis.candidates if finding.effect == "calibration_curve")
     assert camera.why.startswith("suspected:") and not camera.accepted
+    # one C for all balls leaves about 0.55 m, as in the pilot study; one for each ball is the next test
+    assert diagnosis.error["held_out"]["after"] < 0.6
 
 
 @pytest.mark.slow
-def test_held_out_error_of_all_balls(folder):
-    """Root mean square over the 22 drops of the error on the drop that was not used: at most 0.35 m."""
-    errors = [hlcs.diagnose(folder / f"{ball}.toml").error["held_out"]["after"] for ball in (*DRAGGED, *DENSE)]
+def test_held_out_error_of_all_balls(diagnosed):
+    """Root mean square over the balls of the error on the drop that was not used: at most 0.35 m (measured: 0.24 m)."""
+    errors = [diagnosed(ball).error["held_out"]["after"] for ball in (*DRAGGED, *DENSE)]
     assert np.sqrt(np.mean(np.square(errors))) < 0.35
