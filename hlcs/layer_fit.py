@@ -12,6 +12,7 @@ import numpy as np
 
 CAMPAIGN = 0.0125  # relative standard deviation between campaigns: the laboratory's own first layers differ by 1.7-1.9 %
 SCATTER = 0.35  # standard deviation of the logarithm of the scatter that hands and instruments add (set here)
+PRIOR = 4.0  # degrees of freedom that the mean variance of the upper layers counts for (set here)
 ROUNDING = 0.001 / np.sqrt(12.0)  # of a coefficient printed with three decimals
 FORMS = ("common", "individual")
 
@@ -73,11 +74,11 @@ def observed(sets, group_of):
     return Observed(*(np.concatenate([np.asarray(part[column]) for part in parts]) for column in range(7)))
 
 
-def _upper_pooled(variance):
-    """Variances (M,) of layers: the first its own, those above it their mean, because few seeds know single ones badly."""
+def _upper_pooled(variance, freedom):
+    """Variances (M,) of layers: the first its own, those above drawn to their mean, as few seeds know single ones badly."""
     pooled = variance.copy()
     if len(variance) > 1:
-        pooled[1:] = variance[1:].mean()
+        pooled[1:] = (freedom * variance[1:] + PRIOR * variance[1:].mean()) / (freedom + PRIOR)
     return pooled
 
 
@@ -88,12 +89,13 @@ def simulated(data, rows):
         runs = runs[np.isfinite(runs).all(axis=1)]
         of_set, seeds = data.set == index, len(runs)
         layers = of_set & (data.layer > 0)
-        spread = _upper_pooled(runs.var(axis=0, ddof=1))
+        spread = _upper_pooled(runs.var(axis=0, ddof=1), seeds - 1)
         value[layers], variance[layers], tests[layers] = runs.mean(axis=0), spread / seeds, seeds
         freedom = (runs.shape[1] - 1) * (seeds - 1)
         scatter = of_set & (data.layer == 0)
         if scatter.any():
-            value[scatter], variance[scatter], tests[scatter] = 0.5 * np.log(max(spread[-1], 1e-8)), 0.5 / freedom, freedom + 1
+            value[scatter] = 0.5 * np.log(max(spread[1:].mean(), 1e-8))
+            variance[scatter], tests[scatter] = 0.5 / freedom, freedom + 1
     return Simulated(value, variance, tests)
 
 
@@ -114,7 +116,7 @@ def signature(data, off, on, step):
         of_set = data.set == index
         layers, scatter = of_set & (data.layer > 0), of_set & (data.layer == 0)
         slope[layers] = difference.mean(axis=0) / step
-        variance[layers] = _upper_pooled(difference.var(axis=0, ddof=1)) / pairs / step**2
+        variance[layers] = _upper_pooled(difference.var(axis=0, ddof=1), pairs - 1) / pairs / step**2
         if scatter.any():
             spread = [max(runs[:seeds][good][:, 1:].var(axis=0, ddof=1).mean(), 1e-8) for runs in (without, with_it)]
             freedom = (difference.shape[1] - 1) * (pairs - 1)

@@ -2,7 +2,7 @@
 
 Few numbers, few effects: one effect for one grid, two where several grids or campaigns were measured. An effect is accepted when
 it pays its price under both forms of the campaign term, mends what it was not fitted to, stays inside its bounds, and moves some
-layer by at least twice what these data can show.
+layers by at least twice what these data can show of one.
 """
 
 from dataclasses import dataclass, field
@@ -15,6 +15,7 @@ from hlcs.layer_model import LayerModel, coefficients
 
 PRICE, PRICE_ALONE = 6.0, 12.0  # with and without data to hold out
 RIVAL_MARGIN, BEATEN = 6.0, 6.6  # evidence within which a candidate is a rival, unless the held-out data refuse it at p < 0.01
+SAME = 0.99  # cosine of signatures above which two candidates are one entry
 SEEDS, PAIRS = 8, 4  # tests of a model, and pairs of tests of a candidate, on each measured set
 RESCREEN = 5  # candidates that are simulated again once an effect is in; for the others the first signatures serve
 QUANTILE = 1.645  # of 90 % intervals
@@ -35,7 +36,7 @@ class Tried:
     held: dict = field(default_factory=dict)  # group -> (amount without it, chi-squared before, after)
     held_error: float | None = None
     error: float = 0.0  # mean relative error with it, as predicted
-    size: float = 0.0  # largest shift of a layer over what is detectable
+    size: float = 0.0  # shift over what is detectable in one layer, root of the sum of squares over all layers
     fails: list = field(default_factory=list)
 
     @property
@@ -208,7 +209,7 @@ class LayerSearch:
         layers = self.data.layer > 0
         variance = self.data.variance + stage.numbers.variance
         shown = statistics.detectable_shift(np.sqrt(variance), max(one.layers for one in self.sets))
-        tried.size = float(np.max(np.abs(tried.shift[layers]) / shown[layers]))
+        tried.size = float(np.linalg.norm(tried.shift[layers] / shown[layers]))
         outside = abs(unbound - tried.amount) > 2.0 * tried.deviation and tried.value != tried.candidate.gone
         if not np.any(tried.slope[layers]):
             tried.fails.append("it moves no layer")
@@ -219,7 +220,7 @@ class LayerSearch:
         if tried.gain <= tried.price:
             tried.fails.append(f"chi2 falls by {tried.gain:.1f}, less than the price of {tried.price:.1f}")
         if tried.size < 2.0:
-            tried.fails.append(f"below resolution: its largest shift is {tried.size:.1f} times the detectable one, not 2")
+            tried.fails.append(f"below resolution: its shift of all layers is {tried.size:.1f} times the detectable one, not 2")
         names = self.groups
         worse = [f"{names[group]} {100 * fall:+.0f} %" for group, fall in tried.directions.items() if fall <= 0.02]
         if worse:
@@ -276,7 +277,7 @@ class LayerSearch:
                 continue
             angle = layer_fit.cosine(matrix, winner.slope, one.slope)
             bounded = not any(fail.startswith(("its number", "the interval")) for fail in one.fails)
-            close = one.evidence >= winner.evidence - RIVAL_MARGIN
+            close = one.evidence >= winner.evidence - RIVAL_MARGIN or (angle > SAME and one.gain > one.price)
             beaten = one.held and winner.held and one.held_chi2 - winner.held_chi2 > BEATEN
             if bounded and close and not beaten:
                 found.append((one, angle))
