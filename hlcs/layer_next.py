@@ -44,8 +44,9 @@ def next_experiment(search, stage, accepted, rivals, verdict, where):
             if needed
             else "more than a hundred tests on any grid measured here"
         )
+        readings = dict.fromkeys(WITNESS.get(name, "measure " + name) for name in names)
         text = (
-            f"{WITNESS.get(one.name, 'measure ' + one.name)}; or {WITNESS.get(other.name, 'measure ' + other.name)}; "
+            f"{'; or '.join(readings)}; "
             f"by layers alone {many} to tell {one.name} from {other.name} (lambda = {score:.3g} a test)"
         )
     if verdict == "unexplained":

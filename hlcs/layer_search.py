@@ -255,7 +255,8 @@ class LayerSearch:
                 self.weigh(stage, entry, *self.signatures[key(entry)]) for entry in entries if self.signatures.get(key(entry))
             ]
             best = sorted((one for one in screened if one.candidate.simulated), key=lambda one: -one.gain)[:RESCREEN]
-            again = [one.candidate for one in best] + [entry for entry in entries if not entry.simulated]
+            shortcuts = [one.candidate for one in screened if one.candidate.gone is not None and one not in best]
+            again = [one.candidate for one in best] + shortcuts + [entry for entry in entries if not entry.simulated]
         self.signatures.update(self.sign(stage, again))
         return [self.weigh(stage, entry, *self.signatures[key(entry)]) for entry in entries if self.signatures.get(key(entry))]
 
