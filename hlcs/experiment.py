@@ -1,7 +1,6 @@
 """The placement test: frozen values that define a run completely, and the frozen result.
 
-test = hlcs.PlacementTest(grid=hlcs.TPG, layers=5, seed=1)
-result = test.run()
+test = hlcs.PlacementTest(grid=hlcs.TPG, layers=5, seed=1) result = test.run()
 """
 
 import time
@@ -21,18 +20,15 @@ from minibullet.errors import InputError
 class PlacementTest:
     """One placement test. Lengths in Dn where the paper gives them so; the defaults are the paper's calibrated values.
 
-    grid: Grid, "TPG", "RPG" or "a,b"; layers; rows, columns of the first layer; bottom: "flat", "slope:0.04", a survey CSV or a
-    bottom;
-    reference: "layer" (each layer's grid starts from a unit of the layer below) or "blind" (from one unit of the first layer);
-    shape: "pieces" (the true unit) or "hull"; side of the unit's cube [m]; friction: *contact* coefficient [-], 0.36 is what
-    Bullet makes of
-    the paper's 0.6 on each of two bodies; restitution [-];
-    linear_damping, angular_damping [-]; margin around each unit [Dn]; falling_distance [Dn]; density [kg/m3]; seed;
-    time_step [s], iterations, tolerance, solver: how the engine computes; settle_time: longest wait for a layer [s]; plates per
-    side.
-    How the crane really places, all absent by default: placement_scatter, standard deviation of the aims from layer 2 on [Dn];
-    placement_offset_x, placement_offset_y, by which every layer misses its aim more than the one below [Dn]; yaw_constraint,
-    concentration of the first layer's headings about x on a triangular grid (von Mises) [-]; lost_units, fraction left out [-].
+    grid: Grid, "TPG", "RPG" or "a,b"; layers; rows, columns of the first layer; bottom: "flat", "slope:0.04", a survey CSV or
+    a bottom; reference: "layer" (each layer's grid starts from a unit of the layer below) or "blind" (from one unit of the
+    first layer); shape: "pieces" (the true unit) or "hull"; side of the unit's cube [m]; friction: *contact* coefficient [-],
+    0.36 is what Bullet makes of the paper's 0.6 on each of two bodies; restitution [-]; linear_damping, angular_damping [-];
+    margin around each unit [Dn]; falling_distance [Dn]; density [kg/m3]; seed; time_step [s], iterations, tolerance, solver:
+    how the engine computes; settle_time: longest wait for a layer [s]; plates per side. How the crane really places, all
+    absent by default: placement_scatter, standard deviation of the aims from layer 2 on [Dn]; placement_offset_x,
+    placement_offset_y, by which every layer misses its aim more than the one below [Dn]; yaw_constraint, concentration of the
+    first layer's headings about x on a triangular grid (von Mises) [-]; lost_units, fraction left out [-].
 
     Raises InputError that names the field, its value and the rule.
     """
@@ -198,9 +194,8 @@ def _poses(record):
 class PlacementResult:
     """What a placement test gave: a frozen value.
 
-    test; readings: per layer the plates' heights above the bottom [m], NaN where a plate found no rest; poses: per layer (n, 7)
-    positions [m] and
-    orientations; records: how each layer came to rest; wall_seconds.
+    test; readings: per layer the plates' heights above the bottom [m], NaN where a plate found no rest; poses: per layer (n,
+    7) positions [m] and orientations; records: how each layer came to rest; wall_seconds.
     """
 
     test: PlacementTest

@@ -1,10 +1,10 @@
 """One layer of units: aimed, oriented, dropped, settled, frozen (section 3.2.3 of the paper).
 
-The first layer is laid at rest: every unit in its lowest pose with an edge on the bottom, heading free on a triangular grid; on a
-rectangular one, where free headings collide, with its horizontal tip axis along x. Units of the next layers are oriented at
-random, their lowest point a falling distance above the mean height of the layers below, over the hollows, all dropped at once.
-Overlaps at the start: headings of the first layer are drawn again, and what no drawing can free (tips longer than the spacing)
-is pushed apart; hanging units keep the orientation that was drawn and are lifted.
+The first layer is laid at rest: every unit in its lowest pose with an edge on the bottom, heading free on a triangular grid;
+on a rectangular one, where free headings collide, with its horizontal tip axis along x. Units of the next layers are oriented
+at random, their lowest point a falling distance above the mean height of the layers below, over the hollows, all dropped at
+once. Overlaps at the start: headings of the first layer are drawn again, and what no drawing can free (tips longer than the
+spacing) is pushed apart; hanging units keep the orientation that was drawn and are lifted.
 """
 
 from dataclasses import dataclass
@@ -86,9 +86,8 @@ def hang_layer(world, layer, shape, centres, lowest, generator, density):
     """Units at uniformly random orientations over centres (n, 2), their lowest points at height ``lowest`` (n,) or above [m].
 
     On a close grid about half of such units would overlap a neighbour. Drawing again until none does would prefer the
-    orientations that fit side by
-    side; so the orientation stays as drawn and the later of the two is lifted, a twentieth of its radius at a time, until it is
-    free.
+    orientations that fit side by side; so the orientation stays as drawn and the later of the two is lifted, a twentieth of
+    its radius at a time, until it is free.
     """
     vertices = np.concatenate([piece.vertices for piece in shape.pieces])
     handles = []

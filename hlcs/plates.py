@@ -13,7 +13,8 @@ MOST_SLIDE = 0.5  # [Dn]
 
 
 def plate_centres(centres, nominal_diameter, per_side=3):
-    """Where plates are laid on a layer: per_side x per_side places, evenly over the inner part of its units' centres, (k, 2) [m].
+    """Where plates are laid on a layer: per_side x per_side places, evenly over the inner part of its units' centres, (k, 2)
+    [m].
 
     The outermost plates reach a quarter of Dn beyond the outermost centres, so that edge units do not tilt them.
     """
@@ -24,12 +25,12 @@ def plate_centres(centres, nominal_diameter, per_side=3):
 
 
 def envelope_heights(units, bottom, centres, nominal_diameter, settings, max_time=4.0):
-    """Height above the bottom of the lower face's centre of a plate laid at each of ``centres`` (k, 2) on frozen ``units`` [m],
-    (k,).
+    """Height above the bottom of the lower face's centre of a plate laid at each of ``centres`` (k, 2) on frozen ``units``
+    [m], (k,).
 
-    units: handles. The plates fall on the fixed units from just above them and ignore one another. A plate that has not come to
-    rest, leans by more
-    than MOST_TILT or slid by more than MOST_SLIDE found no bed there, as over a hole or an edge: it reads NaN.
+    units: handles. The plates fall on the fixed units from just above them and ignore one another. A plate that has not come
+    to rest, leans by more than MOST_TILT or slid by more than MOST_SLIDE found no bed there, as over a hole or an edge: it
+    reads NaN.
     """
     world = mb.World([mb.Gravity(9.81)], settings)
     bottom.add_to(world)

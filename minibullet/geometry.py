@@ -1,7 +1,7 @@
 """The convex pieces of a scene, packed into arrays that kernels read.
 
-A body is a range of pieces; bodies of equal shape share them. All coordinates are body axes about the centre of mass. A piece is
-the convex hull of its vertices, thickened by its rounding radius (a sphere is one vertex, a capsule two). A plane is a
+A body is a range of pieces; bodies of equal shape share them. All coordinates are body axes about the centre of mass. A piece
+is the convex hull of its vertices, thickened by its rounding radius (a sphere is one vertex, a capsule two). A plane is a
 piece without vertices and with one face.
 """
 

@@ -1,13 +1,11 @@
 """Impacts with restitution, each at its own moment inside the step.
 
 Newton's law u_N+ = -e u_N- (Eq. 8 with a finite e) needs the speed at the moment of contact, not at the end of the step, or
-every bounce
-gains or loses energy of the order of the step. With the geometry of the step's beginning, the gap of a contact is a
-parabola in time; the earliest impact is found, all contacts that touch at that moment are solved together with Coulomb
-friction, and the search
-goes on with the new velocities. Contacts whose rebound gravity would undo before the step ends are left to the resting contact
-law.
-Touching bodies struck together share the blow as Newton's law with all touching contacts at once has it.
+every bounce gains or loses energy of the order of the step. With the geometry of the step's beginning, the gap of a contact
+is a parabola in time; the earliest impact is found, all contacts that touch at that moment are solved together with Coulomb
+friction, and the search goes on with the new velocities. Contacts whose rebound gravity would undo before the step ends are
+left to the resting contact law. Touching bodies struck together share the blow as Newton's law with all touching contacts at
+once has it.
 """
 
 from math import sqrt
@@ -38,8 +36,8 @@ def first_touch(gap, rate, acceleration, now, end):
 
 @njit(cache=True)
 def resolve(bodies, rows, gap, size, restitution, friction, twist, acceleration, lag, time_step, most):
-    """All impacts of a step. ``twist`` (n, 6) at its beginning and ``lag`` (n, 6), the sum of impact time times velocity change,
-    are brought up to date in place; returns the impulses (m, 3) [N s, contact axes] and how many impacts there were.
+    """All impacts of a step. ``twist`` (n, 6) at its beginning and ``lag`` (n, 6), the sum of impact time times velocity
+    change, are brought up to date in place; returns the impulses (m, 3) [N s, contact axes] and how many impacts there were.
 
     A body's place at time t is x + twist t + acceleration t^2/2 - lag.
     """

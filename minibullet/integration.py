@@ -1,8 +1,7 @@
 """Motion: the twist if nothing touched (Eqs. 4-7 of the paper), torque-free rotation, and the move at the end of the step.
 
-A body moves with the mean of its first and last velocity of the step, which is exact for constant forces, as long as that keeps
-every
-gap open; otherwise with the last velocity, which the contact problem has made admissible.
+A body moves with the mean of its first and last velocity of the step, which is exact for constant forces, as long as that
+keeps every gap open; otherwise with the last velocity, which the contact problem has made admissible.
 """
 
 from math import sqrt
@@ -33,11 +32,12 @@ def principal_rate(q0, q1, q2, q3, inertia, lx, ly, lz):
 
 @njit(cache=True)
 def spin_freely(orientation, rate, inertia, time_step):
-    """Torque-free rotation over a step: rotation vector turned through (n, 3) and angular velocity at the end (n, 3), world axes.
+    """Torque-free rotation over a step: rotation vector turned through (n, 3) and angular velocity at the end (n, 3), world
+    axes.
 
     Euler's equations in the form q' = 1/2 omega(q) q with the angular momentum held exactly; classical Runge-Kutta of order
-    four on q, so that
-    the energy error is of order (omega dt)^5 a step. Bodies with three equal moments turn at constant rate, which is exact.
+    four on q, so that the energy error is of order (omega dt)^5 a step. Bodies with three equal moments turn at constant
+    rate, which is exact.
     """
     turned, final = np.empty_like(rate), np.empty_like(rate)
     for n in range(len(rate)):
@@ -152,8 +152,7 @@ def free_motion(orientation, twist, inertia, inverse_mass, wrench, time_step, ke
 
 def free(bodies, inverse_mass, wrench, settings):
     """Twist at the end of the step if nothing touched, the mean twist on the way there (n, 6), world axes, and the angular
-    velocity
-    that torque-free rotation alone would leave (n, 3).
+    velocity that torque-free rotation alone would leave (n, 3).
 
     Eqs. (4)-(7): damping first, then acceleration times the step, as Bullet orders them.
     """
@@ -205,8 +204,7 @@ def keep_angular_momentum(old, new, inertia, rate, spun, final):
     what torques made it.
 
     Impulses were found with the inertia at the old orientation: they change the momentum by I_old (final - spun). With that
-    momentum and
-    the new orientation the angular velocity is I_new^-1 (I_old rate + I_old (final - spun)).
+    momentum and the new orientation the angular velocity is I_new^-1 (I_old rate + I_old (final - spun)).
     """
     for n in range(len(rate)):
         i0, i1, i2 = inertia[n]
@@ -267,7 +265,7 @@ def path_bound(twist, reach, duration):
 def stride(twist, free_twist, reach, time_step):
     """Bound on how far any point of each body may go in this step [m], (n,).
 
-    Twice the distance by its twist before or its free twist: a blow on one end can double the speed of the other end within the
-    step.
+    Twice the distance by its twist before or its free twist: a blow on one end can double the speed of the other end within
+    the step.
     """
     return 2.0 * np.maximum(path_bound(twist, reach, time_step), path_bound(free_twist, reach, time_step))

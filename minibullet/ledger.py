@@ -1,8 +1,8 @@
 """The books of one step: certificate, energy and momentum. Computed when asked for, from what the step left behind.
 
-Energy: with v- and v+ the twists before and after and v = (v- + v+)/2, the change of kinetic energy is an identity,
-dT = sum over effects of dt F.v + contact impulses times the mean relative velocity + terms of rotation and damping. What the
-lines do not explain is the ledger defect.
+Energy: with v- and v+ the twists before and after and v = (v- + v+)/2, the change of kinetic energy is an identity, dT = sum
+over effects of dt F.v + contact impulses times the mean relative velocity + terms of rotation and damping. What the lines do
+not explain is the ledger defect.
 """
 
 from functools import cached_property
@@ -80,8 +80,8 @@ class Step:
     @cached_property
     def work(self):
         """Work of this step by line [J]: every effect by name, contact_normal, contact_friction, rotation (turning of unequal
-        moments of
-        inertia and damping) so that the sum is the change of kinetic energy; and ``defect``, what no line explains."""
+        moments of inertia and damping) so that the sum is the change of kinetic energy; and ``defect``, what no line
+        explains."""
         mean = 0.5 * (self.before.twist + self.after.twist)
         lines = {}
         for effect, wrench in zip(self.effects, self.wrenches, strict=True):

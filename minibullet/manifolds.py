@@ -1,150 +1,25 @@
 """From one normal to a manifold: up to four contact points a pair of pieces, clipped from the faces that meet.
 
-FCL gives one point a pair, and one point cannot hold a stack. The face whose normal is the contact normal clips the face of the
-other
-piece that looks at it most squarely; every corner left within reach is a contact with its own gap. Points are matched with
-those of the
-step before, so that impulses can start where they ended (warm start).
+FCL gives one point a pair, and one point cannot hold a stack. The face whose normal is the contact normal clips the face of
+the other piece that looks at it most squarely; every corner left within reach is a contact with its own gap. Points are
+matched with those of the step before, so that impulses can start where they ended (warm start).
 """
-
 
 import numpy as np
 from numba import njit
 
-from minibullet.collision import EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, core, segment_closest
-from minibullet.geometry import EDGES, FACES, VERTICES, turn, turn_back
+from minibullet.clipping import clip, drop_doubles, facing, grown, grown_flat, grown_index, support_edge, support_vertex, thin_out
+from minibullet.geometry import VERTICES, turn, turn_back
+from minibullet.separation import EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, core, segment_closest
 
 STILL = 1e-5  # motion, in piece sizes, through which contacts stay the same points of their bodies: [-]
 NEAR = 0.1  # a point is the same as last step's if it moved by less than this share of the piece: [-]
 
 
 @njit(cache=True)
-def facing(pieces, piece, x, y, z):
-    """Face of ``piece`` whose normal is most opposite to (x, y, z), body axes."""
-    best, least = -1, np.inf
-    for face in range(pieces.ranges[piece, FACES], pieces.ranges[piece, FACES + 1]):
-        value = pieces.normals[face, 0] * x + pieces.normals[face, 1] * y + pieces.normals[face, 2] * z
-        if value < least:
-            best, least = face, value
-    return best
-
-
-@njit(cache=True)
-def clip(pieces, face, polygon, count, work):
-    """Clip ``polygon`` (count points in the axes of the face's body) by the side planes of ``face``; returns the number left,
-    in place.
-
-    Sutherland and Hodgman's algorithm (Commun. ACM 17, 1974). work (at least as long, 4): the points' heights over the plane in
-    column 3.
-    """
-    first, end = pieces.face_ranges[face, 0], pieces.face_ranges[face, 1]
-    nx, ny, nz = pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2]
-    for k in range(first, end):
-        v, w = pieces.loops[k], pieces.loops[k + 1 if k + 1 < end else first]
-        ux, uy, uz = (
-            pieces.vertices[w, 0] - pieces.vertices[v, 0],
-            pieces.vertices[w, 1] - pieces.vertices[v, 1],
-            pieces.vertices[w, 2] - pieces.vertices[v, 2],
-        )
-        ox, oy, oz = uy * nz - uz * ny, uz * nx - ux * nz, ux * ny - uy * nx
-        limit = ox * pieces.vertices[v, 0] + oy * pieces.vertices[v, 1] + oz * pieces.vertices[v, 2]
-        outside = False
-        for p in range(count):
-            x, y, z = polygon[p, 0], polygon[p, 1], polygon[p, 2]
-            work[p, 0], work[p, 1], work[p, 2], work[p, 3] = x, y, z, ox * x + oy * y + oz * z - limit
-            outside = outside or work[p, 3] > 0.0
-        if not outside:
-            continue
-        left = 0
-        for p in range(count):
-            q = p + 1 if p + 1 < count else 0
-            here, there = work[p, 3], work[q, 3]
-            if here <= 0.0:
-                polygon[left, 0], polygon[left, 1], polygon[left, 2] = work[p, 0], work[p, 1], work[p, 2]
-                left += 1
-            if (here < 0.0 < there or there < 0.0 < here) and not (count == 2 and p == 1):
-                share = here / (here - there)
-                polygon[left, 0] = work[p, 0] + share * (work[q, 0] - work[p, 0])
-                polygon[left, 1] = work[p, 1] + share * (work[q, 1] - work[p, 1])
-                polygon[left, 2] = work[p, 2] + share * (work[q, 2] - work[p, 2])
-                left += 1
-        count = left
-    return count
-
-
-@njit(cache=True)
-def thin_out(points, gaps, count):
-    """Keep four of the points: the deepest, the farthest from it, and the two that span most area on either side; in place."""
-    if count <= 4:
-        return count
-    chosen = np.empty(4, dtype=np.int64)
-    chosen[0] = np.argmin(gaps[:count])
-    best = -1.0
-    for p in range(count):
-        distance = ((points[p] - points[chosen[0]]) ** 2).sum()
-        if distance > best:
-            best, chosen[1] = distance, p
-    line = points[chosen[1]] - points[chosen[0]]
-    reference = np.zeros(3)
-    high, low = 0.0, 0.0
-    chosen[2] = chosen[3] = -1
-    for p in range(count):
-        offset = points[p] - points[chosen[0]]
-        area = np.array(
-            (
-                line[1] * offset[2] - line[2] * offset[1],
-                line[2] * offset[0] - line[0] * offset[2],
-                line[0] * offset[1] - line[1] * offset[0],
-            )
-        )
-        if reference[0] == 0.0 and reference[1] == 0.0 and reference[2] == 0.0:
-            reference[:] = area
-        value = area[0] * reference[0] + area[1] * reference[1] + area[2] * reference[2]
-        if value > high:
-            high, chosen[2] = value, p
-        if value < low:
-            low, chosen[3] = value, p
-    kept = 0
-    for p in range(count):  # in the polygon's order, so that the result does not depend on the order of choice
-        if p == chosen[0] or p == chosen[1] or p == chosen[2] or p == chosen[3]:
-            points[kept], gaps[kept] = points[p], gaps[p]
-            kept += 1
-    return kept
-
-
-@njit(cache=True)
-def support_edge(pieces, piece, direction, x, y, z):
-    """Edge of ``piece`` with the given direction index that lies farthest along (x, y, z), body axes."""
-    best, most = -1, -np.inf
-    for edge in range(pieces.ranges[piece, EDGES], pieces.ranges[piece, EDGES + 1]):
-        if pieces.edges[edge, 2] == direction:
-            v, w = pieces.edges[edge, 0], pieces.edges[edge, 1]
-            value = (
-                x * (pieces.vertices[v, 0] + pieces.vertices[w, 0])
-                + y * (pieces.vertices[v, 1] + pieces.vertices[w, 1])
-                + z * (pieces.vertices[v, 2] + pieces.vertices[w, 2])
-            )
-            if value > most:
-                best, most = edge, value
-    return best
-
-
-@njit(cache=True)
-def support_vertex(pieces, piece, x, y, z):
-    """Vertex of ``piece`` farthest along (x, y, z), body axes."""
-    best, most = -1, -np.inf
-    for v in range(pieces.ranges[piece, VERTICES], pieces.ranges[piece, VERTICES + 1]):
-        value = x * pieces.vertices[v, 0] + y * pieces.vertices[v, 1] + z * pieces.vertices[v, 2]
-        if value > most:
-            best, most = v, value
-    return best
-
-
-@njit(cache=True)
 def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, least, reach, points, gaps, work):
-    """Contacts of piece ``other`` on ``face`` of piece ``own`` with gaps from ``least`` to ``reach``: points midway between the
-    surfaces, axes of
-    own; returns the count."""
+    """Contacts of piece ``other`` on ``face`` of piece ``own`` with gaps from ``least`` to ``reach``: points midway between
+    the surfaces, axes of own; returns the count."""
     nx, ny, nz = pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2]
     wx, wy, wz = turn(rotation_own, nx, ny, nz)
     tx, ty, tz = turn_back(rotation_other, wx, wy, wz)
@@ -181,7 +56,8 @@ def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, 
 def side_points(
     pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, side, least, most, points, gaps, normals, work, first
 ):
-    """``face_points`` appended from ``first`` on, turned to world axes about a, with normals from a to b; returns the new count.
+    """``face_points`` appended from ``first`` on, turned to world axes about a, with normals from a to b; returns the new
+    count.
 
     side: 1 where the face is a's, -1 where it is b's; (dx, dy, dz) is always b's position minus a's.
     """
@@ -211,29 +87,9 @@ def side_points(
 
 
 @njit(cache=True)
-def drop_doubles(points, gaps, normals, count, nearness):
-    """Drop points closer (squared) to an earlier one than ``nearness``, in place: twice the same support only slows the
-    solver."""
-    kept = 0
-    for p in range(count):
-        double = False
-        for q in range(kept):
-            if (
-                (points[p, 0] - points[q, 0]) ** 2 + (points[p, 1] - points[q, 1]) ** 2 + (points[p, 2] - points[q, 2]) ** 2
-            ) < nearness:
-                double = True
-                break
-        if not double:
-            for axis in range(3):
-                points[kept, axis], normals[kept, axis] = points[p, axis], normals[p, axis]
-            gaps[kept] = gaps[p]
-            kept += 1
-    return kept
-
-
-@njit(cache=True)
 def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, dy, dz, nx, ny, nz, points):
-    """The point, world axes about a, midway between two edges, two round bodies or two corners along the normal; returns 1 or 2.
+    """The point, world axes about a, midway between two edges, two round bodies or two corners along the normal; returns 1 or
+    2.
 
     Two parallel capsules touch along a line: both of its ends are given.
     """
@@ -298,11 +154,10 @@ def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, 
 def build(pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin, old_point, old_normal, old_impulse):
     """All contacts of the step, in the order of the pair list.
 
-    Last step's contacts: the points on a's and b's surfaces in their body axes (m, 6), normals and impulses [N s] in world axes
-    (m, 3).
-    Returns bodies (m, 2), arms from a's centre to a's surface and from b's to b's, and the normal (m, 9), gap (m,), last step's
-    impulse
-    where the contact is known from there (m, 3), and the points in body axes (m, 6). ``contact_range`` is brought up to date.
+    Last step's contacts: the points on a's and b's surfaces in their body axes (m, 6), normals and impulses [N s] in world
+    axes (m, 3). Returns bodies (m, 2), arms from a's centre to a's surface and from b's to b's, and the normal (m, 9), gap
+    (m,), last step's impulse where the contact is known from there (m, 3), and the points in body axes (m, 6).
+    ``contact_range`` is brought up to date.
     """
     capacity = max(64, 2 * len(old_point))
     bodies = np.empty((capacity, 2), dtype=np.int64)
@@ -407,27 +262,3 @@ def pair_points(
                 normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
                 gaps[p] = numbers[k, 0] + margin
     return count if on_face else drop_doubles(points, gaps, normals, count, (NEAR * size) ** 2)
-
-
-@njit(cache=True)
-def grown(array, capacity):
-    """A copy with room for ``capacity`` rows."""
-    larger = np.zeros((capacity, array.shape[1]))
-    larger[: len(array)] = array
-    return larger
-
-
-@njit(cache=True)
-def grown_index(array, capacity):
-    """A copy of an integer array with room for ``capacity`` rows."""
-    larger = np.zeros((capacity, array.shape[1]), dtype=np.int64)
-    larger[: len(array)] = array
-    return larger
-
-
-@njit(cache=True)
-def grown_flat(array, capacity):
-    """A copy of a vector with room for ``capacity`` entries."""
-    larger = np.zeros(capacity)
-    larger[: len(array)] = array
-    return larger

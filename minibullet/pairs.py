@@ -1,8 +1,7 @@
 """Which pieces may soon touch: a list that stays valid while bodies move less than its skin (Verlet list).
 
 Bodies are swept along x by their bounding boxes, then pieces are compared by bounding spheres. The list is sorted by body and
-piece
-indices, so its order depends on the scene alone.
+piece indices, so its order depends on the scene alone.
 """
 
 import numpy as np

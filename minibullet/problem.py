@@ -1,9 +1,9 @@
-"""The contact problem u = W r + q in factored form, W = H^T M^-1 H: records and the algebra on them. It knows no shapes and no
-world.
+"""The contact problem u = W r + q in factored form, W = H^T M^-1 H: records and the algebra on them. It knows no shapes and
+no world.
 
 The rows of H for one contact are its normal and two tangents. W itself is never formed for a step: a sweep needs only H and
-M^-1 H^T of each
-contact, which is linear in the number of contacts. ``delassus`` forms W, for the exact solver and for the curious.
+M^-1 H^T of each contact, which is linear in the number of contacts. ``delassus`` forms W, for the exact solver and for the
+curious.
 """
 
 from typing import NamedTuple

@@ -1,8 +1,7 @@
 """What stands in a world: checked records of bodies, their handles, and the arrays that a step reads (the scene).
 
 Bodies enter the arrays at the next step, all waiting ones together, sorted by where they are: results do not depend on the
-order in which
-they were added.
+order in which they were added.
 """
 
 from numbers import Real

@@ -1,7 +1,7 @@
 """A world on disk: one file that holds everything a step reads, so that a resumed run continues bit for bit.
 
-NumPy's npz with a JSON header; no pickle. Written beside its place and renamed: a run killed at any moment leaves the old file
-or the new one.
+NumPy's npz with a JSON header; no pickle. Written beside its place and renamed: a run killed at any moment leaves the old
+file or the new one.
 """
 
 import dataclasses

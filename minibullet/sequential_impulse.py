@@ -1,9 +1,9 @@
 """Sequential impulse, Bullet's way: normal and friction rows clamped one after another, a fixed number of sweeps.
 
-Side by side with ``solver.solve``, same arguments and result: to compare, to teach, and to do what the paper's engine did. Each
-friction row is clamped alone at mu times the normal impulse, which makes a friction pyramid: between the axes it is up to
-sqrt(2) too
-strong, and its fixed point is not Coulomb's law. Source: E. Catto, GDC 2006; Bullet's btSequentialImpulseConstraintSolver.
+Side by side with ``solver.solve``, same arguments and result: to compare, to teach, and to do what the paper's engine did.
+Each friction row is clamped alone at mu times the normal impulse, which makes a friction pyramid: between the axes it is up
+to sqrt(2) too strong, and its fixed point is not Coulomb's law. Source: E. Catto, GDC 2006; Bullet's
+btSequentialImpulseConstraintSolver.
 """
 
 import numpy as np

@@ -1,8 +1,7 @@
 """Nonlinear Gauss-Seidel on the contact problem: one contact after another is solved exactly, until the residual says so.
 
-Each island of touching bodies stops by itself. Source of the method: J. J. Moreau (1988) and M. Jean (1999), nonsmooth contact
-dynamics;
-of the residual: the natural map of the friction problem (``cone.py``).
+Each island of touching bodies stops by itself. Source of the method: J. J. Moreau (1988) and M. Jean (1999), nonsmooth
+contact dynamics; of the residual: the natural map of the friction problem (``cone.py``).
 """
 
 from math import sqrt
@@ -87,8 +86,8 @@ def within_disc(k11, k12, k22, c_1, c_2, limit):
 
 @njit(cache=True)
 def visit_rolling(c, bodies, rows, rolling, inverse_mass, impulse, moment, twist):
-    """Rolling and spinning resistance of contact c: moments on b that oppose the relative rotation, at most arm times the normal
-    impulse; the spin about the normal has its own limit, the two rolling moments share a disc."""
+    """Rolling and spinning resistance of contact c: moments on b that oppose the relative rotation, at most arm times the
+    normal impulse; the spin about the normal has its own limit, the two rolling moments share a disc."""
     a, b = bodies[c, 0], bodies[c, 1]
     mass_a, mass_b, row = inverse_mass[a], inverse_mass[b], rows[c]
     rate = np.zeros(3)
@@ -249,11 +248,11 @@ def certify(problem, impulse, moment, twist, size, iterations, work, stalled):
 
 @njit(cache=True)
 def separate(bodies, rows, gap, tolerance, inverse_mass_rows, share, sweeps):
-    """Displacement (n, 6) that takes away ``share`` of every overlap deeper than its tolerance (m,) without giving any velocity.
+    """Displacement (n, 6) that takes away ``share`` of every overlap deeper than its tolerance (m,) without giving any
+    velocity.
 
-    A frictionless problem of its own, solved by Gauss-Seidel: overlaps open, gaps stay gaps. What the contact problem leaves of
-    overlap comes from
-    its linearisation and its tolerance; a velocity that undid it would be energy from nowhere.
+    A frictionless problem of its own, solved by Gauss-Seidel: overlaps open, gaps stay gaps. What the contact problem leaves
+    of overlap comes from its linearisation and its tolerance; a velocity that undid it would be energy from nowhere.
     """
     shift = np.zeros((inverse_mass_rows, 6))
     push = np.zeros(len(bodies))

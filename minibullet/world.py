@@ -55,11 +55,9 @@ class World:
         group=None,
     ):
         """Add a body and return its handle. position: of the centre of mass [m]; orientation (w, x, y, z); density [kg/m3] or
-        mass [kg];
-        inertia: principal moments or a 3x3 matrix about the centre of mass, body axes [kg m2], from the shape where left out;
-        friction, restitution of this body's contacts [-]; margin: layer around the body that contacts keep open,
-        settings.margin where
-        left out [m]; fixed bodies never move; bodies of different groups (numbers) never touch.
+        mass [kg]; inertia: principal moments or a 3x3 matrix about the centre of mass, body axes [kg m2], from the shape
+        where left out; friction, restitution of this body's contacts [-]; margin: layer around the body that contacts keep
+        open, settings.margin where left out [m]; fixed bodies never move; bodies of different groups (numbers) never touch.
 
         Raises InputError that names the body, the field, the value and the remedy.
         """
@@ -348,8 +346,8 @@ class ContactTable:
         return 0 if self._step is None else len(self._step.contacts.gap)
 
     def to_dataframe(self):
-        """One row a contact: body_a, body_b, point x y z [m], normal x y z (a to b), gap [m], normal_force [N], friction_force
-        [N], friction."""
+        """One row a contact: body_a, body_b, point x y z [m], normal x y z (a to b), gap [m], normal_force [N],
+        friction_force [N], friction."""
         import pandas as pd
 
         names = (
