@@ -8,7 +8,7 @@ from numbers import Real
 
 import numpy as np
 
-from minibullet import rotations
+from minibullet import manifolds, rotations
 from minibullet.bodies import Bodies
 from minibullet.collision import Collision
 from minibullet.errors import InputError
@@ -83,6 +83,15 @@ class Scene:
         """Median mass of the moving bodies [kg]: turns impulses into velocities in residuals."""
         finite = self.bodies.mass[np.isfinite(self.bodies.mass)]
         return float(np.sort(finite)[len(finite) // 2]) if len(finite) else 1.0
+
+    def touching(self, rotation, stride, kept):
+        """The contacts of a step, as ``manifolds.build`` gives them: who touches whom by ``Collision.find``, and where."""
+        collision, bodies = self.collision, self.bodies
+        rows = collision.find(bodies, rotation, self.piece_ranges, self.group, self.margin, self.moved, stride)
+        answers, numbers, ranges = collision.answers, collision.numbers, collision.contact_range
+        return manifolds.build(
+            collision.pieces, rows, answers, numbers, ranges, bodies.position, rotation, stride, self.margin, *kept
+        )
 
     def contact_size(self, pair):
         """Bounding radius of the smaller body of each pair (m, 2), planes left out [m], (m,)."""

@@ -184,40 +184,13 @@ class World:
 
         # who touches whom, where, how hard last time
         stride = integration.stride(before.twist, free_twist, scene.reach, dt)
-        rows = scene.collision.find(before, rotation, scene.piece_ranges, scene.group, scene.margin, scene.moved, stride)
-        pair, arms, gap, impulse, point = manifolds.build(
-            scene.collision.pieces,
-            rows,
-            scene.collision.answers,
-            scene.collision.numbers,
-            scene.collision.contact_range,
-            before.position,
-            rotation,
-            stride,
-            scene.margin,
-            *self._kept,
-        )
+        pair, arms, gap, impulse, point = scene.touching(rotation, stride, self._kept)
         axes, size = constraints.frames(pair, arms, inverse_mass), scene.contact_size(pair)
         contacts, law = self._law(scene, pair, arms, gap, axes, impulse)
 
         # blows with restitution first, each at its own moment; then the resting contact problem
-        twist, lag = before.twist.copy(), np.zeros_like(before.twist)
-        blows = 0.0
-        if law.restitution.any():
-            blows, _ = impacts.resolve(
-                pair,
-                axes,
-                gap,
-                size,
-                law.restitution,
-                law.friction,
-                twist,
-                (free_twist - before.twist) / dt,
-                lag,
-                dt,
-                20 + 4 * len(pair),
-            )
-            free_twist, mean_twist = free_twist + (twist - before.twist), mean_twist + (twist - before.twist) - lag / dt
+        blows, jump, lag = self._blows(before, pair, axes, gap, size, law, (free_twist - before.twist) / dt)
+        free_twist, mean_twist = free_twist + jump, mean_twist + jump - lag / dt
         problem = constraints.assemble(
             scene, pair, axes, gap, law, free_twist, lag, inverse_mass, 1e-14 * stride.max(initial=0.0) / dt, dt
         )
@@ -231,6 +204,18 @@ class World:
         motion += solver.undo_overlap(problem, gap, size, dt)
         after = integration.move(before, motion, solution.twist, spun, dt)
         self._finish(scene, before, after, motion, wrenches, contacts, law, problem, solution, blows, point)
+
+    def _blows(self, before, pair, axes, gap, size, law, acceleration):
+        """Impulses of the impacts of this step (m, 3), what they do to the twists, and their lag (sum of moment times jump),
+        (n, 6)."""
+        twist, lag = before.twist.copy(), np.zeros_like(before.twist)
+        if not law.restitution.any():
+            return 0.0, 0.0, lag
+        dt, most = self.settings.time_step, 20 + 4 * len(pair)
+        blows, _ = impacts.resolve(
+            pair, axes, gap, size, law.restitution, law.friction, twist, acceleration, lag, dt, most
+        )
+        return blows, twist - before.twist, lag
 
     def _law(self, scene, pair, arms, gap, axes, impulse):
         """Contacts as the effects see them, and the law that holds there."""
