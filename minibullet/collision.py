@@ -182,6 +182,8 @@ def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, m
             pieces, answers[k, 0], answers[k, 1], answers[k, 2], numbers[k, 3:6], i, j, rotation[a], rotation[b], dx, dy, dz
         )
         gap -= margin[a] + margin[b]
+        # no separation falls faster than the bodies move: an answer that does has lost its features
+        jumped = gap < numbers[k, 0] - 3.0 * motion - 1e-5 * size
         numbers[k, 0], numbers[k, 6], numbers[k, 7], numbers[k, 8] = gap, nx, ny, nz
         kind = answers[k, 0]
         if gap > reach or kind == PLANE or kind == ROUND:
@@ -192,10 +194,12 @@ def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, m
             if numbers[k, 1] > 0.5 * max(gap, 0.0):
                 ask[count] = k
                 count += 1
-        elif numbers[k, 1] > max(0.5 * numbers[k, 2], PATIENCE * size) or (
-            gap < -DEPTH * size and numbers[k, 1] > 0.1 * PATIENCE * size
+        elif (
+            jumped
+            or numbers[k, 1] > max(0.5 * numbers[k, 2], PATIENCE * size)
+            or (gap < -DEPTH * size and numbers[k, 1] > 0.1 * PATIENCE * size)
         ):
-            if numbers[k, 9] > FAR * size or gap == -np.inf:
+            if numbers[k, 9] > FAR * size or jumped:
                 ask[count] = k
                 count += 1
             else:

@@ -9,6 +9,7 @@ from numba import njit
 from minibullet.geometry import FACES, VERTICES, length, support, turn, turn_back
 
 UNKNOWN, PLANE, FACE_A, FACE_B, EDGE_EDGE, DIRECTION, ROUND = 0, 1, 2, 3, 4, 5, 6  # kinds of answer
+PARALLEL = 1e-4  # sine below which two edges span no direction that rounding leaves alone: faces decide there [-]
 
 
 @njit(cache=True)
@@ -36,7 +37,7 @@ def edge_normal(pieces, first, second, i, j, rotation_a, rotation_b, dx, dy, dz)
     qx, qy, qz = turn(rotation_b, pieces.directions[second, 0], pieces.directions[second, 1], pieces.directions[second, 2])
     nx, ny, nz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
     size = length(nx, ny, nz)
-    if size < 1e-6:
+    if size < PARALLEL:
         return 0.0, 0.0, 0.0
     ax, ay, az = turn(rotation_a, pieces.centres[i, 0], pieces.centres[i, 1], pieces.centres[i, 2])
     bx, by, bz = turn(rotation_b, pieces.centres[j, 0], pieces.centres[j, 1], pieces.centres[j, 2])
