@@ -1,0 +1,61 @@
+"""The arrays of a world that a step reads."""
+
+import numpy as np
+
+from minibullet import manifolds
+from minibullet.bodies import Bodies
+from minibullet.collision import Collision
+from minibullet.geometry import pack
+
+
+class PlaneShape:
+    """The half-space below a plane through the origin of its body; for collision only."""
+
+    vertices, edges, faces, radius = np.zeros((0, 3)), np.zeros((0, 2), dtype=int), (), 0.0
+
+    def __init__(self, normal):
+        self.normals, self.offsets = np.array([normal]), np.zeros(1)
+
+
+class Scene:
+    """The arrays of n bodies that a step reads. Rows never change place."""
+
+    def __init__(self):
+        self.bodies = Bodies(*(np.empty((0, *shape)) for shape in ((3,), (4,), (6,), (), (3,), (), (), ())))
+        self.friction, self.restitution = np.empty(0), np.empty(0)  # NaN = the world's, (n,)
+        self.reach = np.empty(0)  # radius about the centre of mass [m], (n,)
+        self.margin = np.empty(0)  # layer around the body that contacts keep open [m], (n,)
+        self.moved = np.empty(0)  # bound on the motion of any point of the body in the last step [m], (n,)
+        self.group = np.empty(0, dtype=np.int64)
+        self.piece_ranges = np.empty((0, 2), dtype=np.int64)
+        self.frame = np.empty((0, 4))  # principal axes in the user's body axes, (n, 4)
+        self.names = []
+        self.collision = Collision(pack([PlaneShape((0.0, 0.0, 1.0))]))
+
+    @property
+    def reference_mass(self):
+        """Median mass of the moving bodies [kg]: turns impulses into velocities in residuals."""
+        finite = self.bodies.mass[np.isfinite(self.bodies.mass)]
+        return float(np.sort(finite)[len(finite) // 2]) if len(finite) else 1.0
+
+    def touching(self, rotation, stride, kept):
+        """The contacts of a step, as ``manifolds.build`` gives them: who touches whom by ``Collision.find``, and where."""
+        collision, bodies = self.collision, self.bodies
+        rows = collision.find(bodies, rotation, self.piece_ranges, self.group, self.margin, self.moved, stride)
+        answers, numbers, ranges = collision.answers, collision.numbers, collision.contact_range
+        return manifolds.build(
+            collision.pieces, rows, answers, numbers, ranges, bodies.position, rotation, stride, self.margin, *kept
+        )
+
+    def contact_size(self, pair):
+        """Bounding radius of the smaller body of each pair (m, 2), planes left out [m], (m,)."""
+        reach = self.reach[pair]
+        return np.where(reach > 0.0, reach, np.inf).min(axis=1)
+
+    def pair_value(self, values, pair, default):
+        """Value of each contact: the geometric mean of both bodies' own values, the only one there is, or the default, (m,)."""
+        if np.isnan(values).all():
+            return np.full(len(pair), float(default))
+        one, two = values[pair[:, 0]], values[pair[:, 1]]
+        mean = np.sqrt(np.where(np.isnan(one), two, one) * np.where(np.isnan(two), one, two))
+        return np.where(np.isnan(mean), default, mean)
