@@ -53,8 +53,8 @@ def velocity_along(row, i, v, w):
     k = 3 * i
     return (
         row[k] * (w[0] - v[0]) + row[k + 1] * (w[1] - v[1]) + row[k + 2] * (w[2] - v[2])
-        + row[k + 18] * w[3] + row[k + 19] * w[4] + row[k + 20] * w[5]
-        - row[k + 9] * v[3] - row[k + 10] * v[4] - row[k + 11] * v[5]
+        + row[ARM_B + k] * w[3] + row[ARM_B + k + 1] * w[4] + row[ARM_B + k + 2] * w[5]
+        - row[ARM_A + k] * v[3] - row[ARM_A + k + 1] * v[4] - row[ARM_A + k + 2] * v[5]
     )  # fmt: skip
 
 
