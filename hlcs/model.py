@@ -11,7 +11,7 @@ from minibullet.bodies import Bodies
 from minibullet.effects import Effect, Gravity, compose
 from minibullet.errors import InputError
 
-from .effects import Candidate, build, candidate, class_named
+from .effects import Candidate, build, class_named
 from .effects.contract import Change, Scene, Setup, parameters
 from .experiment_files import Body
 from .flight import fly
@@ -241,8 +241,3 @@ class Shots:
             arms = rotations.rotate(track.orientation, centres[None])
             track = track._replace(position=track.position - arms, velocity=track.velocity - np.cross(track.spin, arms))
         return track
-
-
-def term_for(name, surroundings, numbers, own=()):
-    """A Term by name and numbers, for models written in Python."""
-    return Term(candidate(class_named(name, own), surroundings), tuple(numbers.items()))
