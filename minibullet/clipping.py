@@ -1,12 +1,12 @@
 """Polygons cut by the outline of a face, and the few corners of them that are worth keeping."""
 
 import numpy as np
-from numba import njit
 
 from minibullet.geometry import EDGES, FACES, VERTICES
+from minibullet.kernels import kernel, leaf
 
 
-@njit(cache=True)
+@leaf
 def facing(pieces, piece, x, y, z):
     """Face of ``piece`` whose normal is most opposite to (x, y, z), body axes."""
     best, least = -1, np.inf
@@ -17,7 +17,7 @@ def facing(pieces, piece, x, y, z):
     return best
 
 
-@njit(cache=True)
+@leaf
 def clip(pieces, face, polygon, count, work):
     """Clip ``polygon`` (count points in the axes of the face's body) by the side planes of ``face``; returns the number left,
     in place.
@@ -60,7 +60,7 @@ def clip(pieces, face, polygon, count, work):
     return count
 
 
-@njit(cache=True)
+@kernel
 def thin_out(points, gaps, count):
     """Keep four of the points: the deepest, the farthest from it, and the two that span most area on either side; in place."""
     if count <= 4:
@@ -100,7 +100,7 @@ def thin_out(points, gaps, count):
     return kept
 
 
-@njit(cache=True)
+@leaf
 def support_edge(pieces, piece, direction, x, y, z):
     """Edge of ``piece`` with the given direction index that lies farthest along (x, y, z), body axes."""
     best, most = -1, -np.inf
@@ -117,7 +117,7 @@ def support_edge(pieces, piece, direction, x, y, z):
     return best
 
 
-@njit(cache=True)
+@leaf
 def support_vertex(pieces, piece, x, y, z):
     """Vertex of ``piece`` farthest along (x, y, z), body axes."""
     best, most = -1, -np.inf
@@ -128,7 +128,7 @@ def support_vertex(pieces, piece, x, y, z):
     return best
 
 
-@njit(cache=True)
+@leaf
 def drop_doubles(points, gaps, normals, count, nearness):
     """Drop points closer (squared) to an earlier one than ``nearness``, in place: twice the same support only slows the
     solver."""
@@ -149,7 +149,7 @@ def drop_doubles(points, gaps, normals, count, nearness):
     return kept
 
 
-@njit(cache=True)
+@kernel
 def grown(array, capacity):
     """A copy with room for ``capacity`` rows."""
     larger = np.zeros((capacity, array.shape[1]))
@@ -157,7 +157,7 @@ def grown(array, capacity):
     return larger
 
 
-@njit(cache=True)
+@kernel
 def grown_index(array, capacity):
     """A copy of an integer array with room for ``capacity`` rows."""
     larger = np.zeros((capacity, array.shape[1]), dtype=np.int64)
@@ -165,7 +165,7 @@ def grown_index(array, capacity):
     return larger
 
 
-@njit(cache=True)
+@kernel
 def grown_flat(array, capacity):
     """A copy of a vector with room for ``capacity`` entries."""
     larger = np.zeros(capacity)

@@ -14,10 +14,10 @@ from math import sqrt
 
 import fcl
 import numpy as np
-from numba import njit
 
 from minibullet import pairs as pairs_module
 from minibullet.geometry import DIRECTIONS, EDGES, FACES, VERTICES, length, support, turn, turn_back
+from minibullet.kernels import kernel, leaf
 from minibullet.separation import (
     DIRECTION,
     EDGE_EDGE,
@@ -42,7 +42,7 @@ SLAB = 0.3  # thickness, in piece sizes, of the side of a piece that looks along
 DEPTH = 1e-4  # overlap, in piece sizes, from which an answer that has moved is doubted [-]
 
 
-@njit(cache=True)
+@leaf
 def near_directions(pieces, piece, x, y, z, chosen):
     """Edge directions of ``piece`` on its side that looks along (x, y, z), body axes: their indices into ``chosen``, in
     order; the count.
@@ -67,7 +67,7 @@ def near_directions(pieces, piece, x, y, z, chosen):
     return count
 
 
-@njit(cache=True)
+@kernel
 def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz):
     """Make the direction n for row k exact: of n and the normals of faces and edge pairs that look its way, keep the one that
     separates most.
@@ -95,10 +95,7 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
     count, face_of_a, face_of_b = 0, -1, -1
     best_a, best_b = -np.inf, -np.inf
     for face in range(pieces.ranges[i, FACES], pieces.ranges[i, FACES + 1]):
-        if (
-            not everywhere
-            and pieces.normals[face, 0] * ax + pieces.normals[face, 1] * ay + pieces.normals[face, 2] * az < FACING
-        ):
+        if not everywhere and pieces.normals[face, 0] * ax + pieces.normals[face, 1] * ay + pieces.normals[face, 2] * az < FACING:
             continue
         apart, x, y, z = face_separation(pieces, face, j, rotation[a], rotation[b], dx, dy, dz, rounding)
         if apart > best_a:
@@ -106,10 +103,7 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
         found[count] = (apart, x, y, z, float(FACE_A), float(face), 0.0)
         count += 1
     for face in range(pieces.ranges[j, FACES], pieces.ranges[j, FACES + 1]):
-        if (
-            not everywhere
-            and pieces.normals[face, 0] * bx + pieces.normals[face, 1] * by + pieces.normals[face, 2] * bz < FACING
-        ):
+        if not everywhere and pieces.normals[face, 0] * bx + pieces.normals[face, 1] * by + pieces.normals[face, 2] * bz < FACING:
             continue
         apart, x, y, z = face_separation(pieces, face, i, rotation[b], rotation[a], -dx, -dy, -dz, rounding)
         if apart > best_b:
@@ -144,7 +138,7 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
     numbers[k, 6], numbers[k, 7], numbers[k, 8], numbers[k, 10] = x, y, z, np.inf
 
 
-@njit(cache=True)
+@kernel
 def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz):
     """The exact answer for row k near the direction n; an overlap found there is believed only after looking everywhere."""
     search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz)
@@ -153,7 +147,7 @@ def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny,
         search(pieces, rows, answers, numbers, k, position, rotation, margin, 0.0, 0.0, 0.0)
 
 
-@njit(cache=True)
+@kernel
 def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, margin):
     """Bring the kept answers to today's poses and return the rows that FCL must be asked about, in order.
 
@@ -207,7 +201,7 @@ def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, m
     return ask[:count]
 
 
-@njit(cache=True)
+@leaf
 def first_look(pieces, rows, answers, numbers, k, rotation, dx, dy, dz):
     """The first answer about row k: planes and round bodies have closed forms; for polytopes the line of centres may do."""
     a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
@@ -226,7 +220,7 @@ def first_look(pieces, rows, answers, numbers, k, rotation, dx, dy, dz):
         numbers[k, 3], numbers[k, 4], numbers[k, 5] = turn_back(rotation[a], cx / distance, cy / distance, cz / distance)
 
 
-@njit(cache=True)
+@kernel
 def adopt_all(pieces, rows, answers, numbers, ask, position, rotation, margin, directions):
     """``adopt`` FCL's directions (q, 3) for the rows ``ask`` (q,)."""
     for place in range(len(ask)):

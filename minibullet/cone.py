@@ -14,12 +14,13 @@ P. Alart and A. Curnier, CMAME 92 (1991), for the law as equations.
 from math import sqrt
 
 import numpy as np
-from numba import njit
+
+from minibullet.kernels import kernel, leaf
 
 MACHINE_EPSILON = 2.220446049250313e-16
 
 
-@njit(cache=True, inline="never")
+@leaf
 def project_cone(y_n, y_1, y_2, friction):
     """Nearest point of the friction cone K to (y_n, y_1, y_2), Euclidean norm."""
     slope = sqrt(y_1 * y_1 + y_2 * y_2)
@@ -32,7 +33,7 @@ def project_cone(y_n, y_1, y_2, friction):
     return p_n, scale * y_1, scale * y_2
 
 
-@njit(cache=True)
+@leaf
 def solve_block(w00, w01, w02, w10, w11, w12, w20, w21, w22, b_n, b_1, b_2, friction):
     """Impulse (r_n, r_1, r_2) that satisfies Coulomb's law exactly at one contact: u = W r + b.
 
@@ -88,7 +89,7 @@ def solve_block(w00, w01, w02, w10, w11, w12, w20, w21, w22, b_n, b_1, b_2, fric
     return r_n, scale * r_1, scale * r_2
 
 
-@njit(cache=True)
+@leaf
 def natural_map_error(r_n, r_1, r_2, u_n, u_1, u_2, friction, rho):
     """Squared |r - P_K(r - rho u~)|^2 of one contact, with De Saxce's u~ = u + mu |u_T| n."""
     modified = u_n + friction * sqrt(u_1 * u_1 + u_2 * u_2)
@@ -96,7 +97,7 @@ def natural_map_error(r_n, r_1, r_2, u_n, u_1, u_2, friction, rho):
     return (r_n - p_n) ** 2 + (r_1 - p_1) ** 2 + (r_2 - p_2) ** 2
 
 
-@njit(cache=True)
+@kernel
 def compress(W):
     """Dense W (3m, 3m) as block rows (start (m + 1,), column (b,), block (b, 3, 3)); diagonal blocks are always kept."""
     m = W.shape[0] // 3
@@ -121,7 +122,7 @@ def compress(W):
     return start, column, block
 
 
-@njit(cache=True)
+@kernel
 def velocity(start, column, block, q, impulse):
     """u = W r + q, all (3m,)."""
     u = q.copy()
@@ -133,7 +134,7 @@ def velocity(start, column, block, q, impulse):
     return u
 
 
-@njit(cache=True)
+@kernel
 def natural_map_residual(start, column, block, q, friction, impulse, reference_mass):
     """E / max(|q|, |r|, |u|) with E = |r - P_K(r - u~)| and r in units of the reference mass; E itself if all of them vanish."""
     u = velocity(start, column, block, q, impulse)
@@ -145,7 +146,7 @@ def natural_map_residual(start, column, block, q, friction, impulse, reference_m
     return sqrt(error) / size if size > MACHINE_EPSILON else sqrt(error)
 
 
-@njit(cache=True)
+@kernel
 def into_cone(friction, impulse):
     """A copy of impulse (3m,) with every contact projected on its friction cone."""
     inside = np.empty_like(impulse)
@@ -154,7 +155,7 @@ def into_cone(friction, impulse):
     return inside
 
 
-@njit(cache=True)
+@kernel
 def gauss_seidel(start, column, block, q, friction, impulse, sweeps):
     """Solve every contact exactly with the others held, in order, `sweeps` times; changes impulse (3m,) in place."""
     for _ in range(sweeps):
@@ -175,7 +176,7 @@ def gauss_seidel(start, column, block, q, friction, impulse, sweeps):
             )
 
 
-@njit(cache=True)
+@kernel
 def law_equations(impulse, u, friction, rho, smoothing, F, A, B):
     """Coulomb's law as equations F(r, u) = 0 and their derivatives A = dF/dr, B = dF/du; returns |F|.
 
@@ -212,7 +213,7 @@ def law_equations(impulse, u, friction, rho, smoothing, F, A, B):
     return sqrt((F * F).sum())
 
 
-@njit(cache=True)
+@kernel
 def newton_system(start, column, block, impulse, F, A, B):
     """(A + B W) d = -F without the contacts that take off (B = 0, where d = -r).
 

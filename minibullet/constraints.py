@@ -2,9 +2,9 @@
 adhesion."""
 
 import numpy as np
-from numba import njit
 
 from minibullet.bodies import Contacts
+from minibullet.kernels import kernel
 from minibullet.problem import (
     ANSWER_A,
     ARM_A,
@@ -21,7 +21,7 @@ from minibullet.problem import (
 )
 
 
-@njit(cache=True)
+@kernel
 def frames(bodies, vectors, inverse_mass):
     """Rows of the contact problem from body pairs (m, 2) and arm a, arm b, normal (m, 9): (m, 72)."""
     count = len(bodies)
@@ -54,8 +54,7 @@ def frames(bodies, vectors, inverse_mass):
                     arm, answer = ARM_A + 9 * side, ANSWER_A + 18 * side
                     for d in range(3):
                         value += (
-                            axes[i, d] * rows[c, answer + 6 * k + d]
-                            + rows[c, arm + 3 * i + d] * rows[c, answer + 6 * k + 3 + d]
+                            axes[i, d] * rows[c, answer + 6 * k + d] + rows[c, arm + 3 * i + d] * rows[c, answer + 6 * k + 3 + d]
                         )
                 rows[c, BLOCK + 3 * i + k] = value
     return rows

@@ -9,7 +9,8 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from minibullet.kernels import leaf
 
 
 class Pieces(NamedTuple):
@@ -92,7 +93,7 @@ def pack(pieces):
     )
 
 
-@njit(cache=True)
+@leaf
 def support(pieces, piece, x, y, z):
     """Largest value over the vertices of ``piece`` of (x, y, z) . vertex, direction in body axes, rounding not included [m]."""
     best = -np.inf
@@ -103,7 +104,7 @@ def support(pieces, piece, x, y, z):
     return best
 
 
-@njit(cache=True)
+@leaf
 def turn(rotation, x, y, z):
     """Body axes to world axes: R (x, y, z)."""
     return (
@@ -113,7 +114,7 @@ def turn(rotation, x, y, z):
     )
 
 
-@njit(cache=True)
+@leaf
 def turn_back(rotation, x, y, z):
     """World axes to body axes: R^T (x, y, z)."""
     return (
@@ -123,7 +124,7 @@ def turn_back(rotation, x, y, z):
     )
 
 
-@njit(cache=True)
+@leaf
 def length(x, y, z):
     """Euclidean length of a vector."""
     return sqrt(x * x + y * y + z * z)

@@ -11,13 +11,13 @@ once has it.
 from math import sqrt
 
 import numpy as np
-from numba import njit
 
+from minibullet.kernels import kernel, leaf
 from minibullet.problem import normal_velocity
 from minibullet.solver import visit
 
 
-@njit(cache=True)
+@leaf
 def first_touch(gap, rate, acceleration, now, end):
     """Earliest time in [now, end] at which gap + rate t + acceleration t^2/2 <= 0 while closing; inf if none."""
     here, closing = gap + (rate + 0.5 * acceleration * now) * now, rate + acceleration * now
@@ -34,7 +34,7 @@ def first_touch(gap, rate, acceleration, now, end):
     return moment if moment <= end else np.inf
 
 
-@njit(cache=True)
+@kernel
 def resolve(bodies, rows, gap, size, restitution, friction, twist, acceleration, lag, time_step, most):
     """All impacts of a step. ``twist`` (n, 6) at its beginning and ``lag`` (n, 6), the sum of impact time times velocity
     change, are brought up to date in place; returns the impulses (m, 3) [N s, contact axes] and how many impacts there were.

@@ -7,7 +7,8 @@ keeps every gap open; otherwise with the last velocity, which the contact proble
 from math import sqrt
 
 import numpy as np
-from numba import njit
+
+from minibullet.kernels import kernel, leaf
 
 DAMPING_LAWS = {
     # name: factor by which a velocity v is multiplied in a step of length dt
@@ -16,7 +17,7 @@ DAMPING_LAWS = {
 }
 
 
-@njit(cache=True)
+@leaf
 def principal_rate(q0, q1, q2, q3, inertia, lx, ly, lz):
     """Angular velocity (world axes) of a body with angular momentum l (world) and orientation q: R I^-1 R^T l; q need not be
     unit."""
@@ -30,7 +31,7 @@ def principal_rate(q0, q1, q2, q3, inertia, lx, ly, lz):
     return r00 * a + r01 * b + r02 * c, r10 * a + r11 * b + r12 * c, r20 * a + r21 * b + r22 * c
 
 
-@njit(cache=True)
+@kernel
 def spin_freely(orientation, rate, inertia, time_step):
     """Torque-free rotation over a step: rotation vector turned through (n, 3) and angular velocity at the end (n, 3), world
     axes.
@@ -82,7 +83,7 @@ def spin_freely(orientation, rate, inertia, time_step):
     return turned, final
 
 
-@njit(cache=True)
+@kernel
 def posture(orientation):
     """Rotation matrices, body axes to world axes, of unit quaternions (n, 4): (n, 3, 3)."""
     rotation = np.empty((len(orientation), 3, 3))
@@ -106,7 +107,7 @@ def posture(orientation):
     return rotation
 
 
-@njit(cache=True)
+@kernel
 def rigid_inverse(mass, inertia, rotation):
     """Inverse mass and inertia of each body in world axes, (n, 6, 6) [1/kg, 1/(kg m2)]; zero if fixed."""
     result = np.zeros((len(mass), 6, 6))
@@ -132,7 +133,7 @@ def inverse_mass(bodies, rotation, added):
     return result
 
 
-@njit(cache=True)
+@kernel
 def free_motion(orientation, twist, inertia, inverse_mass, wrench, time_step, keep_linear, keep_angular):
     """See ``free``; keep_linear and keep_angular are what damping leaves of a velocity in a step."""
     turned, rate = spin_freely(orientation, twist[:, 3:], inertia, time_step)
@@ -169,7 +170,7 @@ def free(bodies, inverse_mass, wrench, settings):
     )
 
 
-@njit(cache=True)
+@kernel
 def admissible_motion(contact_bodies, rows, gap, tolerance, mean, final, time_step):
     """Mean twist of each body over the step (n, 6): ``mean`` where that closes no gap beyond ``tolerance`` (m,), else
     ``final``."""
@@ -198,7 +199,7 @@ def admissible_motion(contact_bodies, rows, gap, tolerance, mean, final, time_st
     return motion
 
 
-@njit(cache=True)
+@kernel
 def keep_angular_momentum(old, new, inertia, rate, spun, final):
     """Angular velocities ``final`` (n, 3) after the turn from orientation old to new, in place, so that angular momentum is
     what torques made it.
@@ -219,7 +220,7 @@ def keep_angular_momentum(old, new, inertia, rate, spun, final):
         final[n] = principal_rate(new[n, 0], new[n, 1], new[n, 2], new[n, 3], inertia[n], lx, ly, lz)
 
 
-@njit(cache=True)
+@kernel
 def moved(position, orientation, motion, time_step):
     """Positions (n, 3) and orientations (n, 4) after a step with the mean twist ``motion`` (n, 6): x + dt v, exp(dt omega) q."""
     place, pose = position.copy(), orientation.copy()
@@ -249,7 +250,7 @@ def move(bodies, motion, twist, spun, time_step):
     return bodies._replace(position=position, orientation=orientation, twist=twist)
 
 
-@njit(cache=True)
+@kernel
 def path_bound(twist, reach, duration):
     """Bound on how far any point of each body goes in ``duration`` seconds at this twist [m], (n,): (|v| + |omega| R)
     duration."""

@@ -6,17 +6,17 @@ matched with those of the step before, so that impulses can start where they end
 """
 
 import numpy as np
-from numba import njit
 
 from minibullet.clipping import clip, drop_doubles, facing, grown, grown_flat, grown_index, support_edge, support_vertex, thin_out
 from minibullet.geometry import VERTICES, turn, turn_back
+from minibullet.kernels import kernel, leaf
 from minibullet.separation import EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, core, segment_closest
 
 STILL = 1e-5  # motion, in piece sizes, through which contacts stay the same points of their bodies: [-]
 NEAR = 0.1  # a point is the same as last step's if it moved by less than this share of the piece: [-]
 
 
-@njit(cache=True)
+@kernel
 def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, least, reach, points, gaps, work):
     """Contacts of piece ``other`` on ``face`` of piece ``own`` with gaps from ``least`` to ``reach``: points midway between
     the surfaces, axes of own; returns the count."""
@@ -52,7 +52,7 @@ def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, 
     return thin_out(points, gaps, kept)
 
 
-@njit(cache=True)
+@kernel
 def side_points(
     pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, side, least, most, points, gaps, normals, work, first
 ):
@@ -86,7 +86,7 @@ def side_points(
     return first + count
 
 
-@njit(cache=True)
+@leaf
 def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, dy, dz, nx, ny, nz, points):
     """The point, world axes about a, midway between two edges, two round bodies or two corners along the normal; returns 1 or
     2.
@@ -150,7 +150,7 @@ def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, 
     return 1
 
 
-@njit(cache=True)
+@kernel
 def build(pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin, old_point, old_normal, old_impulse):
     """All contacts of the step, in the order of the pair list.
 
@@ -230,7 +230,7 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
     return bodies[:total], vectors[:total], gaps[:total], impulse[:total], local[:total]
 
 
-@njit(cache=True)
+@kernel
 def pair_points(
     pieces, k, rows, answers, numbers, rotation_a, rotation_b, dx, dy, dz, reach, margin, size, points, gaps, normals, work
 ):  # fmt: skip

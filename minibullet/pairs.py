@@ -5,12 +5,12 @@ piece indices, so its order depends on the scene alone.
 """
 
 import numpy as np
-from numba import njit
 
 from minibullet.geometry import FACES, VERTICES, turn
+from minibullet.kernels import kernel
 
 
-@njit(cache=True)
+@kernel
 def bounds(pieces, piece_ranges, position, rotation, skin):
     """Axis-aligned box of each body, world frame, grown by its skin: lower (n, 3), upper (n, 3) [m]. Planes are unbounded."""
     count = len(position)
@@ -30,7 +30,7 @@ def bounds(pieces, piece_ranges, position, rotation, skin):
     return lower, upper
 
 
-@njit(cache=True)
+@kernel
 def overlapping(lower, upper, moving, group):
     """Index pairs (a < b) of bodies whose boxes overlap, at least one of them moving, groups compatible; sorted, (k, 2)."""
     order = np.argsort(lower[:, 0], kind="mergesort")
@@ -56,7 +56,7 @@ def overlapping(lower, upper, moving, group):
     return found[np.argsort(found[:, 0] * len(moving) + found[:, 1], kind="mergesort")]
 
 
-@njit(cache=True)
+@kernel
 def close_pieces(body_pairs, pieces, piece_ranges, position, rotation, skin):
     """Pairs of pieces whose bounding spheres are closer than the skins: rows (body a, body b, piece a, piece b), (k, 4).
 
@@ -94,7 +94,7 @@ def close_pieces(body_pairs, pieces, piece_ranges, position, rotation, skin):
     return found[:count]
 
 
-@njit(cache=True)
+@kernel
 def carry_over(old, new):
     """For each row of ``new`` the index of the equal row of ``old``, or -1; a hash table of rows, (k,)."""
     size = 16

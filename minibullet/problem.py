@@ -9,7 +9,8 @@ curious.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from minibullet.kernels import kernel, leaf
 
 AXES, ARM_A, ARM_B, ANSWER_A, ANSWER_B, BLOCK = 0, 9, 18, 27, 45, 63  # columns of ContactProblem.rows
 WIDTH = 72
@@ -34,7 +35,7 @@ class ContactProblem(NamedTuple):
     reference_mass: float  # median mass of the moving bodies: turns impulses into velocities in every residual [kg]
 
 
-@njit(cache=True)
+@leaf
 def tangents(nx, ny, nz):
     """Two unit tangents that make a right-handed frame with the unit normal, smooth but at one point (Frisvad, J. Graphics
     Tools 16, 2012)."""
@@ -47,7 +48,7 @@ def tangents(nx, ny, nz):
     return 1.0 - nx * nx * a, b, -nx, b, 1.0 - ny * ny * a, -ny
 
 
-@njit(cache=True)
+@leaf
 def velocity_along(row, i, v, w):
     """Velocity of body b (twist w) against body a (twist v) along axis i of a contact (0 normal, 1 and 2 tangents) [m/s]."""
     k = 3 * i
@@ -58,13 +59,13 @@ def velocity_along(row, i, v, w):
     )  # fmt: skip
 
 
-@njit(cache=True)
+@leaf
 def normal_velocity(c, bodies, rows, twist):
     """Velocity of b against a along the normal of contact c [m/s]."""
     return velocity_along(rows[c], 0, twist[bodies[c, 0]], twist[bodies[c, 1]])
 
 
-@njit(cache=True)
+@kernel
 def relative_velocity(bodies, rows, twist):
     """Velocity of b against a at each contact, contact axes (m, 3) [m/s]."""
     result = np.empty((len(bodies), 3))
@@ -74,7 +75,7 @@ def relative_velocity(bodies, rows, twist):
     return result
 
 
-@njit(cache=True)
+@leaf
 def apply_impulses(bodies, rows, impulse, twist):
     """Add to ``twist`` (n, 6), in place, what the impulses (m, 3, contact axes) do to the bodies."""
     for c in range(len(bodies)):
@@ -85,7 +86,7 @@ def apply_impulses(bodies, rows, impulse, twist):
                 twist[b, k] += rows[c, ANSWER_B + 6 * i + k] * impulse[c, i]
 
 
-@njit(cache=True)
+@kernel
 def find_islands(bodies, moving):
     """Contacts sorted by island, stable, and where each island begins: bodies linked through contacts; fixed bodies do not
     link."""
@@ -141,15 +142,13 @@ def delassus(problem, contacts=None):
     index = np.arange(count)
     for side, sign in ((0, -1.0), (1, 1.0)):
         rate[index, :, place[:, side]] += sign * jacobian(rows, side)
-        answer[index, :, place[:, side]] += sign * rows[:, ANSWER_A + 18 * side : ANSWER_A + 18 * side + 18].reshape(
-            count, 3, 6
-        )
+        answer[index, :, place[:, side]] += sign * rows[:, ANSWER_A + 18 * side : ANSWER_A + 18 * side + 18].reshape(count, 3, 6)
     q = relative_velocity(bodies, rows, problem.free_twist)
     q[:, 0] -= problem.target[chosen]
     return rate.reshape(3 * count, -1) @ answer.reshape(3 * count, -1).T, q.reshape(-1)
 
 
-@njit(cache=True)
+@kernel
 def into_axes(rows, vector):
     """World vectors (m, 3) in the axes of their contacts (m, 3)."""
     result = np.empty_like(vector)
@@ -159,7 +158,7 @@ def into_axes(rows, vector):
     return result
 
 
-@njit(cache=True)
+@kernel
 def into_world(rows, vector):
     """Vectors in contact axes (m, 3) in world axes (m, 3)."""
     result = np.empty_like(vector)

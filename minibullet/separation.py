@@ -4,15 +4,15 @@ Two convex pieces are apart, touch or overlap by the largest separation over all
 """
 
 import numpy as np
-from numba import njit
 
 from minibullet.geometry import FACES, VERTICES, length, support, turn, turn_back
+from minibullet.kernels import leaf
 
 UNKNOWN, PLANE, FACE_A, FACE_B, EDGE_EDGE, DIRECTION, ROUND = 0, 1, 2, 3, 4, 5, 6  # kinds of answer
 PARALLEL = 1e-4  # sine below which two edges span no direction that rounding leaves alone: faces decide there [-]
 
 
-@njit(cache=True)
+@leaf
 def separation(pieces, i, j, rotation_a, rotation_b, dx, dy, dz, nx, ny, nz):
     """Separation of piece j of b from piece i of a along the world direction n; (dx, dy, dz) is b's position minus a's [m]."""
     ax, ay, az = turn_back(rotation_a, nx, ny, nz)
@@ -21,7 +21,7 @@ def separation(pieces, i, j, rotation_a, rotation_b, dx, dy, dz, nx, ny, nz):
     return apart - pieces.sizes[i, 1] - pieces.sizes[j, 1]
 
 
-@njit(cache=True)
+@leaf
 def face_separation(pieces, face, other, rotation_own, rotation_other, dx, dy, dz, rounding):
     """Separation of piece ``other`` from the plane of ``face``: (value, world normal); (dx, dy, dz) = other position minus
     own."""
@@ -30,7 +30,7 @@ def face_separation(pieces, face, other, rotation_own, rotation_other, dx, dy, d
     return nx * dx + ny * dy + nz * dz - pieces.offsets[face] - support(pieces, other, -x, -y, -z) - rounding, nx, ny, nz
 
 
-@njit(cache=True)
+@leaf
 def edge_normal(pieces, first, second, i, j, rotation_a, rotation_b, dx, dy, dz):
     """Unit normal of two edge directions, from piece i of a towards piece j of b; zero where they are parallel."""
     px, py, pz = turn(rotation_a, pieces.directions[first, 0], pieces.directions[first, 1], pieces.directions[first, 2])
@@ -46,7 +46,7 @@ def edge_normal(pieces, first, second, i, j, rotation_a, rotation_b, dx, dy, dz)
     return nx / size, ny / size, nz / size
 
 
-@njit(cache=True)
+@leaf
 def segment_closest(p0, p1, p2, u0, u1, u2, q0, q1, q2, v0, v1, v2):
     """Closest points of the segments p + s u and q + t v, 0 <= s, t <= 1: (s, t). Ericson, Real-Time Collision Detection,
     5.1.9."""
@@ -63,7 +63,7 @@ def segment_closest(p0, p1, p2, u0, u1, u2, q0, q1, q2, v0, v1, v2):
     return s, t
 
 
-@njit(cache=True)
+@leaf
 def core(pieces, piece, rotation):
     """The core segment of a sphere (length zero) or capsule: start and direction, world axes about the centre of mass."""
     v, w = pieces.ranges[piece, VERTICES], pieces.ranges[piece, VERTICES + 1] - 1
@@ -72,7 +72,7 @@ def core(pieces, piece, rotation):
     return x, y, z, e - x, f - y, g - z
 
 
-@njit(cache=True)
+@leaf
 def closest_on_piece(pieces, piece, x, y, z):
     """Point of a polytope nearest to (x, y, z), both in its body axes; the point itself where it lies inside."""
     best, bx, by, bz = np.inf, x, y, z
@@ -108,7 +108,7 @@ def closest_on_piece(pieces, piece, x, y, z):
     return bx, by, bz
 
 
-@njit(cache=True)
+@leaf
 def round_normal(pieces, i, j, rotation_a, rotation_b, dx, dy, dz):
     """Normal a to b and separation of a pair with a sphere, or of two capsules: (separation, nx, ny, nz); separation = inf:
     not round."""
@@ -138,7 +138,7 @@ def round_normal(pieces, i, j, rotation_a, rotation_b, dx, dy, dz):
     return distance - rounding, x / distance, y / distance, z / distance
 
 
-@njit(cache=True)
+@leaf
 def evaluate(pieces, kind, first, second, direction, i, j, rotation_a, rotation_b, dx, dy, dz):
     """The kept answer at today's poses: separation [m] and world normal a to b; separation -inf where the answer has no
     normal."""
@@ -161,7 +161,7 @@ def evaluate(pieces, kind, first, second, direction, i, j, rotation_a, rotation_
     return separation(pieces, i, j, rotation_a, rotation_b, dx, dy, dz, nx, ny, nz), nx, ny, nz
 
 
-@njit(cache=True)
+@leaf
 def capsule_direction(pieces, i, j, rotation_a, rotation_b, dx, dy, dz):
     """Direction a to b between a capsule's core and a polytope, by ternary search for the nearest point of the core; zero if
     inside."""

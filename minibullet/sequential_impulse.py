@@ -7,13 +7,13 @@ btSequentialImpulseConstraintSolver.
 """
 
 import numpy as np
-from numba import njit
 
+from minibullet.kernels import kernel
 from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, velocity_along
 from minibullet.solver import certify, free_size
 
 
-@njit(cache=True)
+@kernel
 def sweep_rows(bodies, rows, target, friction, impulse, twist, iterations):
     """``iterations`` sweeps: all normal rows, then all friction rows; impulses and twists in place."""
     for _ in range(iterations):

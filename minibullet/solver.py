@@ -8,10 +8,10 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from minibullet.cone import natural_map_error, solve_block
 from minibullet.exact import solve_dense
+from minibullet.kernels import kernel, leaf
 from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, delassus, relative_velocity, velocity_along
 
 
@@ -27,7 +27,7 @@ class Solution(NamedTuple):
     stalled: np.ndarray  # islands (index) that ended above the tolerance
 
 
-@njit(cache=True)
+@leaf
 def visit(c, bodies, rows, target, friction, impulse, twist):
     """Solve contact c exactly with all others held, update its impulse and the twists; returns the squared change of the
     impulse."""
@@ -52,7 +52,7 @@ def visit(c, bodies, rows, target, friction, impulse, twist):
     return d_n * d_n + d_1 * d_1 + d_2 * d_2
 
 
-@njit(cache=True)
+@leaf
 def turning_answer(mass_a, mass_b, row, i, j):
     """Angular velocity about axis i of a contact that a unit moment about axis j gives b against a [1/(kg m2)]."""
     value = 0.0
@@ -62,7 +62,7 @@ def turning_answer(mass_a, mass_b, row, i, j):
     return value
 
 
-@njit(cache=True)
+@leaf
 def within_disc(k11, k12, k22, c_1, c_2, limit):
     """The moment m with |m| <= limit that leaves K m = c, or slides: (K + s I) m = c with s >= 0 and |m| = limit, by
     bisection."""
@@ -84,7 +84,7 @@ def within_disc(k11, k12, k22, c_1, c_2, limit):
     return m_1, m_2
 
 
-@njit(cache=True)
+@kernel
 def visit_rolling(c, bodies, rows, rolling, inverse_mass, impulse, moment, twist):
     """Rolling and spinning resistance of contact c: moments on b that oppose the relative rotation, at most arm times the
     normal impulse; the spin about the normal has its own limit, the two rolling moments share a disc."""
@@ -115,7 +115,7 @@ def visit_rolling(c, bodies, rows, rolling, inverse_mass, impulse, moment, twist
                 twist[b, k] += change[i] * mass_b[k, 3 + d] * row[3 * i + d]
 
 
-@njit(cache=True)
+@leaf
 def natural_map(first, end, order, bodies, rows, target, friction, impulse, twist, reference_mass):
     """Squares that make the residual of the contacts order[first:end]: error of the natural map, |r|/m, |u|."""
     error = size_r = size_u = 0.0
@@ -131,7 +131,7 @@ def natural_map(first, end, order, bodies, rows, target, friction, impulse, twis
     return error, size_r, size_u
 
 
-@njit(cache=True)
+@kernel
 def sweep_islands(
     bodies,
     rows,
@@ -165,9 +165,7 @@ def sweep_islands(
             scale += free_size[order[place]]
         sweep = 0
         while True:
-            error, size_r, size_u = natural_map(
-                first, end, order, bodies, rows, target, friction, impulse, twist, reference_mass
-            )
+            error, size_r, size_u = natural_map(first, end, order, bodies, rows, target, friction, impulse, twist, reference_mass)
             largest = max(scale, size_r, size_u)
             residual[island] = np.sqrt(error / largest) if error > rounding * rounding * (end - first) else 0.0
             # the warm start is swept at least once even if it passes: an error that stays the same at every step adds up
@@ -246,7 +244,7 @@ def certify(problem, impulse, moment, twist, size, iterations, work, stalled):
     return Solution(impulse, moment, twist, residual, int(iterations), int(work), stalled)
 
 
-@njit(cache=True)
+@kernel
 def separate(bodies, rows, gap, tolerance, inverse_mass_rows, share, sweeps):
     """Displacement (n, 6) that takes away ``share`` of every overlap deeper than its tolerance (m,) without giving any
     velocity.
