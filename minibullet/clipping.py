@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from minibullet.geometry import EDGES, FACES, VERTICES
-from minibullet.kernels import kernel, leaf
+from minibullet.geometry import EDGES, FACES
+from minibullet.kernels import leaf
 
 
 @leaf
@@ -60,42 +60,37 @@ def clip(pieces, face, polygon, count, work):
     return count
 
 
-@kernel
+@leaf
 def thin_out(points, gaps, count):
     """Keep four of the points: the deepest, the farthest from it, and the two that span most area on either side; in place."""
     if count <= 4:
         return count
-    chosen = np.empty(4, dtype=np.int64)
-    chosen[0] = np.argmin(gaps[:count])
+    deepest, farthest, left, right = 0, 0, -1, -1
+    for p in range(count):
+        if gaps[p] < gaps[deepest]:
+            deepest = p
+    ox, oy, oz = points[deepest, 0], points[deepest, 1], points[deepest, 2]
     best = -1.0
     for p in range(count):
-        distance = ((points[p] - points[chosen[0]]) ** 2).sum()
+        distance = (points[p, 0] - ox) ** 2 + (points[p, 1] - oy) ** 2 + (points[p, 2] - oz) ** 2
         if distance > best:
-            best, chosen[1] = distance, p
-    line = points[chosen[1]] - points[chosen[0]]
-    reference = np.zeros(3)
-    high, low = 0.0, 0.0
-    chosen[2] = chosen[3] = -1
+            best, farthest = distance, p
+    lx, ly, lz = points[farthest, 0] - ox, points[farthest, 1] - oy, points[farthest, 2] - oz
+    rx = ry = rz = high = low = 0.0
     for p in range(count):
-        offset = points[p] - points[chosen[0]]
-        area = np.array(
-            (
-                line[1] * offset[2] - line[2] * offset[1],
-                line[2] * offset[0] - line[0] * offset[2],
-                line[0] * offset[1] - line[1] * offset[0],
-            )
-        )
-        if reference[0] == 0.0 and reference[1] == 0.0 and reference[2] == 0.0:
-            reference[:] = area
-        value = area[0] * reference[0] + area[1] * reference[1] + area[2] * reference[2]
+        x, y, z = points[p, 0] - ox, points[p, 1] - oy, points[p, 2] - oz
+        x, y, z = ly * z - lz * y, lz * x - lx * z, lx * y - ly * x
+        if rx == 0.0 and ry == 0.0 and rz == 0.0:
+            rx, ry, rz = x, y, z
+        value = x * rx + y * ry + z * rz
         if value > high:
-            high, chosen[2] = value, p
+            high, left = value, p
         if value < low:
-            low, chosen[3] = value, p
+            low, right = value, p
     kept = 0
     for p in range(count):  # in the polygon's order, so that the result does not depend on the order of choice
-        if p == chosen[0] or p == chosen[1] or p == chosen[2] or p == chosen[3]:
-            points[kept], gaps[kept] = points[p], gaps[p]
+        if p == deepest or p == farthest or p == left or p == right:
+            points[kept, 0], points[kept, 1], points[kept, 2], gaps[kept] = points[p, 0], points[p, 1], points[p, 2], gaps[p]
             kept += 1
     return kept
 
@@ -118,17 +113,6 @@ def support_edge(pieces, piece, direction, x, y, z):
 
 
 @leaf
-def support_vertex(pieces, piece, x, y, z):
-    """Vertex of ``piece`` farthest along (x, y, z), body axes."""
-    best, most = -1, -np.inf
-    for v in range(pieces.ranges[piece, VERTICES], pieces.ranges[piece, VERTICES + 1]):
-        value = x * pieces.vertices[v, 0] + y * pieces.vertices[v, 1] + z * pieces.vertices[v, 2]
-        if value > most:
-            best, most = v, value
-    return best
-
-
-@leaf
 def drop_doubles(points, gaps, normals, count, nearness):
     """Drop points closer (squared) to an earlier one than ``nearness``, in place: twice the same support only slows the
     solver."""
@@ -147,27 +131,3 @@ def drop_doubles(points, gaps, normals, count, nearness):
             gaps[kept] = gaps[p]
             kept += 1
     return kept
-
-
-@kernel
-def grown(array, capacity):
-    """A copy with room for ``capacity`` rows."""
-    larger = np.zeros((capacity, array.shape[1]))
-    larger[: len(array)] = array
-    return larger
-
-
-@kernel
-def grown_index(array, capacity):
-    """A copy of an integer array with room for ``capacity`` rows."""
-    larger = np.zeros((capacity, array.shape[1]), dtype=np.int64)
-    larger[: len(array)] = array
-    return larger
-
-
-@kernel
-def grown_flat(array, capacity):
-    """A copy of a vector with room for ``capacity`` entries."""
-    larger = np.zeros(capacity)
-    larger[: len(array)] = array
-    return larger

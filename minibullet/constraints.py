@@ -76,24 +76,25 @@ def describe(bodies, pair, arms, gap, rows, impulse, time_step):
 
 def assemble(scene, pair, rows, gap, law, free_twist, lag, inverse_mass, rounding, time_step):
     """The contact problem of the step: contacts may close by their gap and no more, u_N+ >= -gap/dt; an overlap asks for no
-    velocity.
+    velocity. ``lag``: how much farther apart impacts have left the bodies, (n, 6), or 0.0.
 
     Adhesion is a pull along the normal that acts while the surfaces touch, so it belongs to the free twist.
     """
-    left = gap - relative_velocity(pair, rows, lag)[:, 0]
+    left = gap if isinstance(lag, float) else gap - relative_velocity(pair, rows, lag)[:, 0]
     if law.adhesion.any():
         free_twist = free_twist.copy()
         pull = np.zeros((len(pair), 3))
-        touching = gap <= 1e-4 * scene.contact_size(pair)
-        pull[:, 0] = np.where(touching, -time_step * law.adhesion, 0.0)
+        pull[:, 0] = np.where(gap <= 1e-4 * scene.contact_size(pair), -time_step * law.adhesion, 0.0)
         apply_impulses(pair, rows, pull, free_twist)
-    order, islands = find_islands(pair, np.isfinite(scene.bodies.mass))
+    rolling = np.empty((len(pair), 2))
+    rolling[:, 0], rolling[:, 1] = law.rolling_arm, law.spinning_arm
+    order, islands = find_islands(pair, scene.moving)
     return ContactProblem(
         pair,
         rows,
         -np.maximum(left, 0.0) / time_step,
         law.friction,
-        np.stack([law.rolling_arm, law.spinning_arm], axis=1),
+        rolling,
         free_twist,
         inverse_mass,
         order,

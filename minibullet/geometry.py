@@ -105,6 +105,17 @@ def support(pieces, piece, x, y, z):
 
 
 @leaf
+def support_vertex(pieces, piece, x, y, z):
+    """Vertex of ``piece`` farthest along (x, y, z), body axes."""
+    best, most = -1, -np.inf
+    for v in range(pieces.ranges[piece, VERTICES], pieces.ranges[piece, VERTICES + 1]):
+        value = x * pieces.vertices[v, 0] + y * pieces.vertices[v, 1] + z * pieces.vertices[v, 2]
+        if value > most:
+            best, most = v, value
+    return best
+
+
+@leaf
 def turn(rotation, x, y, z):
     """Body axes to world axes: R (x, y, z)."""
     return (

@@ -9,22 +9,27 @@ from functools import cached_property
 
 import numpy as np
 
-from minibullet import problem, rotations
+from minibullet import constraints, problem, rotations
 from minibullet.effects.contract import name_of
 
 
 class Step:
     """What one step did. Attributes are plain numbers; ``to_dict()`` has them all under the names of the documentation."""
 
-    def __init__(self, world, before, after, wrenches, contacts, law, problem, solution, blows):
+    def __init__(self, world, before, after, wrenches, touch, law, problem, solution, blows):
         self.step, self.time, self.time_step = world.steps, world.time, world.settings.time_step
         self.effects, self.names, self.tolerance = world.effects, tuple(world.registry.scene.names), world.settings.tolerance
-        self.before, self.after, self.wrenches, self.contacts, self.law = before, after, wrenches, contacts, law
+        self.before, self.after, self.wrenches, self._touch, self.law = before, after, wrenches, touch, law
         self.problem, self.solution, self.blows = problem, solution, blows
         self.residual, self.iterations, self.contact_visits = solution.residual, solution.iterations, solution.work
         self.converged = solution.residual <= world.settings.tolerance
         self.fcl_calls, self._reach = world.registry.scene.collision.calls, world.registry.scene.reach
         self.reference_mass = problem.reference_mass
+
+    @cached_property
+    def contacts(self):
+        """The Contacts record of the step: who touched whom when it began."""
+        return constraints.describe(*self._touch)
 
     @property
     def impulse(self):
@@ -61,7 +66,7 @@ class Step:
     @property
     def penetration(self):
         """Deepest overlap when the step began [m]."""
-        return float(max(-self.contacts.gap.min(initial=0.0), 0.0))
+        return float(max(-self._touch[3].min(initial=0.0), 0.0))
 
     def _kinetic(self, bodies):
         moving = np.isfinite(bodies.mass)

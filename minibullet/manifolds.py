@@ -7,16 +7,17 @@ matched with those of the step before, so that impulses can start where they end
 
 import numpy as np
 
-from minibullet.clipping import clip, drop_doubles, facing, grown, grown_flat, grown_index, support_edge, support_vertex, thin_out
-from minibullet.geometry import VERTICES, turn, turn_back
-from minibullet.kernels import kernel, leaf
+from minibullet.answers import STILL
+from minibullet.clipping import clip, drop_doubles, facing, support_edge, thin_out
+from minibullet.geometry import VERTICES, support_vertex, turn, turn_back
+from minibullet.kernels import leaf
 from minibullet.separation import EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, core, segment_closest
 
-STILL = 1e-5  # motion, in piece sizes, through which contacts stay the same points of their bodies: [-]
+MOST = 9  # contact points of a pair of pieces: one of its own, and four over a face of either [-]
 NEAR = 0.1  # a point is the same as last step's if it moved by less than this share of the piece: [-]
 
 
-@kernel
+@leaf
 def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, least, reach, points, gaps, work):
     """Contacts of piece ``other`` on ``face`` of piece ``own`` with gaps from ``least`` to ``reach``: points midway between
     the surfaces, axes of own; returns the count."""
@@ -46,13 +47,14 @@ def face_points(pieces, face, own, other, rotation_own, rotation_other, dx, dy, 
         gap = height - rounding
         if least <= gap <= reach:
             move = own_rounding + 0.5 * gap - height  # midway between the two surfaces
-            points[kept] = (points[p, 0] + move * nx, points[p, 1] + move * ny, points[p, 2] + move * nz)
+            points[kept, 0], points[kept, 1] = points[p, 0] + move * nx, points[p, 1] + move * ny
+            points[kept, 2] = points[p, 2] + move * nz
             gaps[kept] = gap
             kept += 1
     return thin_out(points, gaps, kept)
 
 
-@kernel
+@leaf
 def side_points(
     pieces, face, own, other, rotation_own, rotation_other, dx, dy, dz, side, least, most, points, gaps, normals, work, first
 ):
@@ -80,9 +82,9 @@ def side_points(
     x, y, z = turn(rotation_own, pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2])
     shift = 0.0 if side > 0.0 else 1.0
     for p in range(first, first + count):
-        normals[p] = (side * x, side * y, side * z)
+        normals[p, 0], normals[p, 1], normals[p, 2] = side * x, side * y, side * z
         u, v, w = turn(rotation_own, points[p, 0], points[p, 1], points[p, 2])
-        points[p] = (u + shift * dx, v + shift * dy, w + shift * dz)
+        points[p, 0], points[p, 1], points[p, 2] = u + shift * dx, v + shift * dy, w + shift * dz
     return first + count
 
 
@@ -118,17 +120,18 @@ def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, 
             high = min(max((ux * (qx + vx + dx - px) + uy * (qy + vy + dy - py) + uz * (qz + vz + dz - pz)) / uu, 0.0), 1.0)
             for p in range(2):
                 s = low if p == 0 else high
-                points[p] = (px + s * ux + radius_a * nx, py + s * uy + radius_a * ny, pz + s * uz + radius_a * nz)
+                points[p, 0], points[p, 1] = px + s * ux + radius_a * nx, py + s * uy + radius_a * ny
+                points[p, 2] = pz + s * uz + radius_a * nz
             return 2
     elif kind == ROUND and pieces.ranges[i, VERTICES + 1] - pieces.ranges[i, VERTICES] == 1:
         v = pieces.ranges[i, VERTICES]
         px, py, pz = turn(rotation_a, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
-        points[0] = (px + radius_a * nx, py + radius_a * ny, pz + radius_a * nz)
+        points[0, 0], points[0, 1], points[0, 2] = px + radius_a * nx, py + radius_a * ny, pz + radius_a * nz
         return 1
     elif kind == ROUND:
         v = pieces.ranges[j, VERTICES]
         px, py, pz = turn(rotation_b, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
-        points[0] = (px + dx - radius_b * nx, py + dy - radius_b * ny, pz + dz - radius_b * nz)
+        points[0, 0], points[0, 1], points[0, 2] = px + dx - radius_b * nx, py + dy - radius_b * ny, pz + dz - radius_b * nz
         return 1
     else:
         v, w = support_vertex(pieces, i, ax, ay, az), support_vertex(pieces, j, bx, by, bz)
@@ -142,15 +145,12 @@ def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, 
         elif kind == FACE_B:
             qx, qy, qz = px + height * nx - dx, py + height * ny - dy, pz + height * nz - dz
     s, t = segment_closest(px, py, pz, ux, uy, uz, qx + dx, qy + dy, qz + dz, vx, vy, vz)
-    points[0] = (
-        0.5 * (px + s * ux + radius_a * nx + qx + dx + t * vx - radius_b * nx),
-        0.5 * (py + s * uy + radius_a * ny + qy + dy + t * vy - radius_b * ny),
-        0.5 * (pz + s * uz + radius_a * nz + qz + dz + t * vz - radius_b * nz),
-    )
+    points[0, 0] = 0.5 * (px + s * ux + radius_a * nx + qx + dx + t * vx - radius_b * nx)
+    points[0, 1] = 0.5 * (py + s * uy + radius_a * ny + qy + dy + t * vy - radius_b * ny)
+    points[0, 2] = 0.5 * (pz + s * uz + radius_a * nz + qz + dz + t * vz - radius_b * nz)
     return 1
 
 
-@kernel
 def build(pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin, old_point, old_normal, old_impulse):
     """All contacts of the step, in the order of the pair list.
 
@@ -159,15 +159,36 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
     (m,), last step's impulse where the contact is known from there (m, 3), and the points in body axes (m, 6).
     ``contact_range`` is brought up to date.
     """
-    capacity = max(64, 2 * len(old_point))
-    bodies = np.empty((capacity, 2), dtype=np.int64)
-    vectors, gaps = np.empty((capacity, 9)), np.empty(capacity)
-    impulse, local = np.zeros((capacity, 3)), np.empty((capacity, 6))
-    largest = 16  # vertices of the largest piece: a polygon clipped by another has at most as many corners as both
-    for piece in range(len(pieces.ranges)):
-        largest = max(largest, pieces.ranges[piece, VERTICES + 1] - pieces.ranges[piece, VERTICES])
-    points, normals = np.empty((4 * largest, 3)), np.empty((4 * largest, 3))
-    point_gaps, work = np.empty(4 * largest), np.empty((4 * largest, 4))
+    most = MOST * near(pieces, rows, numbers, stride) + len(old_point)
+    corners = max(16, int((pieces.ranges[:, VERTICES + 1] - pieces.ranges[:, VERTICES]).max(initial=0)))
+    contacts = (
+        np.empty((most, 2), dtype=np.int64), np.empty((most, 9)), np.empty(most), np.empty((most, 3)), np.empty((most, 6))
+    )  # fmt: skip
+    # a polygon clipped by another has at most as many corners as both
+    scratch = np.empty((4 * corners, 3)), np.empty(4 * corners), np.empty((4 * corners, 3)), np.empty((4 * corners, 4))
+    total = fill(
+        pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin,
+        old_point, old_normal, old_impulse, *contacts, *scratch,
+    )  # fmt: skip
+    return tuple(array[:total] for array in contacts)
+
+
+@leaf
+def near(pieces, rows, numbers, stride):
+    """How many rows may touch in this step."""
+    count = 0
+    for k in range(len(rows)):
+        size = min(pieces.sizes[rows[k, 2], 0], pieces.sizes[rows[k, 3], 0])
+        count += not numbers[k, 0] > stride[rows[k, 0]] + stride[rows[k, 1]] + 2e-3 * size  # as below, NaN counts
+    return count
+
+
+@leaf
+def fill(
+    pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin, old_point, old_normal, old_impulse,
+    bodies, vectors, gaps, impulse, local, points, point_gaps, normals, work,
+):  # fmt: skip
+    """The work of ``build``, into arrays that are long enough; returns the number of contacts."""
     total = 0
     for k in range(len(rows)):
         a, b, i, j = rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3]
@@ -179,18 +200,14 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
             numbers[k, 10] = np.inf
             continue
         dx, dy, dz = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
-        if total + 64 > capacity:
-            capacity *= 2
-            bodies, vectors, gaps = grown_index(bodies, capacity), grown(vectors, capacity), grown_flat(gaps, capacity)
-            impulse, local = grown(impulse, capacity), grown(local, capacity)
-        if numbers[k, 10] <= STILL * size and old_end > old_first:
+        if numbers[k, 10] <= STILL * size:
             # nothing moved far enough to change who touches where: the same points, carried along with their bodies
             for old in range(old_first, old_end):
                 px, py, pz = turn(rotation[a], old_point[old, 0], old_point[old, 1], old_point[old, 2])
                 qx, qy, qz = turn(rotation[b], old_point[old, 3], old_point[old, 4], old_point[old, 5])
                 nx, ny, nz = old_normal[old, 0], old_normal[old, 1], old_normal[old, 2]
                 bodies[total, 0], bodies[total, 1] = a, b
-                vectors[total] = (px, py, pz, qx, qy, qz, nx, ny, nz)
+                enter(vectors[total], px, py, pz, qx, qy, qz, nx, ny, nz)
                 gaps[total] = nx * (qx + dx - px) + ny * (qy + dy - py) + nz * (qz + dz - pz)
                 for axis in range(3):
                     impulse[total, axis] = old_impulse[old, axis]
@@ -198,9 +215,9 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
                 total += 1
             contact_range[k, 1] = total
             continue
-        numbers[k, 10] = 0.0
         count = pair_points(pieces, k, rows, answers, numbers, rotation[a], rotation[b], dx, dy, dz, reach,
                             margin[a] + margin[b], size, points, point_gaps, normals, work)  # fmt: skip
+        numbers[k, 10] = 0.0 if count else np.inf
         for p in range(count):
             bodies[total, 0], bodies[total, 1] = a, b
             x, y, z, u, v, w = points[p, 0], points[p, 1], points[p, 2], normals[p, 0], normals[p, 1], normals[p, 2]
@@ -208,7 +225,7 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
             half = 0.5 * gap  # from the midpoint to either surface: they meet when the gap has closed
             px, py, pz = x - half * u, y - half * v, z - half * w
             qx, qy, qz = x - dx + half * u, y - dy + half * v, z - dz + half * w
-            vectors[total] = (px, py, pz, qx, qy, qz, u, v, w)
+            enter(vectors[total], px, py, pz, qx, qy, qz, u, v, w)
             gaps[total] = gap
             local[total, 0], local[total, 1], local[total, 2] = turn_back(rotation[a], px, py, pz)
             local[total, 3], local[total, 4], local[total, 5] = turn_back(rotation[b], qx, qy, qz)
@@ -227,10 +244,35 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
                 old_point[found, side] = np.inf  # taken: no other point may start from it
             total += 1
         contact_range[k, 1] = total
-    return bodies[:total], vectors[:total], gaps[:total], impulse[:total], local[:total]
+    return total
 
 
-@kernel
+@leaf
+def enter(row, px, py, pz, qx, qy, qz, nx, ny, nz):
+    """Write two arms and a normal into a row of nine."""
+    row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8] = px, py, pz, qx, qy, qz, nx, ny, nz
+
+
+@leaf
+def rise(pieces, face, side, answer, rotation_a, rotation_b):
+    """Slope against a face of a (side 0) or b (side 1) of the edge of the other body that makes an edge-edge answer [-]."""
+    own, other = (rotation_a, rotation_b) if side == 0 else (rotation_b, rotation_a)
+    edge = answer[2] if side == 0 else answer[1]
+    x, y, z = turn(own, pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2])
+    u, v, w = turn(other, pieces.directions[edge, 0], pieces.directions[edge, 1], pieces.directions[edge, 2])
+    return abs(x * u + y * v + z * w)
+
+
+@leaf
+def lowest(gaps, count):
+    """The smallest of the first ``count`` gaps; infinite if there is none."""
+    least = np.inf
+    for p in range(count):
+        least = min(least, gaps[p])
+    return least
+
+
+@leaf
 def pair_points(
     pieces, k, rows, answers, numbers, rotation_a, rotation_b, dx, dy, dz, reach, margin, size, points, gaps, normals, work
 ):  # fmt: skip
@@ -246,6 +288,8 @@ def pair_points(
             face = answers[k, 1] if on_face else answers[k, 3 + side]
             if face < 0 or kind == ROUND or (on_face and side != (1 if kind == FACE_B else 0)):
                 continue
+            if kind == EDGE_EDGE and rise(pieces, face, side, answers[k], rotation_a, rotation_b) * NEAR * size > most:
+                continue  # the other's edge rises out of reach within the distance at which points count as one
             least = -np.inf if on_face else 0.0
             if side == 0:
                 count = side_points(pieces, face, i, j, rotation_a, rotation_b, dx, dy, dz, 1.0, least, most,
@@ -254,7 +298,7 @@ def pair_points(
                 count = side_points(pieces, face, j, i, rotation_b, rotation_a, dx, dy, dz, -1.0, least, most,
                                     points, gaps, normals, work, count)  # fmt: skip
         # a face that no corner lies over, or only a high one, still has its lowest corner beside the outline
-        if side < 0 or (on_face and kind != PLANE and (count == 0 or gaps[:count].min() > numbers[k, 0] + 1e-3 * size)):
+        if side < 0 or (on_face and kind != PLANE and lowest(gaps, count) > numbers[k, 0] + 1e-3 * size):
             first = count
             count += single_point(pieces, kind, answers[k, 1], answers[k, 2], i, j, rotation_a, rotation_b,
                                   dx, dy, dz, nx, ny, nz, points[first:])  # fmt: skip

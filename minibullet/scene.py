@@ -30,13 +30,27 @@ class Scene:
         self.piece_ranges = np.empty((0, 2), dtype=np.int64)
         self.frame = np.empty((0, 4))  # principal axes in the user's body axes, (n, 4)
         self.names = []
+        self._counted = (None, None, None)
         self.collision = Collision(pack([PlaneShape((0.0, 0.0, 1.0))]))
+
+    @property
+    def moving(self):
+        """Which bodies can move, boolean (n,)."""
+        return self._census()[1]
 
     @property
     def reference_mass(self):
         """Median mass of the moving bodies [kg]: turns impulses into velocities in residuals."""
-        finite = self.bodies.mass[np.isfinite(self.bodies.mass)]
-        return float(np.sort(finite)[len(finite) // 2]) if len(finite) else 1.0
+        return self._census()[2]
+
+    def _census(self):
+        """The masses, who can move, the median mass; counted again only when the masses are others."""
+        mass = self.bodies.mass
+        if self._counted[0] is not mass:
+            moving = np.isfinite(mass)
+            finite = np.sort(mass[moving])
+            self._counted = mass, moving, float(finite[len(finite) // 2]) if len(finite) else 1.0
+        return self._counted
 
     def touching(self, rotation, stride, kept):
         """The contacts of a step, as ``manifolds.build`` gives them: who touches whom by ``Collision.find``, and where."""
@@ -49,8 +63,8 @@ class Scene:
 
     def contact_size(self, pair):
         """Bounding radius of the smaller body of each pair (m, 2), planes left out [m], (m,)."""
-        reach = self.reach[pair]
-        return np.where(reach > 0.0, reach, np.inf).min(axis=1)
+        reach = np.where(self.reach > 0.0, self.reach, np.inf)
+        return np.minimum(reach[pair[:, 0]], reach[pair[:, 1]])
 
     def pair_value(self, values, pair, default):
         """Value of each contact: the geometric mean of both bodies' own values, the only one there is, or the default, (m,)."""

@@ -12,7 +12,7 @@ import numpy as np
 from minibullet.cone import natural_map_error, solve_block
 from minibullet.exact import solve_dense
 from minibullet.kernels import kernel, leaf
-from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, delassus, relative_velocity, velocity_along
+from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, delassus, velocity_along
 
 
 class Solution(NamedTuple):
@@ -37,12 +37,14 @@ def visit(c, bodies, rows, target, friction, impulse, twist):
     if old_n == 0.0 and u_n >= 0.0:
         return 0.0
     u_1, u_2 = velocity_along(r, 1, v, w), velocity_along(r, 2, v, w)
+    limit = friction[c] * old_n
     new_n, new_1, new_2 = solve_block(
         r[63], r[64], r[65], r[66], r[67], r[68], r[69], r[70], r[71],
         u_n - r[63] * old_n - r[64] * old_1 - r[65] * old_2,
         u_1 - r[66] * old_n - r[67] * old_1 - r[68] * old_2,
         u_2 - r[69] * old_n - r[70] * old_1 - r[71] * old_2,
         friction[c],
+        sqrt(u_1 * u_1 + u_2 * u_2) / limit if limit > 0.0 else -1.0,
     )  # fmt: skip
     d_n, d_1, d_2 = new_n - old_n, new_1 - old_1, new_2 - old_2
     impulse[c, 0], impulse[c, 1], impulse[c, 2] = new_n, new_1, new_2
@@ -84,35 +86,36 @@ def within_disc(k11, k12, k22, c_1, c_2, limit):
     return m_1, m_2
 
 
-@kernel
+@leaf
 def visit_rolling(c, bodies, rows, rolling, inverse_mass, impulse, moment, twist):
     """Rolling and spinning resistance of contact c: moments on b that oppose the relative rotation, at most arm times the
     normal impulse; the spin about the normal has its own limit, the two rolling moments share a disc."""
     a, b = bodies[c, 0], bodies[c, 1]
-    mass_a, mass_b, row = inverse_mass[a], inverse_mass[b], rows[c]
-    rate = np.zeros(3)
-    for i in range(3):
-        for d in range(3):
-            rate[i] += row[3 * i + d] * (twist[b, 3 + d] - twist[a, 3 + d])
+    mass_a, mass_b, row, v, w = inverse_mass[a], inverse_mass[b], rows[c], twist[a], twist[b]
     k00 = turning_answer(mass_a, mass_b, row, 0, 0)
     if k00 == 0.0:
         return
-    change = np.zeros(3)
     limit = rolling[c, 1] * impulse[c, 0]
-    change[0] = min(max(moment[c, 0] - rate[0] / k00, -limit), limit) - moment[c, 0]
+    change_0 = min(max(moment[c, 0] - turning_rate(row, 0, v, w) / k00, -limit), limit) - moment[c, 0]
     k11, k12 = turning_answer(mass_a, mass_b, row, 1, 1), turning_answer(mass_a, mass_b, row, 1, 2)
     k10, k20 = turning_answer(mass_a, mass_b, row, 1, 0), turning_answer(mass_a, mass_b, row, 2, 0)
     k22 = turning_answer(mass_a, mass_b, row, 2, 2)
-    left_1, left_2 = rate[1] + k10 * change[0], rate[2] + k20 * change[0]
+    left_1, left_2 = turning_rate(row, 1, v, w) + k10 * change_0, turning_rate(row, 2, v, w) + k20 * change_0
     m_1, m_2 = within_disc(k11, k12, k22, k11 * moment[c, 1] + k12 * moment[c, 2] - left_1,
                            k12 * moment[c, 1] + k22 * moment[c, 2] - left_2, rolling[c, 0] * impulse[c, 0])  # fmt: skip
-    change[1], change[2] = m_1 - moment[c, 1], m_2 - moment[c, 2]
     for i in range(3):
-        moment[c, i] += change[i]
+        change = change_0 if i == 0 else (m_1 if i == 1 else m_2) - moment[c, i]
+        moment[c, i] += change
         for k in range(6):
             for d in range(3):
-                twist[a, k] -= change[i] * mass_a[k, 3 + d] * row[3 * i + d]
-                twist[b, k] += change[i] * mass_b[k, 3 + d] * row[3 * i + d]
+                v[k] -= change * mass_a[k, 3 + d] * row[3 * i + d]
+                w[k] += change * mass_b[k, 3 + d] * row[3 * i + d]
+
+
+@leaf
+def turning_rate(row, i, v, w):
+    """Angular velocity of b (twist w) against a (twist v) about axis i of a contact [rad/s]."""
+    return row[3 * i] * (w[3] - v[3]) + row[3 * i + 1] * (w[4] - v[4]) + row[3 * i + 2] * (w[5] - v[5])
 
 
 @leaf
@@ -131,7 +134,7 @@ def natural_map(first, end, order, bodies, rows, target, friction, impulse, twis
     return error, size_r, size_u
 
 
-@kernel
+@leaf
 def sweep_islands(
     bodies,
     rows,
@@ -150,10 +153,10 @@ def sweep_islands(
     iterations,
     tolerance,
     stop,
+    residual,
 ):
-    """Gauss-Seidel on every island; returns most sweeps, contacts visited and the residual of each island."""
+    """Gauss-Seidel on every island, whose ``residual`` (i,) is filled in; returns most sweeps and contacts visited."""
     most, work = 0, 0
-    residual = np.zeros(len(islands) - 1)
     resists = False
     for c in range(len(bodies)):
         if rolling[c, 0] > 0.0 or rolling[c, 1] > 0.0:
@@ -167,7 +170,7 @@ def sweep_islands(
         while True:
             error, size_r, size_u = natural_map(first, end, order, bodies, rows, target, friction, impulse, twist, reference_mass)
             largest = max(scale, size_r, size_u)
-            residual[island] = np.sqrt(error / largest) if error > rounding * rounding * (end - first) else 0.0
+            residual[island] = sqrt(error / largest) if error > rounding * rounding * (end - first) else 0.0
             # the warm start is swept at least once even if it passes: an error that stays the same at every step adds up
             if sweep >= iterations or (stop and residual[island] <= tolerance and (sweep > 0 or (error == 0.0 and not resists))):
                 break
@@ -184,7 +187,7 @@ def sweep_islands(
                 sweep += 1
                 work += end - first
         most = max(most, sweep)
-    return most, work, residual
+    return most, work
 
 
 def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True):
@@ -196,7 +199,8 @@ def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True)
     impulse, moment, twist = impulse.copy(), moment.copy(), problem.free_twist.copy()
     size = free_size(problem)
     apply_impulses(problem.bodies, problem.rows, impulse, twist)
-    most, work, residual = sweep_islands(
+    residual = np.zeros(len(problem.islands) - 1)
+    most, work = sweep_islands(
         problem.bodies,
         problem.rows,
         problem.target,
@@ -214,15 +218,26 @@ def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True)
         iterations,
         tolerance,
         stop,
+        residual,
     )
     return certify(problem, impulse, moment, twist, size, most, work, np.flatnonzero(residual > tolerance))
 
 
 def free_size(problem):
     """|q|^2 of each contact, q the relative velocity without contact impulses less the target (m,)."""
-    q = relative_velocity(problem.bodies, problem.rows, problem.free_twist)
-    q[:, 0] -= problem.target
-    return (q * q).sum(axis=1)
+    return squared_speed(problem.bodies, problem.rows, problem.target, problem.free_twist)
+
+
+@kernel
+def squared_speed(bodies, rows, target, twist):
+    """|u - target n|^2 of each contact, u the relative velocity at these twists [m2/s2], (m,)."""
+    result = np.empty(len(bodies))
+    for c in range(len(bodies)):
+        v, w = twist[bodies[c, 0]], twist[bodies[c, 1]]
+        u_n = velocity_along(rows[c], 0, v, w) - target[c]
+        u_1, u_2 = velocity_along(rows[c], 1, v, w), velocity_along(rows[c], 2, v, w)
+        result[c] = u_n * u_n + u_1 * u_1 + u_2 * u_2
+    return result
 
 
 def certify(problem, impulse, moment, twist, size, iterations, work, stalled):
@@ -244,32 +259,39 @@ def certify(problem, impulse, moment, twist, size, iterations, work, stalled):
     return Solution(impulse, moment, twist, residual, int(iterations), int(work), stalled)
 
 
-@kernel
-def separate(bodies, rows, gap, tolerance, inverse_mass_rows, share, sweeps):
-    """Displacement (n, 6) that takes away ``share`` of every overlap deeper than its tolerance (m,) without giving any
-    velocity.
+def separate(bodies, rows, gap, tolerance, count, share, sweeps):
+    """Displacement of ``count`` bodies (n, 6) that takes away ``share`` of every overlap deeper than its tolerance (m,) without
+    giving any velocity.
 
-    A frictionless problem of its own, solved by Gauss-Seidel: overlaps open, gaps stay gaps. What the contact problem leaves
-    of overlap comes from its linearisation and its tolerance; a velocity that undid it would be energy from nowhere.
+    A frictionless problem of its own, solved by Gauss-Seidel until a sweep moves nothing by more than a hundredth of the
+    tolerance: overlaps open, gaps stay gaps. What the contact problem leaves of overlap comes from its linearisation and its
+    tolerance; a velocity that undid it would be energy from nowhere.
     """
-    shift = np.zeros((inverse_mass_rows, 6))
-    push = np.zeros(len(bodies))
-    for _ in range(sweeps):
-        for c in range(len(bodies)):
-            a, b = bodies[c, 0], bodies[c, 1]
-            if rows[c, BLOCK] == 0.0:
-                continue  # neither of the two may be moved
-            r = rows[c]
-            value = velocity_along(r, 0, shift[a], shift[b])
-            wanted = -share * (gap[c] + tolerance[c]) if gap[c] < -tolerance[c] else -max(gap[c], 0.0)
-            new = max(push[c] + (wanted - value) / r[BLOCK], 0.0)
-            step = new - push[c]
-            push[c] = new
-            if step != 0.0:
-                for k in range(6):
-                    shift[a, k] -= step * r[ANSWER_A + k]
-                    shift[b, k] += step * r[ANSWER_B + k]
+    shift = np.zeros((count, 6))
+    push_apart(bodies, rows, gap, tolerance, share, sweeps, np.zeros(len(bodies)), shift)
     return shift
+
+
+@leaf
+def push_apart(bodies, rows, gap, tolerance, share, sweeps, push, shift):
+    """The sweeps of ``separate``; push (m,), how hard each contact pushes, and shift (n, 6) are brought up to date in place."""
+    for _ in range(sweeps):
+        still = True
+        for c in range(len(bodies)):
+            r, v, w = rows[c], shift[bodies[c, 0]], shift[bodies[c, 1]]
+            if r[BLOCK] == 0.0:
+                continue  # neither of the two may be moved
+            wanted = -share * (gap[c] + tolerance[c]) if gap[c] < -tolerance[c] else -max(gap[c], 0.0)
+            step = max(push[c] + (wanted - velocity_along(r, 0, v, w)) / r[BLOCK], 0.0) - push[c]
+            if step == 0.0:
+                continue
+            push[c] += step
+            for k in range(6):
+                v[k] -= step * r[ANSWER_A + k]
+                w[k] += step * r[ANSWER_B + k]
+            still = still and abs(step) * r[BLOCK] <= 0.01 * tolerance[c]
+        if still:
+            return
 
 
 def undo_overlap(problem, gap, size, time_step, share=0.3, sweeps=10):

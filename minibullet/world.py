@@ -125,7 +125,7 @@ class World:
                 self._look(),
                 scene.collision.answers,
                 scene.collision.numbers,
-                scene.collision.contact_range.copy(),
+                np.zeros_like(scene.collision.contact_range),
                 scene.bodies.position,
                 rotations.matrix(scene.bodies.orientation),
                 reach,
@@ -137,6 +137,7 @@ class World:
             )
             scene.bodies = scene.bodies._replace(position=scene.bodies.position + shift[:, :3])
             scene.moved = np.sqrt((shift[:, :3] ** 2).sum(axis=1))
+            scene.collision.numbers[:, 10] = np.inf  # last step's contact points have been left behind
         return float(np.sqrt(((scene.bodies.position - start) ** 2).sum(axis=1)).max())
 
     def _look(self):
@@ -186,7 +187,8 @@ class World:
         stride = integration.stride(before.twist, free_twist, scene.reach, dt)
         pair, arms, gap, impulse, point = scene.touching(rotation, stride, self._kept)
         axes, size = constraints.frames(pair, arms, inverse_mass), scene.contact_size(pair)
-        contacts, law = self._law(scene, pair, arms, gap, axes, impulse)
+        touch = before, pair, arms, gap, axes, impulse, dt
+        law = self._law(scene, touch)
 
         # blows with restitution first, each at its own moment; then the resting contact problem
         blows, jump, lag = self._blows(before, pair, axes, gap, size, law, (free_twist - before.twist) / dt)
@@ -203,22 +205,23 @@ class World:
         )
         motion += solver.undo_overlap(problem, gap, size, dt)
         after = integration.move(before, motion, solution.twist, spun, dt)
-        self._finish(scene, before, after, motion, wrenches, contacts, law, problem, solution, blows, point)
+        self._finish(scene, before, after, motion, wrenches, touch, law, problem, solution, blows, point)
 
     def _blows(self, before, pair, axes, gap, size, law, acceleration):
         """Impulses of the impacts of this step (m, 3), what they do to the twists, and their lag (sum of moment times jump),
-        (n, 6)."""
-        twist, lag = before.twist.copy(), np.zeros_like(before.twist)
+        (n, 6); zeros without impacts."""
         if not law.restitution.any():
-            return 0.0, 0.0, lag
+            return 0.0, 0.0, 0.0
+        twist, lag = before.twist.copy(), np.zeros_like(before.twist)
         dt, most = self.settings.time_step, 20 + 4 * len(pair)
         blows, _ = impacts.resolve(
             pair, axes, gap, size, law.restitution, law.friction, twist, acceleration, lag, dt, most
         )
         return blows, twist - before.twist, lag
 
-    def _law(self, scene, pair, arms, gap, axes, impulse):
-        """Contacts as the effects see them, and the law that holds there."""
+    def _law(self, scene, touch):
+        """The law at each contact: what the bodies say, changed by the effects that speak of contacts."""
+        pair = touch[1]
         none = np.zeros(len(pair))
         law = ContactLaw(
             scene.pair_value(scene.friction, pair, self.settings.friction),
@@ -227,8 +230,9 @@ class World:
             none,
             none,
         )
-        contacts = constraints.describe(scene.bodies, pair, arms, gap, axes, impulse, self.settings.time_step)
-        return contacts, effect_room.contact_law(self._acting, contacts, scene.bodies, law)
+        if not effect_room.changes_contact_law(self._acting):
+            return law
+        return effect_room.contact_law(self._acting, constraints.describe(*touch), scene.bodies, law)
 
     def _solve(self, problem, impulse):
         settings = self.settings
@@ -242,9 +246,9 @@ class World:
             solution = solver.escalate(problem, solution, settings.tolerance)
         return solution
 
-    def _finish(self, scene, before, after, motion, wrenches, contacts, law, problem, solution, blows, point):
+    def _finish(self, scene, before, after, motion, wrenches, touch, law, problem, solution, blows, point):
         """Take over the state after the step and publish what happened."""
-        if not np.isfinite(after.twist).all() or not np.isfinite(after.position).all():
+        if not np.isfinite(after.twist.sum() + after.position.sum()):
             bad = int(np.argmin(np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)))
             raise InputError(
                 f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: the motion of body "
@@ -257,7 +261,7 @@ class World:
         self.steps += 1
         self.unsolved_steps += solution.residual > self.settings.tolerance
         self.worst_residual = max(self.worst_residual, solution.residual)
-        self.last_step = Step(self, before, after, wrenches, contacts, law, problem, solution, blows)
+        self.last_step = Step(self, before, after, wrenches, touch, law, problem, solution, blows)
 
     # ---- running
     # -----------------------------------------------------------------------------------------------------------------

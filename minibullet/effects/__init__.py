@@ -1,7 +1,7 @@
 """Physics added from outside: one law, one class, one source. See ``contract`` for how to write your own.
 
-The engine asks through ``compose``, ``wrenches``, ``added_mass`` and ``contact_law``; everything else here is a law or looks
-after laws.
+The engine asks through ``compose``, ``wrenches``, ``added_mass``, ``changes_contact_law`` and ``contact_law``; everything else
+here is a law or looks after laws.
 """
 
 from minibullet.effects.body import Gravity, TiltedGravity
@@ -25,6 +25,7 @@ from minibullet.effects.contract import (
     EffectError,
     Parameter,
     added_mass,
+    changes_contact_law,
     contact_law,
     name_of,
     parameter,
@@ -52,6 +53,7 @@ __all__ = [
     "EffectError", "FluidForce", "Friction", "Gravity", "GroundCushion", "HistoryForce", "LinearDrag",
     "LoadDependentFriction", "Magnus", "OrientationDrag", "Parameter", "QuadraticDrag", "Report", "Restitution",
     "RollingFriction", "SpinDecay", "SpinningFriction", "StaticFriction", "StribeckFriction", "TiltedGravity", "UniformFlow",
-    "VelocityDependentRestitution", "ViscousFriction", "WallDrag", "added_mass", "check_effect", "compose", "contact_law",
+    "VelocityDependentRestitution", "ViscousFriction", "WallDrag", "added_mass",
+    "changes_contact_law", "check_effect", "compose", "contact_law",
     "library", "load_effects", "name_of", "parameter", "parameters", "wrench", "wrenches",
 ]

@@ -124,13 +124,21 @@ def wrench(effect: Effect, bodies: Bodies, time: float) -> np.ndarray:
 
 def added_mass(effects, bodies: Bodies) -> np.ndarray | None:
     """The added mass of all effects together, zero for fixed bodies, (n, 6, 6), or None where no effect adds any."""
+    effects = [effect for effect in effects if type(effect).added_mass is not Effect.added_mass]
+    if not effects:
+        return None
     rows, movable = _movable(bodies)
     total = None
     for effect in effects:
-        if type(effect).added_mass is not Effect.added_mass and len(movable.mass):
+        if len(movable.mass):
             matrices = _spread(effect, rows, movable, effect.added_mass(movable), bodies, (6, 6))
             total = matrices if total is None else total + matrices
     return total
+
+
+def changes_contact_law(effects) -> bool:
+    """Whether any of the effects has something to say about contacts."""
+    return any(type(effect).contact_law is not Effect.contact_law for effect in effects)
 
 
 def contact_law(effects, contacts: Contacts, bodies: Bodies, law: ContactLaw) -> ContactLaw:
