@@ -148,6 +148,67 @@ def delassus(problem, contacts=None):
     return rate.reshape(3 * count, -1) @ answer.reshape(3 * count, -1).T, q.reshape(-1)
 
 
+def block_rows(problem, contacts):
+    """W of the chosen contacts as block rows (start, column, block), see ``cone``, and q (3m,): what ``delassus`` forms, without
+    the zeros."""
+    bodies, rows = problem.bodies[contacts], problem.rows[contacts]
+    q = relative_velocity(bodies, rows, problem.free_twist)
+    q[:, 0] -= problem.target[contacts]
+    moving = problem.inverse_mass[:, 0, 0] > 0.0
+    return coupled_blocks(bodies, rows, moving), q.reshape(-1)
+
+
+@kernel
+def coupled_blocks(bodies, rows, moving):
+    """Blocks of W between contacts that share a moving body: start (m + 1,), column (b,) ascending in a row, block (b, 3, 3)."""
+    m = len(bodies)
+    first = np.zeros(len(moving) + 1, np.int64)  # contacts of each moving body, as a list of lists
+    for c in range(m):
+        for side in range(2):
+            first[bodies[c, side] + 1] += moving[bodies[c, side]]
+    first = np.cumsum(first)
+    member, filled = np.empty(first[-1], np.int64), first.copy()
+    for c in range(m):
+        for side in range(2):
+            body = bodies[c, side]
+            if moving[body]:
+                member[filled[body]] = c
+                filled[body] += 1
+    start, seen, capacity = np.zeros(m + 1, np.int64), np.full(m, -1), 0
+    for c in range(m):
+        for side in range(2):
+            capacity += filled[bodies[c, side]] - first[bodies[c, side]]
+    column, block, total = np.empty(capacity, np.int64), np.zeros((capacity, 3, 3)), 0
+    for c in range(m):
+        start[c] = total
+        for side in range(2):
+            for other in member[first[bodies[c, side]] : filled[bodies[c, side]]]:
+                if seen[other] < start[c]:
+                    seen[other], column[total], total = total, other, total + 1
+        column[start[c] : total] = np.sort(column[start[c] : total])
+        for k in range(start[c], total):
+            seen[column[k]] = k
+            for side in range(2):
+                for other_side in range(2):
+                    body = bodies[c, side]
+                    if moving[body] and body == bodies[column[k], other_side]:
+                        add_block(rows[c], side, rows[column[k]], other_side, block[k])
+    start[m] = total
+    return start, column[:total], block[:total]
+
+
+@leaf
+def add_block(row, side, other_row, other_side, block):
+    """Add to ``block`` what impulses of another contact do, through one body, to the velocity at this one (3, 3) [1/kg]."""
+    sign, arm, answer = (1.0 if side == other_side else -1.0), ARM_A + 9 * side, ANSWER_A + 18 * other_side
+    for i in range(3):
+        for k in range(3):
+            value = 0.0
+            for d in range(3):
+                value += row[3 * i + d] * other_row[answer + 6 * k + d] + row[arm + 3 * i + d] * other_row[answer + 6 * k + 3 + d]
+            block[i, k] += sign * value
+
+
 @kernel
 def into_axes(rows, vector):
     """World vectors (m, 3) in the axes of their contacts (m, 3)."""

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet.cone import natural_map_error, solve_block
-from minibullet.exact import solve_dense
+from minibullet.exact import solve_rows
 from minibullet.kernels import kernel, leaf
-from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, delassus, velocity_along
+from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, block_rows, velocity_along
 
 
 class Solution(NamedTuple):
@@ -119,8 +119,40 @@ def turning_rate(row, i, v, w):
 
 
 @leaf
-def natural_map(first, end, order, bodies, rows, target, friction, impulse, twist, reference_mass):
-    """Squares that make the residual of the contacts order[first:end]: error of the natural map, |r|/m, |u|."""
+def turning_error(row, rolling_arm, spinning_arm, r_n, moment, v, w, reference_mass):
+    """Squares of one contact's rolling and spinning: error of the natural map of their discs, |moment|/(arm m), |arm omega|.
+
+    Moments count as impulses at their arm, rotations as velocities there, so that they can be added to those of the contact.
+    """
+    error = size_m = size_w = 0.0
+    for i in range(3):
+        arm = spinning_arm if i == 0 else rolling_arm
+        if arm <= 0.0:
+            continue
+        m_1, w_1 = moment[i] / (arm * reference_mass), arm * turning_rate(row, i, v, w)
+        y_1, y_2 = m_1 - w_1, 0.0
+        if i > 0:  # the two rolling moments share a disc
+            k = 3 - i
+            y_2 = moment[k] / (arm * reference_mass) - arm * turning_rate(row, k, v, w)
+        slope = sqrt(y_1 * y_1 + y_2 * y_2)
+        slope = reference_mass * sqrt(y_1 * y_1 + y_2 * y_2)
+        share = r_n / slope if slope > r_n else 1.0
+        error += (m_1 - share * y_1) ** 2
+        size_m += m_1 * m_1
+        size_w += w_1 * w_1
+    return error, size_m, size_w
+
+
+@leaf
+def turning_rate(row, i, v, w):
+    """Angular velocity of body b (twist w) against body a (twist v) about axis i of a contact [rad/s]."""
+    return row[3 * i] * (w[3] - v[3]) + row[3 * i + 1] * (w[4] - v[4]) + row[3 * i + 2] * (w[5] - v[5])
+
+
+@kernel
+def natural_map(first, end, order, bodies, rows, target, friction, rolling, impulse, moment, twist, reference_mass):
+    """Squares that make the residual of the contacts order[first:end]: error of the natural map, |r|/m, |u|; rolling and spinning
+    count where they are resisted."""
     error = size_r = size_u = 0.0
     for place in range(first, end):
         c = order[place]
@@ -131,6 +163,9 @@ def natural_map(first, end, order, bodies, rows, target, friction, impulse, twis
         error += natural_map_error(p_n, p_1, p_2, u_n, u_1, u_2, friction[c], 1.0)
         size_r += p_n * p_n + p_1 * p_1 + p_2 * p_2
         size_u += u_n * u_n + u_1 * u_1 + u_2 * u_2
+        if rolling[c, 0] > 0.0 or rolling[c, 1] > 0.0:
+            turning = turning_error(rows[c], rolling[c, 0], rolling[c, 1], impulse[c, 0], moment[c], v, w, reference_mass)
+            error, size_r, size_u = error + turning[0], size_r + turning[1], size_u + turning[2]
     return error, size_r, size_u
 
 
@@ -168,7 +203,9 @@ def sweep_islands(
             scale += free_size[order[place]]
         sweep = 0
         while True:
-            error, size_r, size_u = natural_map(first, end, order, bodies, rows, target, friction, impulse, twist, reference_mass)
+            error, size_r, size_u = natural_map(
+                first, end, order, bodies, rows, target, friction, rolling, impulse, moment, twist, reference_mass
+            )
             largest = max(scale, size_r, size_u)
             residual[island] = sqrt(error / largest) if error > rounding * rounding * (end - first) else 0.0
             # the warm start is swept at least once even if it passes: an error that stays the same at every step adds up
@@ -250,7 +287,9 @@ def certify(problem, impulse, moment, twist, size, iterations, work, stalled):
         problem.rows,
         problem.target,
         problem.friction,
+        problem.rolling,
         impulse,
+        moment,
         twist,
         problem.reference_mass,
     )
@@ -303,18 +342,16 @@ def undo_overlap(problem, gap, size, time_step, share=0.3, sweeps=10):
     return separate(problem.bodies, problem.rows, gap, tolerance, len(problem.free_twist), share, sweeps) / time_step
 
 
-def escalate(problem, solution, tolerance, most=150):
-    """Solve the stalled islands by the exact solver (``exact.solve_dense``) from where Gauss-Seidel ended, those of at most
+def escalate(problem, solution, tolerance, most=2000):
+    """Solve the stalled islands by the exact solver (``exact.solve_rows``) from where Gauss-Seidel ended, those of at most
     ``most`` contacts."""
     impulse = solution.impulse.copy()
     for island in solution.stalled:
         contacts = problem.order[problem.islands[island] : problem.islands[island + 1]]
         if problem.rolling[contacts].any() or len(contacts) > most:
-            continue  # rolling moments are solved by Gauss-Seidel alone; Newton's cost grows with the cube of the contacts
-        matrix, free = delassus(problem, contacts)
-        found, _, _ = solve_dense(
-            matrix, free, problem.friction[contacts], impulse[contacts].reshape(-1), 0.5 * tolerance, problem.reference_mass
-        )
+            continue  # rolling moments are solved by Gauss-Seidel alone
+        chosen, law, start = block_rows(problem, contacts), problem.friction[contacts], impulse[contacts].reshape(-1)
+        found, _, _ = solve_rows(*chosen, law, start, 0.5 * tolerance, problem.reference_mass)
         impulse[contacts] = found.reshape(-1, 3)
     twist = solution.twist.copy()
     apply_impulses(problem.bodies, problem.rows, impulse - solution.impulse, twist)

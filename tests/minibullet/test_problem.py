@@ -54,3 +54,22 @@ def test_vectors_come_back_from_contact_axes(generator):
     problem = scenes.problem(scenes.block_on_floor()[0])
     vector = generator.normal(size=(len(problem.bodies), 3))
     np.testing.assert_allclose(problems.into_world(problem.rows, problems.into_axes(problem.rows, vector)), vector, atol=1e-14)
+
+
+def test_coupled_blocks_are_the_delassus_operator_without_its_zeros(generator):
+    """A heap of touching boxes, two of them fixed: block rows filled into a matrix give W to rounding, columns ascend."""
+    world = mb.World()
+    world.add_plane()
+    for k in range(9):
+        place = 0.95 * np.array([k % 3, k // 3, 0.0]) + (0, 0, 0.5 + 0.02 * k)
+        world.add(mb.Box(1, 1, 1), **({"fixed": True} if k in (2, 7) else {"mass": 1.0 + k}), position=place)
+    problem = scenes.problem(world)
+    contacts = generator.permutation(len(problem.bodies))[:-3]
+    (start, column, block), free = problems.block_rows(problem, contacts)
+    matrix, expected_free = problems.delassus(problem, contacts)
+    filled = np.zeros((len(contacts), 3, len(contacts), 3))
+    filled[np.repeat(np.arange(len(contacts)), np.diff(start)), :, column] = block
+    np.testing.assert_allclose(filled.reshape(matrix.shape), matrix, atol=1e-13 * np.abs(matrix).max())
+    np.testing.assert_array_equal(free, expected_free)
+    assert all(np.all(np.diff(column[a:b]) > 0) for a, b in zip(start, start[1:], strict=False))
+    assert len(block) < 0.9 * len(contacts) ** 2

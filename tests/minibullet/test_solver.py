@@ -7,6 +7,7 @@ import small_scenes as scenes
 import minibullet as mb
 from minibullet import problem as problems
 from minibullet import solver
+from minibullet.cone import natural_map_error
 
 
 def solved(problem, **options):
@@ -123,3 +124,24 @@ def test_overlap_is_undone_without_velocity():
         world.step()
         assert 0.5 - box.position[2] == pytest.approx(0.01 * 0.7**k, abs=1e-8)
         assert np.abs(box.velocity).max() < 1e-15
+
+
+def test_residual_counts_rolling_and_spinning_moments():
+    """A ball that rolls and spins on one contact: solved moments have residual 0; taken away they miss their discs by what the
+    ball turns at the arm, |arm omega| <= r_N/m."""
+    world = mb.World([mb.RollingFriction(arm=0.01), mb.SpinningFriction(arm=0.02)], mb.Settings(friction=0.5))
+    world.add_plane()
+    world.add(mb.Sphere(0.5), mass=2.0, position=(0, 0, 0.5), velocity=(1.0, 0, -3.0), angular_velocity=(0.5, 2.0, 3.0))
+    world.step()
+    problem, solution = world.last_step.problem, world.last_step.solution
+    assert np.abs(solution.moment).min() > 0.0 and solution.residual < 1e-12
+    twist, none = problem.free_twist.copy(), np.zeros((1, 3))
+    problems.apply_impulses(problem.bodies, problem.rows, solution.impulse, twist)
+    ball = problem.bodies[0, 1]
+    unheld = solver.certify(problem, solution.impulse, none, twist, solver.free_size(problem), 0, 0, [])
+    u = problems.relative_velocity(problem.bodies, problem.rows, twist)
+    turned = np.append(0.01 * twist[ball, 3:5], 0.02 * twist[ball, 5])
+    size = max(solver.free_size(problem)[0], (solution.impulse**2).sum() / 4.0, (u**2).sum() + (turned**2).sum())
+    own = natural_map_error(*solution.impulse[0] / 2.0, *u[0], 0.5, 1.0)  # the contact's share; masses in units of the ball's
+    assert unheld.residual == pytest.approx(np.sqrt((own + (turned**2).sum()) / size), rel=1e-9)
+    assert (turned**2).sum() > 0.01 * own
