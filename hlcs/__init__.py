@@ -19,8 +19,9 @@ from hlcs.armour import Cube, Cubipod
 # the functions, not the modules of the same name: imported here, once and for all, they keep the name
 from hlcs.compare import compare
 from hlcs.diagnose import diagnose
-from hlcs.experiment import PlacementResult, PlacementTest
+from hlcs.experiment import PlacementTest
 from hlcs.grids import RPG, TPG, Grid
+from hlcs.placement_result import PlacementResult
 from hlcs.tables import laboratory, paper_numerical
 from minibullet.errors import InputError
 

@@ -201,6 +201,9 @@ class Cube(Unit):
         return rotations.IDENTITY
 
 
+UNITS = {kind.name: kind for kind in (Cubipod, Cube)}  # by the names of [placement] armour
+
+
 def _side(name, side, nominal_diameter, diameter_of_unit_side):
     """The side [m] from the one of the two lengths that was given."""
     if side is not None and nominal_diameter is not None:

@@ -146,6 +146,16 @@ class Survey:
         return (row, column), (s, t), t > s
 
 
+def roughened(bottom, deviation, length, half, generator):
+    """A bed like `bottom` but rough, as a Survey: at points `length` apart its height is off by a normal `deviation` [m].
+
+    half: half the extent in x and y (2,) [m]; four lengths more are added on every side, so that what rolls off finds a bed.
+    """
+    x, y = (length * np.arange(-np.ceil(h / length) - 4, np.ceil(h / length) + 5) for h in half)
+    z = bottom.height(*np.meshgrid(x, y)) + deviation * generator.standard_normal((len(y), len(x)))
+    return Survey(x, y, z, f"{deviation:g} m rough")
+
+
 def parse_bottom(text, folder="."):
     """A bottom from "flat", "slope:0.04" (or "slope:4%"), or the name of a CSV survey, relative to folder."""
     if isinstance(text, Flat | Slope | Survey):

@@ -11,6 +11,8 @@ import numpy as np
 
 from hlcs.bottoms import Flat, Slope
 from hlcs.grids import Grid
+from minibullet import effects
+from minibullet.effects.contract import parameters
 from minibullet.errors import InputError
 
 TIP_OVER_LOW = 1.40428 - 1.29826  # how much higher a unit stands on a tip than in its lowest pose [Dn]
@@ -56,170 +58,111 @@ class LayerCandidate:
         return self.look(coefficients, value, one) if self.look else coefficients
 
 
+# Candidates that are one setting of the test: family, number, unit, lowest, highest, field, trial value from the present one.
+SETTINGS = {
+    "restitution": ("physics", "coefficient", "1", 0.0, 1.0, "restitution", lambda now: now + 0.3 if now <= 0.5 else now - 0.3),
+    "friction": ("physics", "coefficient", "1", 0.0, 1.5, "friction", lambda now: now * now if now >= 0.3 else now + 0.2),
+    "inertia_error": ("physics", "factor", "1", 0.5, 4.0, "inertia_factor", lambda now: 2.06 * now),
+    "bottom_roughness": ("physics", "standard_deviation", "Dn", 0.0, 0.1, "bottom_roughness", lambda now: now + 0.04),
+    "placement_scatter": ("placement", "standard_deviation", "Dn", 0.0, 0.3, "placement_scatter", lambda now: now + 0.15),
+    "placement_offset": ("placement", "y", "Dn", -0.3, 0.3, "placement_offset_y", lambda now: now + 0.1),
+    "yaw_constraint": ("placement", "concentration", "1", 0.0, 50.0, "yaw_constraint", lambda now: now + 10.0),
+    "lost_units": ("placement", "fraction", "1", 0.0, 0.1, "lost_units", lambda now: now + 0.05),
+    "vibration": ("placement", "acceleration", "g", 0.0, 1.0, "vibration", lambda now: now + 0.3),
+    "falling_distance": ("placement", "distance", "Dn", 0.0, 0.5, "falling_distance",
+                         lambda now: now + 0.25 if now <= 0.25 else now - 0.2),
+}
+SWITCHES = {  # settings that are there or not: family, field, its value when the candidate is in
+    "sequential_placement": ("placement", "sequential_placement", True),
+    "loose_lower_layers": ("placement", "loose_lower_layers", True),
+    "friction_pyramid": ("numerics", "solver", "sequential_impulse"),
+}
+# Laws of contact from the engine's library, at one number each: where between its null value and its upper bound it is tried.
+CONTACT = {"static_friction": 0.5, "stribeck_friction": 0.5, "viscous_friction": 0.3, "load_dependent_friction": 0.5,
+           "anisotropic_friction": 0.5, "rolling_friction": 0.5, "spinning_friction": 0.5, "adhesion": 0.3,
+           "velocity_dependent_restitution": 0.8}
+
+
 def library(test, sets):
-    """{name: LayerCandidate} of all that fit a model under test (a PlacementTest) and the measured sets."""
-    friction, fall = test.friction, test.falling_distance
-    product = friction * friction
-    rows = [
-        LayerCandidate(
-            "time_step", "numerics", "factor", "1", 0.125, 1.0, 1.0, 0.5, _setting("time_step", times=test.time_step), switch=True
-        ),
-        LayerCandidate("iterations", "numerics", "factor", "1", 1.0, 16.0, 1.0, 2.0, _more_iterations(test), switch=True),
-        LayerCandidate("convex_hull_shape", "numerics", "switch", "1", 0.0, 1.0, 0.0, 1.0, _other_shape(test), switch=True),
-        LayerCandidate(
-            "margin_offset",
-            "numerics",
-            "offset",
-            "Dn",
-            -test.margin,
-            0.02,
-            0.0,
-            -test.margin if test.margin > 0 else 0.008,
-            _setting("margin", plus=test.margin),
-            gone=-test.margin,
-        ),
-        LayerCandidate(
-            "friction",
-            "physics",
-            "coefficient",
-            "1",
-            0.0,
-            1.5,
-            friction,
-            product if friction >= 0.3 else friction + 0.2,
-            _setting("friction"),
-        ),
-        LayerCandidate(
-            "restitution",
-            "physics",
-            "coefficient",
-            "1",
-            0.0,
-            1.0,
-            test.restitution,
-            test.restitution + (0.3 if test.restitution <= 0.5 else -0.3),
-            _setting("restitution"),
-        ),
-        LayerCandidate("bottom_slope", "physics", "grade_y", "1", -0.1, 0.1, 0.0, 0.03, _tilt_bottom),
-        LayerCandidate("settlement", "physics", "instant", "Dn", 0.0, 0.1, 0.0, 0.02, look=_first_layer(-1.0)),
-        LayerCandidate(
-            "size_error",
-            "physics",
-            "relative",
-            "1",
-            -0.02,
-            0.02,
-            0.0,
-            -0.02,
-            _bigger_units,
-            lambda k, value, one: k * (1.0 + value),
-        ),
-        LayerCandidate(
-            "damping",
-            "numerics",
-            "linear",
-            "1",
-            0.0,
-            1.0,
-            test.linear_damping,
-            test.linear_damping + 0.1,
-            lambda test, value: replace(test, linear_damping=value, angular_damping=value),
-        ),
-        LayerCandidate(
-            "falling_distance",
-            "placement",
-            "distance",
-            "Dn",
-            0.0,
-            0.5,
-            fall,
-            fall + 0.25 if fall <= 0.25 else fall - 0.2,
-            lambda test, value: replace(test, falling_distance=max(value, 0.01)),
-        ),
-        LayerCandidate("grid_spacing", "placement", "relative", "1", -0.03, 0.03, 0.0, 0.02, _wider_grid),
-        LayerCandidate(
-            "placement_scatter",
-            "placement",
-            "standard_deviation",
-            "Dn",
-            0.0,
-            0.3,
-            test.placement_scatter,
-            test.placement_scatter + 0.15,
-            _setting("placement_scatter"),
-        ),
-        LayerCandidate(
-            "placement_offset",
-            "placement",
-            "y",
-            "Dn",
-            -0.3,
-            0.3,
-            test.placement_offset_y,
-            test.placement_offset_y + 0.1,
-            _setting("placement_offset_y"),
-        ),
-        LayerCandidate(
-            "yaw_constraint",
-            "placement",
-            "concentration",
-            "1",
-            0.0,
-            50.0,
-            test.yaw_constraint,
-            test.yaw_constraint + 10.0,
-            _setting("yaw_constraint"),
-        ),
-        LayerCandidate(
-            "lost_units", "placement", "fraction", "1", 0.0, 0.1, test.lost_units, test.lost_units + 0.05, _setting("lost_units")
-        ),
-        LayerCandidate(
-            "orientation_bias",
-            "placement",
-            "fraction",
-            "1",
-            0.0,
-            1.0,
-            1.0,
-            0.9,
-            look=lambda k, value, one: _on_first(k, (1.0 - value) * TIP_OVER_LOW),
-        ),
-        LayerCandidate("plate_bias", "measurement", "offset", "Dn", -0.05, 0.05, 0.0, 0.02, look=_first_layer(1.0)),
-        LayerCandidate("length_scale", "measurement", "factor", "1", 0.9, 1.1, 1.0, 1.02, look=lambda k, value, one: k * value),
-    ]
-    if test.friction > 0:
-        rows.append(
-            LayerCandidate(
-                "friction_combination",
-                "numerics",
-                "product",
-                "1",
-                0.0,
-                1.0,
-                0.0,
-                1.0,
-                lambda test, value: replace(test, friction=product if value else test.friction),
-                switch=True,
-            )
-        )
-    campaigns = tuple(dict.fromkeys(one.campaign for one in sets))
-    if len(campaigns) > 1:  # of one campaign alone it is the length scale
-        rows += [
-            LayerCandidate(
-                "campaign_offset",
-                "measurement",
-                "offset",
-                "1",
-                -0.03,
-                0.03,
-                0.0,
-                0.02,
-                look=_of_campaign(campaign),
-                needs=campaign,
-            )
-            for campaign in campaigns
-        ]
+    """(LayerCandidate, ...) of all that fit a model under test (a PlacementTest) and the measured sets, by name."""
+    rows = [*_settings(test), *_laws(test), *_shortcuts(test), *_sizes(), *_readings(test, sets)]
     return tuple(sorted(rows, key=lambda row: (row.name, row.needs)))
+
+
+def _settings(test):
+    """What is a setting of the test."""
+    for name, (family, number, unit, low, high, field, trial) in SETTINGS.items():
+        now = getattr(test, field)
+        if name == "bottom_roughness" and not isinstance(test.bottom, Flat | Slope):
+            continue  # a survey has the bed's own
+        yield LayerCandidate(name, family, number, unit, low, high, now, trial(now), _setting(field))
+    for name, (family, field, there) in SWITCHES.items():
+        if getattr(test, field) != there:
+            yield LayerCandidate(name, family, "switch", "1", 0.0, 1.0, 0.0, 1.0, _switch(field, there), switch=True)
+
+
+def _laws(test):
+    """Laws of contact that are not in the test yet."""
+    unit = test.unit
+    radius = (3.0 * unit.volume / (4.0 * np.pi)) ** (1.0 / 3.0)
+    given = {"load_dependent_friction": {"reference_load": 9.81 * unit.mass(test.density) / 3.0}}  # a unit stands on three points
+    for name, part in CONTACT.items():
+        kind = effects.library()[name]
+        known = next(one for one in parameters(kind).values() if one.null is not None)
+        scale = radius if known.bounds_in == "radius" else 1.0
+        low, high = known.low * scale, known.high * scale
+        without = name == "velocity_dependent_restitution" and test.restitution == 0.0  # then it has nothing to act on
+        if not without and not any(isinstance(effect, kind) for effect in test.effects):
+            unit_name = "1" if known.unit == "-" else known.unit
+            trial = known.null + part * (high - known.null)
+            yield LayerCandidate(name, "physics", known.name, unit_name, low, high, known.null, trial,
+                                 _law(kind, known.name, known.null, given.get(name, {})))
+
+
+def _shortcuts(test):
+    """Shortcuts of the model: what disappears, or would, when they are taken back."""
+    margin, product = test.margin, test.friction * test.friction
+    damping = test.linear_damping
+    yield LayerCandidate("time_step", "numerics", "factor", "1", 0.125, 1.0, 1.0, 0.5,
+                         _setting("time_step", times=test.time_step), switch=True)
+    yield LayerCandidate("iterations", "numerics", "factor", "1", 1.0, 16.0, 1.0, 2.0, _more_iterations(test), switch=True)
+    yield LayerCandidate("convex_hull_shape", "numerics", "switch", "1", 0.0, 1.0, 0.0, 1.0, _other_shape(test), switch=True)
+    yield LayerCandidate("margin_offset", "numerics", "offset", "Dn", -margin, 0.02, 0.0, -margin if margin > 0 else 0.008,
+                         _setting("margin", plus=margin), gone=-margin)
+    yield LayerCandidate("damping", "numerics", "linear", "1", 0.0, 1.0, damping, damping + 0.1,
+                         lambda test, value: replace(test, linear_damping=value, angular_damping=value))
+    if test.friction > 0:
+        yield LayerCandidate("friction_combination", "numerics", "product", "1", 0.0, 1.0, 0.0, 1.0,
+                             lambda test, value: replace(test, friction=product if value else test.friction), switch=True)
+
+
+def _sizes():
+    """Lengths and slopes that are not what the file says."""
+    yield LayerCandidate("bottom_slope", "physics", "grade_y", "1", -0.1, 0.1, 0.0, 0.03, _tilt_bottom)
+    yield LayerCandidate("size_error", "physics", "relative", "1", -0.02, 0.02, 0.0, -0.02, _bigger_units,
+                         lambda k, value, one: k * (1.0 + value))
+    yield LayerCandidate("grid_spacing", "placement", "relative", "1", -0.03, 0.03, 0.0, 0.02, _wider_grid)
+
+
+def _readings(test, sets):
+    """What changes layer coefficients by arithmetic alone, without another simulation."""
+    unit = test.unit
+    weight = 9.81 * unit.mass(test.density)
+    sinking = weight / unit.nominal_diameter  # of a point of unit compliance under one unit's weight [Dn N/m]
+    softest = 0.01 * unit.side / weight
+    yield LayerCandidate("settlement", "physics", "instant", "Dn", 0.0, 0.1, 0.0, 0.02, look=_first_layer(-1.0))
+    yield LayerCandidate("ground_softness", "physics", "compliance", "m/N", 0.0, softest, 0.0, 0.5 * softest,
+                         look=lambda k, value, one: k - value * sinking)  # every layer loads the ground by as much again
+    yield LayerCandidate("contact_compliance", "physics", "compliance", "m/N", 0.0, softest, 0.0, 0.5 * softest,
+                         look=lambda k, value, one: k - value * sinking / 3.0 * np.arange(1.0, k.shape[-1] + 1.0))
+    yield LayerCandidate("orientation_bias", "placement", "fraction", "1", 0.0, 1.0, 1.0, 0.9,
+                         look=lambda k, value, one: _on_first(k, (1.0 - value) * TIP_OVER_LOW))
+    yield LayerCandidate("plate_bias", "measurement", "offset", "Dn", -0.05, 0.05, 0.0, 0.02, look=_first_layer(1.0))
+    yield LayerCandidate("length_scale", "measurement", "factor", "1", 0.9, 1.1, 1.0, 1.02, look=lambda k, value, one: k * value)
+    campaigns = tuple(dict.fromkeys(one.campaign for one in sets))
+    for campaign in campaigns if len(campaigns) > 1 else ():  # of one campaign alone it is the length scale
+        yield LayerCandidate("campaign_offset", "measurement", "offset", "1", -0.03, 0.03, 0.0, 0.02,
+                             look=_of_campaign(campaign), needs=campaign)
 
 
 def named(name, test, sets):
@@ -238,6 +181,18 @@ def named(name, test, sets):
 def _setting(name, times=1.0, plus=0.0):
     """Set a field of the test to times * value + plus."""
     return lambda test, value: replace(test, **{name: times * value + plus})
+
+
+def _switch(name, there):
+    """Set a field of the test to the value `there`, or leave it alone."""
+    return lambda test, value: replace(test, **{name: there}) if value else test
+
+
+def _law(kind, number, null, given):
+    """Add a law of the engine to the test, at its null value not even that."""
+    return lambda test, value: (
+        replace(test, effects=(*test.effects, kind(**given, **{number: value}))) if value != null else test
+    )
 
 
 def _more_iterations(base):

@@ -9,7 +9,7 @@ import numpy as np
 
 from hlcs import statistics
 from hlcs.bottoms import Flat, Slope
-from hlcs.experiment import PlacementResult
+from hlcs.placement_result import PlacementResult
 from hlcs.statistics import Sample
 from hlcs.tables import LayerTable, laboratory
 from minibullet.errors import InputError

@@ -24,6 +24,7 @@ from minibullet.errors import InputError
 
 CODE = (
     "minibullet/*.py",
+    "minibullet/effects/*.py",
     "hlcs/experiment.py",
     "hlcs/placement.py",
     "hlcs/plates.py",

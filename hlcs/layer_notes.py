@@ -4,6 +4,7 @@ import numpy as np
 
 from hlcs import layer_fit, statistics
 from hlcs.layer_compare import repeated
+from hlcs.layer_search import SCREEN
 from hlcs.statistics import Sample
 
 
@@ -98,7 +99,7 @@ def search_notes(search, final, rounds):
             for name, one in sorted(moved.items())
         ]
     notes.append(
-        f"{len(search.seeds)} simulated tests a set, {search.pairs} pairs a candidate, "
+        f"{len(search.seeds)} simulated tests a set, {SCREEN} pairs a candidate, {search.pairs} for the most promising, "
         f"step {search.measurement.test.time_step:.4g} s; "
         f"{getattr(search.simulator, 'ran', 0)} simulated now, the others read from the store"
     )

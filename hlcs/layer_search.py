@@ -17,6 +17,8 @@ PRICE, PRICE_ALONE = 6.0, 12.0  # with and without data to hold out
 RIVAL_MARGIN, BEATEN = 6.0, 6.6  # evidence within which a candidate is a rival, unless the held-out data refuse it at p < 0.01
 SAME = 0.99  # cosine of signatures above which two candidates are one entry
 SEEDS, PAIRS = 8, 4  # tests of a model, and pairs of tests of a candidate, on each measured set
+SCREEN = 2  # pairs of a first look at every candidate
+FINALISTS = 10  # candidates that are looked at with all pairs
 RESCREEN = 5  # candidates that are simulated again once an effect is in; for the others the first signatures serve
 QUANTILE = 1.645  # of 90 % intervals
 
@@ -138,13 +140,13 @@ class LayerSearch:
 
     # --- signatures ----------------------------------------
 
-    def sign(self, stage, entries):
+    def sign(self, stage, entries, pairs=None):
         """Signatures of candidates at a model, by paired simulations; {key: (F, variance) or None}."""
         wanted = [entry for entry in entries if entry.simulated]
         models = [stage.model.with_effect(entry, entry.trial) for entry in wanted]
         found = {}
         if models:
-            tables = coefficients(self.simulator, models, self.sets, self.seeds[: self.pairs], "signatures")
+            tables = coefficients(self.simulator, models, self.sets, self.seeds[: pairs or self.pairs], "signatures")
             for entry, rows in zip(wanted, tables, strict=True):
                 found[key(entry)] = layer_fit.signature(self.data, stage.rows, rows, entry.step)
         for entry in entries:
@@ -248,16 +250,19 @@ class LayerSearch:
         return stages, rounds
 
     def _round(self, stage, entries):
+        """What every candidate is worth at a stage: a quick look at all of them, or their earlier signatures, says which are
+        worth all pairs."""
+        most = RESCREEN if self.signatures else FINALISTS
         if not self.signatures:
-            again = entries
-        else:  # the first signatures say which candidates are worth simulating again
-            screened = [
-                self.weigh(stage, entry, *self.signatures[key(entry)]) for entry in entries if self.signatures.get(key(entry))
-            ]
-            best = sorted((one for one in screened if one.candidate.simulated), key=lambda one: -one.gain)[:RESCREEN]
-            shortcuts = [one.candidate for one in screened if one.candidate.gone is not None and one not in best]
-            again = [one.candidate for one in best] + shortcuts + [entry for entry in entries if not entry.simulated]
-        self.signatures.update(self.sign(stage, again))
+            self.signatures.update(self.sign(stage, entries, SCREEN))
+        screened = [one for one in self._weighed(stage, entries) if one.candidate.simulated]
+        best = [one.candidate for one in sorted(screened, key=lambda one: -one.gain)[:most]]
+        best += [one.candidate for one in screened if one.candidate.gone is not None and one.candidate not in best]
+        self.signatures.update(self.sign(stage, best + [entry for entry in entries if not entry.simulated]))
+        return self._weighed(stage, entries)
+
+    def _weighed(self, stage, entries):
+        """Every candidate that has a signature, judged."""
         return [self.weigh(stage, entry, *self.signatures[key(entry)]) for entry in entries if self.signatures.get(key(entry))]
 
     def _best(self, stage, tried):

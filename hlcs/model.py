@@ -45,8 +45,8 @@ def solid(body: Body) -> Solid:
     elif body.shape == "box":
         shape = shapes.Box(*(body.size or (0.1, 0.1, 0.1)))
     elif body.shape == "cubipod":
-        from .armour import cubipod
-        shape = cubipod(body.side or 1.0)
+        from .armour import Cubipod
+        shape = Cubipod(body.side or 1.0).pieces
     else:
         shape = shapes.mesh_file(body.mesh)
     mass = body.mass or 1.0

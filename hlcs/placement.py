@@ -7,7 +7,7 @@ once. Overlaps at the start: headings of the first layer are drawn again, and wh
 spacing) is pushed apart; hanging units keep the orientation that was drawn and are lifted.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from minibullet import rotations
 from minibullet.errors import InputError
 
 MOST_DRAWS = 400  # redraws of overlapping orientations before units are pushed apart
+SHAKES = 10  # periods of a vibration
 MOST_DRAWS_IN_VAIN = 40  # so many in a row that leave no fewer overlaps, and the grid is too narrow for chance
 
 
@@ -32,6 +33,25 @@ class LayerRecord:
     steps: int  # steps it took
     unsolved_steps: int  # steps whose residual stayed above the tolerance
 
+    def after(self, earlier):
+        """The same layer come to rest again, after an `earlier` record of it or of its first rows (or None)."""
+        if earlier is None:
+            return self
+        deepest = max(self.transient_penetration, earlier.transient_penetration)
+        return replace(
+            self,
+            transient_penetration=deepest,
+            steps=self.steps + earlier.steps,
+            unsolved_steps=self.unsolved_steps + earlier.unsolved_steps,
+        )
+
+
+def load_of(unit, test):
+    """What `World.add` is told of every unit: its solid, its density and, where the test states another, its inertia."""
+    shape = unit.shape(test.shape)
+    load = {"shape": shape, "density": test.density}
+    return load if test.inertia_factor == 1.0 else load | {"inertia": test.inertia_factor * test.density * shape.inertia}
+
 
 def missed(test, centres, layer):
     """Where the units of a layer are really aimed, given the centres (n, 2) [m] they were meant for; units left out are gone.
@@ -46,10 +66,18 @@ def missed(test, centres, layer):
     return aims[generator.random(len(aims)) >= test.lost_units]
 
 
-def lay_first_layer(world, unit, shape, centres, bottom, triangular, generator, density, margin, concentration=0.0):
-    """Lay units at rest on the bottom; centres (n, 2) [m]. Returns the handles; overlaps are redrawn, then pushed apart
-    sideways."""
-    handles = []
+def rows_of(aims, centres):
+    """The aims (n, 2) row by row, from low y to high: [(m, 2), ...]; rows as they stand in the centres meant (k, 2)."""
+    rows = np.unique(centres[:, 1].round(9))
+    nearest = np.abs(aims[:, 1, None] - rows).argmin(axis=1)
+    return [aims[nearest == row] for row in range(len(rows)) if np.any(nearest == row)]
+
+
+def lay_first_layer(world, unit, load, centres, bottom, test, generator):
+    """Lay units at rest on the bottom; load: as by `load_of`; centres (n, 2) [m]. Returns the handles; overlaps are redrawn,
+    then pushed apart sideways."""
+    handles, triangular, concentration = [], test.grid.triangular, test.yaw_constraint
+    margin = test.margin * unit.nominal_diameter
     for x, y in centres:
         normal = np.asarray(bottom.normal(x, y), dtype=float)
         orientation = _first_pose(unit, normal, triangular, generator, concentration)
@@ -57,8 +85,7 @@ def lay_first_layer(world, unit, shape, centres, bottom, triangular, generator, 
         # with a margin the unit rests that much above the bottom
         handles.append(
             world.add(
-                shape,
-                density=density,
+                **load,
                 position=foot + (unit.rest_height + margin) * normal,
                 orientation=orientation,
                 name=f"1.{len(handles) + 1}",
@@ -82,20 +109,22 @@ def _first_pose(unit, normal, triangular, generator, concentration=0.0):
     return rotations.product(rotations.between(np.array([0.0, 0.0, 1.0]), normal), unit.first_layer_orientation(heading))
 
 
-def hang_layer(world, layer, shape, centres, lowest, generator, density):
+def hang_layer(world, layer, load, centres, lowest, generator, first=0):
     """Units at uniformly random orientations over centres (n, 2), their lowest points at height ``lowest`` (n,) or above [m].
+
+    load: as by `load_of`; first: how many units of the layer stand already, which gives the next ones their names.
 
     On a close grid about half of such units would overlap a neighbour. Drawing again until none does would prefer the
     orientations that fit side by side; so the orientation stays as drawn and the later of the two is lifted, a twentieth of
     its radius at a time, until it is free.
     """
+    shape, handles = load["shape"], []
     vertices = np.concatenate([piece.vertices for piece in shape.pieces])
-    handles = []
     for (x, y), z in zip(centres, lowest, strict=True):
         orientation = rotations.random(generator, 1)[0]
         depth = -(vertices @ rotations.matrix(orientation)[2]).min()
-        name = f"{layer}.{len(handles) + 1}"
-        handles.append(world.add(shape, density=density, position=(x, y, z + depth), orientation=orientation, name=name))
+        name = f"{layer}.{first + len(handles) + 1}"
+        handles.append(world.add(**load, position=(x, y, z + depth), orientation=orientation, name=name))
     rank = {handle: number for number, handle in enumerate(handles)}
     rise = np.array([0.0, 0.0, 0.05 * shape.bounding_radius])
     for _ in range(MOST_DRAWS):
@@ -131,7 +160,7 @@ def _free(world, handles, redraw):
 
 
 def settle_layer(world, layer, handles, bottom, level, max_time):
-    """Run until the layer is at rest or the time is up, freeze it, and say how it went.
+    """Run until the layer is at rest or the time is up, and say how it went.
 
     Units whose centres have sunk below height ``level`` above the bottom [m] are lost: they may roll on without the layer
     waiting for them.
@@ -152,10 +181,24 @@ def settle_layer(world, layer, handles, bottom, level, max_time):
         speed = np.linalg.norm(handle.velocity) + np.linalg.norm(handle.angular_velocity) * radius
         x, y, z = handle.position
         unsettled += int(speed > 5e-3 * np.sqrt(9.81 * radius) and z - float(bottom.height(x, y)) > level)
-    world.freeze(handles)
     return LayerRecord(
         layer, tuple(handles), str(reason), unsettled, rest, deepest[0], world.steps - first, world.unsolved_steps - unsolved
     )
+
+
+def shake(world, handles, acceleration, nominal_diameter):
+    """Shake the bottom to and fro along x: what the units feel on it, as blows in turn, each of half a period of the sine.
+
+    acceleration: peak [g]; two periods pass while a stone falls from rest over Dn / 2. A sine of peak a and frequency f gives
+    a speed of a / (pi f) in half a period; the blows start and end with half a blow, so that none stays.
+    """
+    frequency = 2.0 * np.sqrt(9.81 / nominal_diameter)
+    blow = np.array([9.81 * acceleration / (np.pi * frequency), 0.0, 0.0])
+    for half in range(2 * SHAKES + 1):
+        size = 0.5 if half in (0, 2 * SHAKES) else 1.0
+        for handle in handles:
+            handle.velocity = handle.velocity + size * (-1.0) ** half * blow
+        world.run(0.5 / frequency)
 
 
 def reference_shift(handles, centres):

@@ -82,8 +82,9 @@ def scene_of(result):
     test = result.test
     shape = test.unit.shape(test.shape)
     rows = [(shape, pose[:3], pose[3:], layer) for layer, poses in enumerate(result.poses) for pose in poses]
-    if isinstance(test.bottom, Survey):
+    bed = test.bed
+    if isinstance(bed, Survey):
         level = (1.0, 0.0, 0.0, 0.0)
-        return rows + [(piece, piece.centre_of_mass, level, drawing.FLOOR_COLOUR) for piece in test.bottom.prisms]
-    turned = rotations.between(np.array([0.0, 0.0, 1.0]), np.asarray(test.bottom.normal(0.0, 0.0), dtype=float))
-    return [*rows, (None, (0.0, 0.0, float(test.bottom.height(0.0, 0.0))), turned, drawing.FLOOR_COLOUR)]
+        return rows + [(piece, piece.centre_of_mass, level, drawing.FLOOR_COLOUR) for piece in bed.prisms]
+    turned = rotations.between(np.array([0.0, 0.0, 1.0]), np.asarray(bed.normal(0.0, 0.0), dtype=float))
+    return [*rows, (None, (0.0, 0.0, float(bed.height(0.0, 0.0))), turned, drawing.FLOOR_COLOUR)]

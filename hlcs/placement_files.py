@@ -6,6 +6,7 @@
     nominal_diameter = 1.07 # m, in place of `side`
     stacking = "ABA"        # of a triangular grid
     bottom = "bed.csv"      # relative to the file
+    effects = [{ name = "rolling_friction", arm = 0.02 }]   # of the engine's library, beside gravity
 """
 
 import difflib
@@ -13,11 +14,14 @@ from dataclasses import fields
 from math import isfinite
 from pathlib import Path
 
-from hlcs.armour import Cubipod
+import minibullet as mb
+from hlcs.armour import UNITS
 from hlcs.bottoms import Flat, Slope, Survey, parse_bottom
 from hlcs.experiment import PlacementTest
 from hlcs.grids import RPG, TPG, Grid
 from hlcs.toml_files import TomlFile
+from minibullet.effects import library
+from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError
 
 FIELDS = tuple(field.name for field in fields(PlacementTest))
@@ -25,6 +29,7 @@ KEYS = (*FIELDS, "nominal_diameter", "stacking")
 TYPES = {field.name: type(field.default) for field in fields(PlacementTest)}
 SECTIONS = {"": ["title", "placement"], "placement": list(KEYS)}
 SURVEY_FILE = "bottom.csv"
+EXAMPLE = '[{ name = "rolling_friction", arm = 0.02 }]'
 
 
 def read_placement_file(path, **overrides):
@@ -75,7 +80,7 @@ def make_placement(table):
     if "nominal_diameter" in table:
         if "side" in table:
             raise InputError("placement: both side and nominal_diameter are given; leave one of the two out")
-        table["side"] = _side(table.pop("nominal_diameter"))
+        table["side"] = _side(table.pop("nominal_diameter"), table.get("armour", "cubipod"))
     if "grid" in table and not isinstance(table["grid"], str | Grid):
         raise InputError(f"placement: grid = {table['grid']!r}; it must be text such as \"TPG\" or \"1.5,1.3\"")
     if "stacking" in table:
@@ -84,9 +89,11 @@ def make_placement(table):
         # TOML and JSON write 1 for 1.0: a whole number is welcome where a length is wanted
         if TYPES[key] is float and isinstance(value, int) and not isinstance(value, bool):
             table[key] = float(value)
+        if key == "effects":
+            table[key] = _effects(value)
         if TYPES[key] in (float, int) and (isinstance(value, bool) or not isinstance(value, int | float)):
             raise InputError(f"placement: {key} = {value!r}; it must be a number")
-        if key in ("reference", "shape", "solver") and not isinstance(value, str):
+        if key in ("reference", "shape", "armour", "solver") and not isinstance(value, str):
             raise InputError(f"placement: {key} = {value!r}; it must be text")
     return PlacementTest(**table)
 
@@ -96,6 +103,9 @@ def placement_table(test, survey_file=SURVEY_FILE):
     table = {name: getattr(test, name) for name in FIELDS}
     table["grid"], table["stacking"] = grid_words(test.grid), test.grid.stacking
     table["bottom"] = bottom_words(test.bottom, survey_file)
+    table["effects"] = tuple(
+        {"name": name_of(effect), **{name: getattr(effect, name) for name in parameters(effect)}} for effect in test.effects
+    )
     return table
 
 
@@ -131,12 +141,38 @@ def nearest(key):
     return difflib.get_close_matches(str(key), KEYS, n=1, cutoff=0.0)[0]
 
 
-def _side(nominal_diameter):
+def _effects(entries):
+    """Values of the engine's effects from [{"name": ..., parameter: number, ...}]; such values themselves pass."""
+    if not isinstance(entries, list | tuple):
+        raise InputError(f"placement: effects = {entries!r}; it must be a list such as {EXAMPLE}")
+    found = []
+    for entry in entries:
+        if isinstance(entry, mb.Effect):
+            found.append(entry)
+            continue
+        name = entry.get("name") if isinstance(entry, dict) else None
+        if not isinstance(name, str):
+            raise InputError(f"placement: effects: {entry!r} has no name; write {EXAMPLE}")
+        kinds = library()
+        if name not in kinds:
+            near = difflib.get_close_matches(name, kinds, n=1, cutoff=0.0)[0]
+            raise InputError(f"placement: effects: unknown effect '{name}'; the nearest known effect is '{near}'")
+        numbers = {key: value for key, value in entry.items() if key != "name"}
+        for key in numbers:
+            known = parameters(kinds[name])
+            if key not in known:
+                near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
+                raise InputError(f"placement: effects: {name} has no number '{key}'; the nearest is '{near}'")
+        found.append(kinds[name](**numbers))
+    return tuple(found)
+
+
+def _side(nominal_diameter, armour):
     """The cube side [m] of a unit of this nominal diameter [m]."""
     value = nominal_diameter
     if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value) or value <= 0:
         raise InputError(f"placement: nominal_diameter = {value!r}; it must be a finite number > 0 (metres)")
-    return value / Cubipod(side=1.0).nominal_diameter
+    return value / UNITS.get(armour, UNITS["cubipod"])(side=1.0).nominal_diameter
 
 
 def _size(table):

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from hlcs import files
-from hlcs.experiment import PlacementResult
 from hlcs.placement import LayerRecord
 from hlcs.placement_files import SURVEY_FILE, bottom_words, placement_table, read_placement_file, survey_csv
+from hlcs.placement_result import PlacementResult
 from minibullet.errors import InputError
 
 RECORD_FIELDS = ("reason", "unsettled", "penetration", "transient_penetration", "steps", "unsolved_steps")

@@ -42,12 +42,12 @@ def test_nothing_starts_in_overlap(grid):
     dn = unit.nominal_diameter
     world = mb.World([mb.Gravity(9.81)], test.settings)
     test.bottom.add_to(world)
-    first = placement.lay_first_layer(world, unit, unit.shape(), test.grid.centres(5, 5, 1) * dn, test.bottom,
-                                      test.grid.triangular, generator, test.density, 0.0)
+    load = placement.load_of(unit, test)
+    first = placement.lay_first_layer(world, unit, load, test.grid.centres(5, 5, 1) * dn, test.bottom, test, generator)
     assert not world.overlaps(1e-6)
     world.freeze(first)
     centres = test.grid.centres(5, 5, 2) * dn
-    placement.hang_layer(world, 2, unit.shape(), centres, np.full(len(centres), 1.55 * dn), generator, test.density)
+    placement.hang_layer(world, 2, load, centres, np.full(len(centres), 1.55 * dn), generator)
     assert not world.overlaps(1e-6)
 
 
