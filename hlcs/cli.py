@@ -102,13 +102,16 @@ def reproduce(table, repeats, workers, seed, out, json_file, quiet, **settings):
 
 @commands.command()
 @click.argument("file", metavar="EXPERIMENT.toml")
+@click.option("--effects", "effects_file", metavar="FILE.py", help="a Python file with effects of your own, used under [model]")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of the simulations (layer data)")
+@workers_option
 @output_options
 @example("hlcs compare drop.toml --out out")
-def compare(file, out, json_file, quiet):
+def compare(file, effects_file, seed, workers, out, json_file, quiet):
     """Where, and by how much, does the model miss the measurement."""
     from hlcs.compare import compare as compare_file
 
-    comparison = compare_file(file)
+    comparison = compare_file(file, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet)
     if out:
         comparison.save(out)
     if not quiet:
@@ -121,7 +124,7 @@ def compare(file, out, json_file, quiet):
 @click.option("--candidates", help="names of effects to try, with commas; left out: the file's, or all that fit")
 @click.option("--effects", "effects_file", metavar="FILE.py", help="a Python file with effects of your own")
 @click.option("--plots", metavar="DIR", help="draw residuals, ranking, and the error falling")
-@click.option("--seed", type=int, default=0, show_default=True, help="of the simulations (layer data)")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of the simulations (layer data)")
 @workers_option
 @output_options
 @example("hlcs diagnose drop.toml --plots plots --json drop.json")

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from .effects import own_classes
 from .experiment_files import read_experiment_file
 from .fit import CHANNELS
 from .measurement import read_measurement
@@ -55,9 +56,9 @@ class Comparison:
         return self.summary()
 
     def _repr_html_(self):
-        from .report import as_html
+        from .report import fragment
 
-        return as_html(self.title, self.summary())
+        return fragment(self.title, self.summary())
 
     def plot(self, ax=None):
         """Residual against time, height and speed, and measured over model; returns the Axes."""
@@ -72,31 +73,33 @@ class Comparison:
         return save_comparison(self, folder)
 
 
-def compare(path, *others, **options):
+def compare(path, *others, effects_file=None, seed=0, workers=None, progress=False):
     """Where and by how much a model misses a measurement: a Comparison of an experiment file.
 
-    With a result and a laboratory table in place of a path, the table of layer coefficients beside each other.
+    effects_file: Python file with effects of your own that the file names under [model]; seed, workers, progress: of the
+    simulations (layer data). With a result and a laboratory table in place of a path, the table of layer coefficients beside
+    each other.
     """
     if others or not isinstance(path, str) and not hasattr(path, "__fspath__"):
         from .layer_compare import compare_layers
 
-        return compare_layers(path, *others, **options)
-    file = read_experiment_file(path)
+        return compare_layers(path, *others)
+    file, own = read_experiment_file(path), own_classes(None, effects_file)
     if file.kind == "layers":
         from .layer_diagnosis import compare_layer_file
 
-        return compare_layer_file(file, **options)
+        return compare_layer_file(file, seed=seed, workers=workers, progress=progress)
     measurement = read_measurement(file)
     if file.kind == "outcomes":
         from .outcomes import compare_outcomes
 
-        return compare_outcomes(measurement)
-    return compare_trajectories(measurement)
+        return compare_outcomes(measurement, own)
+    return compare_trajectories(measurement, own)
 
 
-def compare_trajectories(measurement):
+def compare_trajectories(measurement, own=()):
     """The comparison of recordings with the model under test, starts fitted where they are not stated."""
-    prepared = prepare(measurement)
+    prepared = prepare(measurement, own)
     noise = {"position": prepared.noise.position, "orientation": prepared.noise.orientation, "rho": prepared.noise.rho,
              "source": prepared.noise.source, "flexible": prepared.noise.hint}
     if prepared.problem is None:

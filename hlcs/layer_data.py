@@ -29,9 +29,10 @@ LIMITS = {  # lowest and highest value, and what the number is
     "tests": (1, 1_000_000, "a whole number of tests"),
 }
 MAY_BE_BLANK = ("spacing_x", "spacing_y", "bottom_slope", "cv", "tests", "campaign")
-# settings of the simulations where the file states none: coarser than those of a single test, which changes no layer coefficient
-# by more than the scatter between seeds; a finer step and more iterations are tried as candidates [s]
-QUICK = {"time_step": 1.0 / 120.0, "settle_time": 10.0}
+# settings of the simulations of a unit of Dn = 1 m where the file states none, smaller ones as the root of their size: coarser
+# than those of a single test, which changes no layer coefficient by more than the scatter between seeds; a finer step and more
+# iterations are tried as candidates [s]
+QUICK = {"time_step": 1.0 / 120.0, "settle_time": 6.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,13 +93,14 @@ def read_layers(file):
     stated = table.get("layers")
     for key in ("grid", "bottom", "seed", "layers"):
         table.pop(key, None)
-    table = QUICK | table
     sets = read_layer_sets(file.data_file)
     most = max(one.layers for one in sets)
     if stated not in (None, most):
         notes.append(f"[placement] layers = {stated} is not used: as many layers are placed as the CSV has, {most} at most")
     try:
         test = make_placement({**table, "layers": most})
+        slower = np.sqrt(test.unit.nominal_diameter)
+        test = replace(test, **{key: value * slower for key, value in QUICK.items() if key not in table})
     except InputError as problem:
         raise InputError(f"{file.path}: {problem}") from None
     hold_out = file.hold_out

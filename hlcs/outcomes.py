@@ -231,11 +231,11 @@ def diagnose_outcomes(measurement, names, own, say):
     return assemble(prepared, search, absent, judge_table, where_in_table)
 
 
-def compare_outcomes(measurement):
+def compare_outcomes(measurement, own=()):
     """The comparison of an outcome table with the model under test."""
     from .compare import Comparison
 
-    file, prepared = measurement.file, prepare_table(measurement)
+    file, prepared = measurement.file, prepare_table(measurement, own)
     noise = {"position": prepared.noise.position, "rho": 0.0, "source": prepared.noise.source}
     unit = measurement.table.outcome.rsplit("_", 1)[1]
     if prepared.problem is None:

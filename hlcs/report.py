@@ -20,8 +20,9 @@ def comparison_text(comparison):
     lines = [f"Compare: {comparison.title} ({comparison.kind})", ""]
     error, unit = comparison.error, comparison.error.get("unit", "")
     if comparison.adequate is None:
-        lines.append("The noise of the measurement is unknown, so no misfit can be judged. Record the tracker looking at a body")
-        lines.append("at rest (measurement.static), or state measurement.noise.")
+        lines.append("The noise of the measurement is unknown, so no misfit can be judged.")
+        if comparison.kind == "trajectory":
+            lines.append("Record the tracker looking at a body at rest (measurement.static), or state measurement.noise.")
     else:
         says = "nothing but noise" if comparison.adequate else "more than noise"
         lines.append(f"The residuals show {says}: statistic {number(comparison.statistic)}, p = {number(comparison.p)}")
@@ -121,20 +122,26 @@ def _error_lines(diagnosis):
     return lines
 
 
-def as_html(title, text, picture=None):
-    """One page that opens offline: the printed report and, embedded, a picture (PNG bytes)."""
+def fragment(title, text, picture=None):
+    """A piece of HTML for a page of somebody else's, as a notebook is: the printed report and a picture (PNG bytes)."""
     image = ""
     if picture is not None:
         image = f'<img alt="{html.escape(title)}" src="data:image/png;base64,{base64.b64encode(picture).decode()}">'
+    return ('<div class="hlcs-report"><style>.hlcs-report pre{overflow-x:auto;line-height:1.35}'
+            f".hlcs-report img{{max-width:100%;height:auto}}</style>{image}<pre>{html.escape(text)}</pre></div>")
+
+
+def as_html(title, text, picture=None):
+    """One page that opens offline: the printed report and, embedded, a picture (PNG bytes)."""
     return ("<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>" + html.escape(title) + "</title><style>"
             "body{font-family:system-ui,sans-serif;margin:2em auto;max-width:75em;padding:0 1em;color:#222}"
-            "pre{overflow-x:auto;background:#f6f6f4;padding:1em;line-height:1.35}img{max-width:100%;height:auto}"
-            f"</style></head><body><h1>{html.escape(title)}</h1>{image}<pre>{html.escape(text)}</pre></body></html>")
+            "pre{background:#f6f6f4;padding:1em}"
+            f"</style></head><body><h1>{html.escape(title)}</h1>{fragment(title, text, picture)}</body></html>")
 
 
 def diagnosis_html(diagnosis):
-    """The page of a diagnosis with its figure."""
-    return as_html(diagnosis.title, diagnosis.summary(), _picture(diagnosis))
+    """A diagnosis in a notebook, with its figure."""
+    return fragment(diagnosis.title, diagnosis.summary(), _picture(diagnosis))
 
 
 def _picture(result):
