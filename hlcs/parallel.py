@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import signal
+import threading
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
 from minibullet.errors import InputError
@@ -26,7 +27,7 @@ def each(function, tasks, workers=None):
     if workers <= 1:
         yield from ((index, function(task)) for index, task in enumerate(tasks))
         return
-    executor = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_ignore_interrupt)
+    executor = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_obey)
     before = set(multiprocessing.active_children())
     try:
         indices = {executor.submit(function, task): index for index, task in enumerate(tasks)}
@@ -51,6 +52,13 @@ def in_order(function, tasks, workers=None, done=None):
     return values
 
 
-def _ignore_interrupt():
-    """Ctrl-C reaches every process of a terminal; only the first one is to answer it."""
+def _obey():
+    """What a worker does first: leave Ctrl-C, which reaches every process of a terminal, to the first one, and end with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(multiprocessing.parent_process(),), daemon=True).start()
+
+
+def _end_with(parent):
+    """End this process when its parent has ended, however it was killed: nobody would ever fetch the result."""
+    parent.join()
+    os._exit(1)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hlcs import InputError, files, parallel, reproduce
+from hlcs import files, reproduce
 from hlcs.reproduce import Plan
 from hlcs.reproduce_text import text_of
 
@@ -95,14 +95,3 @@ def test_units_that_lie_on_their_aim_have_no_miss(small_result):
     missed = reproduce.miss(small_result)
     assert [len(layer) for layer in missed] == [9, 4]
     assert np.abs(missed[0]).max() < 0.01
-
-
-def test_more_or_less_than_one_process_is_a_whole_number():
-    with pytest.raises(InputError, match="workers = 0"):
-        list(parallel.each(abs, [1], workers=0))
-    assert parallel.in_order(abs, [-1, -2, -3], workers=2) == [1, 2, 3]
-
-
-def test_a_failure_in_a_process_is_the_caller_s():
-    with pytest.raises(TypeError):
-        list(parallel.each(abs, ["text", "text"], workers=2))

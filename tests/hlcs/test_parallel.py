@@ -1,0 +1,65 @@
+"""Independent runs in several processes: order, complaints, and an end that leaves nobody behind."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from hlcs import InputError, parallel
+
+SLEEPERS = """
+import os, time
+from pathlib import Path
+from hlcs import parallel
+
+def sleep(folder):
+    (Path(folder) / str(os.getpid())).touch()
+    time.sleep(60)
+
+if __name__ == "__main__":
+    list(parallel.each(sleep, [{folder!r}] * 2, workers=2))
+"""
+
+
+def alive(pid):
+    """Whether a process runs (one that ended and was not fetched does not)."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except (OSError, IndexError):
+        return False
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks processes up in /proc")
+@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGTERM])
+def test_workers_end_with_the_process_that_started_them(tmp_path, blow):
+    """kill -9 cannot be answered: the workers must notice by themselves."""
+    folder = tmp_path / "pids"
+    folder.mkdir()
+    script = tmp_path / "sleepers.py"
+    script.write_text(SLEEPERS.format(folder=str(folder)))
+    process = subprocess.Popen([sys.executable, str(script)], env=os.environ | {"PYTHONPATH": os.getcwd()})
+    wait(lambda: len(list(folder.iterdir())) == 2)
+    process.send_signal(blow)
+    process.wait(timeout=30)
+    pids = [int(path.name) for path in folder.iterdir()]
+    wait(lambda: not any(alive(pid) for pid in pids))
+
+
+def wait(condition, longest=60.0):
+    """Until the condition holds; fails when it does not in time."""
+    end = time.monotonic() + longest
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.05)
+
+
+def test_results_keep_their_order_and_complaints_come_through():
+    assert parallel.in_order(abs, [-1, -2, -3], workers=2) == [1, 2, 3]
+    with pytest.raises(TypeError):
+        list(parallel.each(abs, ["text", "text"], workers=2))
+    with pytest.raises(InputError, match="workers"):
+        list(parallel.each(abs, [1], workers=0))
