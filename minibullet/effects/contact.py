@@ -85,7 +85,7 @@ class VelocityDependentRestitution(ContactEffect):
     """Faster impacts rebound less, e = e_1 (v_n/reference_speed)^-exponent, at most 1; and no rebound below the threshold.
 
     e_1 is the restitution that holds without this effect. Exponent 1/4 where the impact is plastic: K. L. Johnson, Contact
-    Mechanics (1985), sect. 11.5; 1/5 (the leading term) where it is viscous: R. Ramirez et al., Phys. Rev. E 60 (1999)
+    Mechanics (1985), ch. 11; 1/5 (the leading term) where it is viscous: R. Ramirez et al., Phys. Rev. E 60 (1999)
     4465.
     """
 
@@ -170,8 +170,8 @@ class ViscousFriction(ContactEffect):
 class LoadDependentFriction(ContactEffect):
     """Friction coefficient as a power of the normal force at the point, mu (load/reference_load)^exponent; a new contact has mu.
 
-    Exponent -1/3 for one elastic round contact: F. P. Bowden and D. Tabor, The Friction and Lubrication of Solids (1950),
-    ch. 5. The load is taken between a millionth and a million of the reference, beyond which no such power was ever
+    Exponent -1/3 for one elastic round contact: F. P. Bowden and D. Tabor, The Friction and Lubrication of Solids (1950).
+    The load is taken between a millionth and a million of the reference, beyond which no such power was ever
     measured.
     """
 
@@ -189,7 +189,7 @@ class AnisotropicFriction(ContactEffect):
     both ways.
 
     phi lies between slip and the direction (cos angle, sin angle, 0) laid into the tangent plane; without slip cos^2 phi
-    counts as 1/2. An ellipse of friction forces: A. Zmitrowicz, Int. J. Engng Sci. 19 (1981); its force is taken straight
+    counts as 1/2. An ellipse of friction forces: A. Zmitrowicz (1981); its force is taken straight
     against the slip.
     """
 
@@ -210,7 +210,7 @@ class AnisotropicFriction(ContactEffect):
 class RollingFriction(ContactEffect):
     """Moment against rolling of at most arm times the normal force; a solid sphere rolls down by (5/7) g arm/r a second.
 
-    O. Reynolds, Phil. Trans. R. Soc. 166 (1876) 155-174; as a contact law: Contact Mechanics (K. L. Johnson, 1985), sect. 9.2.
+    O. Reynolds, Phil. Trans. R. Soc. 166 (1876) 155-174; as a contact law: Contact Mechanics (K. L. Johnson, 1985), ch. 9.
     """
 
     arm: float = parameter(0.0, unit="m", low=0.0, high=0.1, null=0.0, bounds_in="radius")

@@ -173,7 +173,7 @@ class HistoryForce(FluidForce):
     function. The factor is 2 for steady acceleration (p = 1, taken here as multiplier 1) and 1 for a sudden start (p -> 0:
     multiplier 0.5), pi/2 in between (p = 1/2). So within a factor of two it is right for any flight that only gets faster
     or keeps its speed; it knows nothing of an impact, after which it goes on as if the body had always moved as it moves
-    now. Zero up to `start`. A. B. Basset, Hydrodynamics II (1888), ch. 21.
+    now. Zero up to `start`. A. B. Basset, A Treatise on Hydrodynamics II (1888).
     """
 
     multiplier: float = parameter(0.0, unit="-", low=0.0, high=1.5, null=0.0, source="1: Basset (1888) at steady acceleration")
