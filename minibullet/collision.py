@@ -67,7 +67,8 @@ class Collision:
             if not (self.travel + 1.01 * stride > self.allowance).any():
                 return
         moving = np.isfinite(bodies.mass)
-        size = np.array([self._body_size(first, end) for first, end in piece_ranges])
+        size = np.empty(len(moved))
+        pairs_module.body_sizes(self.pieces, piece_ranges, size)
         self.travel = np.zeros(len(moved))
         # a fast body gets a thicker skin: about eight steps of its motion, or its list would be made anew at every step
         self.allowance = np.where(moving, 0.05 * size + np.minimum(8.0 * stride, 0.3 * size) + 1.5 * stride, stride)
@@ -86,10 +87,6 @@ class Collision:
             self.contact_range[match[kept]],
         )
         self.rows, self.answers, self.numbers, self.contact_range = rows, answers, numbers, contact_range
-
-    def _body_size(self, first, end):
-        sizes = self.pieces.sizes[first:end, 0]
-        return sizes.max() if np.isfinite(sizes).all() else 0.0
 
     def _hull(self, piece, exponent, role):
         key = (piece, exponent, role)

@@ -7,7 +7,7 @@ piece indices, so its order depends on the scene alone.
 import numpy as np
 
 from minibullet.geometry import FACES, VERTICES, turn
-from minibullet.kernels import kernel
+from minibullet.kernels import kernel, leaf
 
 
 @kernel
@@ -28,6 +28,16 @@ def bounds(pieces, piece_ranges, position, rotation, skin):
                     lower[body, axis] = min(lower[body, axis], value - grow + position[body, axis])
                     upper[body, axis] = max(upper[body, axis], value + grow + position[body, axis])
     return lower, upper
+
+
+@leaf
+def body_sizes(pieces, piece_ranges, sizes):
+    """Bounding radius of the largest piece of each body [m] into ``sizes`` (n,); 0 for planes."""
+    for body in range(len(piece_ranges)):
+        sizes[body] = 0.0
+        for piece in range(piece_ranges[body, 0], piece_ranges[body, 1]):
+            if pieces.sizes[piece, 0] < np.inf:
+                sizes[body] = max(sizes[body], pieces.sizes[piece, 0])
 
 
 @kernel

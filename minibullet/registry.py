@@ -217,7 +217,9 @@ class Registry:
         if name == "position":
             return bodies.position[row].copy()
         if name == "orientation":
-            return rotations.product(bodies.orientation[row], rotations.conjugate(self.scene.frame[row]))
+            turned = bodies.orientation[row].copy()
+            frame = self.scene.frame[row]  # mostly the user's axes are the principal ones already
+            return rotations.product(turned, rotations.conjugate(frame)) if frame[1:].any() else turned
         return bodies.twist[row, :3].copy() if name == "velocity" else bodies.twist[row, 3:].copy()
 
     def set_state(self, handle, name, value):

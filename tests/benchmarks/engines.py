@@ -108,6 +108,10 @@ class Pybullet:
         position = np.array([pose[0] for pose in both])
         return position, np.array([pose[1] for pose in both])[:, [3, 0, 1, 2]]
 
+    def heights(self):
+        """z of the centres (n,)."""
+        return np.array([self.bullet.getBasePositionAndOrientation(body)[0][2] for body in self.ids])
+
     def velocities(self):
         """(n, 6): linear, angular."""
         return np.array([np.concatenate(self.bullet.getBaseVelocity(body)) for body in self.ids])
@@ -166,6 +170,10 @@ class Minibullet:
         """position (n, 3), orientation (n, 4)."""
         bodies = self.world.bodies
         return np.array([body.position for body in bodies]), np.array([body.orientation for body in bodies])
+
+    def heights(self):
+        """z of the centres (n,)."""
+        return np.array([body.position[2] for body in self.world.bodies])
 
     def velocities(self):
         """(n, 6): linear, angular."""
