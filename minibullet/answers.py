@@ -88,6 +88,13 @@ def near_directions(pieces, piece, rotation, x, y, z, everywhere, chosen, turned
 
 
 @leaf
+def height(pieces, face, rotation, x, y, z):
+    """Height over a face of the point (x, y, z), world axes about the centre of the face's body [m]."""
+    x, y, z = turn_back(rotation, x, y, z)
+    return pieces.normals[face, 0] * x + pieces.normals[face, 1] * y + pieces.normals[face, 2] * z - pieces.offsets[face]
+
+
+@leaf
 def rank(best, value, x, y, z, kind, first, second):
     """Enter a candidate direction into ``best`` (2, 7), the direction that separates most and the runner-up that looks another
     way: separation, direction, kind, features."""
@@ -146,6 +153,9 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
             and pieces.normals[face, 0] * ax + pieces.normals[face, 1] * ay + pieces.normals[face, 2] * az < FACING
         ):
             continue
+        most = height(pieces, face, rotation[a], px + qx, py + qy, pz + qz) - rounding
+        if most <= best_a and most <= best[1, 0]:
+            continue
         apart, x, y, z = face_separation(pieces, face, j, rotation[a], rotation[b], dx, dy, dz, rounding)
         if apart > best_a:
             best_a, face_of_a = apart, face
@@ -155,6 +165,9 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
             not everywhere
             and pieces.normals[face, 0] * bx + pieces.normals[face, 1] * by + pieces.normals[face, 2] * bz < FACING
         ):
+            continue
+        most = height(pieces, face, rotation[b], px - dx, py - dy, pz - dz) - rounding
+        if most <= best_b and most <= best[1, 0]:
             continue
         apart, x, y, z = face_separation(pieces, face, i, rotation[b], rotation[a], -dx, -dy, -dz, rounding)
         if apart > best_b:

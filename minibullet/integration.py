@@ -139,6 +139,9 @@ def free_motion(orientation, twist, inertia, inverse_mass, wrench, time_step, ke
     turned, rate = spin_freely(orientation, twist[:, 3:], inertia, time_step)
     end, mean = np.empty_like(twist), np.empty_like(twist)
     for n in range(len(twist)):
+        if inverse_mass[n, 0, 0] == 0.0 and inverse_mass[n, 3, 3] == 0.0:  # fixed: nothing pulls, nothing moves
+            end[n], mean[n] = twist[n], twist[n]
+            continue
         for k in range(6):
             value = keep_linear * twist[n, k] if k < 3 else keep_angular * rate[n, k - 3]
             for i in range(6):

@@ -214,7 +214,7 @@ def sweep_islands(
             # as many sweeps as the last ones suggest are needed before the residual is worth its price again
             batch = min(4 if sweep < 12 else 8, iterations - sweep)
             if sweep == 0:
-                batch = min(2, iterations)
+                batch = min(1 if stop and residual[island] <= tolerance else 2, iterations)
             for _ in range(batch):
                 for place in range(first, end):
                     c = order[place]
