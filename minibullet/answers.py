@@ -7,11 +7,12 @@ another direction have overtaken it: its neighbours are measured again, and afte
 FCL is asked again (``collision``).
 """
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from minibullet.geometry import DIRECTIONS, EDGES, FACES, VERTICES, length, support, support_vertex, turn, turn_back
+from minibullet.geometry import DIRECTIONS, EDGES, FACES, VERTICES, length, support_vertex, turn, turn_back
 from minibullet.kernels import leaf
 from minibullet.separation import (
     DIRECTION,
@@ -53,11 +54,11 @@ def workspace(pieces):
 
 
 @leaf
-def near_directions(pieces, piece, rotation, x, y, z, everywhere, chosen, turned):
+def near_directions(pieces, piece, rotation, x, y, z, farthest, everywhere, chosen, turned):
     """Edge directions of ``piece`` on its side that looks along (x, y, z), body axes, or all of them: their indices into
     ``chosen``, in order, and themselves in world axes into ``turned``; the count.
 
-    An edge belongs when both of its ends lie within SLAB of the piece's size from the farthest vertex.
+    An edge belongs when both of its ends lie within SLAB of the piece's size from the ``farthest`` vertex.
     """
     count = 0
     if everywhere:
@@ -65,7 +66,8 @@ def near_directions(pieces, piece, rotation, x, y, z, everywhere, chosen, turned
             chosen[count] = direction
             count += 1
     else:
-        limit = support(pieces, piece, x, y, z) - SLAB * pieces.sizes[piece, 0]
+        f = pieces.vertices[farthest]
+        limit = x * f[0] + y * f[1] + z * f[2] - SLAB * pieces.sizes[piece, 0]
         for edge in range(pieces.ranges[piece, EDGES], pieces.ranges[piece, EDGES + 1]):
             v, w, direction = pieces.edges[edge, 0], pieces.edges[edge, 1], pieces.edges[edge, 2]
             if (
@@ -73,10 +75,10 @@ def near_directions(pieces, piece, rotation, x, y, z, everywhere, chosen, turned
                 or x * pieces.vertices[w, 0] + y * pieces.vertices[w, 1] + z * pieces.vertices[w, 2] < limit
             ):
                 continue
-            known = False
-            for k in range(count):
-                known = known or chosen[k] == direction
-            if not known:
+            place = 0
+            while place < count and chosen[place] != direction:
+                place += 1
+            if place == count:
                 chosen[count] = direction
                 count += 1
     for k in range(count):
@@ -174,23 +176,22 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
             best_b, face_of_b = apart, face
         rank(best, apart, -x, -y, -z, float(FACE_B), float(face), 0.0)
     preference = EDGE * size  # an edge must beat the faces by this much: faces give full manifolds
-    count_a = near_directions(pieces, i, rotation[a], ax, ay, az, everywhere, work.lines[0], work.turned[0])
-    count_b = near_directions(pieces, j, rotation[b], bx, by, bz, everywhere, work.lines[1], work.turned[1])
+    count_a = near_directions(pieces, i, rotation[a], ax, ay, az, v, everywhere, work.lines[0], work.turned[0])
+    count_b = near_directions(pieces, j, rotation[b], bx, by, bz, w, everywhere, work.lines[1], work.turned[1])
     for first in range(count_a):
         ux, uy, uz = work.turned[0, first, 0], work.turned[0, first, 1], work.turned[0, first, 2]
         for second in range(count_b):
             vx, vy, vz = work.turned[1, second, 0], work.turned[1, second, 1], work.turned[1, second, 2]
             x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-            sine = length(x, y, z)
-            if sine < PARALLEL:
-                continue
             if x * cx + y * cy + z * cz < 0.0:
-                sine = -sine
-            x, y, z = x / sine, y / sine, z / sine
-            if (not everywhere and x * nx + y * ny + z * nz < FACING) or (
-                x * qx + y * qy + z * qz - rounding - preference <= best[1, 0]
-            ):
+                x, y, z = -x, -y, -z
+            square, along = x * x + y * y + z * z, x * nx + y * ny + z * nz
+            if square < PARALLEL * PARALLEL or (not everywhere and (along <= 0.0 or along * along < FACING * FACING * square)):
                 continue
+            sine = sqrt(square)
+            if x * qx + y * qy + z * qz <= (best[1, 0] + rounding + preference) * sine:
+                continue
+            x, y, z = x / sine, y / sine, z / sine
             apart = separation(pieces, i, j, rotation[a], rotation[b], dx, dy, dz, x, y, z)
             rank(best, apart - preference, x, y, z, float(EDGE_EDGE), float(work.lines[0, first]), float(work.lines[1, second]))
     kind = int(best[0, 4])
@@ -246,22 +247,23 @@ def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, m
         kind = answers[k, 0]
         if gap > reach or kind == PLANE or kind == ROUND:
             continue
-        if (
-            kind == DIRECTION
-        ):  # it only has to keep corners apart; it may stay while the bodies are farther apart than they have moved
-            if numbers[k, 1] > 0.5 * max(gap, 0.0):
-                ask[count] = k
-                count += 1
-        elif (
-            jumped
-            or numbers[k, 1] > max(0.5 * numbers[k, 2], PATIENCE * size)
-            or (gap < -DEPTH * size and numbers[k, 1] > 0.1 * PATIENCE * size)
-        ):
-            if numbers[k, 9] > FAR * size or jumped:
-                ask[count] = k
-                count += 1
-            else:
-                adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz, work)
+        if kind == DIRECTION:
+            # it only has to keep corners apart; it may stay while the bodies are farther apart than they have moved
+            expired = numbers[k, 1] > 0.5 * max(gap, 0.0)
+        else:
+            expired = (
+                jumped
+                or numbers[k, 1] > max(0.5 * numbers[k, 2], PATIENCE * size)
+                or (gap < -DEPTH * size and numbers[k, 1] > 0.1 * PATIENCE * size)
+            )
+        if not expired:
+            continue
+        if numbers[k, 9] <= FAR * size and not jumped:
+            adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz, work)
+            if answers[k, 0] != DIRECTION or numbers[k, 0] > 0.0:
+                continue
+        ask[count] = k
+        count += 1
     return count
 
 
