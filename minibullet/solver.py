@@ -143,12 +143,6 @@ def turning_error(row, rolling_arm, spinning_arm, r_n, moment, v, w, reference_m
     return error, size_m, size_w
 
 
-@leaf
-def turning_rate(row, i, v, w):
-    """Angular velocity of body b (twist w) against body a (twist v) about axis i of a contact [rad/s]."""
-    return row[3 * i] * (w[3] - v[3]) + row[3 * i + 1] * (w[4] - v[4]) + row[3 * i + 2] * (w[5] - v[5])
-
-
 @kernel
 def natural_map(first, end, order, bodies, rows, target, friction, rolling, impulse, moment, twist, reference_mass):
     """Squares that make the residual of the contacts order[first:end]: error of the natural map, |r|/m, |u|; rolling and spinning
