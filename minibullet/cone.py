@@ -58,11 +58,15 @@ def solve_block(w00, w01, w02, w10, w11, w12, w20, w21, w22, b_n, b_1, b_2, fric
         if r_1 * r_1 + r_2 * r_2 <= friction * friction * r_n * r_n and r_n >= 0.0:
             return r_n, r_1, r_2
     low, high = 0.0, 1e300
-    s = guess if guess > 0.0 else max(sqrt(c_1 * c_1 + c_2 * c_2) / (friction * -c_n) - 0.5 * (a11 + a22), 0.0)
+    s = guess if guess > 0.0 else sqrt(c_1 * c_1 + c_2 * c_2) / (friction * -c_n) - 0.5 * (a11 + a22)
+    s = max(s, 1e-12 * (w00 + w11 + w22))  # a contact that cannot move along a tangent has a singular A
     r_n = r_1 = r_2 = 0.0
     for _ in range(60):
         p, q = a11 + s, a22 + s
-        inverse = 1.0 / (p * q - a12 * a21)
+        determinant = p * q - a12 * a21
+        if determinant <= 0.0:
+            break
+        inverse = 1.0 / determinant
         r_1, r_2 = (a12 * c_2 - q * c_1) * inverse, (a21 * c_1 - p * c_2) * inverse
         r_n = -(c_n + e_1 * r_1 + e_2 * r_2)
         size = sqrt(r_1 * r_1 + r_2 * r_2)
@@ -76,7 +80,7 @@ def solve_block(w00, w01, w02, w10, w11, w12, w20, w21, w22, b_n, b_1, b_2, fric
         # derivative of r_T(s) is -(A + sI)^-1 r_T
         d_1, d_2 = (a12 * r_2 - q * r_1) * inverse, (a21 * r_1 - p * r_2) * inverse
         slope = (r_1 * d_1 + r_2 * d_2) / size + friction * (e_1 * d_1 + e_2 * d_2) if size > 0.0 else -1.0
-        following = s - excess / slope
+        following = s - excess / slope if slope < 0.0 else -1.0
         if not (low < following < high):
             following = 0.5 * (low + high) if high < 1e300 else 2.0 * s + (a11 + a22)
         if following == s:

@@ -123,6 +123,47 @@ def test_warm_start_at_the_solution_costs_nothing():
     assert np.array_equal(lean[0], first.impulse)
 
 
+@pytest.mark.parametrize("kind", ["csr", "csc", "coo", "lil", "dok", "bsr"])
+def test_every_sparse_format_is_read(kind):
+    """The same problem in scipy's formats, as array and as matrix: the same bits."""
+    W, q, mu = contact_problems.two_cubes(np.random.default_rng(9))
+    thin, expected = sparse.coo_array(W), solve_contacts(W, q, mu).impulse
+    assert np.array_equal(solve_contacts(thin.asformat(kind), q, mu).impulse, expected)
+    assert np.array_equal(solve_contacts(sparse.coo_matrix(W).asformat(kind), q, mu).impulse, expected)
+
+
+def test_a_contact_that_cannot_move_along_a_tangent():
+    """A plane problem with empty rows for its third axis, a singular tangential block, and a thrust along the immovable axis."""
+    W = np.diag([1.0, 1.0, 0.0])
+    assert solve_contacts(W, [-1.0, 0.1, 0.0], 0.5).impulse == pytest.approx([1.0, -0.1, 0.0], abs=1e-8)
+    assert solve_contacts(W, [-1.0, 3.0, 0.0], 0.5).impulse == pytest.approx([1.0, -0.5, 0.0], abs=1e-8)
+    assert solve_contacts(np.diag([1.0, 0.0, 0.0]), [-1.0, 0.3, 0.4], 0.5).impulse == pytest.approx([1.0, -0.3, -0.4], abs=1e-8)
+    singular = np.eye(3)
+    singular[1:, 1:] = 1.0
+    assert_solved(singular, np.array([-1.0, 0.2, 0.2]), np.array([0.5]), solve_contacts(singular, [-1.0, 0.2, 0.2], 0.5))
+
+
+def test_a_problem_without_solution_ends_with_its_residual():
+    """Two walls close on a body of no play and nothing may give: no impulse helps, the answer says so and comes back."""
+    H = np.zeros((6, 1))
+    H[0], H[3] = 1.0, -1.0  # two normals that pull the body in opposite directions
+    W = H @ H.T + 1e-3 * np.diag([0.0, 1, 1, 0, 1, 1])
+    solution = solve_contacts(W, np.array([-1.0, 0.3, 0.0, -1.0, 0.0, 0.2]), 0.5)
+    assert np.all(np.isfinite(solution.impulse)) and np.isfinite(solution.residual)
+    r = solution.impulse
+    assert residual(W, np.array([-1.0, 0.3, 0.0, -1.0, 0.0, 0.2]), [0.5, 0.5], r) == pytest.approx(solution.residual, rel=1e-6)
+
+
+def test_effort_is_bounded_and_what_was_reached_is_told():
+    """A jammed heap with three Newton steps allowed: an impulse inside its cones comes back with its true residual."""
+    W, q, mu = contact_problems.rubble(np.random.default_rng(10), 30, mu=1.0)
+    impulse, reached, used = solve_dense(W, q, mu, np.zeros_like(q), TOLERANCE, effort=(3, 10**9))
+    assert reached > TOLERANCE and used <= 200 + 6
+    assert residual(W, q, mu, impulse) == pytest.approx(reached, rel=1e-6)
+    few = solve_dense(W, q, mu, np.zeros_like(q), TOLERANCE, effort=(10_000, 10**5))
+    assert few[2] < 240
+
+
 def test_repeats_are_bit_identical():
     """No clock and no chance in the solver."""
     W, q, mu = contact_problems.wall(np.random.default_rng(7), 4, 4, speed=0.3)
@@ -153,13 +194,19 @@ def test_not_converged_is_told_not_raised():
         ({"mu": np.nan}, "mu has a value that is not finite"),
         ({"q": [np.inf, 0.0, 0.0]}, "q has a value that is not finite"),
         ({"W": np.diag([1.0, np.nan, 1.0])}, "W has a value that is not finite"),
-        ({"W": np.diag([1.0, 0.0, 1.0])}, "diagonal must be > 0"),
+        ({"W": np.diag([0.0, 1.0, 1.0])}, "diagonal must be > 0"),
+        ({"W": np.diag([1.0, 1.0, -1.0])}, r"W\[2, 2\] = -1 \(contact 0\); the diagonal must be > 0"),
+        ({"W": np.eye(3) + np.diag([0.5, 0.0], 1)}, "W is not symmetric"),
+        ({"W": [["a"] * 3] * 3}, "W is not made of numbers"),
+        ({"q": ["x"] * 3}, "q is not made of numbers"),
+        ({"mu": "much"}, "mu is not made of numbers"),
+        ({"tolerance": np.nan}, "tolerance = nan; it must be finite"),
+        ({"reference_mass": 0.0}, "reference_mass = 0.0; it must be finite and > 0"),
         ({"impulse": np.zeros(6)}, "impulse has shape"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(change, words):
     """Each refusal names the argument and the rule."""
-    problem = {"W": np.eye(3), "q": [-1.0, 0.0, 0.0], "mu": 0.5, "impulse": None} | change
     with pytest.raises(InputError, match=words) as refusal:
-        solve_contacts(problem["W"], problem["q"], problem["mu"], impulse=problem["impulse"])
+        solve_contacts(**{"W": np.eye(3), "q": [-1.0, 0.0, 0.0], "mu": 0.5, **change})
     assert "\n" not in str(refusal.value)
