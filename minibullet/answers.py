@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minibullet.geometry import DIRECTIONS, EDGES, FACES, VERTICES, length, support_vertex, turn, turn_back
+from minibullet.geometry import DIRECTIONS, EDGES, FACES, VERTICES, length, turn, turn_back
 from minibullet.kernels import leaf
 from minibullet.separation import (
     DIRECTION,
@@ -40,47 +40,48 @@ DEPTH = 1e-4  # overlap, in piece sizes, from which an answer that has moved is 
 
 
 class Workspace(NamedTuple):
-    """Scratch of ``search``, as long as the longest list of edge directions of a piece."""
+    """Scratch of ``search``, as long as the longest lists of edge directions and of vertices of a piece."""
 
     best: np.ndarray  # the best answer and its runner-up: separation, direction, kind, features (2, 7)
     lines: np.ndarray  # indices of the edge directions of a, of b that are tried (2, d)
     turned: np.ndarray  # these directions, world axes (2, d, 3)
+    reach: np.ndarray  # how far the vertices of a, of b go towards the other along the given direction (2, v)
 
 
 def workspace(pieces):
     """Scratch of ``search`` for these pieces."""
     most = int((pieces.ranges[:, DIRECTIONS + 1] - pieces.ranges[:, DIRECTIONS]).max(initial=1))
-    return Workspace(np.empty((2, 7)), np.empty((2, most), dtype=np.int64), np.empty((2, most, 3)))
+    corners = int((pieces.ranges[:, VERTICES + 1] - pieces.ranges[:, VERTICES]).max(initial=1))
+    return Workspace(np.empty((2, 7)), np.empty((2, most), dtype=np.int64), np.empty((2, most, 3)), np.empty((2, corners)))
 
 
 @leaf
-def near_directions(pieces, piece, rotation, x, y, z, farthest, everywhere, chosen, turned):
-    """Edge directions of ``piece`` on its side that looks along (x, y, z), body axes, or all of them: their indices into
-    ``chosen``, in order, and themselves in world axes into ``turned``; the count.
+def farthest_vertex(pieces, piece, x, y, z, reach):
+    """Vertex of ``piece`` farthest along (x, y, z), body axes; how far every vertex goes into ``reach``."""
+    first = pieces.ranges[piece, VERTICES]
+    best = 0
+    for k in range(pieces.ranges[piece, VERTICES + 1] - first):
+        v = first + k
+        reach[k] = x * pieces.vertices[v, 0] + y * pieces.vertices[v, 1] + z * pieces.vertices[v, 2]
+        if reach[k] > reach[best]:
+            best = k
+    return first + best
 
-    An edge belongs when both of its ends lie within SLAB of the piece's size from the ``farthest`` vertex.
-    """
-    count = 0
-    if everywhere:
-        for direction in range(pieces.ranges[piece, DIRECTIONS], pieces.ranges[piece, DIRECTIONS + 1]):
+
+@leaf
+def near_directions(pieces, piece, rotation, limit, reach, chosen, turned):
+    """Edge directions of ``piece`` both of whose ends go at least as far as ``limit``: their indices into ``chosen``, in order,
+    and themselves in world axes into ``turned``; the count."""
+    count, first = 0, pieces.ranges[piece, VERTICES]
+    for edge in range(pieces.ranges[piece, EDGES], pieces.ranges[piece, EDGES + 1]):
+        if reach[pieces.edges[edge, 0] - first] < limit or reach[pieces.edges[edge, 1] - first] < limit:
+            continue
+        direction, place = pieces.edges[edge, 2], 0
+        while place < count and chosen[place] != direction:
+            place += 1
+        if place == count:
             chosen[count] = direction
             count += 1
-    else:
-        f = pieces.vertices[farthest]
-        limit = x * f[0] + y * f[1] + z * f[2] - SLAB * pieces.sizes[piece, 0]
-        for edge in range(pieces.ranges[piece, EDGES], pieces.ranges[piece, EDGES + 1]):
-            v, w, direction = pieces.edges[edge, 0], pieces.edges[edge, 1], pieces.edges[edge, 2]
-            if (
-                x * pieces.vertices[v, 0] + y * pieces.vertices[v, 1] + z * pieces.vertices[v, 2] < limit
-                or x * pieces.vertices[w, 0] + y * pieces.vertices[w, 1] + z * pieces.vertices[w, 2] < limit
-            ):
-                continue
-            place = 0
-            while place < count and chosen[place] != direction:
-                place += 1
-            if place == count:
-                chosen[count] = direction
-                count += 1
     for k in range(count):
         d = chosen[k]
         turned[k, 0], turned[k, 1], turned[k, 2] = turn(
@@ -141,7 +142,8 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
     best[0, 0] = best[1, 0] = -np.inf
     ax, ay, az = turn_back(rotation[a], sx, sy, sz)
     bx, by, bz = turn_back(rotation[b], -sx, -sy, -sz)
-    v, w = support_vertex(pieces, i, ax, ay, az), support_vertex(pieces, j, bx, by, bz)
+    v = farthest_vertex(pieces, i, ax, ay, az, work.reach[0])
+    w = farthest_vertex(pieces, j, bx, by, bz, work.reach[1])
     px, py, pz = turn(rotation[a], pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
     qx, qy, qz = turn(rotation[b], pieces.vertices[w, 0], pieces.vertices[w, 1], pieces.vertices[w, 2])
     qx, qy, qz = dx + qx - px, dy + qy - py, dz + qz - pz  # from one of the two near points to the other
@@ -176,8 +178,12 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
             best_b, face_of_b = apart, face
         rank(best, apart, -x, -y, -z, float(FACE_B), float(face), 0.0)
     preference = EDGE * size  # an edge must beat the faces by this much: faces give full manifolds
-    count_a = near_directions(pieces, i, rotation[a], ax, ay, az, v, everywhere, work.lines[0], work.turned[0])
-    count_b = near_directions(pieces, j, rotation[b], bx, by, bz, w, everywhere, work.lines[1], work.turned[1])
+    # on the sides that look at each other, or everywhere, all edges
+    slab_a, slab_b = (np.inf, np.inf) if everywhere else (SLAB * pieces.sizes[i, 0], SLAB * pieces.sizes[j, 0])
+    limit = work.reach[0, v - pieces.ranges[i, VERTICES]] - slab_a
+    count_a = near_directions(pieces, i, rotation[a], limit, work.reach[0], work.lines[0], work.turned[0])
+    limit = work.reach[1, w - pieces.ranges[j, VERTICES]] - slab_b
+    count_b = near_directions(pieces, j, rotation[b], limit, work.reach[1], work.lines[1], work.turned[1])
     for first in range(count_a):
         ux, uy, uz = work.turned[0, first, 0], work.turned[0, first, 1], work.turned[0, first, 2]
         for second in range(count_b):

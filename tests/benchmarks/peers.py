@@ -24,6 +24,7 @@ REST_CHECK = 30  # steps between two looks at the velocities
 VARIANTS = {  # name: (engine class, keyword arguments)
     "minibullet": ("Minibullet", {}),
     "minibullet_placement": ("Minibullet", {"solver": "gauss_seidel", "tolerance": 1e-3}),  # as hlcs places units
+    "minibullet_1e-4": ("Minibullet", {"solver": "gauss_seidel", "tolerance": 1e-4}),
     "minibullet_fixed": ("Minibullet", {"residual_stop": False, "solver": "gauss_seidel"}),
     "minibullet_gauss_seidel": ("Minibullet", {"solver": "gauss_seidel"}),
     "minibullet_sequential": ("Minibullet", {"solver": "sequential_impulse"}),
