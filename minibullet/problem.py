@@ -104,21 +104,26 @@ def find_islands(bodies, moving):
                 parent[b] = a
             else:
                 parent[a] = b
-    label = np.empty(len(bodies), dtype=np.int64)
+    label, count = np.empty(len(bodies), dtype=np.int64), np.zeros(len(moving) + 1, dtype=np.int64)
     for c in range(len(bodies)):
         a = bodies[c, 0] if moving[bodies[c, 0]] else bodies[c, 1]
         while parent[a] != a:
             a = parent[a]
         label[c] = a
-    order = np.argsort(label, kind="mergesort")
-    starts = np.empty(len(bodies) + 1, dtype=np.int64)
-    count = 0
-    for place in range(len(order)):
-        if place == 0 or label[order[place]] != label[order[place - 1]]:
-            starts[count] = place
-            count += 1
-    starts[count] = len(order)
-    return order, starts[: count + 1]
+        count[a + 1] += 1
+    # sorted by counting: where each label's contacts begin, then every contact to its place
+    islands, found = np.empty(len(bodies) + 1, dtype=np.int64), 0
+    for a in range(len(moving)):
+        if count[a + 1] > 0:
+            islands[found] = count[a]
+            found += 1
+        count[a + 1] += count[a]
+    islands[found] = len(bodies)
+    order = np.empty(len(bodies), dtype=np.int64)
+    for c in range(len(bodies)):
+        order[count[label[c]]] = c
+        count[label[c]] += 1
+    return order, islands[: found + 1]
 
 
 def jacobian(rows, side):
