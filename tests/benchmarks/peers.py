@@ -21,17 +21,14 @@ import numpy as np
 import scenes
 
 REST_CHECK = 30  # steps between two looks at the velocities
+GAUSS_SEIDEL = {"solver": "gauss_seidel"}
 VARIANTS = {  # name: (engine class, keyword arguments)
-    "minibullet": ("Minibullet", {}),
-    "minibullet_placement": ("Minibullet", {"solver": "gauss_seidel", "tolerance": 1e-3}),  # as hlcs places units
-    "minibullet_1e-4": ("Minibullet", {"solver": "gauss_seidel", "tolerance": 1e-4}),
-    "minibullet_fixed": ("Minibullet", {"residual_stop": False, "solver": "gauss_seidel"}),
-    "minibullet_gauss_seidel": ("Minibullet", {"solver": "gauss_seidel"}),
+    "minibullet": ("Minibullet", {**GAUSS_SEIDEL, "tolerance": 1e-3}),  # as hlcs places units
+    "minibullet_fixed": ("Minibullet", {**GAUSS_SEIDEL, "residual_stop": False}),
+    "minibullet_1e-4": ("Minibullet", {**GAUSS_SEIDEL, "tolerance": 1e-4}),
+    "minibullet_1e-5": ("Minibullet", {**GAUSS_SEIDEL, "tolerance": 1e-5}),
+    "minibullet_exact": ("Minibullet", {"tolerance": 1e-8}),  # the default of a World
     "minibullet_sequential": ("Minibullet", {"solver": "sequential_impulse"}),
-    "minibullet_sequential_fixed": ("Minibullet", {"solver": "sequential_impulse", "residual_stop": False}),
-    "minibullet_1e-8": ("Minibullet", {"tolerance": 1e-8}),
-    "minibullet_1e-5": ("Minibullet", {"tolerance": 1e-5}),
-    "minibullet_gauss_seidel_1e-5": ("Minibullet", {"solver": "gauss_seidel", "tolerance": 1e-5}),
     "pybullet": ("Pybullet", {}),
     "pybullet_fixed": ("Pybullet", {"residual_stop": False}),
     "pybullet_multibody_cone": ("Pybullet", {"maximal": False}),
@@ -145,12 +142,21 @@ def cost_slope(rows, key):
     return float(np.polyfit(np.log(number), np.log(seconds), 1)[0])
 
 
+def suitable(name):
+    """Variants of ours worth running on a scene: on the single layers every solver and the price of a small residual."""
+    if name.startswith("scaling"):
+        return ["minibullet"]
+    if name.startswith("layer"):
+        return ["minibullet", "minibullet_fixed", "minibullet_1e-5", "minibullet_exact", "minibullet_sequential"]
+    return ["minibullet", "minibullet_fixed"]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", type=Path, help="write all rows to this file")
     parser.add_argument("--scenes", nargs="*", default=list(scenes.SCENES), choices=list(scenes.SCENES), metavar="SCENE")
-    parser.add_argument("--ours", nargs="*", default=["minibullet", "minibullet_fixed"], choices=list(VARIANTS),
-                        metavar="VARIANT")
+    parser.add_argument("--ours", nargs="*", choices=list(VARIANTS), metavar="VARIANT",
+                        help="default: the one that places units, and what suits the scene beside it")
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--one", nargs=2, metavar=("VARIANT", "SCENE"), help="a single run, printed as JSON")
     arguments = parser.parse_args()
@@ -159,9 +165,9 @@ def main():
         return
     rows = []
     for name in arguments.scenes:
-        for ours in arguments.ours:
+        for ours in arguments.ours or suitable(name):
             peer = "pybullet_fixed" if "fixed" in ours else "pybullet"
-            repeats = 1 if name == "scaling_3000" else arguments.repeats
+            repeats = 1 if name == "scaling_3000" or ours == "minibullet_exact" else arguments.repeats
             rows.append(compare(name, ours, peer, repeats))
             row = rows[-1]
             print(f"{name:20} {ours:28} {row['minibullet_s']:8.3f} s  {peer:15} {row['peer_s']:8.3f} s  ratio {row['ratio']:.2f}"
