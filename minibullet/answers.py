@@ -213,10 +213,12 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
 @leaf
 def adopt(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz, work):
     """The exact answer for row k near the direction n; an overlap found there is believed only after looking everywhere."""
-    search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz, work)
     size = min(pieces.sizes[rows[k, 2], 0], pieces.sizes[rows[k, 3], 0])
-    if numbers[k, 0] < -DEPTH * size and (nx != 0.0 or ny != 0.0 or nz != 0.0):
-        search(pieces, rows, answers, numbers, k, position, rotation, margin, 0.0, 0.0, 0.0, work)
+    for _ in range(2):
+        search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny, nz, work)
+        if numbers[k, 0] >= -DEPTH * size or (nx == 0.0 and ny == 0.0 and nz == 0.0):
+            return
+        nx = ny = nz = 0.0
 
 
 @leaf

@@ -18,16 +18,16 @@ DAMPING_LAWS = {
 
 
 @leaf
-def principal_rate(q0, q1, q2, q3, inertia, lx, ly, lz):
+def principal_rate(q0, q1, q2, q3, i0, i1, i2, lx, ly, lz):
     """Angular velocity (world axes) of a body with angular momentum l (world) and orientation q: R I^-1 R^T l; q need not be
     unit."""
     scale = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
     r00, r01, r02 = q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3, 2.0 * (q1 * q2 - q0 * q3), 2.0 * (q1 * q3 + q0 * q2)
     r10, r11, r12 = 2.0 * (q1 * q2 + q0 * q3), q0 * q0 - q1 * q1 + q2 * q2 - q3 * q3, 2.0 * (q2 * q3 - q0 * q1)
     r20, r21, r22 = 2.0 * (q1 * q3 - q0 * q2), 2.0 * (q2 * q3 + q0 * q1), q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3
-    a = (r00 * lx + r10 * ly + r20 * lz) / (inertia[0] * scale * scale)
-    b = (r01 * lx + r11 * ly + r21 * lz) / (inertia[1] * scale * scale)
-    c = (r02 * lx + r12 * ly + r22 * lz) / (inertia[2] * scale * scale)
+    a = (r00 * lx + r10 * ly + r20 * lz) / (i0 * scale * scale)
+    b = (r01 * lx + r11 * ly + r21 * lz) / (i1 * scale * scale)
+    c = (r02 * lx + r12 * ly + r22 * lz) / (i2 * scale * scale)
     return r00 * a + r01 * b + r02 * c, r10 * a + r11 * b + r12 * c, r20 * a + r21 * b + r22 * c
 
 
@@ -42,21 +42,21 @@ def spin_freely(orientation, rate, inertia, time_step):
     """
     turned, final = np.empty_like(rate), np.empty_like(rate)
     for n in range(len(rate)):
-        i0, i1, i2 = inertia[n]
-        w0, w1, w2 = rate[n]
+        i0, i1, i2 = inertia[n, 0], inertia[n, 1], inertia[n, 2]
+        w0, w1, w2 = rate[n, 0], rate[n, 1], rate[n, 2]
         if (i0 == i1 and i1 == i2) or (w0 == 0.0 and w1 == 0.0 and w2 == 0.0):
-            turned[n] = rate[n] * time_step
-            final[n] = rate[n]
+            turned[n, 0], turned[n, 1], turned[n, 2] = w0 * time_step, w1 * time_step, w2 * time_step
+            final[n, 0], final[n, 1], final[n, 2] = w0, w1, w2
             continue
-        q0, q1, q2, q3 = orientation[n]
+        q0, q1, q2, q3 = orientation[n, 0], orientation[n, 1], orientation[n, 2], orientation[n, 3]
         # l = R I R^T omega, by the same formula with the moments inverted
-        lx, ly, lz = principal_rate(q0, q1, q2, q3, 1.0 / inertia[n], w0, w1, w2)
+        lx, ly, lz = principal_rate(q0, q1, q2, q3, 1.0 / i0, 1.0 / i1, 1.0 / i2, w0, w1, w2)
         k0 = k1 = k2 = k3 = 0.0
         s0 = s1 = s2 = s3 = 0.0
         for stage in range(4):
             h = 0.0 if stage == 0 else (time_step if stage == 3 else 0.5 * time_step)
             p0, p1, p2, p3 = q0 + h * k0, q1 + h * k1, q2 + h * k2, q3 + h * k3
-            a, b, c = principal_rate(p0, p1, p2, p3, inertia[n], lx, ly, lz)
+            a, b, c = principal_rate(p0, p1, p2, p3, i0, i1, i2, lx, ly, lz)
             k0, k1 = 0.5 * (-a * p1 - b * p2 - c * p3), 0.5 * (a * p0 + b * p3 - c * p2)
             k2, k3 = 0.5 * (b * p0 + c * p1 - a * p3), 0.5 * (c * p0 + a * p2 - b * p1)
             weight = 1.0 if stage == 0 or stage == 3 else 2.0
@@ -69,7 +69,7 @@ def spin_freely(orientation, rate, inertia, time_step):
         )
         size = sqrt(e0 * e0 + e1 * e1 + e2 * e2 + e3 * e3)
         e0, e1, e2, e3 = e0 / size, e1 / size, e2 / size, e3 / size
-        final[n] = principal_rate(e0, e1, e2, e3, inertia[n], lx, ly, lz)
+        final[n, 0], final[n, 1], final[n, 2] = principal_rate(e0, e1, e2, e3, i0, i1, i2, lx, ly, lz)
         # the turn between: e q^-1
         d0 = e0 * q0 + e1 * q1 + e2 * q2 + e3 * q3
         d1 = -e0 * q1 + e1 * q0 - e2 * q3 + e3 * q2
@@ -79,7 +79,7 @@ def spin_freely(orientation, rate, inertia, time_step):
             d0, d1, d2, d3 = -d0, -d1, -d2, -d3
         sine = sqrt(d1 * d1 + d2 * d2 + d3 * d3)
         factor = 2.0 * np.arctan2(sine, d0) / sine if sine > 0.0 else 2.0
-        turned[n] = (factor * d1, factor * d2, factor * d3)
+        turned[n, 0], turned[n, 1], turned[n, 2] = factor * d1, factor * d2, factor * d3
     return turned, final
 
 
@@ -211,7 +211,7 @@ def keep_angular_momentum(old, new, inertia, rate, spun, final):
     momentum and the new orientation the angular velocity is I_new^-1 (I_old rate + I_old (final - spun)).
     """
     for n in range(len(rate)):
-        i0, i1, i2 = inertia[n]
+        i0, i1, i2 = inertia[n, 0], inertia[n, 1], inertia[n, 2]
         if (i0 == i1 and i1 == i2) or (final[n, 0] == 0.0 and final[n, 1] == 0.0 and final[n, 2] == 0.0):
             continue
         x, y, z = (
@@ -219,8 +219,10 @@ def keep_angular_momentum(old, new, inertia, rate, spun, final):
             rate[n, 1] + final[n, 1] - spun[n, 1],
             rate[n, 2] + final[n, 2] - spun[n, 2],
         )
-        lx, ly, lz = principal_rate(old[n, 0], old[n, 1], old[n, 2], old[n, 3], 1.0 / inertia[n], x, y, z)
-        final[n] = principal_rate(new[n, 0], new[n, 1], new[n, 2], new[n, 3], inertia[n], lx, ly, lz)
+        lx, ly, lz = principal_rate(old[n, 0], old[n, 1], old[n, 2], old[n, 3], 1.0 / i0, 1.0 / i1, 1.0 / i2, x, y, z)
+        final[n, 0], final[n, 1], final[n, 2] = principal_rate(
+            new[n, 0], new[n, 1], new[n, 2], new[n, 3], i0, i1, i2, lx, ly, lz
+        )
 
 
 @kernel

@@ -291,12 +291,11 @@ def pair_points(
             if kind == EDGE_EDGE and rise(pieces, face, side, answers[k], rotation_a, rotation_b) * NEAR * size > most:
                 continue  # the other's edge rises out of reach within the distance at which points count as one
             least = -np.inf if on_face else 0.0
-            if side == 0:
-                count = side_points(pieces, face, i, j, rotation_a, rotation_b, dx, dy, dz, 1.0, least, most,
-                                    points, gaps, normals, work, count)  # fmt: skip
-            else:
-                count = side_points(pieces, face, j, i, rotation_b, rotation_a, dx, dy, dz, -1.0, least, most,
-                                    points, gaps, normals, work, count)  # fmt: skip
+            own, other, turned_own, turned_other, way = i, j, rotation_a, rotation_b, 1.0
+            if side == 1:
+                own, other, turned_own, turned_other, way = j, i, rotation_b, rotation_a, -1.0
+            count = side_points(pieces, face, own, other, turned_own, turned_other, dx, dy, dz, way, least, most,
+                                points, gaps, normals, work, count)  # fmt: skip
         # a face that no corner lies over, or only a high one, still has its lowest corner beside the outline
         if side < 0 or (on_face and kind != PLANE and lowest(gaps, count) > numbers[k, 0] + 1e-3 * size):
             first = count

@@ -40,10 +40,15 @@ def body_sizes(pieces, piece_ranges, sizes):
                 sizes[body] = max(sizes[body], pieces.sizes[piece, 0])
 
 
-@kernel
 def overlapping(lower, upper, moving, group):
     """Index pairs (a < b) of bodies whose boxes overlap, at least one of them moving, groups compatible; sorted, (k, 2)."""
-    order = np.argsort(lower[:, 0], kind="mergesort")
+    found = swept(lower, upper, moving, group, np.argsort(lower[:, 0], kind="stable"))
+    return found[np.lexsort((found[:, 1], found[:, 0]))]
+
+
+@kernel
+def swept(lower, upper, moving, group, order):
+    """The pairs of ``overlapping``, found by sweeping along x through the bodies in ``order`` of their lower sides, (k, 2)."""
     found = np.empty((64, 2), dtype=np.int64)
     count = 0
     for place in range(len(order)):
@@ -62,8 +67,7 @@ def overlapping(lower, upper, moving, group):
                 found = grown
             found[count, 0], found[count, 1] = min(a, b), max(a, b)
             count += 1
-    found = found[:count]
-    return found[np.argsort(found[:, 0] * len(moving) + found[:, 1], kind="mergesort")]
+    return found[:count]
 
 
 @kernel
