@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from minibullet import constraints, problem, rotations
+from minibullet.cone import natural_map_error
 from minibullet.effects.contract import name_of
 
 
@@ -62,6 +63,19 @@ class Step:
             "signorini": float(np.abs(r[:, 0] * u[:, 0]).max() / (r_ref * u_ref)),
             "slip": float(np.sqrt((slip**2).sum(axis=1)).max() / (r_ref * u_ref)),
         }
+
+    def _errors(self, reference_mass):
+        """Squared error of the natural map of each contact, impulses over ``reference_mass``, (m,)."""
+        rows = zip(self.solution.impulse / reference_mass, self.final_velocity, self.problem.friction, strict=True)
+        return np.array([natural_map_error(*r, *u, mu, 1.0) for r, u, mu in rows])
+
+    @cached_property
+    def residual_rho1(self):
+        """The relative residual as other codes publish it, impulses in N s (a reference mass of 1 kg); rolling left out."""
+        q = problem.relative_velocity(self.problem.bodies, self.problem.rows, self.problem.free_twist)
+        q[:, 0] -= self.problem.target
+        size = max(np.linalg.norm(q), np.linalg.norm(self.solution.impulse), np.linalg.norm(self.final_velocity))
+        return float(np.sqrt(self._errors(1.0).sum()) / size) if size > 0.0 else 0.0
 
     @property
     def penetration(self):
@@ -147,6 +161,10 @@ class Step:
         size = max(np.abs(gained).max(), np.abs(pulled).max(), np.abs(given).max())
         return float(np.abs(gained - pulled - given).max() / size) if size > 0.0 else 0.0
 
+    def _named(self, contact):
+        """The names of the two bodies of a contact."""
+        return self.names[self.contacts.body_a[contact]], self.names[self.contacts.body_b[contact]]
+
     def to_dict(self):
         """Everything a step publishes, by name; floats in SI units."""
         speed = np.sqrt((self.after.twist[:, :3] ** 2).sum(axis=1)).max(initial=0.0)
@@ -161,15 +179,15 @@ class Step:
             "n_contacts": len(self.contacts.gap),
             "n_active": int((self.solution.impulse[:, 0] > 0).sum()),
             "residual": self.residual,
+            "residual_rho1": self.residual_rho1,
+            "worst_contact": self._named(int(np.argmax(self._errors(self.reference_mass)))) if len(self.contacts.gap) else None,
             "reference_mass": self.reference_mass,
             "converged": bool(self.converged),
             "iterations": self.iterations,
             **self.components,
             "penetration_max": self.penetration,
             "sum_pen2": float((np.minimum(self.contacts.gap, 0.0) ** 2).sum()),
-            "deepest_contact": None
-            if worst is None
-            else (self.names[self.contacts.body_a[worst]], self.names[self.contacts.body_b[worst]]),
+            "deepest_contact": None if worst is None else self._named(worst),
             "E_kin": self.kinetic_energy,
             "work": work,
             "ledger_defect": defect,
