@@ -217,6 +217,7 @@ def test_case_43_turned_and_shifted_scene_moves_alike(record_case):
     record_case(43, "turned by 37 deg, shifted by 1e4 m", difference, 1e-9, "m", peer="1.0 width after 100 m")
 
 
+@pytest.mark.slow
 def test_case_43_turned_heap_settles_alike_on_average(record_case):
     """Twelve bodies for 4 s, where chaos has set in: heights of the centres of the plain and of the turned and shifted heap.
 
