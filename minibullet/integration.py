@@ -268,6 +268,23 @@ def path_bound(twist, reach, duration):
     return result
 
 
+@leaf
+def slow(twist, wrench, mass, reach, chosen):
+    """Whether no point of a chosen body (n,) is faster than 2e-3 sqrt(a R), R its radius and a what accelerates it, and the
+    longest time that a free fall over the radius takes, sqrt(2 R/a) [s]; 0 where nothing pulls."""
+    still, wait = True, 0.0
+    for n in range(len(mass)):
+        if not chosen[n]:
+            continue
+        v, w, f = twist[n, :3], twist[n, 3:], wrench[n, :3]
+        speed = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) + reach[n] * sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
+        acceleration = sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) / mass[n]
+        still = still and speed <= 2e-3 * sqrt(acceleration * reach[n])
+        if acceleration > 0.0:
+            wait = max(wait, sqrt(2.0 * reach[n] / acceleration))
+    return still, wait
+
+
 def stride(twist, free_twist, reach, time_step):
     """Bound on how far any point of each body may go in this step [m], (n,).
 

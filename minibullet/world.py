@@ -295,17 +295,9 @@ class World:
     def _rest_scale(self, heed=None):
         """Whether every moving body that is heeded is slow now, and how long it must stay so [s]."""
         scene = self.registry.scene
-        moving = np.isfinite(scene.bodies.mass)
-        if heed is not None:
-            moving &= heed(scene.bodies)
-        if not moving.any():
-            return True, 0.0
-        reach, mass = scene.reach[moving], scene.bodies.mass[moving]
-        pull = sum((w[moving, :3] for w in self.last_step.wrenches), np.zeros((len(mass), 3)))
-        acceleration = np.sqrt((pull**2).sum(axis=1)) / mass
-        speed = integration.path_bound(scene.bodies.twist[moving], reach, 1.0)
-        wait = np.sqrt(2.0 * reach / np.where(acceleration > 0.0, acceleration, np.inf)).max()
-        return bool((speed <= 2e-3 * np.sqrt(acceleration * reach)).all()), float(wait)
+        chosen = scene.moving if heed is None else scene.moving & heed(scene.bodies)
+        pull = sum(self.last_step.wrenches, np.zeros_like(scene.bodies.twist))
+        return integration.slow(scene.bodies.twist, pull, scene.bodies.mass, scene.reach, chosen)
 
     def save(self, path):
         """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""
