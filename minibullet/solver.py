@@ -345,7 +345,7 @@ def escalate(problem, solution, tolerance, most=2000):
         if problem.rolling[contacts].any() or len(contacts) > most:
             continue  # rolling moments are solved by Gauss-Seidel alone
         chosen, law, start = block_rows(problem, contacts), problem.friction[contacts], impulse[contacts].reshape(-1)
-        found = solve_rows(*chosen, law, start, 0.5 * tolerance, problem.reference_mass)[0]
+        found = solve_rows(*chosen, law, start, 0.5 * tolerance, problem.reference_mass, sweeps=0)[0]
         impulse[contacts] = found.reshape(-1, 3)
     twist = solution.twist.copy()
     apply_impulses(problem.bodies, problem.rows, impulse - solution.impulse, twist)
