@@ -68,8 +68,8 @@ def _place(test, out, json_file, quiet):
 
 
 @commands.command()
-@click.argument("table", type=click.Choice(["table1", "table2", "table3", "blind", "figures", "all"]))
-@click.option("--repeats", type=click.IntRange(1, 10_000), help="tests a case; 5, for table1 1")
+@click.argument("table", type=click.Choice(["table1", "table2", "table3", "blind", "figures", "ladder", "all"]))
+@click.option("--repeats", type=click.IntRange(1, 10_000), help="tests a case; 5, for table1 1, for ladder 8")
 @workers_option
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="of the first test; the others follow")
 @click.option("--friction", type=float, help="of a contact; left out: both 0.36, which is what Bullet makes of 0.6, and 0.6")
@@ -85,6 +85,7 @@ def reproduce(table, repeats, workers, seed, out, json_file, quiet, **settings):
 
     table1: sensitivity, three layers, one parameter at a time. table2: RPG and TPG on a flat bottom. table3: TPG on a 4 % slope.
     blind: layer against blind reference. figures: the true unit beside its hull, the plot and the picture of the README.
+    ladder (not part of all): the naive model, one hull a unit, diagnosed on table2 with table3 held out.
     """
     from hlcs import reproduce_files
     from hlcs.reproduce import TABLES, Plan
@@ -94,7 +95,7 @@ def reproduce(table, repeats, workers, seed, out, json_file, quiet, **settings):
     with files.result_folder(out) if out else nullcontext() as folder:
         for name in TABLES if table == "all" else (table,):
             with progress_bar(name, None, quiet) as bar:
-                documents[name], text = reproduce_files.run(name, plan, folder, bar.start)
+                documents[name], text = reproduce_files.run(name, plan, folder, None if quiet else bar.start)
             if not quiet:
                 click.echo(text + "\n")
     publish(documents if table == "all" else documents[table], json_file, out, quiet)

@@ -32,7 +32,7 @@ MAY_BE_BLANK = ("spacing_x", "spacing_y", "bottom_slope", "cv", "tests", "campai
 # settings of the simulations of a unit of Dn = 1 m where the file states none, smaller ones as the root of their size: coarser
 # than those of a single test, which changes no layer coefficient by more than the scatter between seeds; a finer step and more
 # iterations are tried as candidates [s]
-QUICK = {"time_step": 1.0 / 120.0, "settle_time": 6.0}
+QUICK = {"time_step": 1.0 / 120.0, "settle_time": 4.0}
 
 
 @dataclass(frozen=True, eq=False)

@@ -63,14 +63,14 @@ def compare_layer_file(file, seed=0, workers=None, progress=False, simulator=Non
     )
 
 
-def diagnose_layers(file, candidates=None, own=(), seed=0, workers=None, progress=False, simulator=None):
-    """The Diagnosis of an experiment file of layers."""
+def diagnose_layers(file, candidates=None, own=(), seed=0, workers=None, progress=False, simulator=None, seeds=SEEDS):
+    """The Diagnosis of an experiment file of layers: `seeds` simulated tests of each model on each set."""
     measurement = read_layers(file)
     model, sets = model_of(measurement), tuple(one for one in measurement.sets if one.judgeable)
     notes = list(measurement.notes) + left_out(measurement, sets)
     if not sets:
         return _unknown(measurement, notes)
-    search = LayerSearch(measurement, sets, simulator or Simulator(workers=workers, progress=progress), seed)
+    search = LayerSearch(measurement, sets, simulator or Simulator(workers=workers, progress=progress), seed, seeds)
     placement = model.placement
     entries = (
         library(placement, sets)

@@ -18,7 +18,7 @@ RIVAL_MARGIN, BEATEN = 6.0, 6.6  # evidence within which a candidate is a rival,
 SAME = 0.99  # cosine of signatures above which two candidates are one entry
 SEEDS, PAIRS = 8, 4  # tests of a model, and pairs of tests of a candidate, on each measured set
 SCREEN = 2  # pairs of a first look at every candidate
-FINALISTS = 10  # candidates that are looked at with all pairs
+FINALISTS = 6  # candidates that are looked at with all pairs
 RESCREEN = 5  # candidates that are simulated again once an effect is in; for the others the first signatures serve
 QUANTILE = 1.645  # of 90 % intervals
 
@@ -33,6 +33,7 @@ class Tried:
     amount: float = 0.0  # value - null
     deviation: float = 0.0
     gain: float = 0.0  # fall of chi-squared under the form that grants less
+    merit: float = 0.0  # the same, mean of both forms: which of several that may be accepted is the best
     price: float = 0.0
     after: dict = field(default_factory=dict)  # chi-squared of each form
     held: dict = field(default_factory=dict)  # group -> (amount without it, chi-squared before, after)
@@ -51,7 +52,7 @@ class Tried:
 
     @property
     def held_chi2(self):
-        return sum(after for _, _, after in self.held.values())
+        return _chi2_after(self.held)
 
     @property
     def directions(self):
@@ -176,6 +177,7 @@ class LayerSearch:
             )
             if not gains or gains[form] <= min(gains.values()):
                 tried.gain, tried.amount, tried.deviation, unbound = gains[form], size, spread, free
+        tried.merit = float(np.mean(list(gains.values())))
         tried.error = self.error(stage.residual - tried.shift)
         self._hold_out(stage, tried)
         tried.price = np.log(count) + (PRICE if tried.held else PRICE_ALONE)
@@ -183,12 +185,17 @@ class LayerSearch:
         return tried
 
     def _hold_out(self, stage, tried):
-        """Fit to all groups but one, and look at that one."""
-        if not self.can_hold_out:
-            return
-        before = self._held_residual(stage)
+        """Fit to all groups but one, and look at that one, under the form of the campaign term kinder to the candidate."""
+        if self.can_hold_out:
+            tried.held = min((self._held(stage, tried, form) for form in FORMS), key=_chi2_after)
+        if tried.held:
+            tried.held_error = self.held_out_error(stage, tried)
+
+    def _held(self, stage, tried, form):
+        """{group: (amount fitted without it, chi-squared of the group before, after)}."""
+        before, found = self._held_residual(stage), {}
         entry, data = tried.candidate, self.data
-        matrix = self.covariance(stage, "individual", tried.amount**2 * tried.slope_variance)
+        matrix = self.covariance(stage, form, tried.amount**2 * tried.slope_variance)
         for group in np.unique(data.group):
             inside, seen = data.group == group, (data.layer > 0)
             if not np.any(tried.slope[inside & seen]) or not np.any(tried.slope[~inside & seen]):
@@ -198,13 +205,12 @@ class LayerSearch:
                 size, _ = layer_fit.amount(matrix[np.ix_(~inside, ~inside)], stage.residual[~inside], tried.slope[~inside])
                 size = float(np.clip(size, entry.low - entry.null, entry.high - entry.null))
             own = matrix[np.ix_(inside, inside)]
-            tried.held[group] = (
+            found[group] = (
                 size,
                 layer_fit.chi_squared(own, before[inside]),
                 layer_fit.chi_squared(own, (before - tried.slope * size)[inside]),
             )
-        if tried.held:
-            tried.held_error = self.held_out_error(stage, tried)
+        return found
 
     def _judge(self, stage, tried, unbound):
         """The reasons against it."""
@@ -267,7 +273,7 @@ class LayerSearch:
 
     def _best(self, stage, tried):
         """The stage after the best acceptable candidate that keeps its promise when it is simulated in full, or None."""
-        for one in sorted((one for one in tried if not one.fails), key=lambda one: -one.evidence):
+        for one in sorted((one for one in tried if not one.fails), key=lambda one: one.price - one.merit):
             following = self.stage(stage.model.with_effect(one.candidate, one.value), (*stage.accepted, one))
             falls = [self.chi2(stage, form) - self.chi2(following, form) for form in FORMS]
             if min(falls) > one.price:
@@ -288,6 +294,11 @@ class LayerSearch:
             if bounded and close and not beaten:
                 found.append((one, angle))
         return found
+
+
+def _chi2_after(held):
+    """Chi-squared of all held-out groups together."""
+    return sum(after for _, _, after in held.values())
 
 
 def key(entry):

@@ -1,8 +1,12 @@
 """Run one table of the paper, and write its JSON, its text, and its pictures."""
 
+from contextlib import nullcontext
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
 import numpy as np
 
-from hlcs import files, placement_figures, reproduce
+from hlcs import files, ladder, placement_figures, reproduce
 from hlcs.layer_compare import sample_of
 from hlcs.reproduce_text import text_of
 from hlcs.statistics import Sample
@@ -12,6 +16,8 @@ from minibullet import drawing
 
 def run(name, plan, folder=None, progress=None):
     """(document, text) of table `name`; its files go into `folder` where one is given."""
+    if name == "ladder":
+        return _ladder(plan, folder, progress)
     document, first = getattr(reproduce, name)(plan, progress), None
     if name == "figures":
         document, first = document
@@ -23,6 +29,18 @@ def run(name, plan, folder=None, progress=None):
             files.write_bytes(folder / picture, placement_figures.png_bytes(figure))
         if first is not None:
             drawing.draw_scene(placement_figures.scene_of(first), folder / "structure.png")
+    return document, text
+
+
+def _ladder(plan, folder, progress):
+    """The ladder, and into the folder besides: the experiment files, and the report of the diagnosis."""
+    with nullcontext(folder) if folder else TemporaryDirectory() as place:
+        document, diagnosis = ladder.ladder(plan, Path(place), progress is not None)
+    text = f"{ladder.ladder_text(document)}\n\n{diagnosis.summary()}"
+    if folder:
+        diagnosis.save(folder)
+        files.write_json(folder / "ladder.json", document)
+        files.write_text(folder / "ladder.txt", text + "\n")
     return document, text
 
 

@@ -9,10 +9,12 @@ import pandas as pd
 import pytest
 
 import hlcs
+from hlcs import ladder
 from hlcs.experiment_files import read_experiment_file
 from hlcs.layer_data import read_layer_sets, read_layers
 from hlcs.layer_diagnosis import compare_layer_file, diagnose_layers
 from hlcs.layer_model import Simulator, simulate
+from hlcs.reproduce import Plan
 from hlcs.tables import laboratory, paper_numerical
 
 PAPER = [("table2", "RPG"), ("table2", "TPG"), ("table3", "TPG")]
@@ -150,6 +152,19 @@ def test_naive_hull_model_is_led_to_the_true_shape(tmp_path, simulator):
     # and what is there already is not sought again
     ran = simulator.ran
     assert diagnose_layers(file, simulator=simulator).to_json()["effects"] == list(found.effects) and simulator.ran == ran
+
+
+def test_the_ladder_leads_from_the_naive_model_and_holds_the_slope_out(tmp_path, simulator):
+    document, diagnosis = ladder.ladder(Plan({}, repeats=4), tmp_path, simulator=simulator)
+    steps = document["steps"]
+    assert diagnosis.title == "Table 2 against the naive model" and set(steps[0]["by_table"]) == {"RPG flat", "TPG flat"}
+    assert steps[1]["effects"] == ["convex_hull_shape"]
+    assert all(later["fitted"] < earlier["fitted"] for earlier, later in zip(steps, steps[1:], strict=False))
+    assert steps[-1]["held_out"] < steps[0]["held_out"]  # the stand-in is 10 % too thick on the slope as well
+    # the files it leaves are a case of their own: naive model, three tables
+    assert [one.name for one in read_layers(read_experiment_file(tmp_path / "all.toml")).sets][-1] == "TPG 4 % slope"
+    text = ladder.ladder_text(document)
+    assert "the naive model" in text and "+ convex_hull_shape" in text and "a perfect model" in text
 
 
 def test_one_grid_grants_one_effect_at_most(tmp_path, simulator):
