@@ -9,7 +9,7 @@ from contextlib import nullcontext
 
 import click
 
-from hlcs import files
+from hlcs import files, interrupts
 from hlcs.cli_options import example, output_options, placement_options, progress_bar, publish, workers_option
 from hlcs.experiment import PlacementTest
 from minibullet.errors import InputError
@@ -239,6 +239,7 @@ def mystery_reveal(name, json_file, quiet):
 
 def main(arguments=None):
     """Run the command; returns the exit status."""
+    interrupts.listen()
     try:
         status = commands.main(args=arguments, prog_name="hlcs", standalone_mode=False)
         sys.stdout.flush()

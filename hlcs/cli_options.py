@@ -6,7 +6,7 @@ from dataclasses import fields
 
 import click
 
-from hlcs import files
+from hlcs import files, interrupts
 from hlcs.experiment import PlacementTest
 
 CHOICES = {"reference": ["layer", "blind"], "shape": ["pieces", "hull"], "armour": ["cubipod", "cube"],
@@ -100,6 +100,7 @@ class Bar:
 
     def update(self):
         """One piece is done."""
+        interrupts.check()
         self._bar.update()
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hlcs import interrupts
 from minibullet.errors import InputError
 
 CONTENTS = ".hlcs"  # in every result folder: the names this program wrote, so that a later run replaces those and nobody else's
@@ -34,11 +35,12 @@ def result_folder(path):
     target = Path(path).expanduser().absolute()
     _refuse_foreign(target)
     partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
-    with _explained(target):
-        target.parent.mkdir(parents=True, exist_ok=True)
-        partial.mkdir()
     try:
+        with _explained(target):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            partial.mkdir()
         yield partial
+        interrupts.check()
         names = sorted(entry.name for entry in partial.iterdir())
         write_text(partial / CONTENTS, "\n".join([*names, ""]))
         with _explained(target):

@@ -280,11 +280,11 @@ def _why(one, accepted, same, winners):
 
 
 def _visible(one):
-    """The smallest value that would have moved a layer by twice the detectable shift."""
+    """The smallest value that would have moved a layer by what these data show."""
     if one.candidate.switch or one.size <= 0 or one.amount == 0:
         return ""
     unit = "" if one.candidate.unit == "1" else f" {one.candidate.unit}"
-    return f"{one.candidate.number} {abs(one.amount) * 2.0 / one.size:.2g}{unit} from {one.candidate.null:g}"
+    return f"{one.candidate.number} {abs(one.amount) / one.size:.2g}{unit} from {one.candidate.null:g}"
 
 
 def _table(search, stage, names=False):

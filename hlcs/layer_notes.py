@@ -89,8 +89,8 @@ def search_notes(search, final, rounds):
         f"{one.name} " + ", ".join(f"{100 * part:.1f}" for part in row) for one, row in zip(search.sets, shown, strict=True)
     )
     notes = [
-        f"smallest shift of a layer these data show (80 % power) [%]: {text}; "
-        "an effect must move one by twice as much, or several together"
+        f"smallest shift of a layer that single sets show (80 % power) [%]: {text}; "
+        "an effect must move one by what all sets show together, differences between campaigns included"
     ]
     if rounds:
         moved = {one.name: one for one in rounds[0] if one.name in ("time_step", "iterations")}

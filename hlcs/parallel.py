@@ -6,6 +6,7 @@ import signal
 import threading
 from concurrent.futures import ProcessPoolExecutor, as_completed
 
+from hlcs import interrupts
 from minibullet.errors import InputError
 
 
@@ -25,13 +26,16 @@ def each(function, tasks, workers=None):
         raise InputError(f"workers = {workers!r}; must be a whole number >= 1")
     workers = min(int(workers or cores()), len(tasks))
     if workers <= 1:
-        yield from ((index, function(task)) for index, task in enumerate(tasks))
+        for index, task in enumerate(tasks):
+            interrupts.check()
+            yield index, function(task)
         return
     executor = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_obey)
     before = set(multiprocessing.active_children())
     try:
         indices = {executor.submit(function, task): index for index, task in enumerate(tasks)}
         for future in as_completed(indices):
+            interrupts.check()
             yield indices[future], future.result()
     except BaseException:
         for child in set(multiprocessing.active_children()) - before:

@@ -177,7 +177,7 @@ def test_nothing_missing_is_said_without_a_search(tmp_path, simulator):
     frames = [measured(grid, 5, campaign) for grid, campaign in (("TPG", "a"), ("RPG", "b"))]
     found = diagnose_layers(experiment(tmp_path, frames), simulator=simulator)
     assert found.verdict == "complete" and simulator.ran == 16  # eight tests a set: no candidate could have paid its price
-    assert any("smallest shift of a layer" in note for note in found.notes)
+    assert any("smallest shift of a layer that single sets show" in note for note in found.notes)
 
 
 def test_a_shifted_first_layer_comes_back_as_a_set(tmp_path, simulator):
