@@ -112,6 +112,8 @@ def compare(file, effects_file, seed, workers, out, json_file, quiet):
     """Where, and by how much, does the model miss the measurement."""
     from hlcs.compare import compare as compare_file
 
+    if out:
+        files.check_folder(out)  # refused now, not after minutes
     comparison = compare_file(file, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet)
     if out:
         comparison.save(out)
@@ -134,6 +136,8 @@ def diagnose(file, candidates, effects_file, plots, seed, workers, out, json_fil
     from hlcs.diagnose import diagnose as diagnose_file
 
     names = [name.strip() for name in candidates.split(",") if name.strip()] if candidates is not None else None
+    for folder in filter(None, (out, plots)):
+        files.check_folder(folder)  # refused now, not after minutes
     diagnosis = diagnose_file(file, candidates=names, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet)
     if not quiet:
         click.echo(diagnosis.summary())

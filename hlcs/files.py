@@ -50,6 +50,22 @@ def result_folder(path):
         raise
 
 
+def check_folder(path):
+    """InputError where a file stands in a folder's place; returns the folder's Path."""
+    target = Path(path).expanduser()
+    if target.exists() and not target.is_dir():
+        raise InputError(f"'{target}' is a file, not a folder; give another folder for the results")
+    return target
+
+
+def make_folder(path):
+    """A folder that may hold other files already, made where it is not there; returns its Path. InputError where it cannot be."""
+    target = check_folder(path)
+    with _explained(target):
+        target.mkdir(parents=True, exist_ok=True)
+    return target
+
+
 def write_bytes(path, data):
     """Write a file whole or not at all; `data` is bytes. Raises InputError where it cannot be written."""
     target = Path(path).expanduser().absolute()

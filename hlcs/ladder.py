@@ -4,6 +4,8 @@ The naive model is one convex hull a unit, with the friction and the collision m
 (Table 2) are diagnosed; the 4 % slope (Table 3) is held out: no number is fitted to it, every model on the way is placed on it.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from hlcs import files, statistics
@@ -34,7 +36,8 @@ def write_case(folder, settings):
 
 
 def ladder(plan, folder, progress=False, simulator=None):
-    """(document, Diagnosis of flat.toml) of a `reproduce.Plan`, whose settings win over NAIVE; the files go into `folder`."""
+    """(document, Diagnosis of flat.toml) of a `reproduce.Plan`, whose settings win over NAIVE; the files go into `folder`, which
+    may be moved afterwards."""
     write_case(folder, plan.settings)
     simulator, seeds = simulator or Simulator(workers=plan.workers, progress=progress), plan.repeats or SEEDS
     file = read_experiment_file(folder / "flat.toml")
@@ -52,7 +55,7 @@ def ladder(plan, folder, progress=False, simulator=None):
     document = {"format": 1, "table": "ladder", "repeats": seeds, "seeds": list(numbers), "steps": steps,
                 "floor": {"fitted": diagnosis.error["fitted"]["noise"], "held_out": floor.mean, "held_out_95": floor.quantile},
                 "diagnosis": diagnosis.to_json(), "settings": placement_table(diagnosis.model.base), "versions": files.versions()}
-    return document, diagnosis
+    return document, replace(diagnosis, model=replace(diagnosis.model, source=(file.title, "flat.csv")))
 
 
 def ladder_text(document):

@@ -51,8 +51,9 @@ class LayerSet:
 
     @property
     def judgeable(self):
-        """Whether scatter and number of tests are known for every layer."""
-        return bool(np.all(np.isfinite(self.sample.cv)) and np.all(self.sample.tests >= 2))
+        """Whether scatter and number of tests are known for every layer; zero scatter in all of them is none that was seen."""
+        cv = self.sample.cv
+        return bool(np.all(np.isfinite(cv)) and np.any(cv > 0.0) and np.all(self.sample.tests >= 2))
 
     def placed(self, test):
         """The PlacementTest on this grid and bottom with as many layers as were measured."""

@@ -17,7 +17,8 @@ from hlcs.layer_search import QUANTILE, SEEDS, LayerSearch
 ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass, under the form of the campaign term that is kinder to it
 MEASURE, UNIT = "mean relative error", "1"
 NO_TESTS = (
-    "state in the columns cv and tests how many tests each mean stands for (two at least) and how they scatter between tests"
+    "state in the columns cv and tests how many tests each mean stands for (two at least) and how they scatter between tests "
+    "(above zero: no tests agree to the last digit in every layer)"
 )
 
 
@@ -178,6 +179,7 @@ def where_layers(search, stage):
             rows.append(
                 {
                     "trial": one.name,
+                    "phase": f"layer {j + 1}",
                     "layer": j + 1,
                     "measured": float(measured.mean[j]),
                     "model": float(model.mean[j]),
@@ -319,7 +321,7 @@ def _unknown(measurement, notes):
         steps=(),
         adequate={"before": None, "after": None, "statistic": None, "p": None},
         candidates=tuple(
-            Finding(name, None, None, None, False, (), "not judged: the number of tests is unknown")
+            Finding(name, None, None, None, False, (), "not tried: the number of tests, or their scatter, is unknown")
             for name in sorted({entry.name for entry in entries})
         ),
         where=(),

@@ -116,7 +116,8 @@ class LayerModel:
 
 def model_of(measurement):
     """The LayerModel of a LayerMeasurement, with the effects its file lists under [model]."""
-    model = LayerModel(measurement.test, (), (measurement.title, measurement.data_file))
+    source = measurement.title, Path(measurement.data_file).resolve()  # a file of the model may lie in another folder
+    model = LayerModel(measurement.test, (), source)
     for entry in measurement.effects:
         numbers = {key: value for key, value in entry.items() if key != "name"}
         candidate = named(entry["name"], model.placement, measurement.sets)[0]

@@ -9,9 +9,10 @@ from hlcs.statistics import Sample
 
 
 def samples(search, stage, index):
-    """(measured, model) Samples of one set."""
-    runs = stage.rows[index]
-    return search.sets[index].sample, repeated(runs[np.isfinite(runs).all(axis=1)])
+    """(measured, model) Samples of one set; the measured scatter is at least what rounding to three decimals hides."""
+    runs, (mean, cv, tests) = stage.rows[index], search.sets[index].sample
+    measured = Sample(mean, np.hypot(cv, layer_fit.ROUNDING * np.sqrt(tests) / mean), tests)
+    return measured, repeated(runs[np.isfinite(runs).all(axis=1)])
 
 
 def perfect_models(search, stage):
@@ -25,7 +26,7 @@ def floor_of(search, stage):
 
 def left_out(measurement, sets):
     return [
-        f"{one.name}: not judged, its number of tests or its scatter is not stated"
+        f"{one.name}: not judged, its number of tests or its scatter is not stated, or zero in every layer"
         for one in measurement.sets
         if sets and one not in sets
     ]

@@ -3,7 +3,8 @@
 import base64
 import html
 import io
-from pathlib import Path
+
+from hlcs import files
 
 from .diagnosis import VERDICTS, dumps
 
@@ -42,8 +43,9 @@ def _noise(noise):
 
 
 def _where_lines(rows, unit):
-    keys = [key for key in rows[0] if key not in ("rms", "sigma")]
-    head = "  " + " ".join(f"{key:>{_width(key)}s}" for key in keys) + f" {'rms ' + unit:>12s} {'in sigma':>9s}"
+    keys = [key for key in rows[0] if key not in ("rms", "sigma", "phase" if "layer" in rows[0] else "")]
+    rms = "rms" if unit in ("", "1") else f"rms {unit}"
+    head = "  " + " ".join(f"{key:>{_width(key)}s}" for key in keys) + f" {rms:>12s} {'in sigma':>9s}"
     cells = ["  " + " ".join(f"{_cell(row[key]):>{_width(key)}s}" for key in keys) for row in rows]
     return [head] + [text + f" {row['rms']:12.4g} {row['sigma']:9.2f}" for text, row in zip(cells, rows, strict=True)]
 
@@ -118,7 +120,8 @@ def _error_lines(diagnosis):
     if diagnosis.error.get("fitted") and not diagnosis.error.get("held_out"):
         lines.append("Nothing could be held out: a single group, so the price of a candidate is doubled.")
     for step in diagnosis.steps:
-        lines.append(f"  {' + '.join(step['effects']) or 'the model as it is':40s} held out {number(step['held_out'], unit)}")
+        name = " + ".join(step["effects"]) or "the model as it is"
+        lines.append(f"  {name:40s} fitted {number(step.get('fitted'), unit):>9s}  held out {number(step['held_out'], unit)}")
     return lines
 
 
@@ -153,39 +156,36 @@ def _picture(result):
 
 def save_diagnosis(diagnosis, folder):
     """Write the files of a diagnosis into a folder; returns the folder."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = files.make_folder(folder)
     picture = _picture(diagnosis)
-    files = {"result.json": dumps(diagnosis).encode(), "candidates.csv": diagnosis.to_dataframe().to_csv(index=False).encode(),
+    found = {"candidates.csv": diagnosis.to_dataframe().to_csv(index=False).encode(),
              "report.txt": (diagnosis.summary() + "\n").encode(),
              "report.html": as_html(diagnosis.title, diagnosis.summary(), picture).encode()}
     if picture is not None:
-        files["diagnosis.png"] = picture
+        found["diagnosis.png"] = picture
     if diagnosis.model is not None and hasattr(diagnosis.model, "to_toml"):
-        files["model.toml"] = diagnosis.model.to_toml().encode()
-    return _written(folder, files)
+        found["model.toml"] = diagnosis.model.to_toml().encode()
+    found["result.json"] = dumps(diagnosis).encode()  # last: where it stands, the others stand too
+    return _written(folder, found)
 
 
 def save_comparison(comparison, folder):
     """Write the files of a comparison into a folder; returns the folder."""
     import json
 
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = files.make_folder(folder)
     buffer = io.StringIO()
     comparison.to_dataframe().to_csv(buffer, index=False)
-    files = {"comparison.json": json.dumps(comparison.to_json(), indent=1).encode(), "residuals.csv": buffer.getvalue().encode(),
-             "comparison.txt": (comparison.summary() + "\n").encode()}
+    found = {"residuals.csv": buffer.getvalue().encode(), "comparison.txt": (comparison.summary() + "\n").encode()}
     picture = _picture(comparison)
     if picture is not None:
-        files["comparison.png"] = picture
-    return _written(folder, files)
+        found["comparison.png"] = picture
+    found["comparison.json"] = json.dumps(comparison.to_json(), indent=1).encode()  # last, see above
+    return _written(folder, found)
 
 
-def _written(folder, files):
+def _written(folder, found):
     """Each file under a temporary name first, then renamed: a killed run leaves no half file."""
-    for name, content in files.items():
-        temporary = folder / f".{name}.part"
-        temporary.write_bytes(content)
-        temporary.replace(folder / name)
+    for name, content in found.items():
+        files.write_bytes(folder / name, content)
     return folder

@@ -94,6 +94,16 @@ def test_a_folder_of_someone_else_is_refused_before_any_work(hlcs, tmp_path):
     assert status == 2 and "thesis.tex" in errors and time.perf_counter() - started < 1.0
 
 
+def test_a_file_in_the_place_of_a_folder_is_refused_before_any_work(hlcs, tmp_path):
+    (tmp_path / "notes.txt").write_text("x")
+    name = "gym-floor"
+    hlcs("mystery", "copy", name, "--out", "case")
+    for command in (("diagnose", "--plots"), ("compare", "--out")):
+        started = time.perf_counter()
+        status, _, errors = hlcs(command[0], "case/experiment.toml", command[1], "notes.txt")
+        assert status == 2 and "notes.txt" in errors and errors.count("\n") == 1 and time.perf_counter() - started < 1.0
+
+
 def test_reproduce_writes_its_table_and_picture(hlcs, tmp_path):
     small = ["--rows", "2", "--columns", "2", "--layers", "1", "--repeats", "2", "--workers", "1"]
     status, text, _ = hlcs("reproduce", "table2", *small, "--out", "out", "--json", "t2.json")
@@ -145,6 +155,35 @@ def test_ctrl_c_ends_with_one_line_and_leaves_nothing(tmp_path):
     assert process.returncode == 1, errors
     assert errors.strip().count("\n") == 0 and "interrupted" in errors  # a line break first: the terminal shows ^C
     assert list(tmp_path.iterdir()) == []
+
+
+LOST = """
+import ctypes, os, signal
+from hlcs import interrupts
+
+@ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
+def compare(a, b):
+    os.kill(os.getpid(), signal.SIGINT)
+    return 0
+
+interrupts.listen()
+interrupts.check()
+ctypes.CDLL(None).qsort((ctypes.c_int * 2)(2, 1), 2, 4, compare)
+print("the run went on")
+try:
+    interrupts.check()
+except KeyboardInterrupt:
+    print("but not for long")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="asks the C library for its qsort")
+def test_ctrl_c_inside_a_callback_of_a_c_library_is_not_lost():
+    """What Python itself forgets: an exception in such a callback is printed, and the program goes on."""
+    done = subprocess.run([sys.executable, "-c", LOST], text=True, capture_output=True, timeout=60,
+                          env=os.environ | {"PYTHONPATH": os.getcwd()})
+    assert done.stdout.splitlines() == ["the run went on", "but not for long"], done.stderr
+    assert done.stderr == ""
 
 
 def test_a_reader_that_goes_away_is_no_error_to_tell_about(tmp_path):

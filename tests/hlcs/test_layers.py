@@ -110,6 +110,23 @@ def test_without_numbers_of_tests_there_is_no_verdict(tmp_path, simulator):
     assert "cannot_judge" in str(found) and found.to_json()["adequate"]["after"] is None
 
 
+def test_scatter_of_zero_in_every_layer_is_no_scatter_that_was_seen(tmp_path, simulator):
+    frame = measured("TPG", 1, "a")
+    frame["cv"] = 0.0
+    found = diagnose_layers(experiment(tmp_path, [frame]), simulator=simulator)
+    assert found.verdict == "cannot_judge" and simulator.ran == 0
+    frame.loc[1:, "cv"] = 0.02  # as printed where the first layer is geometry: 0.000
+    assert np.isfinite([row["z"] for row in compare_layer_file(experiment(tmp_path, [frame]), simulator=simulator).where]).all()
+
+
+def test_quick_settings_scale_with_the_unit(tmp_path):
+    large, small = (read_layers(experiment(tmp_path, [measured("TPG", 1, "a")], f"nominal_diameter = {size}")).test
+                    for size in (1.0, 0.038))
+    assert large.time_step == pytest.approx(1 / 120) and small.time_step == pytest.approx(np.sqrt(0.038) / 120)
+    stated = read_layers(experiment(tmp_path, [measured("TPG", 1, "a")], "nominal_diameter = 0.038\ntime_step = 0.001")).test
+    assert stated.time_step == 0.001 and stated.settle_time == small.settle_time
+
+
 def paper_model(test):
     """The paper's own numerical columns: five values with the printed mean and scatter, one a seed."""
     pattern = np.array([-1.0, 1.0, 0.0, -1.0, 1.0])  # mean 0, standard deviation 1 about it
@@ -163,6 +180,10 @@ def test_the_ladder_leads_from_the_naive_model_and_holds_the_slope_out(tmp_path,
     assert steps[-1]["held_out"] < steps[0]["held_out"]  # the stand-in is 10 % too thick on the slope as well
     # the files it leaves are a case of their own: naive model, three tables
     assert [one.name for one in read_layers(read_experiment_file(tmp_path / "all.toml")).sets][-1] == "TPG 4 % slope"
+    diagnosis.save(tmp_path / "moved")
+    (tmp_path / "moved" / "flat.csv").write_text((tmp_path / "flat.csv").read_text())
+    again = compare_layer_file(read_experiment_file(tmp_path / "moved" / "model.toml"), simulator=simulator, seeds=4)
+    assert again.error["rms"] == pytest.approx(steps[-1]["fitted"], rel=1e-6)
     text = ladder.ladder_text(document)
     assert "the naive model" in text and "+ convex_hull_shape" in text and "a perfect model" in text
 
@@ -203,6 +224,7 @@ def test_stated_effects_are_part_of_the_model(tmp_path, simulator):
 def test_report_and_files(tmp_path, simulator):
     found = diagnose_layers(experiment(tmp_path, [measured("TPG", 3, "a")], 'shape = "hull"'), simulator=simulator)
     folder = found.save(tmp_path / "out")
+    assert read_experiment_file(folder / "model.toml").data_file == (tmp_path / "layers.csv").resolve()
     assert {path.name for path in folder.iterdir()} >= {"result.json", "report.html", "diagnosis.png", "model.toml"}
     assert "convex_hull_shape" in found.summary()
 
