@@ -31,6 +31,9 @@ html_theme = "pydata_sphinx_theme"
 html_title = "hlcs"
 html_theme_options = {"show_prev_next": False, "navigation_with_keys": False}
 html_show_sourcelink = False
+html_sidebars = {"*": []}  # pages without pages below them need no navigation at their side
+html_static_path = ["_static"]
+html_css_files = ["wide.css"]
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist"]
 myst_heading_anchors = 3
