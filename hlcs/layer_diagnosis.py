@@ -236,7 +236,7 @@ def _findings(entries, accepted, rounds, rivals):
             cosines = {partners[name][0]: round(partners[name][1], 4)}
         if best is None:
             why = (
-                "not tried: the residual is smaller than any price"
+                "not tried: the misfit is too small, or the numbers too few, to pay for any"
                 if not rounds
                 else "could not be simulated: no such placement stands"
             )
