@@ -19,14 +19,16 @@ NOTHING_KEPT = np.empty((0, 6)), np.empty((0, 3)), np.empty((0, 3))
 class World:
     """Rigid bodies with hard contact under effects that are added from outside.
 
-    effects: values of minibullet.Effect (gravity is one); settings: a Settings value. SI units, z up, world frame.
+    effects: values of minibullet.Effect (gravity is one); settings: a Settings value; rescue: a file that takes the last good
+    state when a step fails (nothing is written if left out). SI units, z up, world frame.
     """
 
-    def __init__(self, effects=(), settings=None):
+    def __init__(self, effects=(), settings=None, *, rescue=None):
         self.effects = (effects,) if isinstance(effects, effect_room.Effect) else tuple(effects)
         self.settings = settings or Settings()
         if not isinstance(self.settings, Settings):
             raise InputError(f"world: settings = {settings!r}; it must be a Settings value")
+        self.rescue = rescue
         self._acting = effect_room.compose(self.effects)
         self.registry = Registry()
         self.time, self.steps, self.unsolved_steps, self.worst_residual = 0.0, 0, 0, 0.0
@@ -169,7 +171,20 @@ class World:
         if not isinstance(n, Integral) or n < 0:
             raise InputError(f"step: n = {n!r}; it must be a whole number >= 0")
         for _ in range(n):
+            self._advance()
+
+    def _advance(self):
+        """One step; where it fails the world stays as it was, and is saved where ``rescue`` says."""
+        try:
             self._step()
+        except InputError as error:
+            text = str(error)
+            if not text.startswith("step "):
+                text = f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: {text}"
+            if self.rescue is None:
+                raise InputError(f"{text}; the world stays at step {self.steps}") from None
+            self.save(self.rescue)
+            raise InputError(f"{text}; run stopped, state of step {self.steps} saved in {str(self.rescue)!r}") from None
 
     def _step(self):
         scene, settings, dt = self.registry.enrol(), self.settings, self.settings.time_step
@@ -252,7 +267,7 @@ class World:
             bad = int(np.argmin(np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)))
             raise InputError(
                 f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: the motion of body "
-                f"{scene.names[bad]!r} is not finite; the world stays at step {self.steps}"
+                f"{scene.names[bad]!r} is not finite"
             )
         scene.bodies = after
         scene.moved = integration.path_bound(motion, scene.reach, self.settings.time_step)
@@ -283,7 +298,7 @@ class World:
             raise InputError(f"settle: max_time = {max_time!r} s; it must be > 0")
         calm = 0
         for _ in range(max(1, round(max_time / self.settings.time_step))):
-            self._step()
+            self._advance()
             if watch is not None:
                 watch(self)
             slow, wait = self._rest_scale(heed)
