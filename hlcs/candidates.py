@@ -80,8 +80,18 @@ def _obstacle(kind, name, measurement, contact):
 
 def blocked(candidate_entry, model):
     """Why a candidate cannot join this model now, or None: some act only through a drag that must be there first."""
-    if candidate_entry.name in NEED_DRAG and not any(
-            issubclass(term.candidate.kind, forces.Drag) for term in model.terms) and not any(
-            name in ("linear_drag", "quadratic_drag", "drag_crisis") for name in model.names):
+    if candidate_entry.name in NEED_DRAG and not has_drag(model):
         return "acts through a drag, and the model has none"
     return None
+
+
+def has_drag(model):
+    """Is there a drag in the model, in its file's part or among its terms?"""
+    return any(issubclass(term.candidate.kind, forces.Drag) for term in model.terms) or any(
+        name in ("linear_drag", "quadratic_drag", "drag_crisis") for name in model.names)
+
+
+def carries(model, index):
+    """Does another term act only through term number `index`, so that the model cannot stand without it?"""
+    rest = model.without(index)
+    return any(name in NEED_DRAG for name in rest.names) and not has_drag(rest)

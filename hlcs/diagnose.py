@@ -75,7 +75,8 @@ def assemble(prepared, search, absent, judge, where):
     measurement, problem, base = prepared.measurement, prepared.problem, prepared.base
     verdict_before, table_before = judge(problem, base)
     fits, rounds = search.run(base)
-    final = swapped(search, fits[-1]) if len(fits[-1].model.terms) > 1 else fits[-1]
+    settled = len(fits[-1].model.terms) < 2 and not problem.shots.contact  # else a term may stand where another belongs
+    final = fits[-1] if settled else swapped(search, fits[-1])
     if final is not fits[-1]:
         fits.append(final)
     verdict_after, table_after = judge(problem, final)

@@ -16,6 +16,7 @@ from .model import Model, Shots, solid
 
 CHANNELS = ("x", "y", "z", "rx", "ry", "rz")
 SLOTS = ("position", "velocity", "orientation", "angular_velocity")
+CLEAR = 20.0  # norm of the white change of the observations at which a derivative through contacts stands clear of their noise
 STEPS = (1e-4, 1e-3, 1e-4, 1e-3)  # differences of a start: m, m/s, rad, rad/s
 
 
@@ -90,6 +91,7 @@ class Problem:
 
     def __init__(self, trials, noise, shots: Shots):
         self.trials, self.noise, self.shots = tuple(trials), noise, shots
+        self.amounts = {}  # (effect, number) -> step of its derivative
         self.dropped = [np.zeros((len(trial.times), 6), bool) for trial in self.trials]
         self.recordings = [self._recording(k) for k in range(len(self.trials))]
         if not any((recording.channel < 3).any() for recording in self.recordings):
@@ -160,13 +162,9 @@ class Problem:
                 starts[k, axis], starts[k, 3 + axis] = level, slope
             there = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
             if len(there) >= 2:
-                a, b = there[0], there[min(5, len(there) - 1)]
-                turns = rotations.logarithm(rotations.product(trial.orientation[there[1:b + 1]],
-                                                              rotations.conjugate(trial.orientation[there[:b]])))
-                spin = np.mean(turns / np.diff(trial.times[there[:b + 1]])[:, None], axis=0) if b >= 1 else np.zeros(3)
-                starts[k, 10:13] = spin
-                back = rotations.exponential(-spin * (trial.times[a] - t0))
-                starts[k, 6:10] = rotations.product(back, trial.orientation[a])
+                steady = not self.shots.contact and trial.body.shape == "sphere"
+                reach = len(there) if steady else min(12, len(there))
+                starts[k, 10:13], starts[k, 6:10] = steady_turn(trial.times[there[:reach]] - t0, trial.orientation[there[:reach]])
             for name, place in (("position", slice(0, 3)), ("velocity", slice(3, 6)), ("orientation", slice(6, 10)),
                                 ("angular_velocity", slice(10, 13))):
                 if name in trial.start:
@@ -227,9 +225,14 @@ class Problem:
         r = [inference.whiten(recording.links, part) for recording, part in zip(self.recordings, raw, strict=True)]
         s = [[] for _ in self.trials]
         if terms:
-            for plus, distance in self._parameter_steps(model):
-                for k, residual in enumerate(self.residuals(plus, starts)):
-                    s[k].append(inference.whiten(self.recordings[k].links, (raw[k] - residual) / distance))
+            bases = [inference.basis(columns) for columns in n]
+            for index, term in enumerate(model.terms):
+                for free in term.candidate.free:
+                    def moved(value, index=index, term=term, free=free):
+                        return model.with_at(index, term.numbers | {free.name: value})
+                    value = term.numbers[free.name]
+                    for k, column in enumerate(self.derivative(term.name, free, value, moved, raw, starts, bases)):
+                        s[k].append(column)
         s = [np.column_stack(columns) if columns else np.zeros((len(raw[k]), 0)) for k, columns in enumerate(s)]
         return Linear(raw, r, n, s)
 
@@ -237,6 +240,25 @@ class Problem:
     def difference(self):
         """Size of finite differences relative to the smooth case: contacts need wider ones."""
         return 10.0 if self.shots.contact else 1.0
+
+    def derivative(self, name, free, value, moved, raw, starts, bases):
+        """White change of the observations per unit of a free number at `value`, list of (n_i,); moved: value -> model.
+
+        Runs with contacts answer a small change with some noise of their own (which sweep converged, which step stopped the
+        body), so there the step is widened until the change, less what the starts absorb (bases), stands clear of it.
+        """
+        amount = self.amounts.get((name, free.name)) or parameter_step(free, value) * self.difference
+        widest = 0.05 * min(free.high - free.low, 1e3)
+        while True:
+            step = -amount if value + amount > free.high else amount
+            change = [inference.whiten(rec.links, before - after) for rec, before, after in
+                      zip(self.recordings, raw, self.residuals(moved(value + step), starts), strict=True)]
+            size = float(np.sqrt(sum(np.sum(inference.project_out(q, part) ** 2) for q, part in zip(bases, change, strict=True))))
+            if not self.shots.contact or not size < CLEAR or amount >= widest:
+                break
+            amount = min(amount * float(np.clip(1.5 * CLEAR / max(size, 1e-9), 2.0, 30.0)), widest)
+        self.amounts[name, free.name] = amount
+        return [part / step for part in change]
 
     def _parameter_steps(self, model):
         """[(model with one number moved a little, by how much)] for every free number."""
@@ -248,8 +270,7 @@ class Problem:
                 if value + amount > free.high:
                     amount = -amount
                 moved = term.at(term.numbers | {free.name: value + amount})
-                found.append((Model(model.terms[:index] + (moved,) + model.terms[index + 1:], model.fixed, model.own,
-                                    model.time_step), amount))
+                found.append((model.with_at(index, moved.numbers), amount))
         return found
 
     # --- Gauss-Newton ---------------------------------------------------------------------------------------------------------
@@ -330,6 +351,33 @@ class Problem:
         for number, amount in zip(unknown, move, strict=True):
             start = self.shifted(start, number, amount)
         return start
+
+
+def steady_turn(times, orientation):
+    """Angular velocity (3,) and orientation (4,) at time 0 of a steady turn through orientations (n, 4) at times (n,).
+
+    From the median turn between the first few neighbours on, over windows twice as long each, as long as what is left stays
+    below a radian; samples far off the rest (a lost tracker) are left out, the first one included.
+    """
+    first = min(7, len(times))
+    turns = rotations.logarithm(rotations.product(orientation[1:first], rotations.conjugate(orientation[:first - 1])))
+    spin = np.median(turns / np.diff(times[:first])[:, None], axis=0)
+    start, window = orientation[0], first
+    while True:
+        back = rotations.product(rotations.exponential(-spin * times[:window, None]), orientation[:window])
+        left = rotations.logarithm(rotations.product(back, rotations.conjugate(start)))
+        level = np.median(left, axis=0)
+        far = np.linalg.norm(left - level, axis=1)
+        near = far <= 5 * np.median(far) + 1e-9
+        if window > first and np.max(far[near]) > 1.0:
+            break
+        line = np.column_stack([np.ones(near.sum()), times[:window][near]])
+        (level, drift), *_ = np.linalg.lstsq(line, left[near], rcond=None) if near.sum() > 3 else (((level, 0 * level)),)
+        start, spin = rotations.product(rotations.exponential(level), start), spin + drift
+        if window == len(times):
+            break
+        window = min(2 * window, len(times))
+    return spin, start
 
 
 def parameter_step(free, value):

@@ -10,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg, optimize, sparse
 
+QUANTILE = 0.98  # of the statistic under noise alone: the share of good models that pass the adequacy test
+LEAST_FREEDOM = 0.25  # of a block sum of unit variance: what the fit must leave of it for the block to be tested
 CLIP = 3.5  # whitened residuals are cut here in the adequacy test, so that a few outliers cannot fail a good model
 
 
@@ -244,7 +246,7 @@ class Adequacy(NamedTuple):
     adequate: bool
     statistic: float  # largest standardised statistic
     p: float  # share of pure-noise draws that exceed it
-    threshold: float  # 99 % quantile of the statistic under noise alone
+    threshold: float  # 98 % quantile of the statistic under noise alone
     worst: str  # which statistic spoke
     chi2: float  # mean square of the whitened residuals per degree of freedom
 
@@ -266,26 +268,33 @@ def blocks_in_time(channel, length):
     return np.cumsum(first | ((np.arange(len(channel)) - start) % length == 0)) - 1
 
 
-def adequacy(residuals, columns, shared, partitions, draw, draws=400):
+def adequacy(residuals, columns, shared, partitions, draw, draws=600):
     """Adequacy of projected, whitened residuals against noise alone, through the same whitening and projection.
 
     residuals: list over recordings of (n_i,); columns: list of (n_i, k_i) whitened columns that were
     fitted in that recording alone; shared: list of (n_i, p) columns of the numbers fitted to all, these projected out;
     partitions: name -> labels over all observations in one row, (sum n_i,), whose block sums are tested beside the
     variance; draw: function (index of recording, count) -> white noise (n_i, count) as these data may hold it, what is
-    not known of the noise included.
+    not known of the noise included. A block whose sum the fit has all but fixed says nothing and is left out. Every
+    statistic is a mean of squares, so its cube root is nearly normal (Wilson and Hilferty, PNAS 17 (1931) 684) and the
+    largest of the standardised roots treats all of them alike.
     """
-    matrices = {name: block_matrix(labels) for name, labels in partitions.items()}
     parts = [project_out(basis(column), draw(k, draws)) for k, column in enumerate(columns)]
     drawn = project_out(basis(np.concatenate(shared)), np.concatenate(parts))
+    matrices = {}
+    for name, labels in partitions.items():
+        matrix = block_matrix(labels)
+        open_blocks = np.flatnonzero(np.mean((matrix @ drawn) ** 2, axis=1) > LEAST_FREEDOM)
+        if len(open_blocks):
+            matrices[name] = matrix[open_blocks]
     observed = np.concatenate(residuals)[:, None]
     names = ["variance", *matrices]
-    null, seen = _statistics(drawn, matrices), _statistics(observed, matrices)[:, 0]
+    null, seen = np.cbrt(_statistics(drawn, matrices)), np.cbrt(_statistics(observed, matrices))[:, 0]
     centre, spread = null.mean(axis=1), null.std(axis=1) + 1e-12
     largest = ((null - centre[:, None]) / spread[:, None]).max(axis=0)
     z = (seen - centre) / spread
     freedom = max(np.mean(drawn**2), 1e-12)
-    threshold = float(np.quantile(largest, 0.99))
+    threshold = float(np.quantile(largest, QUANTILE))
     p = (1 + int(np.sum(largest >= z.max()))) / (1 + draws)
     return Adequacy(bool(z.max() <= threshold), float(z.max()), float(p), threshold, names[int(np.argmax(z))],
                     float(np.mean(observed**2) / freedom))

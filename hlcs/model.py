@@ -98,6 +98,10 @@ class Model:
         """The model without its term number `index`."""
         return replace(self, terms=self.terms[:index] + self.terms[index + 1:])
 
+    def with_at(self, index, numbers):
+        """The model with other numbers in its term number `index`."""
+        return replace(self, terms=self.terms[:index] + (self.terms[index].at(numbers),) + self.terms[index + 1:])
+
     def changes(self, surroundings):
         """(effects for the engine with gravity first, changes of the set-up, changes of the look) in these surroundings."""
         built = [build_entry(entry, surroundings, self.own) for entry in self.fixed]

@@ -55,7 +55,7 @@ class TableProblem(Problem):
         self.trials = units(file, table)
         self.recordings = [self._record(unit) for unit in self.trials]
         self.unit = table.outcome.rsplit("_", 1)[1]
-        self.kept = {}
+        self.kept, self.amounts = {}, {}
 
     def _record(self, unit):
         count = len(unit.rows)

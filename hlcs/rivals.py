@@ -3,7 +3,11 @@
 import numpy as np
 
 from . import inference
+from .candidates import carries
+from .model import Term
 from .search import MOST_TERMS, RIVAL_MARGIN, Try
+
+ALIKE = 0.95  # local cosine above which a candidate is refitted in place of a term
 
 
 def swapped(search, fit):
@@ -11,11 +15,14 @@ def swapped(search, fit):
     for _ in range(MOST_TERMS):
         better = None
         for index, term in enumerate(fit.model.terms):
-            without = search.problem.fit(fit.model.without(index), fit.starts)
-            for entry, other in replacements(search, without, fit, term):
+            if carries(fit.model, index):
+                continue
+            without, replaced = replacements(search, fit, index, 0.7, 0.0)
+            for entry, other in replaced:
                 gain = (fit.chi2 - other.chi2) + search.fee(term.candidate) - search.fee(entry)
                 if gain > 2.0 and not search.out_of_bounds(Try(entry, fit=other)) and not search.contradicts(other) and (
-                        holds_out(search, without, other)) and (better is None or gain > better[0]):
+                        not search.same_form(entry.name, (term,))) and holds_out(search, without, other) and (
+                        better is None or gain > better[0]):
                     better = gain, other
         if better is None:
             return fit
@@ -23,23 +30,40 @@ def swapped(search, fit):
     return fit
 
 
-def replacements(search, without, fit, term):
-    """[(candidate, fit with it in place of the term)] for candidates whose linear gain comes near the term's."""
+def replacements(search, fit, index, share, margin):
+    """(fit without term `index`, [(candidate, fit with it in place of the term)]).
+
+    Candidates whose linear gain from the null value comes near that of the term (`share` of it less `margin`), whose law
+    looks like the term's where the data are, and other forms of the same law.
+    """
+    term = fit.model.terms[index]
+    without = search.problem.fit(fit.model.without(index), fit.starts)
     r = np.concatenate(without.linear.projected[0])
     q_now = inference.basis(np.concatenate(without.linear.projected[1]))
     r = inference.project_out(q_now, r)
-    needed = 0.7 * (without.chi2 - fit.chi2 - search.fee(term.candidate))
+    needed = share * (without.chi2 - fit.chi2 - search.fee(term.candidate) - margin)
     found = []
     for entry in search.candidates:
-        if entry.name in fit.model.names or search.same_form(entry.name, fit.model.terms):
+        if entry.name in fit.model.names or search.same_form(entry.name, without.model.terms):
             continue
         signature = search.screen(without, entry)
         if signature is None:
             continue
         s = inference.project_out(q_now, np.concatenate(signature))
-        if inference.least_squares(s, r).gain - search.fee(entry) > needed:
-            found.append((entry, search.refit(without, entry)))
-    return found
+        near = search.local(fit, index, entry) if search.problem.shots.contact else None
+        promising = inference.least_squares(s, r).gain - search.fee(entry) >= needed
+        alike = near is not None and near[0] > ALIKE
+        if not (promising or alike or search.same_form(entry.name, (term,))):
+            continue
+        search.progress(f"rival {entry.name}")
+        key = (fit.model, index, entry.name)
+        if key not in search.replaced:
+            fits = [search.refit(without, entry, (near[1], fit.starts))] if alike else []
+            if not alike or fits[0].chi2 - fit.chi2 > 12.0:
+                fits.append(search.refit(without, entry))
+            search.replaced[key] = min(fits, key=lambda found: found.chi2)
+        found.append((entry, search.replaced[key]))
+    return without, found
 
 
 def rivals(search, fit, inflation):
@@ -50,32 +74,20 @@ def rivals(search, fit, inflation):
     """
     found = []
     for index, term in enumerate(fit.model.terms):
-        without = search.problem.fit(fit.model.without(index), fit.starts)
-        r = np.concatenate(without.linear.projected[0])
-        q_now = inference.basis(np.concatenate(without.linear.projected[1]))
-        r = inference.project_out(q_now, r)
+        if carries(fit.model, index):
+            found.append(other_forms(search, fit, index, inflation))
+            continue
+        share = 0.8 if search.problem.shots.contact else 0.5
+        without, replaced = replacements(search, fit, index, share, RIVAL_MARGIN * inflation)
         mine = without.chi2 - fit.chi2 - search.fee(term.candidate)
         keep = []
-        for entry in search.candidates:
-            if entry.name in fit.model.names:
-                continue
-            signature = search.screen(without, entry)
-            if signature is None:
-                continue
-            s = inference.project_out(q_now, np.concatenate(signature))
-            same_form = search.same_form(entry.name, (term,))
-            linear = inference.least_squares(s, r).gain
-            if linear < (0.8 if search.problem.shots.contact else 0.5) * (mine - RIVAL_MARGIN * inflation) and not same_form:
-                continue
-            search.progress(f"rival {entry.name}")
-            other = search.refit(without, entry)
+        for entry, other in replaced:
             gain = without.chi2 - other.chi2 - search.fee(entry)
-            trial = Try(entry, fit=other)
-            if search.out_of_bounds(trial) or search.contradicts(other):
+            if search.out_of_bounds(Try(entry, fit=other)) or search.contradicts(other):
                 continue
             close = mine - gain <= RIVAL_MARGIN * inflation and gain > 0
             cosine = inference.cosine(own_columns(fit, index), own_columns(other, -1))
-            if same_form and inflation > 1 and cosine > 0.9 and gain > 0.5 * mine:
+            if search.same_form(entry.name, (term,)) and inflation > 1 and cosine > 0.9 and gain > 0.5 * mine:
                 close = True  # a form is not decided by differences smaller than what stays unexplained
             if inflation > 1 and not holds_out(search, without, other):
                 continue
@@ -83,6 +95,24 @@ def rivals(search, fit, inflation):
                 keep.append((entry.name, other, cosine))
         found.append(keep)
     return found
+
+
+def other_forms(search, fit, index, inflation):
+    """Rivals of a term that another one acts through: other forms of the same law, each put straight in its place."""
+    term, keep = fit.model.terms[index], []
+    for entry in search.candidates:
+        if entry.name in fit.model.names or not search.same_form(entry.name, (term,)):
+            continue
+        search.progress(f"rival {entry.name}")
+        rest = fit.model.without(index)
+        fits = [search.problem.fit(rest.with_term(Term(entry, values)), fit.starts) for values in entry.starts]
+        other = min(fits, key=lambda found: found.chi2)
+        behind = other.chi2 + search.fee(entry) - fit.chi2 - search.fee(term.candidate)
+        if search.out_of_bounds(Try(entry, fit=other)) or search.contradicts(other) or behind > RIVAL_MARGIN * inflation:
+            continue
+        if not beaten(search, fit, other, inflation):
+            keep.append((entry.name, other, inference.cosine(own_columns(fit, index), own_columns(other, -1))))
+    return keep
 
 
 def holds_out(search, before, other):

@@ -44,15 +44,27 @@ def start_times(trials):
     return np.array(found)
 
 
+def seen_from_above(trial):
+    """Is there a floor and horizontal motion, but no height, measured or stated? Such a body is taken to move on its floor."""
+    on_floor = trial.surroundings.floor_height is not None and "position" not in trial.start
+    return on_floor and np.isfinite(trial.position[:, :2]).any() and not np.isfinite(trial.position[:, 2]).any()
+
+
 def touches(trials, noise):
     """Does any body come near its floor in these data?"""
     for trial in trials:
         if trial.surroundings.floor_height is None:
             continue
+        if seen_from_above(trial):
+            return True
         shape = solid(trial.body).shape
         there = np.isfinite(trial.position).all(axis=1)
         if not there.any():
             there = np.isfinite(trial.position[:, 2])
+        if not there.any():  # neither height nor a full position: only the stated start can tell
+            if "position" in trial.start and starts_seated(trial, noise):
+                return True
+            continue
         position = np.nan_to_num(trial.position[there])
         gap = position @ np.asarray(trial.surroundings.floor_normal) - trial.surroundings.floor_height - shape.bounding_radius
         if gap.min() < 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius:
@@ -60,21 +72,24 @@ def touches(trials, noise):
     return False
 
 
-def starts_seated(trial, time, noise):
+def starts_seated(trial, noise):
     """Does the body lie on its floor at the start? By the stated position, else by the first samples' gap within their noise."""
     if trial.surroundings.floor_height is None:
         return False
+    if seen_from_above(trial):
+        return True
     shape = solid(trial.body).shape
     there = np.flatnonzero(np.isfinite(trial.position).all(axis=1))
-    if len(there) == 0:
-        return False
     orientation = trial.start.get("orientation")
     if orientation is None:
-        orientation = trial.orientation[there[0]] if np.isfinite(trial.orientation[there[0], 0]) else (1.0, 0.0, 0.0, 0.0)
+        turns = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
+        orientation = trial.orientation[turns[0]] if len(turns) else (1.0, 0.0, 0.0, 0.0)
     orientation = np.asarray(orientation, dtype=float)
     if "position" in trial.start:
         lift = gap(shape, np.asarray(trial.start["position"]), orientation, trial.surroundings)
         return abs(lift) < 1e-3 * shape.bounding_radius + 1e-5
+    if len(there) == 0:
+        return False
     first = there[:6]
     lifts = np.array([gap(shape, position, orientation, trial.surroundings) for position in trial.position[first]])
     tolerance = 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius
@@ -93,7 +108,10 @@ def prepare(measurement: Measurement, own=()):
     for trial in trials[:1]:
         model.changes(trial.surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
     times = start_times(trials)
-    seated = [contact and starts_seated(trial, time, noise) for trial, time in zip(trials, times, strict=True)]
+    seated = [contact and starts_seated(trial, noise) for trial in trials]
+    above = [trial.name for trial in trials if seen_from_above(trial)]
+    if above:
+        notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))
     problem = Problem(trials, noise, Shots(model, trials, times, contact, seated=seated))
     base = problem.fit(model)
     flags, found = [], 0

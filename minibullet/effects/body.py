@@ -57,7 +57,11 @@ class TiltedGravity(Effect):
     isotropic = False
     group = "measurement"
 
-    def forces(self, bodies, time):
+    @property
+    def turned_minus_level(self):
+        """Direction of gravity less (0, 0, -1), (3,)."""
         a, b = self.angle_x, self.angle_y
-        turned_minus_level = np.array([-sin(b) * cos(a), sin(a), 1.0 - cos(a) * cos(b)])
-        return force_only(bodies.mass[:, None] * (self.acceleration * turned_minus_level))
+        return np.array([-sin(b) * cos(a), sin(a), 1.0 - cos(a) * cos(b)])
+
+    def forces(self, bodies, time):
+        return force_only(bodies.mass[:, None] * (self.acceleration * self.turned_minus_level))

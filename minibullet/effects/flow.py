@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from minibullet.bodies import Bodies
-from minibullet.effects.body import force_only, unit_vector
+from minibullet.effects.body import TiltedGravity, force_only, unit_vector
 from minibullet.effects.contract import Effect, name_of, parameter, parameters
-from minibullet.effects.fluid import Drag, FluidForce, length_of
+from minibullet.effects.fluid import Buoyancy, Drag, FluidForce, length_of
 from minibullet.errors import InputError
 from minibullet.rotations import conjugate, rotate
 
@@ -92,7 +92,8 @@ def compose(effects) -> tuple[Effect, ...]:
     """The effects as they act together: each modifier with an empty `through` is bound to the effects of this list it acts on.
 
     OrientationDrag and WallDrag act on the plain drags; UniformFlow acts on every force of the fluid, those two included;
-    so the order of the list does not matter. InputError where something is not an effect, or a modifier away from its null
+    so the order of the list does not matter. Buoyancy is the weight of the displaced fluid: where gravity is tilted, it is too.
+    InputError where something is not an effect, or a modifier away from its null
     value finds nothing to act on.
     """
     effects = list(effects)
@@ -100,6 +101,11 @@ def compose(effects) -> tuple[Effect, ...]:
         if not isinstance(effect, Effect):
             hint = "; write it with parentheses to make a value" if isinstance(effect, type) else ""
             raise InputError(f"effects must be values of Effect, not {effect!r}{hint}")
+    tilt = sum((effect.turned_minus_level for effect in effects if isinstance(effect, TiltedGravity)), np.zeros(3))
+    if tilt.any():
+        level = (0.0, 0.0, -1.0)
+        effects = [replace(effect, direction=tuple((tilt + level).tolist()))
+                   if isinstance(effect, Buoyancy) and tuple(effect.direction) == level else effect for effect in effects]
     drags = tuple(effect for effect in effects if isinstance(effect, Drag))
     for k, effect in enumerate(effects):
         if isinstance(effect, DragModifier) and not isinstance(effect, UniformFlow):
