@@ -216,7 +216,7 @@ class World:
         # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity
         change = solution.twist - free_twist
         motion = integration.admissible_motion(
-            pair, axes, gap, 1e-9 * size, mean_twist + 0.5 * change, solution.twist - lag / dt, dt
+            pair, axes, gap, 1e-7 * size, mean_twist + 0.5 * change, solution.twist - lag / dt, dt
         )
         motion += solver.undo_overlap(problem, gap, size, dt)
         after = integration.move(before, motion, solution.twist, spun, dt)
