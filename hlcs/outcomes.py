@@ -67,10 +67,10 @@ class TableProblem(Problem):
 
     def predict(self, model):
         """Outcomes of all rows, (n,)."""
-        if model not in self.kept:
+        if model.terms not in self.kept:  # the rest of the model is the file's and stays
             with np.errstate(all="ignore"):
-                self.kept[model] = table_motion.outcomes(model, self.setups, self.distinct, self.table.outcome)[self.back]
-        return self.kept[model]
+                self.kept[model.terms] = table_motion.outcomes(model, self.setups, self.distinct, self.table.outcome)[self.back]
+        return self.kept[model.terms]
 
     def residuals(self, model, starts):
         difference = self.table.values - self.predict(model)

@@ -56,7 +56,7 @@ def replacements(search, fit, index, share, margin):
         if not (promising or alike or search.same_form(entry.name, (term,))):
             continue
         search.progress(f"rival {entry.name}")
-        key = (fit.model, index, entry.name)
+        key = (fit.model.terms, index, entry.name)
         if key not in search.replaced:
             fits = [search.refit(without, entry, (near[1], fit.starts))] if alike else []
             if not alike or fits[0].chi2 - fit.chi2 > 12.0:

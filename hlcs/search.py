@@ -18,6 +18,7 @@ from .candidates import blocked, carries
 from .effects import FORMS, SETS, Candidate
 from .fit import Fit, Linear, Problem
 from .model import Term
+from .pairs import hidden_pair
 
 PRICE, PRICE_ALONE = 6.0, 12.0
 MOST_TERMS = 3
@@ -27,7 +28,6 @@ FEW_RECORDINGS = 6
 REFIT_BEST = 6
 REFIT_DEAR = 2  # where every simulation has contacts to solve
 REFIT_STRONG = 12  # there, as long as nothing explains the data
-PAIRS_TRIED = 4  # pairs of candidates refitted together where no single one holds out
 EXPLAINED = 1.25  # chi2 per degree of freedom below which it does
 
 
@@ -330,7 +330,7 @@ class Search:
             if len(terms) >= MOST_TERMS:
                 break
             if not allowed:
-                pair = self.hidden_pair(fits[-1], trials) if len(terms) < MOST_TERMS - 1 else []
+                pair = hidden_pair(self, fits[-1], trials) if len(terms) < MOST_TERMS - 1 else []
                 if not pair:
                     break
                 fits += pair
@@ -345,8 +345,7 @@ class Search:
                 rounds.pop()
                 kept = trials
                 continue
-            best = self.simplest_form(best, allowed)
-            fits.append(best.fit)
+            fits.append(self.simplest_form(best, allowed).fit)
             pruned = self.prune(fits[-1])
             if pruned is not None:
                 fits.append(pruned)
@@ -361,68 +360,6 @@ class Search:
         near = [trial for trial in allowed if trial.gain - trial.price > most - 1.0]
         return max(near, key=lambda trial: (not (dry and trial.candidate.group == "fluid"), round(trial.gain - trial.price, 6),
                                             trial.candidate.name))
-
-    def hidden_pair(self, fit, trials):
-        """Fits with two more terms, each worthless on held-out data until the other is in, or [].
-
-        Only where a candidate points at the residual strongly and fails for its held-out error alone: two effects at once
-        spoil each other's numbers in one half of the recordings. Pairs are ranked by their linear signatures together; where
-        simulations are cheap, a second effect that acts only through the first is looked for too.
-        """
-        pointing = [trial for trial in trials.values() if trial.fit is not None and trial.fails and not self.out_of_bounds(trial)
-                    and trial.gain > 2 * trial.price * max(trial.fit.chi2 / trial.fit.freedom, 1.0)
-                    and not self.contradicts(trial.fit) and not self.same_form(trial.candidate.name, fit.model.terms)]
-        if not pointing:
-            return []
-        for first, second in self.pairs(fit, trials)[:PAIRS_TRIED]:
-            self.progress(f"refitting {first.candidate.name} with {second.candidate.name}")
-            one = self.refit(fit, first.candidate)
-            both = self.refit(one, second.candidate)
-            if self.stands(fit, both, first, len(trials)) and self.stands(fit, both, second, len(trials)):
-                return [one, both]
-        if self.problem.shots.contact:
-            return []
-        for first in sorted(pointing, key=lambda trial: (-(trial.gain - trial.price), trial.candidate.name))[:2]:
-            seconds = [trial for trial in self.round(first.fit).values() if trial.fit is not None and not trial.fails
-                       and not self.same_form(trial.candidate.name, first.fit.model.terms)]
-            if not seconds:
-                continue
-            second = max(seconds, key=lambda trial: (round(trial.gain - trial.price, 6), trial.candidate.name))
-            if self.stands(fit, second.fit, first, len(trials)):
-                return [first.fit, second.fit]
-        return []
-
-    def pairs(self, fit, trials):
-        """[(Try, Try)] of candidates that together point at the residual more than either alone, the best first."""
-        q_now = inference.basis(np.concatenate(fit.linear.projected[1]))
-        r = inference.project_out(q_now, np.concatenate(fit.linear.projected[0]))
-        seen = [(trial, inference.project_out(q_now, np.concatenate(trial.signature))) for trial in trials.values()
-                if trial.visible and trial.linear_gain > 0.5 * trial.price
-                and not self.same_form(trial.candidate.name, fit.model.terms)]
-        found = []
-        for place, (first, s) in enumerate(seen):
-            for second, t in seen[:place]:
-                if self.same_form(first.candidate.name, (Term(second.candidate, ()),)):
-                    continue
-                gain = inference.least_squares(np.hstack([s, t]), r).gain
-                extra = gain - max(first.linear_gain, second.linear_gain)
-                if extra > max(first.price, second.price):
-                    ordered = sorted((first, second), key=lambda trial: -trial.linear_gain)
-                    found.append((gain - first.price - second.price, len(found), ordered))
-        return [tuple(ordered) for _, _, ordered in sorted(found, key=lambda entry: -entry[0])]
-
-    def stands(self, before, both, one, count):
-        """Is one of the last two terms of a fit worth its price beside the other, held-out data and bounds included?"""
-        index = both.model.names.index(one.candidate.name) - len(both.model.fixed)
-        alone = before  # where the second acts through the first, the two are judged together
-        if not carries(both.model, index):
-            alone = self.problem.fit(both.model.without(index), both.starts)
-        check = Try(one.candidate, price=one.price, visible=1.0)
-        self.judge(alone, one.candidate, both, check)
-        if check.gain <= check.price * max(both.chi2 / both.freedom, 1.0) or self.out_of_bounds(check) or self.contradicts(both):
-            return False
-        return not self.folds.possible or check.falls > 0.02 and (
-            min(check.directions) > 0.02 if self.folds.few else check.p < 0.05 / count)
 
     def contradicts(self, fit):
         """Does the newest term deny what the file states (lift of a fluid far denser), and without mending the model?

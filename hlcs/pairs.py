@@ -1,0 +1,74 @@
+"""Two effects that hide each other: found together where neither holds out alone."""
+
+import numpy as np
+
+from . import inference
+from .candidates import carries
+from .model import Term
+
+PAIRS_TRIED = 4  # pairs of candidates refitted together where no single one holds out
+
+
+def hidden_pair(search, fit, trials):
+    """Fits with two more terms, each worthless on held-out data until the other is in, or [].
+
+    Only where a candidate points at the residual strongly and fails for its held-out error alone: two effects at once
+    spoil each other's numbers in one half of the recordings. Pairs are ranked by their linear signatures together; where
+    simulations are cheap, a second effect that acts only through the first is looked for too.
+    """
+    pointing = [trial for trial in trials.values() if trial.fit is not None and trial.fails and not search.out_of_bounds(trial)
+                and trial.gain > 2 * trial.price * max(trial.fit.chi2 / trial.fit.freedom, 1.0)
+                and not search.contradicts(trial.fit) and not search.same_form(trial.candidate.name, fit.model.terms)]
+    if not pointing:
+        return []
+    for first, second in pairs(search, fit, trials)[:PAIRS_TRIED]:
+        search.progress(f"refitting {first.candidate.name} with {second.candidate.name}")
+        one = search.refit(fit, first.candidate)
+        both = search.refit(one, second.candidate)
+        if stands(search, fit, both, first, len(trials)) and stands(search, fit, both, second, len(trials)):
+            return [one, both]
+    if search.problem.shots.contact:
+        return []
+    for first in sorted(pointing, key=lambda trial: (-(trial.gain - trial.price), trial.candidate.name))[:2]:
+        seconds = [trial for trial in search.round(first.fit).values() if trial.fit is not None and not trial.fails
+                   and not search.same_form(trial.candidate.name, first.fit.model.terms)]
+        if not seconds:
+            continue
+        second = max(seconds, key=lambda trial: (round(trial.gain - trial.price, 6), trial.candidate.name))
+        if stands(search, fit, second.fit, first, len(trials)):
+            return [first.fit, second.fit]
+    return []
+
+
+def pairs(search, fit, trials):
+    """[(Try, Try)] of candidates that together point at the residual more than either alone, the best first."""
+    q_now = inference.basis(np.concatenate(fit.linear.projected[1]))
+    r = inference.project_out(q_now, np.concatenate(fit.linear.projected[0]))
+    seen = [(trial, inference.project_out(q_now, np.concatenate(trial.signature))) for trial in trials.values()
+            if trial.visible and trial.linear_gain > 0.5 * trial.price
+            and not search.same_form(trial.candidate.name, fit.model.terms)]
+    found = []
+    for place, (first, s) in enumerate(seen):
+        for second, t in seen[:place]:
+            if search.same_form(first.candidate.name, (Term(second.candidate, ()),)):
+                continue
+            gain = inference.least_squares(np.hstack([s, t]), r).gain
+            extra = gain - max(first.linear_gain, second.linear_gain)
+            if extra > max(first.price, second.price):
+                ordered = sorted((first, second), key=lambda trial: -trial.linear_gain)
+                found.append((gain - first.price - second.price, len(found), ordered))
+    return [tuple(ordered) for _, _, ordered in sorted(found, key=lambda entry: -entry[0])]
+
+
+def stands(search, before, both, one, count):
+    """Is one of the last two terms of a fit worth its price beside the other, held-out data and bounds included?"""
+    index = both.model.names.index(one.candidate.name) - len(both.model.fixed)
+    alone = before  # where the second acts through the first, the two are judged together
+    if not carries(both.model, index):
+        alone = search.problem.fit(both.model.without(index), both.starts)
+    check = type(one)(one.candidate, price=one.price, visible=1.0)
+    search.judge(alone, one.candidate, both, check)
+    if check.gain <= check.price * max(both.chi2 / both.freedom, 1.0) or search.out_of_bounds(check) or search.contradicts(both):
+        return False
+    return not search.folds.possible or check.falls > 0.02 and (
+        min(check.directions) > 0.02 if search.folds.few else check.p < 0.05 / count)

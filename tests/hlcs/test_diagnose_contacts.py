@@ -1,0 +1,74 @@
+"""Recordings on a floor and what acts through a drag: laws that look alike come as a set, no case ends in a crash."""
+
+import numpy as np
+import pytest
+from throws import G, csv, drag_per_metre, flight, write_throws
+
+import hlcs
+from minibullet.errors import InputError
+
+BLOCK = ('kind = "trajectory"\ntitle = "block"\n[body]\nshape = "box"\nsize = [0.12, 0.08, 0.04]\nmass = 0.35\n[surroundings]\n'
+         'gravity = 9.81\nfriction = 0.3\nfloor = { height = 0.0, normal = [0.0, 0.0, 1.0] }\n[measurement]\n'
+         'noise = { position = 0.001 }\n')
+
+
+def write_slides(folder, rate, seed=3):
+    """A block pushed along the floor, filmed from above (x, y), slowed by mu g + rate v until it stops (closed form)."""
+    generator, text = np.random.default_rng(seed), BLOCK
+    for k, (speed, heading) in enumerate(((1.0, 0.0), (1.8, 1.6), (2.4, 3.1), (1.4, 4.5))):
+        brake = 0.3 * G
+        stop = np.log(1 + rate * speed / brake) / rate
+        times = np.arange(0, stop + 0.2, 1 / 60)
+        t = np.minimum(times, stop)
+        way = (speed + brake / rate) * (1 - np.exp(-rate * t)) / rate - brake / rate * t
+        seen = way[:, None] * [np.cos(heading), np.sin(heading)] + 1e-3 * generator.standard_normal((len(times), 2))
+        (folder / f"push_{k}.csv").write_text(csv(times, seen, ("x_m", "y_m")))
+        text += f'[[trial]]\nfile = "push_{k}.csv"\ngroup = "day {k % 2}"\n'
+    path = folder / "block.toml"
+    path.write_text(text)
+    return path
+
+
+def test_laws_that_slow_a_block_alike_come_as_a_set(tmp_path):
+    """mu + slope v on a level floor is a drag rate g slope: identical; and no height is measured, so the floor is assumed."""
+    diagnosis = hlcs.diagnose(write_slides(tmp_path, 0.5), candidates=["linear_drag", "viscous_friction", "friction"])
+    assert diagnosis.verdict == "ambiguous" and set(diagnosis.ambiguous[0]) == {"linear_drag", "viscous_friction"}
+    assert any("no height" in note for note in diagnosis.notes)
+
+
+def test_wind_is_found_with_the_drag_it_acts_through(tmp_path):
+    """A wind u along x: in the frame of the air the throw is one in still air. Neither the drag nor the wind is in the model,
+    and without the drag the wind cannot stand."""
+    generator, wind, text = np.random.default_rng(5), np.array([2.0, 0.0, 0.0]), ""
+    times = np.arange(0, 1.0, 1 / 60)
+    for k in range(8):
+        heading, speed = np.pi / 2 * (k % 4) + 0.2, 4.0 + k
+        velocity = speed * np.array([0.8 * np.cos(heading), 0.8 * np.sin(heading), 0.6])
+        seen = flight(np.array([0.0, 0.0, 1.5]), velocity - wind, times, drag_per_metre(0.5)) + times[:, None] * wind
+        (tmp_path / f"throw_{k}.csv").write_text(csv(times, seen + 0.004 * generator.standard_normal((60, 3))))
+        text += f'[[trial]]\nfile = "throw_{k}.csv"\ngroup = "day {k % 2}"\n'
+    path = tmp_path / "throws.toml"
+    path.write_text('kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.0335\nmass = 0.0577\n[surroundings]\n'
+                    'fluid_density = 1.2\n[measurement]\nnoise = { position = 0.004 }\n' + text)
+    diagnosis = hlcs.diagnose(path, candidates=["quadratic_drag", "linear_drag", "uniform_flow", "tilted_gravity"])
+    assert diagnosis.verdict == "effect" and diagnosis.effects == ("quadratic_drag", "uniform_flow")
+    assert abs(diagnosis.parameters["uniform_flow"]["velocity_x"]["value"] - 2.0) < 0.15
+
+
+def test_a_table_takes_a_model_with_effects(tmp_path):
+    heights = np.repeat([1.0, 2.0, 4.0, 8.0], 4)
+    k = drag_per_metre(0.47)
+    times = np.arccosh(np.exp(k * heights)) / np.sqrt(G * k) + 0.004 * np.random.default_rng(1).standard_normal(16)
+    (tmp_path / "falls.csv").write_text("height_m,fall_time_s\n" + "".join(f"{h},{t:.5f}\n" for h, t in zip(heights, times,
+                                                                                                       strict=True)))
+    (tmp_path / "falls.toml").write_text(
+        'kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.0335\nmass = 0.0577\n[surroundings]\nfluid_density = 1.2\n'
+        '[model]\neffects = [{ name = "quadratic_drag", drag_coefficient = 0.47 }]\n[measurement]\nfile = "falls.csv"\n')
+    assert hlcs.diagnose(tmp_path / "falls.toml").verdict == "complete"
+
+
+def test_a_misspelt_candidate_is_refused_by_compare(tmp_path):
+    path = write_throws(tmp_path)
+    path.write_text(path.read_text() + '[diagnose]\ncandidates = ["quadratic_darg"]\n')
+    with pytest.raises(InputError, match="quadratic_drag"):
+        hlcs.compare(path)
