@@ -25,7 +25,6 @@ from minibullet.separation import (
     UNKNOWN,
     evaluate,
     face_separation,
-    round_normal,
     separation,
 )
 
@@ -282,7 +281,9 @@ def first_look(pieces, rows, answers, numbers, k, rotation, dx, dy, dz):
     if pieces.ranges[i, VERTICES] == pieces.ranges[i, VERTICES + 1]:
         answers[k, 0], answers[k, 1] = PLANE, pieces.ranges[i, FACES]
         return
-    if round_normal(pieces, i, j, rotation[a], rotation[b], dx, dy, dz)[0] < np.inf:
+    corners_a = pieces.ranges[i, VERTICES + 1] - pieces.ranges[i, VERTICES]
+    corners_b = pieces.ranges[j, VERTICES + 1] - pieces.ranges[j, VERTICES]
+    if min(corners_a, corners_b) == 1 or max(corners_a, corners_b) <= 2:  # a sphere with anything, two capsules
         answers[k, 0] = ROUND
         return
     ax, ay, az = turn(rotation[a], pieces.centres[i, 0], pieces.centres[i, 1], pieces.centres[i, 2])

@@ -42,14 +42,21 @@ def body_sizes(pieces, piece_ranges, sizes):
 
 def overlapping(lower, upper, moving, group):
     """Index pairs (a < b) of bodies whose boxes overlap, at least one of them moving, groups compatible; sorted, (k, 2)."""
-    found = swept(lower, upper, moving, group, np.argsort(lower[:, 0], kind="stable"))
+    order, room = np.argsort(lower[:, 0], kind="stable"), 8 * len(lower) + 64
+    while True:
+        found = np.empty((room, 2), dtype=np.int64)
+        count = sweep(lower, upper, moving, group, order, found)
+        if count <= room:
+            break
+        room = count
+    found = found[:count]
     return found[np.lexsort((found[:, 1], found[:, 0]))]
 
 
-@kernel
-def swept(lower, upper, moving, group, order):
-    """The pairs of ``overlapping``, found by sweeping along x through the bodies in ``order`` of their lower sides, (k, 2)."""
-    found = np.empty((64, 2), dtype=np.int64)
+@leaf
+def sweep(lower, upper, moving, group, order, found):
+    """How many pairs ``overlapping`` finds, sweeping along x through the bodies in ``order`` of their lower sides; as many of
+    them as there is room for go into ``found``."""
     count = 0
     for place in range(len(order)):
         a = order[place]
@@ -61,13 +68,10 @@ def swept(lower, upper, moving, group, order):
                 continue
             if lower[a, 1] > upper[b, 1] or lower[b, 1] > upper[a, 1] or lower[a, 2] > upper[b, 2] or lower[b, 2] > upper[a, 2]:
                 continue
-            if count == len(found):
-                grown = np.empty((2 * count, 2), dtype=np.int64)
-                grown[:count] = found
-                found = grown
-            found[count, 0], found[count, 1] = min(a, b), max(a, b)
+            if count < len(found):
+                found[count, 0], found[count, 1] = min(a, b), max(a, b)
             count += 1
-    return found[:count]
+    return count
 
 
 @kernel
