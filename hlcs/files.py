@@ -34,10 +34,11 @@ def result_folder(path):
     """
     target = Path(path).expanduser().absolute()
     _refuse_foreign(target)
-    partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
+    partial = target.with_name(f".{target.name}.{os.getpid()}.{secrets.token_hex(4)}.partial")
     try:
         with _explained(target):
             target.parent.mkdir(parents=True, exist_ok=True)
+            _clear_up(target)
             partial.mkdir()
         yield partial
         interrupts.check()
@@ -140,6 +141,27 @@ def _refuse_foreign(target):
         raise InputError(
             f"folder '{target}' holds '{foreign[0]}', which is no earlier result; give an empty or a new folder for the results"
         )
+
+
+def _clear_up(target):
+    """Remove what runs that were killed (kill -9, power) left beside `target`; their process is no more."""
+    for entry in target.parent.iterdir() if os.name == "posix" else ():
+        start, end = f".{target.name}.", ".partial"
+        if entry.name.startswith(start) and entry.name.endswith(end) and entry.is_dir():
+            process = entry.name[len(start) :].split(".")[0]
+            if process.isdecimal() and not _runs(int(process)):
+                shutil.rmtree(entry, ignore_errors=True)
+
+
+def _runs(process):
+    """Whether a process of that number runs."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True  # somebody else's, or no number of a process
+    return True
 
 
 def _put_in_place(partial, target):

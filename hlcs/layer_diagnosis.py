@@ -238,7 +238,7 @@ def _findings(entries, accepted, rounds, rivals):
             why = (
                 "not tried: the misfit is too small, or the numbers too few, to pay for any"
                 if not rounds
-                else "could not be simulated: no such placement stands"
+                else "could not be simulated: no such placement stands, or it takes too long"
             )
             found.append(Finding(name, None, None, None, name in winners, same, why))
             continue

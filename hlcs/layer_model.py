@@ -7,7 +7,10 @@ the code that made them: a second diagnosis of the same tables reads them back.
 
 import hashlib
 import os
+import signal
 import tempfile
+import threading
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -32,6 +35,8 @@ CODE = (
     "hlcs/grids.py",
     "hlcs/bottoms.py",
 )  # what the layer coefficients of a test depend on
+# processor time for a test of 190 units, ten times what one takes: a candidate that stalls the physics is given up [s]
+LIMIT = 40.0
 CASE = ("grid", "bottom", "layers", "seed", "stacking")  # settings that come with a measured set, not with the model
 
 
@@ -135,11 +140,39 @@ def model_of(measurement):
 # -------------------------------------------------------------------------------------------------------- simulations
 def simulate(test):
     """Layer coefficients and lost units of one test, or the complaint of the physics: plain values for the store."""
+    _warm()
+    units = sum(test.grid.units(test.rows, test.columns, layer) for layer in range(1, test.layers + 1))
     try:
-        result = test.run()
+        with _at_most(LIMIT * max(1.0, units / 190.0)):
+            result = test.run()
     except InputError as problem:
         return {"error": str(problem)}
     return {"k": [float(k) for k in result.layer_coefficients], "lost": int(np.sum(result.lost))}
+
+
+@cache
+def _warm():
+    """Compile, once a process, before time is taken."""
+    PlacementTest(layers=2, rows=2, columns=2, time_step=1.0 / 60.0, settle_time=0.5).run()
+
+
+@contextmanager
+def _at_most(seconds):
+    """InputError when the block has taken so much processor time; where that cannot be had (no POSIX, a thread), no limit."""
+    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(number, frame):
+        raise InputError(f"took more than {seconds:.0f} s of processor time")
+
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
 
 
 class Simulator:

@@ -21,6 +21,7 @@ STRENGTH_SLACK = 0.99
 FAMILY = {
     "plate_bias": "measurement",
     "campaign_offset": "measurement",
+    "length_scale": "measurement",
     "margin_offset": "numerics",
     "friction_pyramid": "numerics",
     "friction_combination": "numerics",

@@ -150,3 +150,16 @@ def test_toml_looks_like_an_experiment_file():
 def test_versions_name_every_dependency():
     found = files.versions()
     assert found["numpy"] == np.__version__ and found["python"].startswith("3.") and "python-fcl" in found
+
+
+@pytest.mark.skipif(os.name != "posix", reason="asks the system for processes by number")
+def test_what_a_killed_run_left_is_cleared_by_the_next_one(tmp_path):
+    """kill -9 cannot clean up; a run that still works keeps its folder."""
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    dead, alive = (tmp_path / f".out.{process}.0badcafe.partial" for process in (gone.pid, os.getpid()))
+    others = tmp_path / f".thesis.{gone.pid}.0badcafe.partial"
+    for folder in (dead, alive, others):
+        folder.mkdir()
+    with files.result_folder(tmp_path / "out"):
+        assert not dead.exists() and alive.exists() and others.exists()

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 import hlcs
-from hlcs import ladder
+from hlcs import ladder, layer_model
 from hlcs.experiment_files import read_experiment_file
 from hlcs.layer_data import read_layer_sets, read_layers
 from hlcs.layer_diagnosis import compare_layer_file, diagnose_layers
@@ -234,6 +234,14 @@ def test_a_refused_placement_leaves_a_complaint_not_a_crash():
     test = hlcs.PlacementTest(grid="3.5,3.5", layers=2, rows=2, columns=2, friction=0.0, time_step=1 / 60, settle_time=2.0)
     result = simulate(test)
     assert set(result) in ({"error"}, {"k", "lost"})
+
+
+def test_a_simulation_that_stalls_is_given_up_with_a_complaint(monkeypatch):
+    monkeypatch.setattr(layer_model, "LIMIT", 0.05)
+    result = simulate(hlcs.PlacementTest(layers=3, rows=6, columns=6, time_step=1 / 480))
+    assert "processor time" in result["error"]
+    monkeypatch.setattr(layer_model, "LIMIT", 60.0)
+    assert len(simulate(hlcs.PlacementTest(layers=1, rows=2, columns=2))["k"]) == 1  # no clock of the last one is running
 
 
 @pytest.mark.slow
