@@ -35,7 +35,24 @@ def first_touch(gap, rate, acceleration, now, end):
 
 
 @kernel
-def resolve(bodies, rows, gap, size, restitution, friction, twist, acceleration, lag, time_step, most):
+def linked(trigger, bodies, touching, moving):
+    """The touching contacts that a blow at contact ``trigger`` can reach from body to moving body, in order, (k,)."""
+    reached = np.zeros(len(moving), dtype=np.bool_)
+    struck = np.zeros(len(bodies), dtype=np.bool_)
+    reached[bodies[trigger, 0]], reached[bodies[trigger, 1]] = moving[bodies[trigger, 0]], moving[bodies[trigger, 1]]
+    grown = True
+    while grown:
+        grown = False
+        for c in range(len(bodies)):
+            a, b = bodies[c, 0], bodies[c, 1]
+            if touching[c] and not struck[c] and (reached[a] or reached[b]):
+                struck[c] = grown = True
+                reached[a], reached[b] = reached[a] or moving[a], reached[b] or moving[b]
+    return np.flatnonzero(struck)
+
+
+@kernel
+def resolve(bodies, rows, gap, size, moving, restitution, friction, twist, acceleration, lag, time_step, most):
     """All impacts of a step. ``twist`` (n, 6) at its beginning and ``lag`` (n, 6), the sum of impact time times velocity
     change, are brought up to date in place; returns the impulses (m, 3) [N s, contact axes] and how many impacts there were.
 
@@ -68,19 +85,19 @@ def resolve(bodies, rows, gap, size, restitution, friction, twist, acceleration,
                 + now * (normal_velocity(c, bodies, rows, twist) + 0.5 * now * normal_velocity(c, bodies, rows, acceleration))
             )
             touching[c] = c == trigger or here <= 1e-9 * size[c]
+        struck = linked(trigger, bodies, touching, moving)
+        for c in struck:
             target[c] = max(-restitution[c] * normal_velocity(c, bodies, rows, before), 0.0)
             part[c] = 0.0
         for _ in range(200):
             change, total = 0.0, 0.0
-            for c in range(count):
-                if touching[c]:
-                    change += visit(c, bodies, rows, target, friction, part, after)
-                    total += part[c, 0] ** 2
-            if change <= 1e-30 * total:
+            for c in struck:
+                change += visit(c, bodies, rows, target, friction, part, after)
+                total += part[c, 0] ** 2
+            if change <= 1e-24 * total:
                 break
-        for c in range(count):
-            if touching[c]:
-                impulse[c] += part[c]
+        for c in struck:
+            impulse[c] += part[c]
         for n in range(len(twist)):
             for k in range(6):
                 step = after[n, k] - before[n, k]

@@ -206,7 +206,7 @@ class World:
         law = self._law(scene, touch)
 
         # blows with restitution first, each at its own moment; then the resting contact problem
-        blows, jump, lag = self._blows(before, pair, axes, gap, size, law, (free_twist - before.twist) / dt)
+        blows, jump, lag = self._blows(scene, before, pair, axes, gap, size, law, (free_twist - before.twist) / dt)
         free_twist, mean_twist = free_twist + jump, mean_twist + jump - lag / dt
         problem = constraints.assemble(
             scene, pair, axes, gap, law, free_twist, lag, inverse_mass, 1e-14 * stride.max(initial=0.0) / dt, dt
@@ -222,15 +222,15 @@ class World:
         after = integration.move(before, motion, solution.twist, spun, dt)
         self._finish(scene, before, after, motion, wrenches, touch, law, problem, solution, blows, point)
 
-    def _blows(self, before, pair, axes, gap, size, law, acceleration):
+    def _blows(self, scene, before, pair, axes, gap, size, law, acceleration):
         """Impulses of the impacts of this step (m, 3), what they do to the twists, and their lag (sum of moment times jump),
         (n, 6); zeros without impacts."""
         if not law.restitution.any():
             return 0.0, 0.0, 0.0
         twist, lag = before.twist.copy(), np.zeros_like(before.twist)
-        dt, most = self.settings.time_step, 20 + 4 * len(pair)
+        dt, most = self.settings.time_step, 20 + np.count_nonzero(scene.moving)
         blows, _ = impacts.resolve(
-            pair, axes, gap, size, law.restitution, law.friction, twist, acceleration, lag, dt, most
+            pair, axes, gap, size, scene.moving, law.restitution, law.friction, twist, acceleration, lag, dt, most
         )
         return blows, twist - before.twist, lag
 
