@@ -36,6 +36,7 @@ SLAB = 0.3  # thickness, in piece sizes, of the side of a piece that looks along
 ANOTHER_WAY = 0.999  # cosine below which two directions are not the same answer [-]
 EDGE, CORNER = 1e-5, 2e-3  # by how much, in piece sizes, two edges or two corners must separate more than a face does [-]
 DEPTH = 1e-4  # overlap, in piece sizes, from which an answer that has moved is doubted [-]
+EDGE_DEPTH = 1e-6  # the same for two edges: a face that looks almost their way may part the bodies better [-]
 
 
 class Workspace(NamedTuple):
@@ -261,7 +262,7 @@ def refresh(pieces, rows, answers, numbers, position, rotation, moved, stride, m
             expired = (
                 jumped
                 or numbers[k, 1] > max(0.5 * numbers[k, 2], PATIENCE * size)
-                or (gap < -DEPTH * size and numbers[k, 1] > 0.1 * PATIENCE * size)
+                or (gap < -(EDGE_DEPTH if kind == EDGE_EDGE else DEPTH) * size and numbers[k, 1] > 0.1 * PATIENCE * size)
             )
         if not expired:
             continue
