@@ -12,6 +12,7 @@ import scipy.sparse as sparse
 
 import minibullet as mb
 
+LOPSIDED = "a W that is not symmetric belongs to no energy: nothing bounds the way down, and the effort ran out"
 HARD = "struck at random with friction 1 or more; the best public solver stops at 1.6e-6 on a rock pile with mu = 1"
 NOISY = "entries off one by one make a singular W indefinite: there may be no solution"
 
@@ -27,14 +28,15 @@ def measured(problems):
     return *np.array(rows).T, names[int(np.argmax([row[0] for row in rows]))]
 
 
-def record_family(record_case, name, problems, reason=""):
-    """Two rows: the worst residual, and the longest time against a bound of two minutes."""
+def record_family(record_case, name, problems):
+    """A row: the worst residual; how many were solved, how long it took and why the worst may miss stand beside it."""
     residual, seconds, iterations, worst = measured(problems)
-    solved = np.mean(residual <= 1e-8)
-    what = f"{name}: worst residual of {len(residual)} ({solved:.0%} solved, median {np.median(residual):.0e}; {worst})"
-    record_case("one step", what, residual.max(), 1e-8, peer="98 % (Siconos PROX), 12 % (50 sweeps of rows)", reason=reason)
-    record_case("one step", f"{name}: longest time (median {np.median(seconds):.2g} s; iterations {np.median(iterations):.0f}, "
-                f"most {iterations.max():.0f})", seconds.max(), 120.0, "s")
+    share = f"{np.mean(residual <= 1e-8):.0%} solved"
+    effort = f"{np.median(seconds):.2g} s, {np.median(iterations):.0f} iterations"
+    most = f"at most {seconds.max():.2g} s, {iterations.max():.0f}"
+    what = f"{name}: worst residual of {len(residual)} ({share}, median {np.median(residual):.0e}; {worst}; {effort}, {most})"
+    record_case("one step", what, residual.max(), 1e-8, peer="98 % (Siconos PROX), 12 % (50 sweeps of rows)",
+                reason=LOPSIDED if "unsymmetric" in worst else HARD)  # fmt: skip
 
 
 @pytest.mark.slow
@@ -43,7 +45,7 @@ def test_problems_of_settled_scenes_are_solved(record_case, name):
     """Nine variants of each scene: four coefficients, at rest and struck, and W unsymmetric by 0.25 %."""
     build, seconds = one_step.SCENES[name]
     problem = one_step.settled(build, 0.9 if name == "arch" else 0.5, seconds)
-    record_family(record_case, name, one_step.variants(problem, np.random.default_rng(5)), HARD)
+    record_family(record_case, name, one_step.variants(problem, np.random.default_rng(5)))
     noisy = mb.solve_contacts(*one_step.rounded(problem, np.random.default_rng(5)))
     record_case("one step", f"{name}: residual, every entry of W off by 0.25 %", noisy.residual, 1e-8, reason=NOISY)
 
@@ -61,4 +63,4 @@ def test_random_matrices_are_solved(record_case, mu):
                     W, q, friction = one_step.random_problem(generator, contacts, freedoms, mu, spread)
                     yield f"{contacts} contacts, rank {freedoms}, spread {spread:g}", sparse.csr_array(W), q, friction
 
-    record_family(record_case, f"random matrices, mu {mu:g}", draw(), HARD)
+    record_family(record_case, f"random matrices, mu {mu:g}", draw())
