@@ -379,7 +379,8 @@ def report(cases, verdicts):
     text = "# Hidden-effect suite\n\n"
     text += f"{len(pairs)} cases, suite `{record['suite']}`, seed SHA-256 `{seal.digest(record['seed'])}` "
     text += f"({'sealed beforehand' if sealed else 'not sealed'}), {missing} without a verdict. Bounds: exact binomial, "
-    text += "one-sided 95 %.\n\n"
+    families = sorted({answer["family"] for answer, _ in pairs})
+    text += f"one-sided 95 %. Families in this run: {', '.join(families)}.\n\n"
     text += markdown_table(["figure", "must", "aim", "measured", "bound", "result"], [figure.cells() for figure in table])
     text += KINDNESS
     text += "\n## Verdicts by family\n\n" + markdown_table(["family", "hidden", "cases", "verdicts"], breakdown(pairs))
