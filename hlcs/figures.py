@@ -65,7 +65,7 @@ def fit_panel(ax, diagnosis):
     before, after = diagnosis.pictures["before"], diagnosis.pictures["after"]
     if diagnosis.kind != "trajectory":
         order = np.argsort(before["input"], kind="stable")
-        x, inside, where, label = before["input"][order], order, "all rows", "main input"
+        x, inside, where, label = before["input"][order], order, "all rows", _input_name(diagnosis.kind)
     else:
         trial, channel = _worst(before)
         inside = np.flatnonzero((before["trial"] == trial) & (before["channel"] == channel))
@@ -78,9 +78,14 @@ def fit_panel(ax, diagnosis):
     _plain(ax, f"Fit where it missed most: {where}", label, f"[{diagnosis.error.get('unit') or ''}]")
 
 
+def _input_name(kind):
+    """What the rows of a table are drawn over."""
+    return "row: the layers, set after set" if kind == "layers" else "main input"
+
+
 def residual_panel(ax, diagnosis):
     """All residuals in units of the noise, before and after, against time (or the main input of a table)."""
-    name, label = ("input", "main input") if diagnosis.kind != "trajectory" else ("time", "time [s]")
+    name, label = ("input", _input_name(diagnosis.kind)) if diagnosis.kind != "trajectory" else ("time", "time [s]")
     for table, colour, text in ((diagnosis.pictures["before"], BEFORE, "before"), (diagnosis.pictures["after"], AFTER, "after")):
         ax.plot(table[name], table["sigmas"], ".", color=colour, ms=3, alpha=0.5, label=text)
     ax.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)
@@ -103,7 +108,10 @@ def ranking_panel(ax, diagnosis, most=10):
 def error_panel(ax, diagnosis):
     """The error after each accepted effect, down to the noise."""
     steps = [step for step in diagnosis.steps if step.get("held_out") is not None or step.get("fitted") is not None]
-    names = ["as it is"] + ["+ " + ", ".join(step["effects"]) for step in steps[1:]]
+    names, known = ["as it is"], set()
+    for step in steps[1:]:  # what is new in each step, a line each
+        names.append("\n".join(f"+ {effect}" for effect in step["effects"] if effect not in known))
+        known.update(step["effects"])
     for key, colour in (("fitted", NOISE), ("held_out", AFTER)):
         values = [step.get(key) for step in steps]
         if values and all(value is not None for value in values):
@@ -128,7 +136,7 @@ def comparison_panels(comparison, ax=None):
     axes[0].plot([low, high], [low, high], "-", color=NOISE, lw=1)
     axes[0].plot(table["model"], table["measured"], ".", color=AFTER, ms=3)
     _plain(axes[0], "Measured over model", f"model [{unit}]", f"measured [{unit}]")
-    names = [("input", "main input")] * 3 if comparison.kind != "trajectory" else [
+    names = [("input", _input_name(comparison.kind))] * 3 if comparison.kind != "trajectory" else [
         ("time", "time [s]"), ("height", "height [m]"), ("speed", "speed [m/s]")]
     for panel, (name, label) in zip(axes[1:], names, strict=True):
         panel.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)
