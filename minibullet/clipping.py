@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from minibullet.geometry import EDGES, FACES
+from minibullet.geometry import EDGES, FACES, edge_vector
 from minibullet.kernels import leaf
 
 
@@ -29,11 +29,7 @@ def clip(pieces, face, polygon, count, work):
     nx, ny, nz = pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2]
     for k in range(first, end):
         v, w = pieces.loops[k], pieces.loops[k + 1 if k + 1 < end else first]
-        ux, uy, uz = (
-            pieces.vertices[w, 0] - pieces.vertices[v, 0],
-            pieces.vertices[w, 1] - pieces.vertices[v, 1],
-            pieces.vertices[w, 2] - pieces.vertices[v, 2],
-        )
+        ux, uy, uz = edge_vector(pieces, v, w)
         ox, oy, oz = uy * nz - uz * ny, uz * nx - ux * nz, ux * ny - uy * nx
         limit = ox * pieces.vertices[v, 0] + oy * pieces.vertices[v, 1] + oz * pieces.vertices[v, 2]
         outside = False

@@ -19,7 +19,7 @@ import scipy.sparse as sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import norm
 
-from .cone import compress, gauss_seidel, into_cone, natural_map_residual
+from .cone import gauss_seidel, into_cone, natural_map_residual
 from .errors import InputError
 from .newton import solve_scaled
 
@@ -37,11 +37,6 @@ class ContactSolution(NamedTuple):
     impulse: np.ndarray  # (3m,) N s on the second body; order normal, tangent, tangent; inside the friction cone
     residual: float  # relative natural-map residual of all contacts together; solved means <= tolerance
     iterations: int  # Gauss-Seidel sweeps plus Newton steps, summed over the islands
-
-
-def solve_dense(W, q, mu, r0, tolerance, reference_mass=1.0, effort=STEP_EFFORT):
-    """One island, dense float64 W (3m, 3m), unchecked: returns (impulse, residual, iterations). r0 (3m,) is the warm start."""
-    return solve_rows(compress(W), q, mu, r0, tolerance, reference_mass, effort)[:3]
 
 
 def solve_rows(rows, q, mu, r0, tolerance, reference_mass=1.0, effort=STEP_EFFORT, sweeps=200):

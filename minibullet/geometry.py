@@ -116,6 +116,16 @@ def support_vertex(pieces, piece, x, y, z):
 
 
 @leaf
+def edge_vector(pieces, v, w):
+    """From vertex v to vertex w, body axes [m]."""
+    return (
+        pieces.vertices[w, 0] - pieces.vertices[v, 0],
+        pieces.vertices[w, 1] - pieces.vertices[v, 1],
+        pieces.vertices[w, 2] - pieces.vertices[v, 2],
+    )
+
+
+@leaf
 def turn(rotation, x, y, z):
     """Body axes to world axes: R (x, y, z)."""
     return (

@@ -5,7 +5,7 @@ Two convex pieces are apart, touch or overlap by the largest separation over all
 
 import numpy as np
 
-from minibullet.geometry import FACES, VERTICES, length, support, turn, turn_back
+from minibullet.geometry import FACES, VERTICES, edge_vector, length, support, turn, turn_back
 from minibullet.kernels import leaf
 
 UNKNOWN, PLANE, FACE_A, FACE_B, EDGE_EDGE, DIRECTION, ROUND = 0, 1, 2, 3, 4, 5, 6  # kinds of answer
@@ -88,11 +88,7 @@ def closest_on_piece(pieces, piece, x, y, z):
         within = True
         for k in range(first, end):
             v, w = pieces.loops[k], pieces.loops[k + 1 if k + 1 < end else first]
-            ux, uy, uz = (
-                pieces.vertices[w, 0] - pieces.vertices[v, 0],
-                pieces.vertices[w, 1] - pieces.vertices[v, 1],
-                pieces.vertices[w, 2] - pieces.vertices[v, 2],
-            )
+            ux, uy, uz = edge_vector(pieces, v, w)
             ex, ey, ez = px - pieces.vertices[v, 0], py - pieces.vertices[v, 1], pz - pieces.vertices[v, 2]
             if (uy * nz - uz * ny) * ex + (uz * nx - ux * nz) * ey + (ux * ny - uy * nx) * ez > 0.0:
                 within = False
