@@ -30,7 +30,8 @@ from minibullet.separation import (
 
 STILL = 1e-5  # motion, in piece sizes, through which contacts stay the same points of their bodies: [-]
 PATIENCE = 1e-3  # motion, in piece sizes, below which an answer is never asked again [-]
-FAR = 0.1  # motion, in piece sizes, after which an answer that has expired is FCL's to give again, not ours to mend [-]
+FAR = 0.3  # motion, in piece sizes, after which an answer is FCL's to give again: apart, separation has one maximum, and our
+#            search from the kept direction sees all features within 45 degrees of it [-]
 FACING = 0.7  # cosine within which a normal looks the way of a known direction [-]
 SLAB = 0.3  # thickness, in piece sizes, of the side of a piece that looks along a direction [-]
 ANOTHER_WAY = 0.999  # cosine below which two directions are not the same answer [-]

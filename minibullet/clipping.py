@@ -2,8 +2,17 @@
 
 import numpy as np
 
-from minibullet.geometry import EDGES, FACES, edge_vector
+from minibullet.geometry import EDGES, FACES, VERTICES, edge_vector
 from minibullet.kernels import leaf
+
+
+def polygons(pieces):
+    """Scratch for the polygons of a contact: points, their gaps and normals, and what ``clip`` needs.
+
+    A polygon clipped by another has at most as many corners as both; the points of both sides of a pair come together.
+    """
+    corners = max(16, int((pieces.ranges[:, VERTICES + 1] - pieces.ranges[:, VERTICES]).max(initial=0)))
+    return np.empty((4 * corners, 3)), np.empty(4 * corners), np.empty((4 * corners, 3)), np.empty((4 * corners, 4))
 
 
 @leaf

@@ -13,6 +13,7 @@ import numpy as np
 
 from minibullet import pairs as pairs_module
 from minibullet.answers import adopt_all, refresh, relative_poses, workspace
+from minibullet.clipping import polygons
 from minibullet.geometry import FACES, VERTICES
 from minibullet.separation import capsule_direction
 
@@ -54,7 +55,7 @@ class Collision:
 
     @pieces.setter
     def pieces(self, pieces):
-        self._pieces, self._workspace = pieces, workspace(pieces)
+        self._pieces, self._workspace, self.polygons = pieces, workspace(pieces), polygons(pieces)
 
     @property
     def _kept(self):
@@ -64,7 +65,7 @@ class Collision:
         """Make the list anew when some body's motion since, and the reach of this step, have used up its allowance."""
         if len(self.travel) == len(moved):
             self.travel += moved
-            if not (self.travel + 1.01 * stride > self.allowance).any():
+            if not np.count_nonzero(self.travel + 1.01 * stride > self.allowance):
                 return
         moving = np.isfinite(bodies.mass)
         size = np.empty(len(moved))

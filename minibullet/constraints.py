@@ -81,7 +81,7 @@ def assemble(scene, pair, rows, gap, law, free_twist, lag, inverse_mass, roundin
     Adhesion is a pull along the normal that acts while the surfaces touch, so it belongs to the free twist.
     """
     left = gap if isinstance(lag, float) else gap - relative_velocity(pair, rows, lag)[:, 0]
-    if law.adhesion.any():
+    if np.count_nonzero(law.adhesion):
         free_twist = free_twist.copy()
         pull = np.zeros((len(pair), 3))
         pull[:, 0] = np.where(gap <= 1e-4 * scene.contact_size(pair), -time_step * law.adhesion, 0.0)

@@ -8,6 +8,7 @@ from math import sqrt
 
 import numpy as np
 
+from minibullet.geometry import length
 from minibullet.kernels import kernel, leaf
 
 DAMPING_LAWS = {
@@ -255,17 +256,42 @@ def move(bodies, motion, twist, spun, time_step):
     return bodies._replace(position=position, orientation=orientation, twist=twist)
 
 
+@leaf
+def top_speed(twist, reach):
+    """Bound on the speed of any point of a body at this twist (6,): |v| + |omega| R [m/s]."""
+    return length(twist[0], twist[1], twist[2]) + reach * length(twist[3], twist[4], twist[5])
+
+
 @kernel
 def path_bound(twist, reach, duration):
-    """Bound on how far any point of each body goes in ``duration`` seconds at this twist [m], (n,): (|v| + |omega| R)
-    duration."""
+    """Bound on how far any point of each body goes in ``duration`` seconds at this twist [m], (n,)."""
     result = np.empty(len(twist))
     for n in range(len(twist)):
-        v, w = twist[n, :3], twist[n, 3:]
-        result[n] = duration * (
-            sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) + reach[n] * sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-        )
+        result[n] = duration * top_speed(twist[n], reach[n])
     return result
+
+
+@kernel
+def stride(twist, free_twist, reach, time_step):
+    """Bound on how far any point of each body may go in this step [m], (n,).
+
+    Twice the distance by its twist before or its free twist: a blow on one end can double the speed of the other end within
+    the step.
+    """
+    result = np.empty(len(twist))
+    for n in range(len(twist)):
+        result[n] = 2.0 * time_step * max(top_speed(twist[n], reach[n]), top_speed(free_twist[n], reach[n]))
+    return result
+
+
+@leaf
+def finite(position, twist):
+    """Whether every body's place and velocity are numbers."""
+    total = 0.0  # stays zero only with finite numbers: 0 inf and 0 NaN are NaN
+    for n in range(len(twist)):
+        for k in range(3):
+            total += 0.0 * position[n, k] + 0.0 * twist[n, k] + 0.0 * twist[n, 3 + k]
+    return total == 0.0
 
 
 @leaf
@@ -276,19 +302,8 @@ def slow(twist, wrench, mass, reach, chosen):
     for n in range(len(mass)):
         if not chosen[n]:
             continue
-        v, w, f = twist[n, :3], twist[n, 3:], wrench[n, :3]
-        speed = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) + reach[n] * sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2])
-        acceleration = sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) / mass[n]
-        still = still and speed <= 2e-3 * sqrt(acceleration * reach[n])
+        acceleration = length(wrench[n, 0], wrench[n, 1], wrench[n, 2]) / mass[n]
+        still = still and top_speed(twist[n], reach[n]) <= 2e-3 * sqrt(acceleration * reach[n])
         if acceleration > 0.0:
             wait = max(wait, sqrt(2.0 * reach[n] / acceleration))
     return still, wait
-
-
-def stride(twist, free_twist, reach, time_step):
-    """Bound on how far any point of each body may go in this step [m], (n,).
-
-    Twice the distance by its twist before or its free twist: a blow on one end can double the speed of the other end within
-    the step.
-    """
-    return 2.0 * np.maximum(path_bound(twist, reach, time_step), path_bound(free_twist, reach, time_step))

@@ -151,21 +151,20 @@ def single_point(pieces, kind, first, second, i, j, rotation_a, rotation_b, dx, 
     return 1
 
 
-def build(pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin, old_point, old_normal, old_impulse):
+def build(
+    pieces, rows, answers, numbers, contact_range, scratch, position, rotation, stride, margin, old_point, old_normal, old_impulse
+):  # fmt: skip
     """All contacts of the step, in the order of the pair list.
 
     Last step's contacts: the points on a's and b's surfaces in their body axes (m, 6), normals and impulses [N s] in world
     axes (m, 3). Returns bodies (m, 2), arms from a's centre to a's surface and from b's to b's, and the normal (m, 9), gap
     (m,), last step's impulse where the contact is known from there (m, 3), and the points in body axes (m, 6).
-    ``contact_range`` is brought up to date.
+    ``contact_range`` is brought up to date. ``scratch``: of ``clipping.polygons``.
     """
-    most = MOST * near(pieces, rows, numbers, stride) + len(old_point)
-    corners = max(16, int((pieces.ranges[:, VERTICES + 1] - pieces.ranges[:, VERTICES]).max(initial=0)))
+    most = MOST * near(pieces.sizes, rows, numbers, stride) + len(old_point)
     contacts = (
         np.empty((most, 2), dtype=np.int64), np.empty((most, 9)), np.empty(most), np.empty((most, 3)), np.empty((most, 6))
     )  # fmt: skip
-    # a polygon clipped by another has at most as many corners as both
-    scratch = np.empty((4 * corners, 3)), np.empty(4 * corners), np.empty((4 * corners, 3)), np.empty((4 * corners, 4))
     total = fill(
         pieces, rows, answers, numbers, contact_range, position, rotation, stride, margin,
         old_point, old_normal, old_impulse, *contacts, *scratch,
@@ -174,11 +173,11 @@ def build(pieces, rows, answers, numbers, contact_range, position, rotation, str
 
 
 @leaf
-def near(pieces, rows, numbers, stride):
-    """How many rows may touch in this step."""
+def near(sizes, rows, numbers, stride):
+    """How many rows may touch in this step; ``sizes`` of the pieces."""
     count = 0
     for k in range(len(rows)):
-        size = min(pieces.sizes[rows[k, 2], 0], pieces.sizes[rows[k, 3], 0])
+        size = min(sizes[rows[k, 2], 0], sizes[rows[k, 3], 0])
         count += not numbers[k, 0] > stride[rows[k, 0]] + stride[rows[k, 1]] + 2e-3 * size  # as below, NaN counts
     return count
 

@@ -1,11 +1,14 @@
 """The arrays of a world that a step reads."""
 
+from math import isnan, sqrt
+
 import numpy as np
 
 from minibullet import manifolds
 from minibullet.bodies import Bodies
 from minibullet.collision import Collision
 from minibullet.geometry import pack
+from minibullet.kernels import leaf
 
 
 class PlaneShape:
@@ -58,18 +61,35 @@ class Scene:
         rows = collision.find(bodies, rotation, self.piece_ranges, self.group, self.margin, self.moved, stride)
         answers, numbers, ranges = collision.answers, collision.numbers, collision.contact_range
         return manifolds.build(
-            collision.pieces, rows, answers, numbers, ranges, bodies.position, rotation, stride, self.margin, *kept
-        )
+            collision.pieces, rows, answers, numbers, ranges, collision.polygons,
+            bodies.position, rotation, stride, self.margin, *kept,
+        )  # fmt: skip
 
     def contact_size(self, pair):
         """Bounding radius of the smaller body of each pair (m, 2), planes left out [m], (m,)."""
-        reach = np.where(self.reach > 0.0, self.reach, np.inf)
-        return np.minimum(reach[pair[:, 0]], reach[pair[:, 1]])
+        size = np.empty(len(pair))
+        smaller(self.reach, pair, size)
+        return size
 
     def pair_value(self, values, pair, default):
         """Value of each contact: the geometric mean of both bodies' own values, the only one there is, or the default, (m,)."""
-        if np.isnan(values).all():
-            return np.full(len(pair), float(default))
-        one, two = values[pair[:, 0]], values[pair[:, 1]]
-        mean = np.sqrt(np.where(np.isnan(one), two, one) * np.where(np.isnan(two), one, two))
-        return np.where(np.isnan(mean), default, mean)
+        value = np.empty(len(pair))
+        combined(values, pair, float(default), value)
+        return value
+
+
+@leaf
+def smaller(reach, pair, size):
+    """The smaller reach of each pair (m, 2) that is not zero, into ``size`` (m,)."""
+    for c in range(len(pair)):
+        one, two = reach[pair[c, 0]], reach[pair[c, 1]]
+        size[c] = min(one if one > 0.0 else np.inf, two if two > 0.0 else np.inf)
+
+
+@leaf
+def combined(values, pair, default, value):
+    """``Scene.pair_value`` into ``value`` (m,)."""
+    for c in range(len(pair)):
+        one, two = values[pair[c, 0]], values[pair[c, 1]]
+        one, two = two if isnan(one) else one, one if isnan(two) else two
+        value[c] = default if isnan(one) else sqrt(one * two)

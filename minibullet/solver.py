@@ -184,8 +184,10 @@ def sweep_islands(
     stop,
     residual,
 ):
-    """Gauss-Seidel on every island, whose ``residual`` (i,) is filled in; returns most sweeps and contacts visited."""
+    """Gauss-Seidel on every island, whose ``residual`` (i,) is filled in; returns most sweeps, contacts visited and the squares
+    of the whole problem: error, |q|^2, |r|^2 / reference_mass^2, |u|^2."""
     most, work = 0, 0
+    total = total_q = total_r = total_u = 0.0
     resists = False
     for c in range(len(bodies)):
         if rolling[c, 0] > 0.0 or rolling[c, 1] > 0.0:
@@ -218,7 +220,8 @@ def sweep_islands(
                 sweep += 1
                 work += end - first
         most = max(most, sweep)
-    return most, work
+        total, total_q, total_r, total_u = total + error, total_q + scale, total_r + size_r, total_u + size_u
+    return most, work, (total, total_q, total_r, total_u)
 
 
 def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True):
@@ -231,7 +234,7 @@ def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True)
     size = free_size(problem)
     apply_impulses(problem.bodies, problem.rows, impulse, twist)
     residual = np.zeros(len(problem.islands) - 1)
-    most, work = sweep_islands(
+    most, work, squares = sweep_islands(
         problem.bodies,
         problem.rows,
         problem.target,
@@ -251,7 +254,8 @@ def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True)
         stop,
         residual,
     )
-    return certify(problem, impulse, moment, twist, size, most, work, np.flatnonzero(residual > tolerance))
+    stalled = np.flatnonzero(residual > tolerance)
+    return Solution(impulse, moment, twist, relative_residual(problem, *squares), most, work, stalled)
 
 
 def free_size(problem):
@@ -271,8 +275,16 @@ def squared_speed(bodies, rows, target, twist):
     return result
 
 
+def relative_residual(problem, error, size_q, size_r, size_u):
+    """The relative natural-map residual of the whole problem from its squares: E / max(|q|, |r|/m_ref, |u|); 0 where E is
+    rounding."""
+    if not error > problem.rounding**2 * len(problem.bodies):
+        return 0.0
+    return sqrt(error / max(size_q, size_r, size_u))
+
+
 def certify(problem, impulse, moment, twist, size, iterations, work, stalled):
-    """The Solution with the relative natural-map residual of the whole problem: E / max(|q|, |r|/m_ref, |u|)."""
+    """The Solution with the residual of the whole problem, measured on what is given; size: |q|^2 of each contact (m,)."""
     error, size_r, size_u = natural_map(
         0,
         len(problem.bodies),
@@ -287,8 +299,7 @@ def certify(problem, impulse, moment, twist, size, iterations, work, stalled):
         twist,
         problem.reference_mass,
     )
-    largest = max(size.sum(), size_r, size_u)
-    residual = float(np.sqrt(error / largest)) if error > problem.rounding**2 * len(impulse) else 0.0
+    residual = relative_residual(problem, error, float(size.sum()), size_r, size_u)
     return Solution(impulse, moment, twist, residual, int(iterations), int(work), stalled)
 
 
@@ -331,7 +342,7 @@ def undo_overlap(problem, gap, size, time_step, share=0.3, sweeps=10):
     """Extra mean twist (n, 6) for this step's move that takes away a share of every overlap beyond 1e-9 of the contact's size
     (m,)."""
     tolerance = 1e-9 * size
-    if not (gap < -tolerance).any():
+    if not np.count_nonzero(gap < -tolerance):
         return 0.0
     return separate(problem.bodies, problem.rows, gap, tolerance, len(problem.free_twist), share, sweeps) / time_step
 

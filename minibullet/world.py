@@ -128,6 +128,7 @@ class World:
                 scene.collision.answers,
                 scene.collision.numbers,
                 np.zeros_like(scene.collision.contact_range),
+                scene.collision.polygons,
                 scene.bodies.position,
                 rotations.matrix(scene.bodies.orientation),
                 reach,
@@ -225,7 +226,7 @@ class World:
     def _blows(self, scene, before, pair, axes, gap, size, law, acceleration):
         """Impulses of the impacts of this step (m, 3), what they do to the twists, and their lag (sum of moment times jump),
         (n, 6); zeros without impacts."""
-        if not law.restitution.any():
+        if not np.count_nonzero(law.restitution):
             return 0.0, 0.0, 0.0
         twist, lag = before.twist.copy(), np.zeros_like(before.twist)
         dt, most = self.settings.time_step, 20 + np.count_nonzero(scene.moving)
@@ -263,7 +264,7 @@ class World:
 
     def _finish(self, scene, before, after, motion, wrenches, touch, law, problem, solution, blows, point):
         """Take over the state after the step and publish what happened."""
-        if not np.isfinite(after.twist.sum() + after.position.sum()):
+        if not integration.finite(after.position, after.twist):
             bad = int(np.argmin(np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)))
             raise InputError(
                 f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: the motion of body "

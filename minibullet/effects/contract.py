@@ -158,8 +158,8 @@ def _movable(bodies):
     count = np.count_nonzero(rows)
     if count == len(rows):
         return slice(None), bodies
-    first = int(np.argmax(rows))
-    if rows[first:first + count].all():
+    first = int(rows.argmax())
+    if np.count_nonzero(rows[first:first + count]) == count:
         rows = slice(first, first + count)
     return rows, Bodies(*(array[rows] for array in bodies))
 
@@ -181,7 +181,7 @@ def checked_answer(effect, answer, n, shape):
     answer = np.asarray(answer, dtype=float)
     if answer.shape != (n, *shape):
         raise InputError(f"{type(effect).__name__}: answered shape {answer.shape} for {n} bodies; it must be {(n, *shape)}")
-    if not np.isfinite(answer).all():
+    if np.count_nonzero(np.isfinite(answer)) < answer.size:
         row = int(np.argmin(np.isfinite(answer).reshape(n, -1).all(axis=1)))
         raise InputError(f"{type(effect).__name__}: the answer for moving body {row} is not finite: {answer[row].tolist()}")
     return answer

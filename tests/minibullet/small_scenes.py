@@ -71,6 +71,7 @@ def touch(world, reach=0.01):
     scene = world.registry.scene
     pair, arms, gap, _, _ = manifolds.build(
         scene.collision.pieces, rows, scene.collision.answers, numbers, scene.collision.contact_range.copy(),
+        scene.collision.polygons,
         scene.bodies.position, integration.posture(scene.bodies.orientation), np.full(len(scene.reach), reach), scene.margin,
         *NOTHING,
     )  # fmt: skip
