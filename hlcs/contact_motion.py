@@ -1,6 +1,5 @@
 """Motion with contacts: many independent runs of one body on its floor, side by side in one World of the engine."""
 
-import inspect
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,6 +8,7 @@ import numpy as np
 from minibullet import rotations
 
 from .flight import Track
+from .side_by_side import shared
 
 
 @dataclass(frozen=True)
@@ -61,47 +61,42 @@ def seat(shape, start, nominal, actual, margin):
 
 
 def run(solids, shapes, starts, floors, effects, friction, restitution, margins, duration, step):
-    """Track of B runs: shapes and starts (B, 13) on floors [(normal, height) or None]; no run touches another."""
+    """Track of B runs: shapes and starts (B, 13) on floors [(normal, height) or None]; no run touches another.
+
+    effects: tuple of values for each run; friction, restitution [-], margins [m]: of each run (B,).
+    """
     import minibullet as mb
 
-    world = mb.World(effects=effects, settings=mb.Settings(time_step=step, friction=friction, restitution=restitution,
-                                                           margin=float(margins.max())))
+    acting, seats = shared(effects)
+    world = mb.World(effects=acting, settings=mb.Settings(time_step=step, friction=float(friction[0]),
+                                                          restitution=float(restitution[0]), margin=float(margins.max())))
+    unlike = bool(np.ptp(friction) or np.ptp(restitution))
     distinct = {floor for floor in floors if floor is not None}
     for b, (solid, shape, start, floor) in enumerate(zip(solids, shapes, starts, floors, strict=True)):
         if floor is not None and len(distinct) > 1:
-            _own_floor(world, floor, b, start, duration, shape)
+            world.registry.add_plane(floor[0], floor[1], None, None, f"floor {b}", b)
+        own = {"friction": float(friction[b]), "restitution": float(restitution[b])} if unlike else {}
         world.add(shape, mass=solid.mass, inertia=solid.tensor, position=start[:3], orientation=start[6:10], velocity=start[3:6],
-                  angular_velocity=start[10:13], name=f"run {b}", group=b)
+                  angular_velocity=start[10:13], name=f"run {b}", group=b, margin=float(margins[b]), **own)
     if len(distinct) == 1:
         (normal, height), = distinct
         world.add_plane(normal, height)
+    scene = world.registry.enrol()
+    place = {name: row for row, name in enumerate(scene.names)}
+    order = np.array([place[f"run {b}"] for b in range(len(starts))])
+    if seats is not None:
+        run_of_row = np.full(len(scene.names), -1)
+        run_of_row[order] = np.arange(len(starts))
+        seats.take(run_of_row)
+    frames = scene.frame[order]
     count = max(int(np.ceil(duration / step - 1e-9)), 1)
     record = [np.empty((count + 1, len(starts), size)) for size in (3, 3, 4, 3)]
     for store, columns in zip(record, (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)), strict=True):
         store[0] = starts[:, columns]
-    order = None
     for k in range(1, count + 1):
         world.step()
-        last = world.last_step
-        if order is None:
-            place = {name: row for row, name in enumerate(last.names)}
-            order = np.array([place[f"run {b}"] for b in range(len(starts))])
-            frames = np.array([world.registry.scene.frame[row] for row in order])
-        after = last.after
+        after = world.last_step.after
         record[0][k], record[1][k], record[3][k] = after.position[order], after.twist[order, :3], after.twist[order, 3:]
-        record[2][k] = rotations.product(after.orientation[order], rotations.conjugate(frames))
+        record[2][k] = after.orientation[order]
+    record[2][1:] = rotations.product(record[2][1:], rotations.conjugate(frames))
     return Track(np.arange(count + 1) * step, *record)
-
-
-def _own_floor(world, floor, group, start, duration, shape):
-    """A floor that only one group touches."""
-    normal, height = np.asarray(floor[0]), floor[1]
-    if "group" in inspect.signature(world.add_plane).parameters:
-        world.add_plane(normal, height, group=group)
-        return
-    import minibullet as mb
-
-    reach = 2.0 * (np.linalg.norm(start[3:6]) * duration + 5.0 * duration**2) + 10 * shape.bounding_radius
-    centre = start[:3] - (start[:3] @ normal - height + reach / 4) * normal
-    turn = rotations.between(np.array([0.0, 0.0, 1.0]), normal)
-    world.add(mb.Box(2 * reach, 2 * reach, reach / 2), density=1000.0, position=centre, orientation=turn, fixed=True, group=group)

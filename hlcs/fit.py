@@ -13,6 +13,7 @@ from minibullet import rotations
 
 from . import contact_motion, inference
 from .model import Model, Shots, solid
+from .together import together
 
 CHANNELS = ("x", "y", "z", "rx", "ry", "rz")
 SLOTS = ("position", "velocity", "orientation", "angular_velocity")
@@ -131,6 +132,10 @@ class Problem:
         """Leave isolated samples out, for every model alike: flags is a list of (n, 6) booleans."""
         self.dropped = [old | new for old, new in zip(self.dropped, flags, strict=True)]
         self.recordings = [self._recording(k) for k in range(len(self.trials))]
+
+    def at_once(self, functions):
+        """[function() for function in functions]; what they simulate on the way runs side by side."""
+        return together(self.shots.simulate_all, functions) if self.shots.contact else [function() for function in functions]
 
     # --- residuals ------------------------------------------------------------------------------------------------------------
 

@@ -24,6 +24,10 @@ class Track(NamedTuple):
     orientation: np.ndarray  # (T, B, 4)
     spin: np.ndarray  # angular velocity, world frame (T, B, 3) [rad/s]
 
+    def of(self, bodies):
+        """The Track of some of the bodies (a slice)."""
+        return Track(self.times, *(part[:, bodies] for part in self[1:]))
+
     def look(self, times):
         """Position (B, n, 3) and orientation (B, n, 4) at times (B, n).
 

@@ -15,6 +15,9 @@ from .effects import Candidate, build, class_named
 from .effects.contract import Change, Scene, Setup, parameters
 from .experiment_files import Body
 from .flight import fly
+from .together import asker
+
+MOST_TOGETHER = 600  # runs in one World: more are no cheaper together, and need more memory
 
 
 class Solid(NamedTuple):
@@ -167,15 +170,55 @@ class Shots:
 
     def simulate(self, model, starts, owner, time_step=None):
         """[(position (n, 3), orientation (n, 4)) at the sample times of trials[owner[b]]] for starts (B, 13), owner (B,)."""
-        answers = [None] * len(owner)
-        for members in self._together(model, owner):
-            inside = np.array(members)
-            for b, answer in zip(members, self._batch(model, starts[inside], owner[inside], time_step), strict=True):
-                answers[b] = answer
+        answer, = self.simulate_all([(model, starts, owner, time_step)])
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    def simulate_all(self, requests):
+        """What `simulate` gives for each request (model, starts, owner, time_step), or the InputError that it raises.
+
+        With contacts everything runs side by side in one World; a request made inside of `together` waits for the others.
+        """
+        piece = asker()
+        if piece is not None and self.contact:
+            return piece.ask(requests)
+        if not self.contact:
+            return [self._alone(request) for request in requests]
+        answers = [None] * len(requests)
+        steps = {}
+        for index, request in enumerate(requests):
+            steps.setdefault(request[3], []).append(index)
+        for alike in steps.values():
+            before = np.cumsum([0] + [len(requests[index][1]) for index in alike])[:-1]
+            for number in np.unique(before // MOST_TOGETHER):
+                some = [index for index, place in zip(alike, before // MOST_TOGETHER, strict=True) if place == number]
+                try:
+                    found = self._batch([requests[index] for index in some])
+                except InputError:  # one of them is at fault: which one?
+                    found = [self._alone(requests[index]) for index in some]
+                for index, answer in zip(some, found, strict=True):
+                    answers[index] = answer
         return answers
 
+    def _alone(self, request):
+        """The answer to one request, or the InputError."""
+        model, starts, owner, time_step = request
+        try:
+            answers = [None] * len(owner)
+            for members in self._together(model, owner):
+                inside = np.array(members)
+                found, = self._batch([(model, starts[inside], owner[inside], time_step)])
+                for b, answer in zip(members, found, strict=True):
+                    answers[b] = answer
+            return answers
+        except InputError as error:
+            return error
+
     def _together(self, model, owner):
-        """Runs that can share one simulation: same surroundings, save that floors may differ where no effect reads them."""
+        """Runs that can share one flight: same surroundings, save that floors may differ where no effect reads them."""
+        if self.contact:
+            return [range(len(owner))]
         floors_matter = bool({"wall_drag", "ground_cushion"} & set(model.names))
         kinds = {}
         for b, who in enumerate(owner):
@@ -184,33 +227,51 @@ class Shots:
             kinds.setdefault(key, []).append(b)
         return kinds.values()
 
-    def _batch(self, model, starts, owner, time_step):
-        surroundings = self.trials[owner[0]].surroundings
-        effects, changes, looks = model.changes(surroundings)
-        setups = {}
-        for who in sorted(set(owner.tolist())):
-            setup = Setup(self.trials[who].body, self.trials[who].surroundings)
-            for change in changes:
-                setup = change.setup(setup)
-            setups[who] = setup
+    def _batch(self, requests):
+        """Answers to requests that share a time step, all runs in one simulation."""
+        runs, acting, looks, spans = [], [], [], []
+        for model, starts, owner, _ in requests:
+            built, setups = {}, {}
+            first = len(runs)
+            for start, who in zip(starts, owner, strict=True):
+                trial = self.trials[who]
+                if trial.surroundings not in built:
+                    built[trial.surroundings] = model.changes(trial.surroundings)
+                effects, changes, _ = built[trial.surroundings]
+                if who not in setups:
+                    setup = Setup(trial.body, trial.surroundings)
+                    for change in changes:
+                        setup = change.setup(setup)
+                    setups[who] = setup
+                runs.append((setups[who], start, who))
+                acting.append(effects)
+            spans.append(slice(first, len(runs)))
+            looks.append(built[self.trials[owner[0]].surroundings][2])
+        owner, starts = np.array([who for _, _, who in runs]), np.array([start for _, start, _ in runs])
         samples = [self.trials[who].times - self.start_time[who] for who in owner]
-        longest = max(len(times) for times in samples)
-        times = np.stack([np.pad(t, (0, longest - len(t)), mode="edge") for t in samples])
-        step = time_step or self.step
-        duration = max(float(times.max()), step)
-        duration += 0.06 * duration + 0.05 if looks else 0.0
-        track = self._move([setups[who] for who in owner], starts, owner, effects, duration, step)
-        look = track.look
-        if looks:
-            still = np.all(starts[:, 3:6] == 0, axis=1) & np.array(["velocity" in self.trials[who].start for who in owner])
-            scene = Scene(starts[:, :3], still, surroundings.floor_height, *self.range)
-            for change in looks:
-                look = change.look(look, scene)
-        position, orientation = look(times)
-        return [(position[b, :len(t)], orientation[b, :len(t)]) for b, t in enumerate(samples)]
+        step = requests[0][3] or self.step
+        duration = max(max(float(times.max()) for times in samples), step)
+        duration += 0.06 * duration + 0.05 if any(looks) else 0.0
+        track = self._move([setup for setup, _, _ in runs], starts, owner, acting, duration, step)
+        answers = []
+        for span, changes in zip(spans, looks, strict=True):
+            part = track if len(requests) == 1 else track.of(span)
+            look = part.look
+            if changes:
+                mine = self.trials[owner[span.start]].surroundings
+                still = np.all(starts[span, 3:6] == 0, axis=1) & np.array(
+                    ["velocity" in self.trials[who].start for who in owner[span]])
+                scene = Scene(starts[span, :3], still, mine.floor_height, *self.range)
+                for change in changes:
+                    look = change.look(look, scene)
+            its = samples[span]
+            longest = max(len(times) for times in its)
+            position, orientation = look(np.stack([np.pad(t, (0, longest - len(t)), mode="edge") for t in its]))
+            answers.append([(position[b, :len(t)], orientation[b, :len(t)]) for b, t in enumerate(its)])
+        return answers
 
     def _move(self, setups, starts, owner, effects, duration, step):
-        """Track of the tracked points, by flight alone or with contacts."""
+        """Track of the tracked points, by flight alone or with contacts; effects: of every run, in flight the same for all."""
         solids = [solid(setup.body) for setup in setups]
         centres = np.array([setup.centre for setup in setups])
         shapes = [s.shape for s in solids]
@@ -231,15 +292,16 @@ class Shots:
             shapes = [contact_motion.OffCentre(shape, setup.centre) if self.contact else shape
                       for shape, setup in zip(shapes, setups, strict=True)]
         if self.contact:
-            track = contact_motion.run(solids, shapes, starts, floors, effects, setups[0].surroundings.friction,
-                                       setups[0].surroundings.restitution, np.array([setup.margin for setup in setups]),
-                                       duration, step)
+            track = contact_motion.run(solids, shapes, starts, floors, effects,
+                                       np.array([setup.surroundings.friction for setup in setups]),
+                                       np.array([setup.surroundings.restitution for setup in setups]),
+                                       np.array([setup.margin for setup in setups]), duration, step)
         else:
             turn = np.array([s.turn for s in solids])
             twist = np.concatenate([starts[:, 3:6], starts[:, 10:13]], axis=1)
             state = Bodies(starts[:, :3], rotations.product(starts[:, 6:10], turn), twist, *(
                 np.array([getattr(s, name) for s in solids]) for name in ("mass", "inertia", "volume", "area", "radius")))
-            track = fly(state, effects, duration, step)
+            track = fly(state, effects[0], duration, step)
             track = track._replace(orientation=rotations.product(track.orientation, rotations.conjugate(turn)))
         if off_centre:
             arms = rotations.rotate(track.orientation, centres[None])

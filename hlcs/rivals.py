@@ -1,5 +1,7 @@
 """What else would explain as much: terms exchanged for better ones, and rivals that the data cannot rule out."""
 
+from functools import partial
+
 import numpy as np
 
 from . import inference
@@ -42,27 +44,34 @@ def replacements(search, fit, index, share, margin):
     q_now = inference.basis(np.concatenate(without.linear.projected[1]))
     r = inference.project_out(q_now, r)
     needed = share * (without.chi2 - fit.chi2 - search.fee(term.candidate) - margin)
-    found = []
-    for entry in search.candidates:
-        if entry.name in fit.model.names or search.same_form(entry.name, without.model.terms):
-            continue
-        signature = search.screen(without, entry)
+    entries = [entry for entry in search.candidates
+               if entry.name not in fit.model.names and not search.same_form(entry.name, without.model.terms)]
+    work = [partial(search.screen, without, entry) for entry in entries]
+    if search.problem.shots.contact:
+        work += [partial(search.local, fit, index, entry) for entry in entries]
+    seen = search.problem.at_once(work)
+    near = seen[len(entries):] or [None] * len(entries)
+    promising = []
+    for entry, signature, here in zip(entries, seen[:len(entries)], near, strict=True):
         if signature is None:
             continue
         s = inference.project_out(q_now, np.concatenate(signature))
-        near = search.local(fit, index, entry) if search.problem.shots.contact else None
-        promising = inference.least_squares(s, r).gain - search.fee(entry) >= needed
-        alike = near is not None and near[0] > ALIKE
-        if not (promising or alike or search.same_form(entry.name, (term,))):
-            continue
-        search.progress(f"rival {entry.name}")
+        gains = inference.least_squares(s, r).gain - search.fee(entry) >= needed
+        alike = here is not None and here[0] > ALIKE
+        if gains or alike or search.same_form(entry.name, (term,)):
+            promising.append((entry, here if alike else None))
+
+    def in_place(entry, here):
         key = (fit.model.terms, index, entry.name)
         if key not in search.replaced:
-            fits = [search.refit(without, entry, (near[1], fit.starts))] if alike else []
-            if not alike or fits[0].chi2 - fit.chi2 > 12.0:
+            fits = [search.refit(without, entry, (here[1], fit.starts))] if here is not None else []
+            if here is None or fits[0].chi2 - fit.chi2 > 12.0:
                 fits.append(search.refit(without, entry))
             search.replaced[key] = min(fits, key=lambda found: found.chi2)
-        found.append((entry, search.replaced[key]))
+        return entry, search.replaced[key]
+
+    search.progress("rivals " + ", ".join(entry.name for entry, _ in promising))
+    found = search.problem.at_once([partial(in_place, entry, here) for entry, here in promising])
     return without, found
 
 
@@ -105,7 +114,8 @@ def other_forms(search, fit, index, inflation):
             continue
         search.progress(f"rival {entry.name}")
         rest = fit.model.without(index)
-        fits = [search.problem.fit(rest.with_term(Term(entry, values)), fit.starts) for values in entry.starts]
+        fits = search.problem.at_once([partial(search.problem.fit, rest.with_term(Term(entry, values)), fit.starts)
+                                       for values in entry.starts])
         other = min(fits, key=lambda found: found.chi2)
         behind = other.chi2 + search.fee(entry) - fit.chi2 - search.fee(term.candidate)
         if search.out_of_bounds(Try(entry, fit=other)) or search.contradicts(other) or behind > RIVAL_MARGIN * inflation:

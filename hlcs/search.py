@@ -7,6 +7,7 @@ by 0.1 sigma. Never more than three.
 """
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from scipy import stats
@@ -95,11 +96,11 @@ class Search:
 
     # --- one candidate --------------------------------------------------------------------------------------------------------
 
-    def screen(self, fit, entry):
+    def screen(self, fit, entry, keep=True):
         """Linear signatures of a candidate at a fit, white and projected, list of (n_i, p); None where it cannot join."""
         if blocked(entry, fit.model):
             return None
-        if entry.name in self.kept:
+        if keep and entry.name in self.kept:
             return [inference.project_out(q, columns) for q, columns in zip(fit.linear.bases, self.kept[entry.name], strict=True)]
         columns = [[] for _ in fit.linear.r]
         absent = entry.absent
@@ -122,7 +123,7 @@ class Search:
             for k, column in enumerate(part):
                 columns[k].append(column)
         columns = [np.column_stack(parts) for parts in columns]
-        if self.problem.shots.contact:
+        if keep and self.problem.shots.contact:
             self.kept[entry.name] = columns
         return [inference.project_out(q, part) for q, part in zip(fit.linear.bases, columns, strict=True)]
 
@@ -134,9 +135,7 @@ class Search:
         """
         if entry.absent is None or blocked(entry, fit.model):
             return None
-        kept, self.kept = self.kept, {}
-        signature = self.screen(fit, entry)
-        self.kept = kept
+        signature = self.screen(fit, entry, keep=False)
         if signature is None:
             return None
         counts = np.cumsum([0] + [len(term.candidate.free) for term in fit.model.terms])
@@ -175,7 +174,8 @@ class Search:
             return self.problem.fit(fit.model.with_term(Term(entry, tuple(near[0].items()))), near[1])
         if entry.absent is not None:
             return self.problem.fit(fit.model.with_term(Term(entry, tuple(entry.absent.items()))), fit.starts)
-        fits = [self.problem.fit(fit.model.with_term(Term(entry, values)), fit.starts) for values in entry.starts]
+        fits = self.problem.at_once([partial(self.problem.fit, fit.model.with_term(Term(entry, values)), fit.starts)
+                                     for values in entry.starts])
         return min(fits, key=lambda found: found.chi2)
 
     def extrapolated(self, fit, entry, signature):
@@ -277,13 +277,12 @@ class Search:
         s_now = np.concatenate(fit.linear.projected[1])
         q_now = inference.basis(s_now)
         r = inference.project_out(q_now, r)
-        for entry in self.candidates:
-            if entry.name in fit.model.names:
-                continue
+        entries = [entry for entry in self.candidates if entry.name not in fit.model.names]
+        self.progress(f"screening {len(entries)} candidates")
+        signatures = self.problem.at_once([partial(self.screen, fit, entry) for entry in entries])
+        for entry, signature in zip(entries, signatures, strict=True):
             trial = Try(entry, price=self.price(entry))
             trials[entry.name] = trial
-            self.progress(f"screening {entry.name}")
-            signature = self.screen(fit, entry)
             if signature is None:
                 continue
             trial.signature = signature
@@ -296,27 +295,40 @@ class Search:
                 trial.linear_gain = inference.least_squares(s, r).gain
         ranked = sorted((trial for trial in trials.values() if trial.visible),
                         key=lambda trial: (trial.price - trial.linear_gain, trial.candidate.name))
-        explained = False  # a real refit already leaves nothing but noise
-        for place, trial in enumerate(ranked):
-            if trial.linear_gain > 0.6 * trial.price or place < REFIT_BEST and trial.linear_gain > 0.3 * trial.price:
-                self.try_out(fit, trial, place, explained)
-                explained |= not trial.linear and trial.fit.chi2 < EXPLAINED * trial.fit.freedom
+        worth = [trial for place, trial in enumerate(ranked) if trial.linear_gain > 0.6 * trial.price
+                 or place < REFIT_BEST and trial.linear_gain > 0.3 * trial.price]
+        for trial, found in zip(worth, self.refits(fit, worth), strict=True):
+            self.judge(fit, trial.candidate, found, trial)
         self.decide(list(trials.values()))
         return trials
 
-    def try_out(self, fit, trial, place, explained):
-        """Refit a candidate; where a simulation is dear, the first in rank, the rest by one linear step.
+    def refits(self, fit, worth):
+        """Fits with each of the candidates in, list; where a simulation is dear, the first in rank, the rest by one linear step.
 
         As long as none of the first explains the data the linear ranking is not to be trusted, and more are refitted.
         """
-        found = None
-        if self.problem.shots.contact and place >= REFIT_DEAR and (explained or place >= REFIT_STRONG):
-            found = self.extrapolated(fit, trial.candidate, trial.signature)
-            trial.linear = found is not None
-        if found is None:
-            self.progress(f"refitting {trial.candidate.name}")
-            found = self.refit(fit, trial.candidate)
-        self.judge(fit, trial.candidate, found, trial)
+        found = [None] * len(worth)
+        if self.problem.shots.contact:
+            waves = [range(0, REFIT_DEAR), range(REFIT_DEAR, REFIT_STRONG)]
+        else:
+            waves = [range(len(worth))]
+        for wave in waves:
+            places = [place for place in wave if place < len(worth)]
+            self.progress("refitting " + ", ".join(worth[place].candidate.name for place in places[:3]))
+            fits = self.problem.at_once([partial(self.refit, fit, worth[place].candidate) for place in places])
+            for place, refitted in zip(places, fits, strict=True):
+                found[place] = refitted
+            if any(refitted.chi2 < EXPLAINED * refitted.freedom for refitted in fits):
+                break  # a real refit already leaves nothing but noise
+        for place, trial in enumerate(worth):
+            if found[place] is None:
+                found[place] = self.extrapolated(fit, trial.candidate, trial.signature)
+                trial.linear = found[place] is not None
+        rest = [place for place in range(len(worth)) if found[place] is None]  # a law that is never absent has no linear step
+        fits = self.problem.at_once([partial(self.refit, fit, worth[place].candidate) for place in rest])
+        for place, refitted in zip(rest, fits, strict=True):
+            found[place] = refitted
+        return found
 
     def run(self, fit):
         """(fits after each accepted step, rounds): forward with re-tries, then backward."""

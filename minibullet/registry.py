@@ -108,7 +108,7 @@ class Registry:
         record["inertia"], record["frame"] = _principal(title, tensor)
         return self._wait(Body(self, record))
 
-    def add_plane(self, normal, height, friction, restitution, name):
+    def add_plane(self, normal, height, friction, restitution, name, group=None):
         name = f"plane {len(self.handles)}" if name is None else str(name)
         title = f"plane {name!r}"
         normal = _vector(title, "normal", normal, 3)
@@ -121,7 +121,7 @@ class Registry:
             "shape": None,
             "name": name,
             "fixed": True,
-            "group": -1,
+            "group": -1 if group is None else int(group),
             "position": unit * height,
             "normal": unit,
             "height": height,
