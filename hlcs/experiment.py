@@ -86,7 +86,7 @@ class PlacementTest:
     seed: int = 1
     time_step: float = 1.0 / 240.0
     iterations: int = 50
-    tolerance: float = 1e-3
+    tolerance: float = 1e-4
     solver: str = "gauss_seidel"
     settle_time: float = 30.0
     plates: int = 3

@@ -23,9 +23,9 @@ import scenes
 REST_CHECK = 30  # steps between two looks at the velocities
 GAUSS_SEIDEL = {"solver": "gauss_seidel"}
 VARIANTS = {  # name: (engine class, keyword arguments)
-    "minibullet": ("Minibullet", {**GAUSS_SEIDEL, "tolerance": 1e-3}),  # as hlcs places units
+    "minibullet": ("Minibullet", {**GAUSS_SEIDEL, "tolerance": 1e-4}),  # as hlcs places units
     "minibullet_fixed": ("Minibullet", {**GAUSS_SEIDEL, "residual_stop": False}),
-    "minibullet_1e-4": ("Minibullet", {**GAUSS_SEIDEL, "tolerance": 1e-4}),
+    "minibullet_1e-3": ("Minibullet", {**GAUSS_SEIDEL, "tolerance": 1e-3}),
     "minibullet_1e-5": ("Minibullet", {**GAUSS_SEIDEL, "tolerance": 1e-5}),
     "minibullet_exact": ("Minibullet", {"tolerance": 1e-8}),  # the default of a World
     "minibullet_sequential": ("Minibullet", {"solver": "sequential_impulse"}),
