@@ -45,7 +45,7 @@ class Workspace(NamedTuple):
 
     best: np.ndarray  # the best answer and its runner-up: separation, direction, kind, features (2, 7)
     lines: np.ndarray  # indices of the edge directions of a, of b that are tried (2, d)
-    turned: np.ndarray  # these directions, world axes (2, d, 3)
+    turned: np.ndarray  # these directions, then the end nearest to the other piece of an edge along each, world axes (2, d, 6)
     reach: np.ndarray  # how far the vertices of a, of b go towards the other along the given direction (2, v)
 
 
@@ -53,7 +53,7 @@ def workspace(pieces):
     """Scratch of ``search`` for these pieces."""
     most = int((pieces.ranges[:, DIRECTIONS + 1] - pieces.ranges[:, DIRECTIONS]).max(initial=1))
     corners = int((pieces.ranges[:, VERTICES + 1] - pieces.ranges[:, VERTICES]).max(initial=1))
-    return Workspace(np.empty((2, 7)), np.empty((2, most), dtype=np.int64), np.empty((2, most, 3)), np.empty((2, corners)))
+    return Workspace(np.empty((2, 7)), np.empty((2, most), dtype=np.int64), np.empty((2, most, 6)), np.empty((2, corners)))
 
 
 @leaf
@@ -72,23 +72,37 @@ def farthest_vertex(pieces, piece, x, y, z, reach):
 @leaf
 def near_directions(pieces, piece, rotation, limit, reach, chosen, turned):
     """Edge directions of ``piece`` both of whose ends go at least as far as ``limit``: their indices into ``chosen``, in order,
-    and themselves in world axes into ``turned``; the count."""
+    and themselves and one such end in world axes into ``turned``; the count."""
     count, first = 0, pieces.ranges[piece, VERTICES]
     for edge in range(pieces.ranges[piece, EDGES], pieces.ranges[piece, EDGES + 1]):
-        if reach[pieces.edges[edge, 0] - first] < limit or reach[pieces.edges[edge, 1] - first] < limit:
+        v, w = pieces.edges[edge, 0], pieces.edges[edge, 1]
+        if reach[v - first] < limit or reach[w - first] < limit:
             continue
-        direction, place = pieces.edges[edge, 2], 0
-        while place < count and chosen[place] != direction:
+        d, place = pieces.edges[edge, 2], 0
+        while place < count and chosen[place] != d:
             place += 1
-        if place == count:
-            chosen[count] = direction
-            count += 1
-    for k in range(count):
-        d = chosen[k]
-        turned[k, 0], turned[k, 1], turned[k, 2] = turn(
+        if place < count:
+            continue
+        chosen[count] = d
+        turned[count, 0], turned[count, 1], turned[count, 2] = turn(
             rotation, pieces.directions[d, 0], pieces.directions[d, 1], pieces.directions[d, 2]
         )
+        turned[count, 3], turned[count, 4], turned[count, 5] = turn(
+            rotation, pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2]
+        )
+        count += 1
     return count
+
+
+@leaf
+def farthest_end(turned, count, x, y, z):
+    """How far the farthest of the ends that ``near_directions`` kept lies along (x, y, z), world axes [m]."""
+    most = -np.inf
+    for k in range(count):
+        value = x * turned[k, 3] + y * turned[k, 4] + z * turned[k, 5]
+        if value > most:
+            most = value
+    return most
 
 
 @leaf
@@ -196,7 +210,11 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
             if square < PARALLEL * PARALLEL or (not everywhere and (along <= 0.0 or along * along < FACING * FACING * square)):
                 continue
             sine = sqrt(square)
-            if x * qx + y * qy + z * qz <= (best[1, 0] + rounding + preference) * sine:
+            least = (best[1, 0] + rounding + preference) * sine
+            if x * qx + y * qy + z * qz <= least:
+                continue
+            most = x * dx + y * dy + z * dz - farthest_end(work.turned[0], count_a, x, y, z)
+            if most - farthest_end(work.turned[1], count_b, -x, -y, -z) <= least:
                 continue
             x, y, z = x / sine, y / sine, z / sine
             apart = separation(pieces, i, j, rotation[a], rotation[b], dx, dy, dz, x, y, z)
