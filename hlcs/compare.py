@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from .effects import class_named, own_classes
+from .effects import check_names, own_classes
 from .experiment_files import read_experiment_file
 from .fit import CHANNELS
 from .measurement import read_measurement
@@ -89,8 +89,7 @@ def compare(path, *others, effects_file=None, seed=0, workers=None, progress=Fal
         from .layer_diagnosis import compare_layer_file
 
         return compare_layer_file(file, seed=seed, workers=workers, progress=progress)
-    for name in file.candidates or ():
-        class_named(name, own)  # a misspelt candidate is the user's to mend, though comparing tries none
+    check_names(file, own)  # a misspelt candidate is the user's to mend, though comparing tries none
     measurement = read_measurement(file)
     if file.kind == "outcomes":
         from .outcomes import compare_outcomes

@@ -7,7 +7,7 @@ from . import identify
 from .candidates import candidates_for
 from .compare import where_it_fails
 from .diagnosis import Diagnosis, Finding
-from .effects import SETS, own_classes, set_of
+from .effects import SETS, check_names, own_classes, set_of
 from .experiment_files import read_experiment_file
 from .measurement import read_measurement
 from .rivals import rivals, swapped
@@ -32,6 +32,7 @@ def diagnose(path, candidates=None, effects_file=None, seed=0, workers=None, pro
         from .layer_diagnosis import diagnose_layers
 
         return diagnose_layers(file, candidates=candidates, own=own, seed=seed, workers=workers, progress=progress)
+    check_names(file, own)
     measurement = read_measurement(file)
     say = _teller(progress)
     if file.kind == "outcomes":

@@ -27,6 +27,10 @@ SECTIONS = {
 }
 SECTIONS["trial"] += SECTIONS["body"] + SECTIONS["surroundings"]
 KINDS = ("trajectory", "outcomes", "layers")
+FOREIGN = {"trajectory": {"placement": '"layers"', "measurement.file": '"outcomes" or "layers"; here files stand in [[trial]]'},
+           "outcomes": {"placement": '"layers"', "trial": '"trajectory"', "measurement.static": '"trajectory"'},
+           "layers": {"body": '"trajectory" or "outcomes"', "trial": '"trajectory"', "measurement.static": '"trajectory"',
+                      "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV'}}
 SHAPES = {"sphere": "radius", "box": "size", "cubipod": "side", "mesh": "mesh"}
 START_LENGTHS = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}
 
@@ -86,6 +90,11 @@ class ExperimentFile:
     hold_out: str
     trials: tuple[TrialEntry, ...]
     placement: dict  # kind "layers" only, as written
+    lines: dict = field(default_factory=dict, compare=False)  # where [model] effects and [diagnose] candidates stand
+
+    def place(self, key):
+        """"file, line n: key", to begin a complaint with that only the library of effects can make."""
+        return f"{self.path}" + (f", line {self.lines[key]}" if self.lines.get(key) else "") + f": {key}"
 
 
 def read_experiment_file(path):
@@ -106,15 +115,27 @@ def read_experiment_file(path):
         raise InputError(f"{reader.path}: no [[trial]]; add one [[trial]] with file = \"....csv\" for each recording")
     if kind != "trajectory" and "file" not in measurement:
         raise InputError(f"{reader.path}: measurement.file is missing; \"{kind}\" needs file = \"....csv\" in [measurement]")
+    _belongs(reader, values, kind)
     folder = reader.path.parent
     return ExperimentFile(
         path=reader.path, kind=kind, title=reader.words(values, "title", "", default=reader.path.stem), body=body,
-        surroundings=surroundings, effects=_effect_entries(reader, model), noise=_noise(reader, measurement),
+        surroundings=surroundings, effects=_effect_entries(reader, model), noise=_noise(reader, measurement, kind),
         time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1, default=1 / 240),
         static=_path(reader, folder, measurement, "static", "measurement"),
         data_file=_path(reader, folder, measurement, "file", "measurement"), candidates=_candidates(reader, diagnose),
         hold_out=reader.words(diagnose, "hold_out", "diagnose", ("group", "none", "campaign", "grid"), default="group"),
-        trials=trials, placement=dict(values.get("placement", {})))
+        trials=trials, placement=dict(values.get("placement", {})),
+        lines={f"{section}.{key}": reader.line_of(key, section) for section, key in (("model", "effects"),
+                                                                                     ("diagnose", "candidates"))})
+
+
+def _belongs(reader, values, kind):
+    """Refuse what another kind of experiment needs and this one would pass over in silence."""
+    for other, keys in FOREIGN[kind].items():
+        section, _, key = other.rpartition(".")
+        table = values.get(section, {}) if section else values
+        if key in table:
+            reader.fail(key, f"has no place where kind = \"{kind}\"; it belongs to kind = {keys}", section)
 
 
 def _path(reader, folder, table, key, section):
@@ -228,11 +249,18 @@ def _effect_entries(reader, model):
     return tuple(dict(entry) for entry in entries)
 
 
-def _noise(reader, measurement):
+def _noise(reader, measurement, kind):
     noise = measurement.get("noise", {})
     if isinstance(noise, int | float) and not isinstance(noise, bool):
+        if kind == "trajectory":
+            reader.fail("noise", f"of what? Write noise = {{ position = {noise:g} }} [m], with orientation [rad] if measured",
+                        "measurement")
         noise = {"outcome": noise}
     reader.known(noise, "measurement.noise")
+    for key in noise:
+        if (key in ("position", "orientation")) != (kind == "trajectory"):
+            right = "position [m] and orientation [rad]" if kind == "trajectory" else "noise = 0.003, one sigma of the outcome"
+            reader.fail(key, f"has no place where kind = \"{kind}\"; write {right}", "measurement.noise")
     return {key: reader.number(noise, key, "measurement.noise", above=0.0) for key in noise}
 
 

@@ -147,7 +147,12 @@ def build_entry(entry, surroundings, own=()):
     known = parameters(kind)
     for key in values:
         if key not in known:
-            raise InputError(f"model.effects: {entry['name']} has no parameter '{key}'; it has {', '.join(known)}")
+            raise InputError(f"{entry['name']} has no parameter '{key}'; it has {', '.join(known)}")
+        low, number = known[key].low, isinstance(values[key], int | float) and not isinstance(values[key], bool)
+        if not number or not np.isfinite(values[key]):
+            raise InputError(f"{entry['name']}: {key} = {values[key]!r} must be a finite number")
+        if low is not None and low >= 0.0 and values[key] < low:
+            raise InputError(f"{entry['name']}: {key} = {values[key]:g} must be at least {low:g}")
     return build(kind, values, surroundings)
 
 

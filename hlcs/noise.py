@@ -8,7 +8,7 @@ from minibullet import rotations
 
 from . import inference
 from .inference import Correlated
-from .measurement import quantisation
+from .plausible import quantisation
 
 MOST_PIECES = 48  # of a flexible curve: some 900 degrees of freedom know rho to 0.03
 PERTURBATIONS = 16  # sets of noise parameters that the adequacy test draws from their uncertainty
@@ -82,9 +82,12 @@ def estimate_noise(measurement):
     step = float(np.median(np.concatenate([np.diff(trial.times) for trial in trials])))
     source, pool, found = "unknown", None, {}
     if measurement.static is not None:
-        source = "static recording"
         for what in ("position", "orientation"):
             found[what], pool = _of_static(measurement.static, step, what, pool)
+        source = "static recording" if any(found.values()) else "unknown"
+        if source == "unknown":
+            notes.append(f"{measurement.file.static.name}: every reading is the same: the noise lies below the last digit and "
+                         "stays unknown")
     flexible = {what: _flexible(trials, step, what, stated.get(what)) for what in ("position", "orientation")}
     for what in ("position", "orientation"):
         if what in stated:
@@ -97,6 +100,8 @@ def estimate_noise(measurement):
         if replicates:
             found["position"], source = replicates, "replicates"
     position, orientation, curve = found.get("position"), found.get("orientation"), flexible["position"]
+    if "position" in stated:
+        curve = _flexible(trials, step, "position")  # found without what is stated, so that it can check it
     if position and curve and not 1 / 1.5 < curve.sigma / position.sigma < 1.5:
         notes.append(f"a flexible curve through the data leaves {curve.sigma:.3g} m, the {source} noise is {position.sigma:.3g} m"
                      ": more than a factor 1.5 apart; check it")
@@ -161,7 +166,7 @@ def _of_static(static, step, what, pool, length=150):
             series.append((times[part], values[part], np.ones((len(part), 1))))
     if not series:
         return None, pool
-    if sum(float(np.var(values)) for _, values, _ in series) == 0:
+    if all(np.ptp(values) == 0 for _, values, _ in series):
         return None, pool
     found = inference.fit_noise(series, step)
     white = []

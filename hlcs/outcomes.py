@@ -27,6 +27,11 @@ FITTING = {"fall_time_s": (*FORCES, "clock_offset", "time_scale"),
 BLOCKS = 6  # contiguous blocks of the main input, held out alternately, where no groups are given
 
 
+# Measured over predicted: outside these bounds no effect is missing, a unit is wrong. Nothing falls faster than freely.
+PLAUSIBLE = {"fall_time_s": (0.2, 300.0), "rebound_height_m": (0.0, 5.0), "stop_distance_m": (0.02, 50.0),
+             "slide_time_s": (0.05, 300.0), "rest_height_m": (-np.inf, np.inf)}
+
+
 @dataclass(frozen=True)
 class Unit:
     """What is held out together: rows of one group or block."""
@@ -120,7 +125,11 @@ def table_noise(file, table):
 
 
 def check_table(file, table):
-    """Refuse a table whose outcome needs an input or a body that is not there."""
+    """Refuse a table whose outcome needs an input or a body that is not there, or a noise stated for another outcome."""
+    for key in file.noise:
+        if key not in ("outcome", table.outcome):
+            raise InputError(f"{file.path}: measurement.noise.{key}: the table's outcome is {table.outcome}; write noise = "
+                             f"{{ {table.outcome} = {file.noise[key]:g} }}")
     for column in table_motion.NEEDS[table.outcome]:
         if column not in table.inputs:
             near = difflib.get_close_matches(column, [*table.inputs, ""], n=1, cutoff=0.5)
@@ -131,6 +140,23 @@ def check_table(file, table):
     for row in range(len(table.values)):
         setup = table_motion.row_setup(file, table.inputs, row)
         solid(setup.body)
+
+
+def check_magnitude(problem, model):
+    """Refuse outcomes that a whole unit lies between, and set-ups in which the model's body would not move at all."""
+    table, predicted = problem.table, problem.predict(model)
+    lost = np.flatnonzero(~np.isfinite(predicted))
+    if len(lost):
+        raise InputError(f"{table.file}, row {lost[0] + 2}: the model has no {table.outcome} for this row (does its body move at "
+                         "all? friction, slope and speed decide)")
+    against = np.maximum(table.inputs["height_m"], 1e-9) if table.outcome == "rebound_height_m" else predicted
+    ratio = float(np.median(table.values / np.where(np.abs(against) > 1e-12, against, np.inf)))
+    low, high = PLAUSIBLE[table.outcome]
+    if low <= ratio <= high:
+        return
+    row = int(np.argmin(np.abs(table.values / against - ratio)))
+    raise InputError(f"{table.file}, row {row + 2}, column {table.outcome}: {table.values[row]:g} where {against[row]:.3g} is "
+                     "expected; units that cannot be right: lengths in m, times in s")
 
 
 def table_candidates(file, table, names, own):
@@ -177,6 +203,7 @@ def prepare_table(measurement, own=()):
     if noise.position is None:
         return PreparedTable(measurement, noise, None, None, measurement.notes)
     problem = TableProblem(file, table, noise)
+    check_magnitude(problem, model)
     return PreparedTable(measurement, noise, problem, problem.fit(model), measurement.notes)
 
 

@@ -9,6 +9,17 @@ import numpy as np
 
 from minibullet.errors import InputError
 
+EXAMPLES = {"measurement.noise": "{ position = 0.002 }", "surroundings.floor": "{ height = 0.0 }",
+            "trial.start": "{ velocity = [0.0, 0.0, 0.0] }"}
+
+
+def nearest(name, known):
+    """The known name that somebody who wrote `name` most likely meant: the same word, one that begins with it, a like one."""
+    lower = name.strip().lower()
+    begins = [word for word in known if lower and word.lower().split("_")[0] == lower.split("_")[0]]
+    near = difflib.get_close_matches(lower, begins or list(known), n=1, cutoff=0.0)
+    return near[0]
+
 
 class TomlFile:
     """The text of the file beside its values, so that complaints can name the line.
@@ -19,7 +30,7 @@ class TomlFile:
     def __init__(self, path, sections):
         self.path, self.sections = Path(path), sections
         try:
-            self.text = self.path.read_text(encoding="utf-8")
+            self.text = self.path.read_text(encoding="utf-8-sig")  # editors of some systems put a mark before the text
         except OSError as problem:
             why = problem.strerror or problem
             raise InputError(f"{self.path}: cannot be read ({why}); give the path of a TOML file") from None
@@ -58,11 +69,12 @@ class TomlFile:
         """Refuse keys that the section does not know, with the nearest that it does."""
         if not isinstance(table, dict):
             parent, _, name = section.rpartition(".")
-            self.fail(name, "must be a table", parent, index)
+            like = f" such as {name} = {EXAMPLES[section]}" if section in EXAMPLES else ""
+            self.fail(name, f"must be a table{like}, got {table!r}", parent, index)
         for key in table:
             if key not in self.sections[section]:
-                near = difflib.get_close_matches(key, self.sections[section], n=1, cutoff=0.0)
-                self.fail(key, f"unknown key; the nearest known key is '{near[0]}'", section, index)
+                near = nearest(key, self.sections[section])
+                self.fail(key, f"unknown key; the nearest known key is '{near}'", section, index)
 
     def number(self, table, key, section, *, low=None, high=None, above=None, default=None, index=None):
         """A finite number within bounds, or the default where the key is left out."""

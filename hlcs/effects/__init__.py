@@ -142,6 +142,21 @@ def class_named(name, extra=()):
     return known[name]
 
 
+def check_names(file, own=()):
+    """Refuse candidates and effects of an experiment file that nobody knows, or numbers that mean nothing, by file and line."""
+    from ..model import build_entry
+
+    for names, key in ((file.candidates or (), "diagnose.candidates"), (file.effects, "model.effects")):
+        for entry in names:
+            try:
+                if isinstance(entry, str):
+                    class_named(entry, own)
+                else:
+                    build_entry(entry, file.surroundings, own)
+            except InputError as problem:
+                raise InputError(f"{file.place(key)}: {problem}") from None
+
+
 def own_classes(effects=None, effects_file=None):
     """The user's own effect classes, from a Python file and from a list of classes or values."""
     kinds = [effect if isinstance(effect, type) else type(effect) for effect in (effects or ())]

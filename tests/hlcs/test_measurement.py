@@ -44,6 +44,10 @@ def test_a_good_file_is_read(tmp_path):
     (TOML.replace('"sphere"', '"spere"'), ("spere", "sphere")),
     (TOML.replace('"trajectory"', '"trajectories"'), ("trajectory",)),
     (TOML + "[model]\neffects = 3\n", ("effects", "list")),
+    (TOML.replace("{ position = 0.01 }", "0.01"), ("line 7", "noise", "{ position = 0.01 }")),
+    (TOML.replace("{ position", "{ outcome"), ("line 7", "outcome", "position [m]")),
+    (TOML + "[surroundings]\nfloor = 0.0\n", ("line 9", "floor", "{ height = 0.0 }")),
+    (TOML + "[placement]\nlayers = 5\n", ("line 8", "placement", "layers")),
 ])
 def test_wrong_keys_and_values_are_named(tmp_path, toml, words):
     refused(experiment(tmp_path, toml=toml), *words)
@@ -61,9 +65,57 @@ def test_wrong_keys_and_values_are_named(tmp_path, toml, words):
     ("t_s,qw,qx,qy,qz\n0,1,0,0,0\n0.1,0,0,0,0\n", ("row 3", "zero length")),
     ("t_s,qw,qx,qy\n0,1,0,0\n", ("qw, qx, qy, qz",)),
     ("t_s,z_m\n" + "".join(f"{0.1 * k},{1000 - 4905 * (0.1 * k) ** 2}\n" for k in range(9)), ("z_m", "units")),
+    ("t_s;z_m\n0;1\n0,1;0,9\n", ("row 1", "semicolons", "commas")),
+    ("t_s,z_m\n0,0,1,0\n0,1,0,9\n", ("row 2", "4 cells", "point")),
+    ('t_s,z_m\n0,1\n"0,1",1\n', ("row 3", "t_s", "0,1", "point")),
+    ("t_s,z_m,\n0,1,\n", ("row 1", "column 3", "comma")),
+    ("t_s,z\n0,1\n", ("row 1", "'z'", "'z_m'")),
+    ("t_s,z_m\n\0,1\n", ("not text",)),
+    ("t_s,y_m,z_m\n" + "".join(f"{0.1 * k},{9 - 0.049 * k * k},{0.2 * k}\n" for k in range(9)), ("y_m", "z_m", "mixed up")),
+    ("t_s,z_m\n" + "".join(f"{0.1 * k},{4.9 * (0.1 * k) ** 2}\n" for k in range(9)), ("z_m", "falls upwards")),
+    ("t_s,z_m\n" + "".join(f"{0.1 * k},{300 - 490 * (0.1 * k) ** 2}\n" for k in range(7)), ("z_m", "units")),
 ])
 def test_bad_recordings_are_refused_by_row_and_column(tmp_path, csv, words):
     refused(experiment(tmp_path, csv=csv), *words)
+
+
+FLOOR = TOML + "[surroundings]\nfloor = { height = 0.0 }\n"
+
+
+def test_units_are_checked_between_impacts_too(tmp_path):
+    """A ball bouncing on its floor, heights in cm: no parabola fits the whole, but one fits every piece between impacts."""
+    times = np.arange(120) / 60
+    since = np.minimum(times % 0.5, 0.5)
+    rows = "".join(f"{t:.5f},{100 * (0.03 + 4.905 * s * (0.5 - s)):.3f}\n" for t, s in zip(times, since, strict=True))
+    refused(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=FLOOR), "z_m", "acceleration", "units")
+
+
+def test_a_body_inside_its_floor_is_refused_or_described(tmp_path):
+    rows = "".join(f"{0.02 * k:.2f},{-0.5 + 0.003 * (k % 2):.4f}\n" for k in range(20))
+    refused(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=FLOOR), "below its floor", "floor.height")
+    rows = "".join(f"{0.02 * k:.2f},{max(0.3 - 4.9 * (0.02 * k) ** 2, 0.0):.4f}\n" for k in range(30))
+    notes = read_measurement(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=FLOOR)).notes
+    assert any("positions are of the centre" in note for note in notes)
+
+
+def test_a_scalar_that_stands_last_is_seen_under_a_box(tmp_path):
+    """A box 0.2 x 0.1 x 0.04 lies flat, turned by 45 degrees about z: with the scalar last it would stand on an edge."""
+    c, d = np.cos(np.pi / 8), np.sin(np.pi / 8)
+    toml = FLOOR.replace('"sphere"', '"box"').replace("radius = 0.03", "size = [0.2, 0.1, 0.04]")
+    for quaternion in (f"{c:.6f},0,0,{d:.6f}", f"0,0,{d:.6f},{c:.6f}"):
+        rows = "".join(f"{0.1 * k:.1f},{0.001 * k},0,0.02,{quaternion}\n" for k in range(9))
+        path = experiment(tmp_path, csv="t_s,x_m,y_m,z_m,qw,qx,qy,qz\n" + rows, toml=toml)
+        if quaternion.startswith("0,"):
+            refused(path, "qw..qz", "scalar")
+        else:
+            assert read_measurement(path).trials
+
+
+def test_a_static_recording_that_drifts_is_refused(tmp_path):
+    path = experiment(tmp_path, toml=TOML.replace("noise = { position = 0.01 }", 'static = "rest.csv"'))
+    rows = "".join(f"{0.1 * k:.1f},{1 - 0.03 * k + 0.001 * (k % 3):.4f}\n" for k in range(40))
+    (tmp_path / "rest.csv").write_text("t_s,z_m\n" + rows)
+    refused(path, "rest.csv", "z_m", "at rest")
 
 
 def test_copies_are_refused_even_rotated(tmp_path):

@@ -1,0 +1,220 @@
+"""Can these numbers be what they say they are? Units, axes, static recordings, copies; what is odd but usable.
+
+What no body does is refused by file and column; what is merely odd is described in sentences. Nothing is known here of
+effects: only gravity, the floor and the size of the body as the file states them.
+"""
+
+import numpy as np
+
+from minibullet.errors import InputError
+
+LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
+
+
+def acceleration(trial, axis, pieces=8, least=6):
+    """(typical second derivative of a recorded coordinate, its standard error) [m/s2]; None with fewer than 5 samples.
+
+    In free flight of one parabola through all samples; where there is a floor the median over pieces, so that a few impacts
+    between them do not matter. The error is infinite where there are fewer than three pieces.
+    """
+    there = np.isfinite(trial.position[:, axis])
+    times, values = trial.times[there], trial.position[there, axis]
+    if len(times) < 5:
+        return None
+    if trial.surroundings.floor_height is None:
+        curve = np.polyfit(times - times[0], values, 2)
+        scatter = np.std(values - np.polyval(curve, times - times[0]))
+        return 2 * float(curve[0]), float(scatter) * np.sqrt(720 / len(times)) / (times[-1] - times[0]) ** 2
+    count = int(np.clip(len(times) // least, 1, pieces))
+    found = np.array([2 * np.polyfit(times[part] - times[part[0]], values[part], 2)[0]
+                      for part in np.array_split(np.arange(len(times)), count)])
+    middle = float(np.median(found))
+    return middle, 1.4826 * 1.25 * float(np.median(np.abs(found - middle))) / np.sqrt(count) if count > 2 else np.inf
+
+
+def check_units(trial, path):
+    """Refuse what no dropped, thrown or rolling body does: wrong units of length or time."""
+    duration = trial.times[-1] - trial.times[0]
+    floor, gravity = trial.surroundings.floor_height, trial.surroundings.gravity
+    for axis, name in enumerate("xyz"):
+        there = np.isfinite(trial.position[:, axis])
+        if there.sum() < 4:
+            continue
+        t, z = trial.times[there], trial.position[there, axis]
+        speed = np.median(np.abs(np.diff(z) / np.diff(t)))
+        if speed > 400.0 or np.ptp(z) > 2000.0:
+            raise InputError(f"{path}, column {name}_m: typical speed {speed:.3g} m/s over {np.ptp(z):.3g} m; "
+                             "units that cannot be right: lengths in m, times in s")
+    found = acceleration(trial, 2)
+    if gravity > 1 and found:
+        a, error = found
+        if a + (4 * error if floor is not None else 0.0) < -6 * gravity:
+            raise InputError(f"{path}, column z_m: apparent acceleration {-a:.3g} m/s2 in free flight; units that cannot be "
+                             "right: lengths in m, times in s")
+        if floor is None and duration > 120 and trial.surroundings.fluid_density < LIQUID:
+            raise InputError(f"{path}, column t_s: free flight of {duration:.4g} s; units that cannot be right: times in s")
+
+
+def check_axes(trial, path):
+    """Refuse a fall along another axis than z, or upwards: columns mixed up, or z counted downwards."""
+    gravity = trial.surroundings.gravity
+    if not gravity > 1 or trial.surroundings.fluid_density > LIQUID:
+        return
+    found = {name: known for axis, name in enumerate("xyz") if (known := acceleration(trial, axis))}
+    if "z" not in found:
+        return
+    a, error = found["z"]
+    if 0.5 * gravity < a - 4 * error and a < 1.5 * gravity:
+        raise InputError(f"{path}, column z_m: falls upwards (apparent acceleration {a:+.3g} m/s2); z points up, turn its sign")
+    for name in ("x", "y"):
+        if name in found and abs(a) + 4 * error < 0.25 * gravity:
+            b, other = found[name]
+            if 4 * other < 0.25 * gravity and abs(abs(b) - gravity) < 0.25 * gravity:
+                raise InputError(f"{path}: falls along {name}_m (apparent acceleration {b:+.3g} m/s2, along z_m {a:+.3g}); z "
+                                 f"points up: are the columns {name}_m and z_m mixed up?")
+
+
+def inner_radius(body):
+    """Least distance of the surface of a body from its centre [m], None where the size is not stated or a mesh."""
+    if body.shape == "sphere":
+        return body.radius
+    if body.shape == "box":
+        return None if body.size is None else min(body.size) / 2
+    return body.side / 2 if body.shape == "cubipod" and body.side else None
+
+
+def check_floor(trial, path):
+    """Refuse a body that runs below its floor; a sentence where its centre comes nearer than its size allows."""
+    around, radius = trial.surroundings, inner_radius(trial.body)
+    normal = np.asarray(around.floor_normal)
+    used = np.abs(normal) > 1e-9
+    there = np.isfinite(trial.position[:, used]).all(axis=1)
+    if around.floor_height is None or radius is None or there.sum() < 4:
+        return []
+    lift = trial.position[there][:, used] @ normal[used] - around.floor_height
+    if np.median(lift) < -radius:
+        row = int(np.flatnonzero(there)[np.argmin(lift)]) + 2
+        raise InputError(f"{path}, row {row}: the centre of the body is {-lift.min():.3g} m below its floor, most samples are; "
+                         "check floor.height and the zero of the positions")
+    low = float(np.quantile(lift, 0.05))
+    scatter = float(np.std(np.diff(lift, 3))) / np.sqrt(20) if len(lift) > 8 else 0.0
+    if low < 0.6 * radius - 4 * scatter:
+        return [f"{path.name}: comes as near as {low:.3g} m to the floor, but the centre of this body cannot come nearer than "
+                f"{radius:.3g} m: positions are of the centre; check floor.height and the zero of the positions"]
+    return []
+
+
+def check_quaternions(trial, path):
+    """Refuse orientations whose scalar stands last: against the stated start, or against the floor under a box.
+
+    In free flight alone nothing tells: with the scalar in another place a steady turn is still a steady turn.
+    """
+    there = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
+    if len(there) == 0:
+        return
+    given = trial.orientation[there]
+    last = given[:, [3, 0, 1, 2]]
+    wrong = False
+    if "orientation" in trial.start:
+        stated = np.asarray(trial.start["orientation"]) / np.linalg.norm(trial.start["orientation"])
+        near, far = (2 * np.arccos(min(1.0, abs(float(q[0] @ stated)))) for q in (last, given))
+        wrong = far > 1.0 and near < 0.2
+    around, body = trial.surroundings, trial.body
+    if around.floor_height is not None and body.shape == "box" and body.size and np.isfinite(trial.position[there]).all():
+        lift = trial.position[there] @ np.asarray(around.floor_normal) - around.floor_height
+        sinks = [float(np.quantile(reach(q, body.size, around.floor_normal) - lift, 0.75)) for q in (given, last)]
+        wrong |= sinks[0] > 0.2 * min(body.size) and sinks[1] < 0.05 * min(body.size)
+    if wrong:
+        raise InputError(f"{path}, columns qw..qz: only with the scalar last do these orientations agree with the start or the "
+                         "floor; quaternions are scalar first: qw, qx, qy, qz")
+
+
+def reach(orientations, size, normal):
+    """How far a box of that size reaches from its centre against a normal, for orientations (n, 4): (n,) [m]."""
+    w, v = orientations[:, :1], -orientations[:, 1:]  # the normal in body axes
+    normal = np.broadcast_to(np.asarray(normal, dtype=float), v.shape)
+    turned = normal + 2 * np.cross(v, np.cross(v, normal) + w * normal)
+    return np.abs(turned) @ (np.asarray(size) / 2)
+
+
+def check_length(trial, path):
+    """Refuse a recording with fewer samples in a channel than its unknown start has numbers."""
+    for axis, name in enumerate("xyz"):
+        count = int(np.isfinite(trial.position[:, axis]).sum())
+        unknown = 2 - ("position" in trial.start) - ("velocity" in trial.start)
+        if 0 < count < unknown + 2:
+            raise InputError(f"{path}, column {name}_m: {count} samples; {unknown + 2} are needed "
+                             f"({unknown} for the start and 2 to judge by)")
+    if not trial.columns:
+        raise InputError(f"{path}: no sample at all in any column but t_s")
+
+
+def check_at_rest(trial, path):
+    """Refuse a static recording that moves: its halves must agree within their scatter about a straight line."""
+    for axis, name in enumerate("xyz"):
+        there = np.isfinite(trial.position[:, axis])
+        t, z = trial.times[there], trial.position[there, axis]
+        if len(z) >= 20:
+            half = len(z) // 2
+            scatter = max(*(np.std(part - np.polyval(np.polyfit(when, part, 1), when))
+                            for when, part in ((t[:half] - t[0], z[:half]), (t[half:] - t[half], z[half:]))), 1e-12)
+            moved = abs(np.median(z[half:]) - np.median(z[:half]))
+            if moved > 6 * scatter:
+                raise InputError(f"{path}, column {name}_m: moves by {moved:.3g} m; a static recording must show a body at rest")
+
+
+def describe(trial, path):
+    """What is odd but usable in a recording: dropped frames, jitter, quantisation, repeated samples; a list of sentences."""
+    notes = []
+    steps = np.diff(trial.times)
+    typical = np.median(steps)
+    gaps = np.flatnonzero(steps > 1.6 * typical)
+    if len(gaps):
+        where = trial.times[np.argmax(steps)]
+        notes.append(f"{path.name}: {len(gaps)} gaps, the longest {steps.max():.3g} s at t_s = {where:.4g} (typical step "
+                     f"{typical:.3g} s)")
+    jitter = np.std(steps[steps <= 1.6 * typical]) / typical
+    if jitter > 0.005:
+        notes.append(f"{path.name}: time steps jitter by {100 * jitter:.1f} % of {typical:.3g} s; true stamps are used")
+    for axis, name in enumerate("xyz"):
+        z = trial.position[:, axis]
+        missing = int(np.isnan(z).sum())
+        if 0 < missing < len(z):
+            notes.append(f"{path.name}, column {name}_m: {missing} of {len(z)} samples missing")
+        z = z[np.isfinite(z)]
+        same = np.flatnonzero(np.diff(z) == 0)
+        if len(z) > 10 and np.ptp(z) > 0 and len(same) > 0.2 * len(z):
+            notes.append(f"{path.name}, {name}_m: {len(same)} samples repeat the one before: quantised or a frozen tracker")
+        step = quantisation(z)
+        if step:
+            notes.append(f"{path.name}, column {name}_m: readings are multiples of {step:.3g} m")
+    return notes
+
+
+def quantisation(values):
+    """Step of the reading [unit of values] if all values are multiples of one step coarser than 1e-6 of their range, else 0."""
+    distinct = np.unique(values)
+    if len(distinct) < 3 or len(distinct) > 0.7 * len(values):
+        return 0.0
+    step = np.min(np.diff(distinct))
+    multiples = (distinct - distinct[0]) / step
+    return float(step) if np.max(np.abs(multiples - np.round(multiples))) < 0.02 and step > 1e-6 * np.ptp(distinct) else 0.0
+
+
+def refuse_copies(trials, paths):
+    """Refuse a recording that stands twice, shifted or rotated copies included: copies leak from training into test."""
+    for second in range(len(trials)):
+        for first in range(second):
+            a, b = trials[first], trials[second]
+            if len(a.times) != len(b.times) or not np.allclose(np.diff(a.times), np.diff(b.times), rtol=1e-6, atol=1e-9):
+                continue
+            moved_a = np.linalg.norm(np.diff(a.position[:, np.isfinite(a.position).any(axis=0)], axis=0), axis=1)
+            moved_b = np.linalg.norm(np.diff(b.position[:, np.isfinite(b.position).any(axis=0)], axis=0), axis=1)
+            there = np.isfinite(moved_a) & np.isfinite(moved_b)
+            if np.array_equal(np.isfinite(moved_a), np.isfinite(moved_b)) and there.sum() > 3 and np.ptp(moved_a[there]) > 0 and (
+                    np.max(np.abs(moved_a[there] - moved_b[there])) < 1e-6 * np.max(moved_a[there])):
+                same = np.allclose(a.position, b.position, rtol=0, atol=1e-9, equal_nan=True)
+                kind = "the same recording" if same else "a shifted or rotated copy"
+                raise InputError(f"{paths[second]}: {kind} as {paths[first].name}; copies may not stand as separate trials")
+
+
