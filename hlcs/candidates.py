@@ -1,5 +1,8 @@
 """Which candidates can take part in a diagnosis of trajectories, and why the others cannot."""
 
+import numpy as np
+from scipy import stats
+
 import minibullet.effects as forces
 
 from .effects import NOT_FORCES, Candidate, candidate, class_named, classes
@@ -73,9 +76,26 @@ def _obstacle(kind, name, measurement, contact):
         return "the moment of release is not known (no start velocity stated)"
     if not contact and kind not in NOT_FORCES and "contact" in Candidate(name, kind, ()).touches:
         return "nothing touches in these data"
-    if issubclass(kind, forces.Effect) is False and name == "calibration_curve" and "z" not in columns:
+    if name == "calibration_curve" and "z" not in columns:
         return "no height is measured"
+    if name == "calibration_curve" and all_alike(trials):
+        return "all recordings pass the same heights at the same times, so any misfit would look like it"
     return None
+
+
+def all_alike(trials):
+    """Do all recordings run through their heights once, in one direction, and in the same way?"""
+    tracks = []
+    for trial in trials:
+        there = np.isfinite(trial.position[:, 2])
+        t, z = trial.times[there], trial.position[there, 2]
+        if len(t) < 6 or abs(stats.spearmanr(t, z).statistic) < 0.97:
+            return False
+        tracks.append((t - t[0], z))
+    span = max(np.ptp(z) for _, z in tracks)
+    shared = np.linspace(0.0, min(t[-1] for t, _ in tracks), 20)
+    table = np.array([np.polyval(np.polyfit(t, z, 4), shared) for t, z in tracks])
+    return bool(np.max(np.ptp(table, axis=0)) < 0.05 * span)
 
 
 def blocked(candidate_entry, model):

@@ -10,7 +10,7 @@ from .diagnosis import Diagnosis, Finding
 from .effects import SETS, check_names, own_classes, set_of
 from .experiment_files import read_experiment_file
 from .measurement import read_measurement
-from .rivals import rivals, swapped
+from .rivals import reformed, rivals, swapped
 from .search import Folds, Search
 from .trajectories import judge, prepare
 
@@ -75,7 +75,7 @@ def assemble(prepared, search, absent, judge, where):
     """
     measurement, problem, base = prepared.measurement, prepared.problem, prepared.base
     verdict_before, table_before = judge(problem, base)
-    fits, rounds = search.run(base)
+    fits, rounds = reformed(search, *search.run(base))
     settled = len(fits[-1].model.terms) < 2 and not problem.shots.contact  # else a term may stand where another belongs
     final = fits[-1] if settled else swapped(search, fits[-1])
     if final is not fits[-1]:

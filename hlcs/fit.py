@@ -120,10 +120,11 @@ class Problem:
             first = first - (first @ normal) * normal
             first /= np.linalg.norm(first)
             axes = [first, np.cross(normal, first)]
+        aside = axes if seated or measured[2] or not axes or self.shots.contact else [*axes, np.array([0.0, 0.0, 1.0])]
         turns = list(np.eye(3)) if measured[3] else []
         rolls = axes if seated and trial.body.shape == "sphere" and not measured[3] and "velocity" not in trial.start else turns
         found = []
-        for slot, directions in enumerate((axes, axes, turns, rolls)):
+        for slot, directions in enumerate((axes, aside, turns, rolls)):  # drag shows an unseen vertical speed
             if SLOTS[slot] not in trial.start:
                 found += [(slot, direction) for direction in directions]
         return tuple(found)
@@ -159,6 +160,8 @@ class Problem:
             for axis in range(3):
                 there = np.flatnonzero(np.isfinite(trial.position[:, axis]))
                 if len(there) == 0:
+                    if axis == 2 and not self.shots.contact:  # an unseen rise and fall: as of a throw back to its own height
+                        starts[k, 5] = trial.surroundings.gravity * (trial.times[-1] - t0) / 2
                     continue
                 first = there[:max(4, min(9, len(there) // 3))]
                 t = trial.times[first] - t0

@@ -153,6 +153,8 @@ def build_entry(entry, surroundings, own=()):
             raise InputError(f"{entry['name']}: {key} = {values[key]!r} must be a finite number")
         if low is not None and low >= 0.0 and values[key] < low:
             raise InputError(f"{entry['name']}: {key} = {values[key]:g} must be at least {low:g}")
+    if "fluid_density" in known and "fluid_density" not in values and surroundings.fluid_density > 0:
+        values["fluid_density"] = surroundings.fluid_density  # what the file states once holds for all its effects
     return build(kind, values, surroundings)
 
 

@@ -20,9 +20,10 @@ from .search import Folds, Search
 FORCES = ("linear_drag", "quadratic_drag", "drag_crisis", "buoyancy", "added_mass", "mass_offset", "size_error")
 SLIDING = ("friction", "stribeck_friction", "viscous_friction", "load_dependent_friction", "linear_drag", "quadratic_drag",
            "mass_offset")
-FITTING = {"fall_time_s": (*FORCES, "clock_offset", "time_scale"),
+FITTING = {"fall_time_s": (*FORCES, "clock_offset", "time_scale", "length_scale"),
            "rebound_height_m": (*FORCES, "restitution", "velocity_dependent_restitution", "length_scale"),
-           "stop_distance_m": (*SLIDING, "length_scale"), "slide_time_s": (*SLIDING, "clock_offset", "time_scale"),
+           "stop_distance_m": (*SLIDING, "length_scale"),
+           "slide_time_s": (*SLIDING, "clock_offset", "time_scale", "length_scale"),
            "rest_height_m": ("size_error", "margin_offset", "length_scale")}
 BLOCKS = 6  # contiguous blocks of the main input, held out alternately, where no groups are given
 

@@ -7,9 +7,37 @@ import numpy as np
 from . import inference
 from .candidates import carries
 from .model import Term
-from .search import MOST_TERMS, RIVAL_MARGIN, Try
+from .search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN, Try
 
 ALIKE = 0.95  # local cosine above which a candidate is refitted in place of a term
+
+
+def reformed(search, fits, rounds):
+    """(fits, rounds) of the search taken up again with another form of a law, where the form found first explains too little.
+
+    The first term is chosen while others still hide in the residual, so it may have the wrong form, with which no second
+    term then holds out. Another form is kept only if its route ends where all but noise is explained.
+    """
+    first = fits[-1]
+    if search.problem.shots.contact or first.chi2 < EXPLAINED * first.freedom:
+        return fits, rounds
+    best, least = None, first.chi2 + sum(search.fee(term.candidate) for term in first.model.terms) - RIVAL_MARGIN
+    for index, term in enumerate(first.model.terms):
+        for entry in search.candidates:
+            if entry.name == term.name or not search.same_form(entry.name, (term,)):
+                continue
+            search.progress(f"{entry.name} in place of {term.name}")
+            rest = first.model.without(index)
+            start = min((search.problem.fit(rest.with_term(Term(entry, values)), first.starts) for values in entry.starts),
+                        key=lambda found: found.chi2)
+            if search.out_of_bounds(Try(entry, fit=start)) or search.contradicts(start):
+                continue
+            found, more = search.run(start)
+            last = found[-1]
+            cost = last.chi2 + sum(search.fee(term.candidate) for term in last.model.terms)
+            if last.chi2 < EXPLAINED * last.freedom and cost < least:
+                best, least = (fits + found, rounds + more), cost
+    return best or (fits, rounds)
 
 
 def swapped(search, fit):

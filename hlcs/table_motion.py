@@ -36,9 +36,12 @@ def outcomes(model, setups, inputs, outcome):
                 setup = change.setup(setup)
             actual.append(setup)
         part = {name: values[members] for name, values in inputs.items()}
+        unit = outcome.rsplit("_", 1)[1]
+        for change in looks:
+            part = change.inputs(part, unit)
         values = LAWS[outcome](actual, effects, part)
         for change in looks:
-            values = change.outcome(values, outcome.rsplit("_", 1)[1])
+            values = change.outcome(values, unit)
         answers[members] = values
     return answers
 

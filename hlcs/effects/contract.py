@@ -52,6 +52,10 @@ class Change:
         """What was recorded, given what happened: a function times (B, n) -> (position (B, n, 3), orientation (B, n, 4))."""
         return look
 
+    def inputs(self, inputs, unit):
+        """True inputs of a table, given the stated ones (name -> (n,)); unit of the outcome, "s" or "m"."""
+        return inputs
+
     def outcome(self, values, unit):
         """Recorded outcomes of a table, given the true ones (n,); unit "s" or "m"."""
         return values

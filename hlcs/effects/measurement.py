@@ -32,7 +32,10 @@ class TiltedFrame(Change):
 
 @dataclass(frozen=True)
 class LengthScale(Change):
-    """Wrong scale of the picture: recorded = factor times true coordinates, about the origin of the file's frame."""
+    """Wrong scale of the picture: recorded = factor times true coordinates, about the origin of the file's frame.
+
+    In a table the recorded length is the outcome or, where the outcome is a time, the way that was measured beforehand.
+    """
 
     factor: float = parameter(1.0, unit="-", low=0.9, high=1.1, null=1.0)
     group = "measurement"
@@ -42,6 +45,10 @@ class LengthScale(Change):
             position, orientation = look(times)
             return self.factor * position, orientation
         return seen
+
+    def inputs(self, inputs, unit):
+        lengths = ("height_m", "distance_m") if unit == "s" else ()
+        return {name: values / self.factor if name in lengths else values for name, values in inputs.items()}
 
     def outcome(self, values, unit):
         return self.factor * values if unit == "m" else values
