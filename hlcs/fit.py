@@ -160,8 +160,8 @@ class Problem:
             for axis in range(3):
                 there = np.flatnonzero(np.isfinite(trial.position[:, axis]))
                 if len(there) == 0:
-                    if axis == 2 and not self.shots.contact:  # an unseen rise and fall: as of a throw back to its own height
-                        starts[k, 5] = trial.surroundings.gravity * (trial.times[-1] - t0) / 2
+                    if axis == 2 and not self.shots.contact:
+                        starts[k, 5] = trial.surroundings.gravity * (trial.times[-1] - t0) / 2  # unseen: back to its height
                     continue
                 first = there[:max(4, min(9, len(there) // 3))]
                 t = trial.times[first] - t0
@@ -173,8 +173,7 @@ class Problem:
                 steady = not self.shots.contact and trial.body.shape == "sphere"
                 reach = len(there) if steady else min(12, len(there))
                 starts[k, 10:13], starts[k, 6:10] = steady_turn(trial.times[there[:reach]] - t0, trial.orientation[there[:reach]])
-            for name, place in (("position", slice(0, 3)), ("velocity", slice(3, 6)), ("orientation", slice(6, 10)),
-                                ("angular_velocity", slice(10, 13))):
+            for name, place in zip(SLOTS, (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)), strict=True):
                 if name in trial.start:
                     starts[k, place] = trial.start[name]
             if self.shots.seated[k]:

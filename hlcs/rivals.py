@@ -55,8 +55,10 @@ def swapped(search, fit):
                         better is None or gain > better[0]):
                     better = gain, other
         if better is None:
-            return fit
+            break
         fit = better[1]
+        while (smaller := search.prune(fit, newest=0)) is not None:  # the better term may do what another was there for
+            fit = smaller
     return fit
 
 

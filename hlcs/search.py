@@ -395,11 +395,11 @@ class Search:
     def same_form(name, terms):
         return any(name in SETS[label] and any(term.name in SETS[label] for term in terms) for label in FORMS)
 
-    def prune(self, fit):
-        """The fit without the first term whose removal costs less than its price, or None."""
+    def prune(self, fit, newest=1):
+        """The fit without the first term whose removal costs less than its price, or None; the `newest` ones stay."""
         if len(fit.model.terms) < 2:
             return None
-        for index, term in enumerate(fit.model.terms[:-1]):
+        for index, term in enumerate(fit.model.terms[:len(fit.model.terms) - newest]):
             if carries(fit.model, index):
                 continue
             without = self.problem.fit(fit.model.without(index), fit.starts)
