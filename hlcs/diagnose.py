@@ -9,9 +9,10 @@ from .compare import where_it_fails
 from .diagnosis import Diagnosis, Finding
 from .effects import SETS, check_names, own_classes, set_of
 from .experiment_files import read_experiment_file
+from .folds import Folds
 from .measurement import read_measurement
 from .rivals import reformed, rivals, swapped
-from .search import Folds, Search
+from .search import Search
 from .trajectories import judge, prepare
 
 INTERVAL = 0.90  # of coefficients

@@ -4,14 +4,12 @@ Shared numbers (the parameters of effects) and starts are refined together; the 
 everything downstream sees, per recording, a white residual and white signatures with the freedom of the start removed.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import numpy as np
 
 from minibullet import rotations
 
 from . import contact_motion, inference
+from .linear import Fit, Linear, Recording
 from .model import Model, Shots, solid
 from .together import together
 
@@ -19,70 +17,6 @@ CHANNELS = ("x", "y", "z", "rx", "ry", "rz")
 SLOTS = ("position", "velocity", "orientation", "angular_velocity")
 CLEAR = 20.0  # norm of the white change of the observations at which a derivative through contacts stands clear of their noise
 STEPS = (1e-4, 1e-3, 1e-4, 1e-3)  # differences of a start: m, m/s, rad, rad/s
-
-
-@dataclass(frozen=True)
-class Recording:
-    """Which numbers of one trial are observations, sorted by channel and time."""
-
-    channel: np.ndarray  # 0-2 position, 3-5 rotation (n,)
-    sample: np.ndarray  # row of the trial (n,)
-    times: np.ndarray  # (n,) [s]
-    links: inference.Chain
-    unknown: tuple  # what of the start is fitted: (slot, direction (3,)) each
-
-
-@dataclass(frozen=True)
-class Linear:
-    """The problem around one point: per recording white residuals r, start columns N, parameter columns S (all n_i rows)."""
-
-    raw: list  # residuals in units of the channels
-    r: list
-    n: list
-    s: list
-
-    @cached_property
-    def bases(self):
-        """Orthonormal bases of the start columns."""
-        return [inference.basis(columns) for columns in self.n]
-
-    @cached_property
-    def projected(self):
-        """(residuals, signatures) with the starts projected out."""
-        return ([inference.project_out(q, r) for q, r in zip(self.bases, self.r, strict=True)],
-                [inference.project_out(q, s) for q, s in zip(self.bases, self.s, strict=True)])
-
-
-@dataclass(frozen=True)
-class Fit:
-    """A fitted model."""
-
-    model: Model
-    starts: np.ndarray  # (trials, 13)
-    linear: Linear
-    estimate: np.ndarray  # of the free numbers of model.terms, in order (p,)
-    covariance: np.ndarray  # for the stated noise (p, p)
-    at_bound: tuple[bool, ...]
-
-    @cached_property
-    def losses(self):
-        """chi2 of each recording, starts projected out (trials,)."""
-        return np.array([float(r @ r) for r in self.linear.projected[0]])
-
-    @property
-    def chi2(self):
-        """Sum of squares of the whitened residuals."""
-        return float(self.losses.sum())
-
-    @cached_property
-    def count(self):
-        """Number of observations."""
-        return sum(len(r) for r in self.linear.r)
-
-    @cached_property
-    def freedom(self):
-        """Observations less fitted numbers."""
-        return max(self.count - sum(q.shape[1] for q in self.linear.bases) - len(self.estimate), 1)
 
 
 class Problem:
@@ -231,41 +165,62 @@ class Problem:
             n.append(inference.whiten(recording.links, np.column_stack(columns)) if columns else np.zeros((len(raw[k]), 0)))
         r = [inference.whiten(recording.links, part) for recording, part in zip(self.recordings, raw, strict=True)]
         s = [[] for _ in self.trials]
+        t = [[] for _ in self.trials]
         if terms:
-            bases = [inference.basis(columns) for columns in n]
+            here = Linear(raw, r, n, s)
             for index, term in enumerate(model.terms):
                 for free in term.candidate.free:
                     def moved(value, index=index, term=term, free=free):
                         return model.with_at(index, term.numbers | {free.name: value})
                     value = term.numbers[free.name]
-                    for k, column in enumerate(self.derivative(term.name, free, value, moved, raw, starts, bases)):
+                    columns, moves = self.derivative(term.name, free, value, moved, here, starts)
+                    for k, (column, move) in enumerate(zip(columns, moves, strict=True)):
                         s[k].append(column)
+                        t[k].append(move)
         s = [np.column_stack(columns) if columns else np.zeros((len(raw[k]), 0)) for k, columns in enumerate(s)]
-        return Linear(raw, r, n, s)
+        t = [np.column_stack(moves) if moves else np.zeros((n[k].shape[1], 0)) for k, moves in enumerate(t)]
+        return Linear(raw, r, n, s, t)
 
     @property
     def difference(self):
         """Size of finite differences relative to the smooth case: contacts need wider ones."""
         return 10.0 if self.shots.contact else 1.0
 
-    def derivative(self, name, free, value, moved, raw, starts, bases):
-        """White change of the observations per unit of a free number at `value`, list of (n_i,); moved: value -> model.
+    def derivative(self, name, free, value, moved, linear, starts):
+        """White change of the observations per unit of a free number at `value`, list of (n_i,), and what the starts do along
+        with it, list of (unknowns_i,); moved: value -> model; linear: at the value.
 
         Runs with contacts answer a small change with some noise of their own (which sweep converged, which step stopped the
-        body), so there the step is widened until the change, less what the starts absorb (bases), stands clear of it.
+        body), so there the step is widened until the change, less what the starts absorb, stands clear of it. A wide step
+        moves the impacts, so there the starts go along by what would absorb the change: what a fit would see is left.
         """
         amount = self.amounts.get((name, free.name)) or parameter_step(free, value) * self.difference
         widest = 0.05 * min(free.high - free.low, 1e3)
+
+        def change(step, there):
+            return [inference.whiten(rec.links, before - after) for rec, before, after in
+                    zip(self.recordings, linear.raw, self.residuals(moved(value + step), there), strict=True)]
+
+        def size(changes):
+            return float(np.sqrt(sum(np.sum(inference.project_out(q, part) ** 2)
+                                     for q, part in zip(linear.bases, changes, strict=True))))
+
         while True:
-            step = -amount if value + amount > free.high else amount
-            change = [inference.whiten(rec.links, before - after) for rec, before, after in
-                      zip(self.recordings, raw, self.residuals(moved(value + step), starts), strict=True)]
-            size = float(np.sqrt(sum(np.sum(inference.project_out(q, part) ** 2) for q, part in zip(bases, change, strict=True))))
-            if not self.shots.contact or not size < CLEAR or amount >= widest:
+            step = -amount if value + amount > free.high and free.period is None else amount
+            found = change(step, starts)
+            if not self.shots.contact or not size(found) < CLEAR or amount >= widest:
                 break
-            amount = min(amount * float(np.clip(1.5 * CLEAR / max(size, 1e-9), 2.0, 30.0)), widest)
+            amount = min(amount * float(np.clip(1.5 * CLEAR / max(size(found), 1e-9), 2.0, 30.0)), widest)
         self.amounts[name, free.name] = amount
-        return [part / step for part in change]
+        moves = [np.zeros(columns.shape[1]) for columns in linear.n]
+        if self.shots.contact and any(len(move) for move in moves) and np.isfinite(size(found)):
+            along = [-inference.least_squares(columns, part).estimate if columns.shape[1] else np.zeros(0)
+                     for columns, part in zip(linear.n, found, strict=True)]
+            followed = change(step, np.array([self._stepped(starts[k], recording.unknown, along[k])
+                                              for k, recording in enumerate(self.recordings)]))
+            if size(followed) < size(found):
+                found, moves = followed, along
+        return [part / step for part in found], [move / step for move in moves]
 
     def _parameter_steps(self, model):
         """[(model with one number moved a little, by how much)] for every free number."""
@@ -319,21 +274,23 @@ class Problem:
         frees = [(index, free) for index, term in enumerate(model.terms) for free in term.candidate.free]
         values = np.array([model.terms[index].numbers[free.name] for index, free in frees])
         r, s = linear.projected
-        fit = inference.least_squares(np.concatenate(s), np.concatenate(r))
+        rows, aims = towards_null(values, [free for _, free in frees])
+        fit = inference.least_squares(np.concatenate([*s, rows]), np.concatenate([*r, aims]))
         covariance = fit.covariance if len(frees) else np.zeros((0, 0))
-        at_bound = tuple(bool(value <= free.low + 1e-6 * abs(free.high - free.low) and free.null != free.low
-                              or value >= free.high - 1e-6 * abs(free.high - free.low))
-                         for value, (_, free) in zip(values, frees, strict=True))
+        near = [1e-6 * abs(free.high - free.low) for _, free in frees]
+        at_bound = tuple(free.period is None and bool(value <= free.low + room and free.null != free.low
+                                                      or value >= free.high - room)
+                         for value, room, (_, free) in zip(values, near, frees, strict=True))
         return Fit(model, starts, linear, values, covariance, at_bound)
 
     def _newton_step(self, linear, values, frees):
         """(step of the free numbers, list of steps of the starts, promised fall of chi2), numbers kept within bounds."""
         step = self.bounded_step(linear, values, [free for _, free in frees])
         starts, promised = [], 0.0
-        for rec_r, rec_n, rec_s in zip(linear.r, linear.n, linear.s, strict=True):
+        for k, (rec_r, rec_n, rec_s) in enumerate(zip(linear.r, linear.n, linear.s, strict=True)):
             rest = rec_r - rec_s @ step
             move = inference.least_squares(rec_n, rest).estimate if rec_n.shape[1] else np.zeros(0)
-            starts.append(move)
+            starts.append(move if linear.t is None else move + linear.t[k] @ step)
             promised += float(rec_r @ rec_r) - float(np.sum((rest - rec_n @ move) ** 2))
         return step, starts, promised
 
@@ -341,8 +298,10 @@ class Problem:
     def bounded_step(linear, values, frees):
         """Least-squares step of numbers at `values` (p,) that keeps them within the bounds of their Free entries, (p,)."""
         r, s = linear.projected
-        r, s = np.concatenate(r), np.concatenate(s)
-        low, high = np.array([free.low for free in frees]), np.array([free.high for free in frees])
+        rows, aims = towards_null(values, frees)
+        r, s = np.concatenate([*r, aims]), np.concatenate([*s, rows])
+        low = np.array([free.low if free.period is None else -np.inf for free in frees])
+        high = np.array([free.high if free.period is None else np.inf for free in frees])
         step, held = np.zeros(len(values)), np.zeros(len(values), bool)
         for _ in range(len(values) + 1):  # numbers that would leave their bounds stop there, the rest is solved again
             free = ~held
@@ -387,6 +346,16 @@ def steady_turn(times, orientation):
     return spin, start
 
 
+def towards_null(values, frees):
+    """Rows (p, p) and aims (p,) for least squares that keep near its null value what the data do not show.
+
+    They count as much as one observation that says: within its bounds. What the data do show they leave alone.
+    """
+    width = np.array([min(free.high - free.low, 1e6) for free in frees])
+    null = np.array([value if free.null is None else free.null for value, free in zip(values, frees, strict=True)])
+    return np.diag(1 / width) if frees else np.zeros((0, 0)), (null - values) / width if frees else np.zeros(0)
+
+
 def parameter_step(free, value):
     """Difference for a derivative with respect to a free number."""
     span = free.high - free.low
@@ -396,5 +365,5 @@ def parameter_step(free, value):
 def _with_values(model, frees, values):
     terms = list(model.terms)
     for (index, free), value in zip(frees, values, strict=True):
-        terms[index] = terms[index].at(terms[index].numbers | {free.name: float(np.clip(value, free.low, free.high))})
+        terms[index] = terms[index].at(terms[index].numbers | {free.name: float(free.inside(value))})
     return Model(tuple(terms), model.fixed, model.own, model.time_step)

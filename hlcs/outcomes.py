@@ -11,11 +11,13 @@ from . import inference, table_motion
 from .candidates import known_body
 from .effects import candidate, class_named, classes
 from .effects.contract import name_of
-from .fit import Linear, Problem, Recording
+from .fit import Problem
+from .folds import Folds
 from .inference import Correlated
+from .linear import Linear, Recording
 from .model import Model, solid
 from .noise import Noise
-from .search import Folds, Search
+from .search import Search
 
 FORCES = ("linear_drag", "quadratic_drag", "drag_crisis", "buoyancy", "added_mass", "mass_offset", "size_error")
 SLIDING = ("friction", "stribeck_friction", "viscous_friction", "load_dependent_friction", "linear_drag", "quadratic_drag",

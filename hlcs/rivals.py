@@ -6,9 +6,11 @@ import numpy as np
 
 from . import inference
 from .candidates import carries
+from .linear import Try
 from .model import Term
-from .search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN, Try
+from .search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN
 
+SAME = 0.99  # cosine above which two candidates are one entry
 ALIKE = 0.95  # local cosine above which a candidate is refitted in place of a term
 
 
@@ -130,7 +132,8 @@ def rivals(search, fit, inflation):
                 close = True  # a form is not decided by differences smaller than what stays unexplained
             if inflation > 1 and not holds_out(search, without, other):
                 continue
-            if close and not beaten(search, fit, other, inflation):
+            same = cosine > SAME and gain > 0  # whatever differs between them is smaller than what their laws leave out
+            if same or close and not beaten(search, fit, other, inflation):
                 keep.append((entry.name, other, cosine))
         found.append(keep)
     return found

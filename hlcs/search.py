@@ -6,7 +6,6 @@ fitted to better than without it, when its numbers lie inside their bounds, and 
 by 0.1 sigma. Never more than three.
 """
 
-from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -16,8 +15,10 @@ from minibullet.errors import InputError
 
 from . import inference
 from .candidates import blocked, carries
-from .effects import FORMS, SETS, Candidate
-from .fit import Fit, Linear, Problem
+from .effects import FORMS, SETS
+from .fit import Problem
+from .folds import Folds
+from .linear import Linear, Try
 from .model import Term
 from .pairs import hidden_pair
 
@@ -25,62 +26,10 @@ PRICE, PRICE_ALONE = 6.0, 12.0
 MOST_TERMS = 3
 NO_FLUID = (10.0, 600.0)  # between dense gases and light liquids there is no fluid [kg/m3]
 RIVAL_MARGIN = 6.0
-FEW_RECORDINGS = 6
 REFIT_BEST = 6
 REFIT_DEAR = 2  # where every simulation has contacts to solve
 REFIT_STRONG = 12  # there, as long as nothing explains the data
 EXPLAINED = 1.25  # chi2 per degree of freedom below which it does
-
-
-@dataclass
-class Try:
-    """What became of one candidate in one round."""
-
-    candidate: Candidate
-    linear_gain: float = 0.0
-    gain: float = 0.0  # fall of chi2 after the refit
-    price: float = 0.0
-    fit: Fit | None = None
-    held_out: float | None = None  # RMS over sigma on data not used
-    p: float = 1.0  # one-sided, of being no better on held-out data
-    holm: float = 1.0
-    directions: tuple[float, ...] = ()  # relative fall of the held-out error in each direction
-    falls: float = 0.0  # relative fall of the held-out error, all directions
-    falls_sigma: float = 0.0
-    fails: list = field(default_factory=list)
-    signature: list | None = None
-    linear: bool = False  # its fit is a linear step only
-    visible: float = 0.0  # norm of the projected signature: 0 = these data cannot show it
-
-
-class Folds:
-    """Two halves of the recordings, by group."""
-
-    def __init__(self, trials, hold_out):
-        groups = sorted({trial.group for trial in trials})
-        self.possible = hold_out != "none" and len(groups) >= 2
-        half = {name: index % 2 for index, name in enumerate(groups)}
-        self.side = np.array([half[trial.group] for trial in trials])
-        bodies = {}
-        for trial in trials:
-            bodies[trial.body] = bodies.get(trial.body, 0) + 1
-        self.few = min(bodies.values()) < FEW_RECORDINGS
-
-    def residuals(self, fit):
-        """White, projected residuals of every recording, numbers taken from the other half (list of (n_i,))."""
-        r, s = fit.linear.projected
-        frees = [free for term in fit.model.terms for free in term.candidate.free]
-        width = np.array([min(free.high - free.low, 1e6) for free in frees])  # what one half does not show stays near its null
-        null = np.array([free.start if free.null is None else free.null for free in frees])
-        held = [None] * len(r)
-        for side in (0, 1):
-            train = np.flatnonzero(self.side != side)
-            rows = np.concatenate([s[k] for k in train] + [np.diag(1 / width)] if frees else [s[k] for k in train])
-            aims = np.concatenate([r[k] for k in train] + ([(null - fit.estimate) / width] if frees else []))
-            step = inference.least_squares(rows, aims).estimate
-            for k in np.flatnonzero(self.side == side):
-                held[k] = r[k] - s[k] @ step
-        return held
 
 
 class Search:
@@ -92,40 +41,54 @@ class Search:
         self.progress = progress or (lambda text: None)
         self.counts = {}  # candidate -> how many of its numbers these data can show
         self.replaced = {}  # (model, index of a term, candidate) -> fit with the candidate in place of the term
-        self.kept = {}  # candidate -> white signatures, kept where a simulation is dear
+        self.kept = {}  # candidate -> [(values while absent, white signatures)], kept where a simulation is dear
+        self.view = {}  # candidate -> values while absent from which it explains most
 
     # --- one candidate --------------------------------------------------------------------------------------------------------
 
-    def screen(self, fit, entry, keep=True):
-        """Linear signatures of a candidate at a fit, white and projected, list of (n_i, p); None where it cannot join."""
+    def screen(self, fit, entry):
+        """Linear signatures of a candidate at a fit, white and projected, list of (n_i, p); None where it cannot join.
+
+        Of several ways to be absent (views) the one whose signature explains most of the residual is taken, and remembered.
+        """
+        looks = self.looks(fit, entry)
+        if looks is None:
+            return None
+        r, s = fit.linear.projected
+        self.view[entry.name], signature, _ = chosen(looks, inference.basis(np.concatenate(s)), np.concatenate(r))
+        return signature
+
+    def looks(self, fit, entry, keep=True):
+        """[(values at which it is absent, its projected signature there)] of a candidate, or None where it cannot join."""
         if blocked(entry, fit.model):
             return None
-        if keep and entry.name in self.kept:
-            return [inference.project_out(q, columns) for q, columns in zip(fit.linear.bases, self.kept[entry.name], strict=True)]
-        columns = [[] for _ in fit.linear.r]
-        absent = entry.absent
-        try:
-            if absent is None:
-                plus = fit.model.with_term(Term(entry, tuple((free.name, free.start) for free in entry.free)))
-                parts = [self.problem.signature(fit.model, fit.starts, plus)]
-            else:
-                parts = []
-                for free in entry.free:
-                    if free.null is None:
-                        continue
-                    def moved(value, free=free):
-                        return fit.model.with_term(Term(entry, tuple((absent | {free.name: value}).items())))
-                    parts.append(self.problem.derivative(entry.name, free, free.null, moved, fit.linear.raw, fit.starts,
-                                                         fit.linear.bases))
-        except InputError:
-            return None
-        for part in parts:
-            for k, column in enumerate(part):
-                columns[k].append(column)
-        columns = [np.column_stack(parts) for parts in columns]
-        if keep and self.problem.shots.contact:
-            self.kept[entry.name] = columns
-        return [inference.project_out(q, part) for q, part in zip(fit.linear.bases, columns, strict=True)]
+        if not keep or entry.name not in self.kept:
+            views = entry.views or (None,)
+            try:
+                found = self.problem.at_once([partial(self.columns, fit, entry, view) for view in views])
+            except InputError:
+                return None
+            found = list(zip(views, found, strict=True))
+            if keep and self.problem.shots.contact:
+                self.kept[entry.name] = found
+        else:
+            found = self.kept[entry.name]
+        return [(view, [inference.project_out(q, part) for q, part in zip(fit.linear.bases, columns, strict=True)])
+                for view, columns in found]
+
+    def columns(self, fit, entry, view):
+        """White signatures of a candidate at a fit, list of (n_i, p); view: its values while absent, None = it never is."""
+        if view is None:
+            plus = fit.model.with_term(Term(entry, tuple((free.name, free.start) for free in entry.free)))
+            return [part[:, None] for part in self.problem.signature(fit.model, fit.starts, plus)]
+
+        def slope(free):
+            def moved(value):
+                return fit.model.with_term(Term(entry, tuple((view | {free.name: value}).items())))
+            return self.problem.derivative(entry.name, free, free.null, moved, fit.linear, fit.starts)[0]
+
+        parts = self.problem.at_once([partial(slope, free) for free in entry.free if free.null is not None])
+        return [np.column_stack(columns) for columns in zip(*parts, strict=True)]
 
     def local(self, fit, index, entry):
         """How well a candidate stands in for term `index` right at a fit: (cosine, numbers that imitate the term) or None.
@@ -133,24 +96,23 @@ class Search:
         The linear gain from the null value misjudges strong effects through contacts; here both laws are compared where the
         data are.
         """
-        if entry.absent is None or blocked(entry, fit.model):
-            return None
-        signature = self.screen(fit, entry, keep=False)
-        if signature is None:
+        looks = None if entry.absent is None else self.looks(fit, entry, keep=False)
+        if looks is None:
             return None
         counts = np.cumsum([0] + [len(term.candidate.free) for term in fit.model.terms])
         mine = slice(counts[index], counts[index + 1])
         columns = np.concatenate(fit.linear.projected[1])
         q = inference.basis(np.delete(columns, np.arange(mine.start, mine.stop), axis=1))
-        null = [free.null if free.null is not None else free.start for free in fit.model.terms[index].candidate.free]
+        null = [free.null if free.null is not None else value  # a number that means nothing while the effect is absent
+                for free, value in zip(fit.model.terms[index].candidate.free, fit.estimate[mine], strict=True)]
         does = inference.project_out(q, columns[:, mine]) @ (fit.estimate[mine] - null)
-        s = inference.project_out(q, np.concatenate(signature))
-        step = inference.least_squares(s, does).estimate
-        size = np.linalg.norm(does) * np.linalg.norm(s @ step)
-        numbers, varied = dict(entry.absent), [free for free in entry.free if free.null is not None]
+        view, signature, step = chosen(looks, q, does)
+        likeness = inference.project_out(q, np.concatenate(signature)) @ step
+        size = np.linalg.norm(does) * np.linalg.norm(likeness)
+        numbers, varied = dict(view), [free for free in entry.free if free.null is not None]
         for free, change in zip(varied, step, strict=True):
-            numbers[free.name] = float(np.clip(free.null + change, free.low, free.high))
-        return (float(does @ (s @ step) / size) if size > 0 else 0.0), numbers
+            numbers[free.name] = float(free.inside(free.null + change))
+        return (float(does @ likeness / size) if size > 0 else 0.0), numbers
 
     def price(self, entry):
         """What a candidate must gain in chi2: log n for each number that these data can show, and a fee."""
@@ -173,7 +135,8 @@ class Search:
         if near is not None:
             return self.problem.fit(fit.model.with_term(Term(entry, tuple(near[0].items()))), near[1])
         if entry.absent is not None:
-            return self.problem.fit(fit.model.with_term(Term(entry, tuple(entry.absent.items()))), fit.starts)
+            absent = self.view.get(entry.name) or entry.absent
+            return self.problem.fit(fit.model.with_term(Term(entry, tuple(absent.items()))), fit.starts)
         fits = self.problem.at_once([partial(self.problem.fit, fit.model.with_term(Term(entry, values)), fit.starts)
                                      for values in entry.starts])
         return min(fits, key=lambda found: found.chi2)
@@ -188,7 +151,7 @@ class Search:
             columns = np.zeros((len(new), len(entry.free)))
             columns[:, varied] = new
             s.append(np.hstack([mine, columns]))
-        start = np.concatenate([fit.estimate, list(entry.absent.values())])
+        start = np.concatenate([fit.estimate, list((self.view.get(entry.name) or entry.absent).values())])
         bounds = [free for term in fit.model.terms for free in term.candidate.free] + list(entry.free)
         step = self.problem.bounded_step(Linear(fit.linear.raw, fit.linear.r, fit.linear.n, s), start, bounds)
         moved = Linear(fit.linear.raw, [r - part @ step for r, part in zip(fit.linear.r, s, strict=True)], fit.linear.n, s)
@@ -406,6 +369,17 @@ class Search:
             if without.chi2 - fit.chi2 < self.price(term.candidate):
                 return without
         return None
+
+
+def chosen(looks, q, aim):
+    """(values while absent, signature, linear step) of the look that explains most of aim (n,), q projected out of it."""
+    found = []
+    for view, signature in looks:
+        step = inference.least_squares(inference.project_out(q, np.concatenate(signature)), inference.project_out(q, aim))
+        found.append((step.gain, view, signature, step.estimate))
+    best = max(range(len(found)), key=lambda place: found[place][0])
+    return found[best][1:]
+
 
 def _rms(parts):
     total = np.concatenate(parts)

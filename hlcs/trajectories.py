@@ -8,13 +8,15 @@ from minibullet import rotations
 
 from . import inference
 from .contact_motion import gap
-from .fit import CHANNELS, Fit, Problem
+from .fit import CHANNELS, Problem
+from .linear import Fit
 from .measurement import Measurement
-from .model import Model, Shots, solid
+from .model import Model, Shots, carried_on, solid
 from .noise import Noise, estimate_noise
 from .phases import PHASES, phases
 
 FINEST = 1 / 2000  # no step is halved below this [s]
+STILL = 0.02  # RMS by which a finer step may move the prediction [sigma]
 
 
 @dataclass(frozen=True)
@@ -137,18 +139,37 @@ def prepare(measurement: Measurement, own=()):
 
 
 def refine(problem, base):
-    """Halve the step until the prediction stands still to 0.02 sigma (flight), and say by how much it still moves [sigma]."""
+    """Take the error of the time step out of the prediction; (fit, by how much halving the step still moves it [sigma]).
+
+    In flight the step is halved until the prediction stands still to 0.02 sigma. With contacts, where halving moves it by more
+    than that, two steps are carried on to zero if that stands still.
+    """
+    shots = problem.shots
+    owner = np.arange(len(problem.trials))
+
+    def moved(one, other):
+        return float(np.sqrt(np.mean(np.concatenate([
+            (problem.residual(k, a) - problem.residual(k, b)) * recording_scale(problem.recordings[k])
+            for k, (a, b) in enumerate(zip(one, other, strict=True))]) ** 2)))
+
     while True:
-        starts, owner = base.starts, np.arange(len(problem.trials))
-        coarse = problem.shots.simulate(base.model, starts, owner)
-        fine = problem.shots.simulate(base.model, starts, owner, time_step=problem.shots.step / 2)
-        moved = [(problem.residual(k, a) - problem.residual(k, b)) * recording_scale(problem.recordings[k])
-                 for k, (a, b) in enumerate(zip(coarse, fine, strict=True))]
-        shift = float(np.sqrt(np.mean(np.concatenate(moved) ** 2)))
-        if problem.shots.contact or shift < 0.02 or problem.shots.step / 2 < FINEST:
+        runs = {share: shots.simulate(base.model, base.starts, owner, time_step=shots.step * share) for share in (1, 0.5)}
+        shift = moved(runs[1], runs[0.5])
+        if shift < STILL or not shots.contact and shots.step / 2 < FINEST:
             return base, shift
-        problem.shots.step /= 2
+        if shots.contact:
+            break
+        shots.step /= 2
         base = problem.fit(base.model, base.starts)
+    for share in (2, 0.25):
+        runs[share] = shots.simulate(base.model, base.starts, owner, time_step=shots.step * share)
+    best = carried_on(runs[0.5], runs[0.25])
+    for coarse in (2, 1):
+        left = moved(carried_on(runs[coarse], runs[coarse / 2]), best)
+        if left < STILL:
+            shots.pair = (shots.step * coarse, shots.step * coarse / 2)
+            return problem.fit(base.model, base.starts), left
+    return base, shift
 
 
 def recording_scale(recording):

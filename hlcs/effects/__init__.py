@@ -6,9 +6,12 @@ surroundings already say (density of the fluid, gravity, height of the floor). A
 
 import dataclasses
 import difflib
+import itertools
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+
+import numpy as np
 
 import minibullet.effects as forces
 from minibullet.effects.contract import Effect
@@ -30,6 +33,11 @@ SETS = {"effective_gravity": ("buoyancy", "length_scale", "time_scale"),
         "rest_height": ("margin_offset", "size_error", "plate_bias", "settlement")}
 FORMS = ("drag_form",)  # sets whose members are forms of one law: never two of them in one model
 
+# Numbers that mean nothing while their effect is absent: what they would do is looked at from several values.
+PERIODS = {(forces.AnisotropicFriction, "angle"): float(np.pi)}
+VIEWS = {(forces.AnisotropicFriction, "angle"): tuple(np.pi * k / 4 for k in range(4)),
+         (forces.StribeckFriction, "speed"): (0.05, 0.1, 0.2, 0.4)}
+
 AIR_DENSITY, AIR_VISCOSITY = 1.2, 1.8e-5  # taken where the file names no fluid [kg/m3, Pa s]
 
 
@@ -43,6 +51,14 @@ class Free:
     high: float
     null: float | None  # value at which the effect is absent; None = it has none
     start: float  # where a fit begins
+    period: float | None = None  # values this far apart are the same (an angle); such a number has no bounds
+    views: tuple[float, ...] = ()  # of a number that means nothing while the effect is absent: where to look from
+
+    def inside(self, value):
+        """The value within the bounds, or the same angle within one period."""
+        if self.period is not None:
+            return self.low + (value - self.low) % self.period
+        return min(max(value, self.low), self.high)
 
 
 @dataclass(frozen=True)
@@ -96,6 +112,14 @@ class Candidate:
             return None
         return {entry.name: entry.null if entry.null is not None else entry.start for entry in self.free}
 
+    @property
+    def views(self):
+        """All ways to be absent that look different as soon as it is there: tuple of {name: value}."""
+        if self.absent is None:
+            return ()
+        choices = [[(entry.name, value) for value in entry.views or (self.absent[entry.name],)] for entry in self.free]
+        return tuple(dict(chosen) for chosen in itertools.product(*choices))
+
 
 def build(kind, values, surroundings: Surroundings):
     """A value of an effect class from numbers and the surroundings."""
@@ -123,7 +147,8 @@ def candidate(kind, surroundings: Surroundings, radius=None, own=False, only=Non
         low, high = (bound * scale if bound is not None else sign * 1e6
                      for bound, sign in ((known.low, -1), (known.high, 1)))
         start = null if null is not None else known.default
-        free.append(Free(name, "1" if known.unit == "-" else known.unit, low, high, null, start))
+        free.append(Free(name, "1" if known.unit == "-" else known.unit, low, high, null, start, PERIODS.get((kind, name)),
+                         VIEWS.get((kind, name), ())))
     return Candidate(name_of(kind), kind, tuple(free), own)
 
 
