@@ -165,11 +165,13 @@ def impact(s, p):
     size = np.sqrt(slip @ slip)
     jn = (1 + e) * speed
     mu = p[MU] * (1 + p[MU_FORM] * 0.1 * (1 - np.exp(-size)))
-    jt = min(mu * jn, size / 3.5)  # 1 + m r^2 / I = 7/2 for a solid sphere
+    # fluid that moves along shares the blow: linear inertia M = m + added mass, about the centre I = 2/5 m r^2 alone
+    heavier = 1.0 + p[ADDED] * 4.0 / 3.0 * np.pi * p[RADIUS] ** 3 * p[RHO] / p[MASS]
+    jt = min(mu * jn, size / (1.0 + 2.5 * heavier))  # 1 + M r^2 / I = 7/2 for a solid sphere without fluid
     out = s.copy()
     push = np.zeros(3) if size < 1e-12 else -jt / size * slip
     out[3:6] = v + jn * n + push
-    out[6:9] = w + np.cross(-p[RADIUS] * n, push) / (0.4 * p[RADIUS] ** 2)
+    out[6:9] = w + heavier * np.cross(-p[RADIUS] * n, push) / (0.4 * p[RADIUS] ** 2)
     return out
 
 
