@@ -14,7 +14,7 @@ from minibullet.effects import AddedMass, Friction, Gravity, LinearDrag, Restitu
 BALL = solid(Body(shape="sphere", radius=0.03, mass=0.02))
 FLAT, LEANING = ((0.0, 0.0, 1.0), 0.0), ((np.sin(0.1), 0.0, np.cos(0.1)), 0.01)
 MODELS = ((Gravity(9.81),), (Gravity(9.81), LinearDrag(0.5)), (Gravity(9.81), AddedMass(0.5, 100.0)),
-          (Gravity(9.81), Restitution(0.4), Friction(0.1)), (Gravity(9.81), RollingFriction(1e-3), LinearDrag(0.5)))
+          (Gravity(9.81), Restitution(0.4), Friction(0.1)), (Gravity(9.81), RollingFriction(1e-3), LinearDrag(0.2)))
 
 
 def thrown(models, floors):
