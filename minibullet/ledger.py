@@ -25,7 +25,7 @@ class Step:
         self.residual, self.iterations, self.contact_visits = solution.residual, solution.iterations, solution.work
         self.converged = solution.residual <= world.settings.tolerance
         self.fcl_calls, self._reach = world.registry.scene.collision.calls, world.registry.scene.reach
-        self.reference_mass = problem.reference_mass
+        self.reference_mass, self.wall = problem.reference_mass, 0.0  # the world, which has the clock, says how long it took [s]
 
     @cached_property
     def contacts(self):
@@ -97,6 +97,13 @@ class Step:
         return self._kinetic(self.after)
 
     @cached_property
+    def potential_energy(self):
+        """Potential energy after the step of the effects that have one, zero where z and all else is zero [J]."""
+        moving = np.isfinite(self.after.mass)
+        chosen = type(self.after)(*(array[moving] for array in self.after))
+        return float(sum(effect.potential(chosen) for effect in self.effects)) if moving.any() else 0.0
+
+    @cached_property
     def work(self):
         """Work of this step by line [J]: every effect by name, contact_normal, contact_friction, rotation (turning of unequal
         moments of inertia and damping) so that the sum is the change of kinetic energy; and ``defect``, what no line
@@ -161,9 +168,11 @@ class Step:
         size = max(np.abs(gained).max(), np.abs(pulled).max(), np.abs(given).max())
         return float(np.abs(gained - pulled - given).max() / size) if size > 0.0 else 0.0
 
-    def _named(self, contact):
-        """The names of the two bodies of a contact."""
-        return self.names[self.contacts.body_a[contact]], self.names[self.contacts.body_b[contact]]
+    def _place(self, contact):
+        """The names of the two bodies of a contact, and where it is [m]."""
+        contacts = self.contacts
+        names = self.names[contacts.body_a[contact]], self.names[contacts.body_b[contact]]
+        return {"bodies": names, "point": tuple(contacts.point[contact].tolist())}
 
     def to_dict(self):
         """Everything a step publishes, by name; floats in SI units."""
@@ -171,7 +180,7 @@ class Step:
         rate = np.sqrt((self.after.twist[:, 3:] ** 2).sum(axis=1)).max(initial=0.0)
         worst = int(np.argmin(self.contacts.gap)) if len(self.contacts.gap) else None
         work = dict(self.work)
-        defect = work.pop("defect")
+        normal, friction, rotation, defect = (work.pop(k) for k in ("contact_normal", "contact_friction", "rotation", "defect"))
         return {
             "step": self.step,
             "t": self.time,
@@ -180,18 +189,24 @@ class Step:
             "n_active": int((self.solution.impulse[:, 0] > 0).sum()),
             "residual": self.residual,
             "residual_rho1": self.residual_rho1,
-            "worst_contact": self._named(int(np.argmax(self._errors(self.reference_mass)))) if len(self.contacts.gap) else None,
+            "worst_contact": self._place(int(np.argmax(self._errors(self.reference_mass)))) if len(self.contacts.gap) else None,
             "reference_mass": self.reference_mass,
             "converged": bool(self.converged),
-            "iterations": self.iterations,
+            "iterations_outer": self.solution.outer,
+            "iterations_inner": self.iterations,
             **self.components,
             "penetration_max": self.penetration,
             "sum_pen2": float((np.minimum(self.contacts.gap, 0.0) ** 2).sum()),
-            "deepest_contact": None if worst is None else self._named(worst),
+            "deepest_contact": None if worst is None else self._place(worst),
             "E_kin": self.kinetic_energy,
-            "work": work,
+            "E_pot": self.potential_energy,
+            "work_by_effect": work,
+            "work_normal": normal,
+            "work_friction": friction,
+            "work_rotation": rotation,
             "ledger_defect": defect,
             "momentum_defect": self.momentum_defect,
             "speed_max": float(speed),
             "omega_max": float(rate),
+            "wall_s": self.wall,
         }

@@ -89,11 +89,27 @@ def save(world, path):
     arrays |= {f"pieces_{key}": value for key, value in scene.collision.pieces._asdict().items()}
     buffer = io.BytesIO()
     np.savez(buffer, header=np.array(json.dumps(header)), **arrays, **dict(zip(KEPT, world._kept, strict=True)))
+    replace_file(path, buffer.getvalue())
+
+
+def save_past(past, path):
+    """Write the states a world went through, oldest first, as npz: time (k,), position (k, n, 3), orientation (k, n, 4), twist
+    (k, n, 6). past: (time, Bodies) each; those of other numbers of bodies than the last are left out."""
+    last = past[-1][1]
+    kept = [(time, bodies) for time, bodies in past if len(bodies.mass) == len(last.mass)]
+    columns = {key: np.array([getattr(bodies, key) for _, bodies in kept]) for key in ("position", "orientation", "twist")}
+    buffer = io.BytesIO()
+    np.savez(buffer, time=np.array([time for time, _ in kept]), **columns)
+    replace_file(path, buffer.getvalue())
+
+
+def replace_file(path, content):
+    """Bytes into a file, whole or not at all; InputError where it cannot be written."""
     target = Path(path)
     partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
     try:
         with open(partial, "wb") as file:
-            file.write(buffer.getvalue())
+            file.write(content)
             file.flush()
             os.fsync(file.fileno())
         os.replace(partial, target)

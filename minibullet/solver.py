@@ -24,7 +24,8 @@ class Solution(NamedTuple):
     residual: float  # relative natural-map residual of the whole problem, impulses over the reference mass [-]
     iterations: int  # most sweeps that any island took
     work: int  # contacts visited: sum over islands of contacts times sweeps
-    stalled: np.ndarray  # islands (index) that ended above the tolerance
+    stalled: np.ndarray  # islands (index) on which Gauss-Seidel ended above the tolerance
+    outer: int = 0  # iterations of the exact solver on those islands, added up
 
 
 @leaf
@@ -350,16 +351,17 @@ def undo_overlap(problem, gap, size, time_step, share=0.3, sweeps=10):
 def escalate(problem, solution, tolerance, most=2000):
     """Solve the stalled islands by the exact solver (``exact.solve_rows``) from where Gauss-Seidel ended, those of at most
     ``most`` contacts."""
-    impulse = solution.impulse.copy()
+    impulse, outer = solution.impulse.copy(), 0
     for island in solution.stalled:
         contacts = problem.order[problem.islands[island] : problem.islands[island + 1]]
         if problem.rolling[contacts].any() or len(contacts) > most:
             continue  # rolling moments are solved by Gauss-Seidel alone
         chosen, law, start = block_rows(problem, contacts), problem.friction[contacts], impulse[contacts].reshape(-1)
-        found = solve_rows(*chosen, law, start, 0.5 * tolerance, problem.reference_mass, sweeps=0)[0]
-        impulse[contacts] = found.reshape(-1, 3)
+        found, _, used, _ = solve_rows(*chosen, law, start, 0.5 * tolerance, problem.reference_mass, sweeps=0)
+        impulse[contacts], outer = found.reshape(-1, 3), outer + used
     twist = solution.twist.copy()
     apply_impulses(problem.bodies, problem.rows, impulse - solution.impulse, twist)
-    return certify(
+    solved = certify(
         problem, impulse, solution.moment, twist, free_size(problem), solution.iterations, solution.work, solution.stalled
     )
+    return solved._replace(outer=outer)

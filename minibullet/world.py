@@ -1,6 +1,8 @@
 """The World: bodies, effects and settings, and the step that moves them. The composition and nothing else."""
 
+from collections import deque
 from numbers import Integral, Real
+from time import perf_counter
 
 import numpy as np
 
@@ -20,7 +22,8 @@ class World:
     """Rigid bodies with hard contact under effects that are added from outside.
 
     effects: values of minibullet.Effect (gravity is one); settings: a Settings value; rescue: a file that takes the last good
-    state when a step fails (nothing is written if left out). SI units, z up, world frame.
+    state when a step fails, and beside it, ``.past.npz``, the last hundred (nothing is written if left out). SI units, z up,
+    world frame.
     """
 
     def __init__(self, effects=(), settings=None, *, rescue=None):
@@ -33,6 +36,7 @@ class World:
         self.registry = Registry()
         self.time, self.steps, self.unsolved_steps, self.worst_residual = 0.0, 0, 0, 0.0
         self.last_step = None
+        self._past = deque(maxlen=100)  # (time, bodies) after the last steps, kept where there is a rescue file
         self._kept = NOTHING_KEPT  # last step's contacts: points in body axes, normals and impulses in world axes
 
     # ---- what stands in the world
@@ -176,8 +180,10 @@ class World:
 
     def _advance(self):
         """One step; where it fails the world stays as it was, and is saved where ``rescue`` says."""
+        start = perf_counter()
         try:
             self._step()
+            self.last_step.wall = perf_counter() - start
         except InputError as error:
             text = str(error)
             if not text.startswith("step "):
@@ -185,7 +191,11 @@ class World:
             if self.rescue is None:
                 raise InputError(f"{text}; the world stays at step {self.steps}") from None
             self.save(self.rescue)
-            raise InputError(f"{text}; run stopped, state of step {self.steps} saved in {str(self.rescue)!r}") from None
+            text += f"; run stopped, state of step {self.steps} saved in {str(self.rescue)!r}"
+            if self._past:
+                saving.save_past(self._past, f"{self.rescue}.past.npz")
+                text += f", the last {len(self._past)} states in {f'{self.rescue}.past.npz'!r}"
+            raise InputError(text) from None
 
     def _step(self):
         scene, settings, dt = self.registry.enrol(), self.settings, self.settings.time_step
@@ -207,7 +217,7 @@ class World:
         law = self._law(scene, touch)
 
         # blows with restitution first, each at its own moment; then the resting contact problem
-        blows, jump, lag = self._blows(scene, before, pair, axes, gap, size, law, (free_twist - before.twist) / dt)
+        blows, jump, lag = self._blows(scene, before, free_twist, pair, axes, gap, size, law)
         free_twist, mean_twist = free_twist + jump, mean_twist + jump - lag / dt
         problem = constraints.assemble(
             scene, pair, axes, gap, law, free_twist, lag, inverse_mass, 1e-14 * stride.max(initial=0.0) / dt, dt
@@ -223,13 +233,13 @@ class World:
         after = integration.move(before, motion, solution.twist, spun, dt)
         self._finish(scene, before, after, motion, wrenches, touch, law, problem, solution, blows, point)
 
-    def _blows(self, scene, before, pair, axes, gap, size, law, acceleration):
+    def _blows(self, scene, before, free_twist, pair, axes, gap, size, law):
         """Impulses of the impacts of this step (m, 3), what they do to the twists, and their lag (sum of moment times jump),
         (n, 6); zeros without impacts."""
         if not np.count_nonzero(law.restitution):
             return 0.0, 0.0, 0.0
-        twist, lag = before.twist.copy(), np.zeros_like(before.twist)
         dt, most = self.settings.time_step, 20 + np.count_nonzero(scene.moving)
+        twist, lag, acceleration = before.twist.copy(), np.zeros_like(before.twist), (free_twist - before.twist) / dt
         blows, _ = impacts.resolve(
             pair, axes, gap, size, scene.moving, law.restitution, law.friction, twist, acceleration, lag, dt, most
         )
@@ -275,6 +285,8 @@ class World:
         self._kept = point, problem.rows[:, :3].copy(), problems.into_world(problem.rows, solution.impulse)
         self.time += self.settings.time_step
         self.steps += 1
+        if self.rescue is not None:
+            self._past.append((self.time, after))
         self.unsolved_steps += solution.residual > self.settings.tolerance
         self.worst_residual = max(self.worst_residual, solution.residual)
         self.last_step = Step(self, before, after, wrenches, touch, law, problem, solution, blows)

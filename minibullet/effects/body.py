@@ -30,8 +30,15 @@ def force_only(force) -> np.ndarray:
     return wrench
 
 
+class ConstantForce(Effect):
+    """What effects share whose force depends on nothing that moves: its potential energy is -F . x."""
+
+    def potential(self, bodies):
+        return -float((self.forces(bodies, 0.0)[:, :3] * bodies.position).sum())
+
+
 @dataclass(frozen=True)
-class Gravity(Effect):
+class Gravity(ConstantForce):
     """Uniform gravity, F = m g d. Newton's law of gravitation near the ground."""
 
     acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", low=9.78, high=9.83, null=0.0, given=True,
@@ -44,7 +51,7 @@ class Gravity(Effect):
 
 
 @dataclass(frozen=True)
-class TiltedGravity(Effect):
+class TiltedGravity(ConstantForce):
     """The world is level but the world's z axis is not: what is to be added to Gravity downwards.
 
     F = m g (R_y(angle_y) R_x(angle_x) e - e), e = (0, 0, -1): gravity is turned about the x axis, then about the y axis.

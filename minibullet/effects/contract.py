@@ -93,6 +93,10 @@ class Effect:
         """Wrench at each centre of mass, world frame: force [N], then moment [N m], (n, 6)."""
         return np.zeros((len(bodies.mass), 6))
 
+    def potential(self, bodies: Bodies) -> float:
+        """Potential energy of the bodies where the effect has one, whose slope is the force [J]."""
+        return 0.0
+
     def added_mass(self, bodies: Bodies) -> np.ndarray | None:
         """Mass that the surroundings add to each body, world frame, order of twist [kg, kg m, kg m2], (n, 6, 6) or None."""
         return None

@@ -11,7 +11,7 @@ from math import pi
 import numpy as np
 
 from minibullet.bodies import angular_velocity, velocity
-from minibullet.effects.body import STANDARD_GRAVITY, force_only, unit_vector
+from minibullet.effects.body import STANDARD_GRAVITY, ConstantForce, force_only, unit_vector
 from minibullet.effects.contract import Effect, parameter
 from minibullet.rotations import matrix
 
@@ -96,7 +96,7 @@ class DragCrisis(Drag):
 
 
 @dataclass(frozen=True)
-class Buoyancy(Effect):
+class Buoyancy(ConstantForce):
     """Lift of a wholly submerged body by the weight of the displaced fluid, F = rho V g upwards. Archimedes, On Floating
     Bodies.
     """

@@ -16,7 +16,8 @@ from minibullet.cone import (
     velocity,
 )
 
-numbers = st.floats(-1e3, 1e3, allow_nan=False, allow_subnormal=False)
+# products of numbers below 1e-100 lose their digits or vanish: no tolerance relative to the size could hold there
+numbers = st.floats(-1e3, 1e3, allow_nan=False).map(lambda value: value if abs(value) > 1e-100 else 0.0)
 frictions = st.one_of(st.just(0.0), st.floats(1e-3, 3.0))
 
 

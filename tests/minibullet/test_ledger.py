@@ -64,10 +64,12 @@ def test_to_dict_has_plain_values_under_the_documented_names(generator):
     world, _ = scenes.block_on_floor(velocity=(1.0, 0, -1.0))
     world.step()
     found = world.last_step.to_dict()
-    assert {"step", "t", "dt", "residual", "converged", "iterations", "cone", "dual", "signorini", "slip", "penetration_max",
-            "E_kin", "work", "ledger_defect", "momentum_defect", "reference_mass"} <= set(found)  # fmt: skip
+    assert {"step", "t", "dt", "residual", "converged", "iterations_outer", "iterations_inner", "cone", "dual", "signorini",
+            "slip", "penetration_max", "E_kin", "E_pot", "work_by_effect", "work_normal", "work_friction", "ledger_defect",
+            "momentum_defect", "reference_mass", "wall_s"} <= set(found)  # fmt: skip
     assert found["step"] == 1 and found["t"] == pytest.approx(1 / 240) and found["n_contacts"] == 4
-    assert found["reference_mass"] == 2.0 and found["deepest_contact"] == ("plane 0", "body 1")
+    assert found["reference_mass"] == 2.0 and found["deepest_contact"]["bodies"] == ("plane 0", "body 1")
+    assert found["deepest_contact"]["point"][2] == pytest.approx(0.0, abs=1e-12)
     assert all(found[name] <= 1e-7 for name in ("cone", "dual", "signorini", "slip", "penetration_max"))
     assert np.isfinite([found["E_kin"], found["ledger_defect"]]).all()
 
@@ -79,4 +81,15 @@ def test_a_step_without_contacts_has_books_too():
     world.step()
     found = world.last_step.to_dict()
     assert found["n_contacts"] == 0 and found["residual"] == 0.0 and found["deepest_contact"] is None
-    assert found["work"]["gravity"] == pytest.approx(0.5 * 2.0 * (10.0 / 240) ** 2, rel=1e-12)
+    assert found["work_by_effect"]["gravity"] == pytest.approx(0.5 * 2.0 * (10.0 / 240) ** 2, rel=1e-12)
+
+
+def test_kinetic_and_potential_energy_of_a_free_fall_add_up_to_what_was_there():
+    """m a z + m v^2/2 with gravity less buoyancy, a = g (1 - rho V/m): the fall is exact, so the sum is exact to rounding."""
+    world = mb.World([mb.Gravity(10.0), mb.Buoyancy(500.0, acceleration=10.0)])
+    world.add(mb.Sphere(0.1), density=1000.0, position=(0.0, 0.0, 5.0))
+    weight = 1000.0 * 4 / 3 * np.pi * 0.1**3 * 10.0
+    world.step(200)
+    found = world.last_step.to_dict()
+    assert found["E_pot"] == pytest.approx(0.5 * weight * world.bodies[0].position[2], rel=1e-12)
+    assert found["E_kin"] + found["E_pot"] == pytest.approx(0.5 * weight * 5.0, rel=1e-12)

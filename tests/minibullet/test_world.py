@@ -168,6 +168,9 @@ def test_a_motion_that_is_not_finite_stops_and_leaves_the_last_good_state(tmp_pa
     again = mb.World.load(tmp_path / "run.chk", effects=[])
     assert again.steps == 5
     np.testing.assert_array_equal(again.bodies[0].position, body.position)
+    with np.load(tmp_path / "run.chk.past.npz") as past:
+        np.testing.assert_allclose(past["time"], np.arange(1, 6) / 240, rtol=1e-12)
+        np.testing.assert_allclose(past["position"][:, 0, 0], np.arange(1, 6) / 240, rtol=1e-12)
 
 
 @pytest.mark.parametrize("call", [lambda w: w.run(-1.0), lambda w: w.run(np.inf), lambda w: w.run("1"), lambda w: w.settle(0.0),
