@@ -14,6 +14,7 @@ from minibullet.effects import *
 from minibullet.effects import Effect, EffectError, check_effect, load_effects, parameter
 from minibullet.errors import InputError
 from minibullet.exact import solve_contacts
+from minibullet.journal import Journal
 from minibullet.mesh_files import mesh_file
 from minibullet.settings import Settings
 from minibullet.shapes import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere

@@ -294,11 +294,14 @@ class World:
     # ---- running
     # -----------------------------------------------------------------------------------------------------------------
 
-    def run(self, duration):
-        """Advance by ``duration`` seconds (rounded to whole steps)."""
+    def run(self, duration, *, watch=None):
+        """Advance by ``duration`` seconds (rounded to whole steps); ``watch(world)`` is called after every step."""
         if not isinstance(duration, Real) or not duration >= 0.0 or not np.isfinite(duration):
             raise InputError(f"run: duration = {duration!r} s; it must be finite and >= 0")
-        self.step(round(duration / self.settings.time_step))
+        for _ in range(round(duration / self.settings.time_step)):
+            self._advance()
+            if watch is not None:
+                watch(self)
 
     def settle(self, max_time=10.0, *, watch=None, heed=None):
         """Advance until nothing moves, or for ``max_time`` seconds; returns "at_rest" or "time_limit".
