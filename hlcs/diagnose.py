@@ -11,7 +11,7 @@ from .effects import SETS, check_names, own_classes, set_of
 from .experiment_files import read_experiment_file
 from .folds import Folds
 from .measurement import read_measurement
-from .rivals import reformed, rivals, swapped
+from .rivals import exchanged, reformed, rivals
 from .search import Search
 from .trajectories import judge, prepare
 
@@ -78,9 +78,9 @@ def assemble(prepared, search, absent, judge, where):
     verdict_before, table_before = judge(problem, base)
     fits, rounds = reformed(search, *search.run(base))
     settled = len(fits[-1].model.terms) < 2 and not problem.shots.contact  # else a term may stand where another belongs
-    final = fits[-1] if settled else swapped(search, fits[-1])
-    if final is not fits[-1]:
-        fits.append(final)
+    if not settled:
+        fits, rounds = exchanged(search, fits, rounds)
+    final = fits[-1]
     verdict_after, table_after = judge(problem, final)
     search.progress("rivals")
     others = rivals(search, final, 1.0 if verdict_after.adequate else max(verdict_after.chi2, 1.0))

@@ -317,7 +317,7 @@ class Shots:
             arms = rotations.rotate(starts[:, 6:10], centres)
             starts[:, :3] += arms
             starts[:, 3:6] += np.cross(starts[:, 10:13], arms)
-            shapes = [contact_motion.OffCentre(shape, setup.centre) if self.contact else shape
+            shapes = [contact_motion.off_centre(shape, setup.centre) if self.contact else shape
                       for shape, setup in zip(shapes, setups, strict=True)]
         if self.contact:
             track = contact_motion.run(solids, shapes, starts, floors, effects,

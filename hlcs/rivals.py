@@ -42,6 +42,22 @@ def reformed(search, fits, rounds):
     return best or (fits, rounds)
 
 
+def exchanged(search, fits, rounds):
+    """(fits, rounds) of the search taken up again from wherever a better term replaces one that stood for it.
+
+    While an imposter stands in the model, what else is missing may not hold out.
+    """
+    for _ in range(MOST_TERMS):
+        final = swapped(search, fits[-1])
+        if final is fits[-1]:
+            break
+        found, more = search.run(final)
+        fits, rounds = fits + found, rounds + more
+        if len(found) == 1:
+            break
+    return fits, rounds
+
+
 def swapped(search, fit):
     """The fit with terms replaced by others that explain as much with fewer numbers, or more with as many; at most three."""
     for _ in range(MOST_TERMS):
