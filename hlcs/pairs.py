@@ -1,5 +1,7 @@
 """Two effects that hide each other: found together where neither holds out alone."""
 
+from functools import partial
+
 import numpy as np
 
 from . import inference
@@ -7,6 +9,7 @@ from .candidates import carries
 from .model import Term
 
 PAIRS_TRIED = 4  # pairs of candidates refitted together where no single one holds out
+PAIRS_BESIDE = 12  # the same where all of them are simulated side by side, and linear ranks are poor
 
 
 def hidden_pair(search, fit, trials):
@@ -21,12 +24,22 @@ def hidden_pair(search, fit, trials):
                 and not search.contradicts(trial.fit) and not search.same_form(trial.candidate.name, fit.model.terms)]
     if not pointing:
         return []
-    for first, second in pairs(search, fit, trials)[:PAIRS_TRIED]:
-        search.progress(f"refitting {first.candidate.name} with {second.candidate.name}")
+    tried = pairs(search, fit, trials)[:PAIRS_BESIDE if search.problem.shots.contact else PAIRS_TRIED]
+    search.progress(f"refitting {len(tried)} pairs")
+
+    def both_in(first, second):
         one = search.refit(fit, first.candidate)
         both = search.refit(one, second.candidate)
-        if stands(search, fit, both, first, len(trials)) and stands(search, fit, both, second, len(trials)):
-            return [one, both]
+        good = all(stands(search, fit, both, trial, len(trials)) for trial in (first, second))
+        return both.chi2 + first.price + second.price, good, [one, both]
+
+    if search.problem.shots.contact:
+        found = search.problem.at_once([partial(both_in, *pair) for pair in tried])
+        found = sorted((entry for entry in found if entry[1]), key=lambda entry: entry[0])
+    else:
+        found = (entry for entry in (both_in(*pair) for pair in tried) if entry[1])
+    for _, _, fits in found:
+        return fits
     if search.problem.shots.contact:
         return []
     for first in sorted(pointing, key=lambda trial: (-(trial.gain - trial.price), trial.candidate.name))[:2]:
