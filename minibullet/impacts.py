@@ -4,17 +4,21 @@ Newton's law u_N+ = -e u_N- (Eq. 8 with a finite e) needs the speed at the momen
 every bounce gains or loses energy of the order of the step. With the geometry of the step's beginning, the gap of a contact
 is a parabola in time; the earliest impact is found, all contacts that touch at that moment are solved together with Coulomb
 friction, and the search goes on with the new velocities. Contacts whose rebound gravity would undo before the step ends are
-left to the resting contact law. Touching bodies struck together share the blow as Newton's law with all touching contacts at
-once has it.
+left to the resting contact law, and so are those whose rebound is slower than half of what pulls the two bodies makes of them
+in a step: units that lie side by side would hand such blows on without end. Touching bodies struck together share the blow
+as Newton's law with all touching contacts at once has it.
 """
 
 from math import sqrt
 
 import numpy as np
 
+from minibullet.geometry import length
 from minibullet.kernels import kernel, leaf
 from minibullet.problem import normal_velocity
 from minibullet.solver import visit
+
+REBOUND = 0.5  # rebound speed, over acceleration times step, below which a contact rests [-]
 
 
 @leaf
@@ -32,6 +36,16 @@ def first_touch(gap, rate, acceleration, now, end):
         return np.inf
     moment = now + 2.0 * here / divisor
     return moment if moment <= end else np.inf
+
+
+@leaf
+def pulled(c, bodies, acceleration):
+    """The larger of what pulls at the two bodies of contact c, acceleration of their centres [m/s2]."""
+    most = 0.0
+    for side in range(2):
+        a = acceleration[bodies[c, side]]
+        most = max(most, length(a[0], a[1], a[2]))
+    return most
 
 
 @kernel
@@ -70,8 +84,10 @@ def resolve(bodies, rows, gap, size, moving, restitution, friction, twist, accel
             pull = normal_velocity(c, bodies, rows, acceleration)
             rate = normal_velocity(c, bodies, rows, twist)
             touch = first_touch(gap[c] - normal_velocity(c, bodies, rows, lag), rate, pull, now, time_step)
-            if touch < moment and -restitution[c] * (rate + pull * touch) + min(pull, 0.0) * (time_step - touch) > 0.0:
-                moment, trigger = touch, c
+            if touch < moment:
+                undone = max(-pull * (time_step - touch), REBOUND * time_step * pulled(c, bodies, acceleration))
+                if -restitution[c] * (rate + pull * touch) > undone:
+                    moment, trigger = touch, c
         if trigger < 0:
             break
         now = moment
