@@ -51,6 +51,9 @@ def exchanged(search, fits, rounds):
         final = swapped(search, fits[-1])
         if final is fits[-1]:
             break
+        if final.chi2 < final.freedom + 3 * np.sqrt(2 * final.freedom):  # nothing is left to look for
+            fits = [*fits, final]
+            break
         found, more = search.run(final)
         fits, rounds = fits + found, rounds + more
         if len(found) == 1:
