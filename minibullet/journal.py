@@ -43,7 +43,7 @@ class Journal:
 
     def summary(self):
         """What a run says at its end, as plain numbers: steps, those above the tolerance, the worst of them with its contact,
-        deepest penetration [m], the ledger's total defect [J], the reference mass [kg]."""
+        deepest penetration [m], the ledger's total defect [J], steps in which contact gave energy, the reference mass [kg]."""
         if not self.rows:
             return {"steps": 0}
         worst = max(self.rows, key=lambda row: row["residual"])
@@ -56,6 +56,7 @@ class Journal:
             "worst_contact": worst["worst_contact"],
             "penetration_max": max(row["penetration_max"] for row in self.rows),
             "ledger_defect": sum(row["ledger_defect"] for row in self.rows),
+            "gaining_steps": sum(_gains(row) for row in self.rows),
             "reference_mass": self.reference_mass,
         }
 
@@ -68,6 +69,12 @@ class Journal:
             names = "-".join(found["worst_contact"]["bodies"])
             text += f" (worst {found['worst_residual']:.2g}, step {found['worst_step']}, {names})"
         return f"{text}; deepest overlap {found['penetration_max']:.2g} m; ledger defect {found['ledger_defect']:.2g} J in all"
+
+
+def _gains(row):
+    """Whether contact gave energy in this step, beyond the rounding of its lines."""
+    given = row["work_normal"] + row["work_friction"]
+    return given > 1e-9 * max(row["E_kin"], *map(abs, row["work_by_effect"].values()), abs(row["work_normal"]))
 
 
 def _flat(row):

@@ -42,6 +42,18 @@ def test_a_journal_on_disk_has_one_line_a_step_and_the_work_of_every_effect(box_
     assert list(journal.to_dataframe().columns) == list(rows[0])
 
 
+def test_a_blow_with_restitution_takes_energy_and_is_not_counted_as_a_gain():
+    """A ball bounces with e = 0.5: every blow takes, and so no step gains; a step whose books say otherwise is counted."""
+    world = mb.World([mb.Gravity()], mb.Settings(restitution=0.5))
+    world.add_plane()
+    world.add(mb.Sphere(0.1), mass=1.0, position=(0, 0, 0.5))
+    journal = mb.Journal()
+    world.run(1.0, watch=journal)
+    assert min(row["work_normal"] for row in journal.rows) < -1.0 and journal.summary()["gaining_steps"] == 0
+    journal.rows[3]["work_friction"] += 0.1
+    assert journal.summary()["gaining_steps"] == 1
+
+
 def test_a_journal_of_nothing_says_so():
     """No step, no table to speak of."""
     assert mb.Journal().summary() == {"steps": 0} and "no step" in str(mb.Journal())
