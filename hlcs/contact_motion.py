@@ -68,6 +68,28 @@ def seat(shape, start, nominal, actual, margin):
     return start
 
 
+def lies_on_a_face(body, normal, orientations, sigma):
+    """Does a box lie still on one face over its first dozen measured orientations (n, 4), noise sigma [rad] granted?"""
+    there = orientations[np.isfinite(orientations[:, 0])][:12]
+    if body.shape != "box" or len(there) < 12:
+        return False
+    seen = rotations.rotate(rotations.conjugate(there), np.asarray(normal, dtype=float))  # the normal in body axes
+    for half in (seen[:6], seen[6:]):
+        mean = half.mean(axis=0)
+        if np.arccos(min(np.max(np.abs(mean)) / np.linalg.norm(mean), 1.0)) > 0.005 + 4 * sigma / np.sqrt(6):
+            return False
+    return True
+
+
+def flattened(orientation, normal):
+    """The nearest orientation (4,) in which one body axis stands along the normal."""
+    normal = np.asarray(normal, dtype=float)
+    seen = rotations.rotate(rotations.conjugate(orientation), normal)
+    axis = np.zeros(3)
+    axis[np.argmax(np.abs(seen))] = np.sign(seen[np.argmax(np.abs(seen))])
+    return rotations.product(rotations.between(rotations.rotate(orientation, axis), normal), orientation)
+
+
 def run(solids, shapes, starts, floors, effects, friction, restitution, duration, step):
     """Track of B runs: shapes and starts (B, 13) on floors [(normal, height) or None]; no run touches another.
 

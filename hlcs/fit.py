@@ -28,6 +28,9 @@ class Problem:
         self.trials, self.noise, self.shots = tuple(trials), noise, shots
         self.amounts = {}  # (effect, number) -> step of its derivative
         self.dropped = [np.zeros((len(trial.times), 6), bool) for trial in self.trials]
+        self.flat = [seated and noise.orientation is not None and contact_motion.lies_on_a_face(
+            trial.body, trial.surroundings.floor_normal, trial.orientation, noise.orientation)
+                     for trial, seated in zip(self.trials, shots.seated, strict=True)]
         self.recordings = [self._recording(k) for k in range(len(self.trials))]
         if not any((recording.channel < 3).any() for recording in self.recordings):
             self.unit = "rad"
@@ -55,7 +58,7 @@ class Problem:
             first /= np.linalg.norm(first)
             axes = [first, np.cross(normal, first)]
         aside = axes if seated or measured[2] or not axes or self.shots.contact else [*axes, np.array([0.0, 0.0, 1.0])]
-        turns = list(np.eye(3)) if measured[3] else []
+        turns = [normal] if self.flat[index] else list(np.eye(3)) if measured[3] else []
         rolls = axes if seated and trial.body.shape == "sphere" and not measured[3] and "velocity" not in trial.start else turns
         found = []
         for slot, directions in enumerate((axes, aside, turns, rolls)):  # drag shows an unseen vertical speed
@@ -110,6 +113,12 @@ class Problem:
             for name, place in zip(SLOTS, (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)), strict=True):
                 if name in trial.start:
                     starts[k, place] = trial.start[name]
+            if self.flat[k]:  # a face on the floor stays there: only turns about the normal are free
+                normal = np.asarray(trial.surroundings.floor_normal)
+                if "orientation" not in trial.start:
+                    starts[k, 6:10] = contact_motion.flattened(starts[k, 6:10], normal)
+                if "angular_velocity" not in trial.start:
+                    starts[k, 10:13] = (starts[k, 10:13] @ normal) * normal
             if self.shots.seated[k]:
                 self._seat(starts[k], trial)
         return starts
