@@ -107,7 +107,9 @@ def replacements(search, fit, index, share, margin):
         if signature is None:
             continue
         s = inference.project_out(q_now, np.concatenate(signature))
-        gains = inference.least_squares(s, r).gain - search.fee(entry) >= needed
+        known = search.refitted.get((without.model.terms, entry.name))
+        gain = max(inference.least_squares(s, r).gain, without.chi2 - known.chi2 if known is not None else 0.0)
+        gains = gain - search.fee(entry) >= needed
         alike = here is not None and here[0] > ALIKE
         if gains or alike or search.same_form(entry.name, (term,)):
             promising.append((entry, here if alike else None))
@@ -116,8 +118,12 @@ def replacements(search, fit, index, share, margin):
         key = (fit.model.terms, index, entry.name)
         if key not in search.replaced:
             fits = [search.refit(without, entry, (here[1], fit.starts))] if here is not None else []
+            known = search.refitted.get((without.model.terms, entry.name))
             if here is None or fits[0].chi2 - fit.chi2 > 12.0:
-                fits.append(search.refit(without, entry))
+                fits.append(known if known is not None else search.refit(without, entry))
+            if search.problem.shots.contact and entry.absent is not None and min(one.chi2 for one in fits) - fit.chi2 > 12.0:
+                numbers = tuple(entry.absent.items())  # with the starts that the term found: an equal law needs no others
+                fits.append(search.problem.fit(without.model.with_term(Term(entry, numbers)), fit.starts))
             search.replaced[key] = min(fits, key=lambda found: found.chi2)
         return entry, search.replaced[key]
 

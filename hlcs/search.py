@@ -29,6 +29,7 @@ RIVAL_MARGIN = 6.0
 REFIT_BEST = 6
 REFIT_DEAR = 2  # where every simulation has contacts to solve
 REFIT_STRONG = 12  # there, as long as nothing explains the data
+SHORT = 0.8  # part of its linear gain below which a refit through contacts is taken up again from the full linear step
 EXPLAINED = 1.25  # chi2 per degree of freedom below which it does
 
 
@@ -41,6 +42,7 @@ class Search:
         self.progress = progress or (lambda text: None)
         self.counts = {}  # candidate -> how many of its numbers these data can show
         self.replaced = {}  # (model, index of a term, candidate) -> fit with the candidate in place of the term
+        self.refitted = {}  # (terms of a model, candidate) -> its fit on top of that model
         self.kept = {}  # candidate -> [(values while absent, white signatures)], kept where a simulation is dear
         self.view = {}  # candidate -> values while absent from which it explains most
 
@@ -281,8 +283,14 @@ class Search:
             fits = self.problem.at_once([partial(self.refit, fit, worth[place].candidate) for place in places])
             for place, refitted in zip(places, fits, strict=True):
                 found[place] = refitted
-            if any(refitted.chi2 < EXPLAINED * refitted.freedom for refitted in fits):
+            if any(refitted.chi2 < EXPLAINED * refitted.freedom for refitted in fits) or not self.problem.shots.contact:
                 break  # a real refit already leaves nothing but noise
+            short = [place for place in places if fit.chi2 - found[place].chi2 < SHORT * worth[place].linear_gain
+                     and worth[place].candidate.absent is not None]  # a law that bends is reached from its other side
+            far = [self.extrapolated(fit, worth[place].candidate, worth[place].signature).model for place in short]
+            again = self.problem.at_once([partial(self.problem.fit, model, fit.starts) for model in far])
+            for place, refitted in zip(short, again, strict=True):
+                found[place] = min(found[place], refitted, key=lambda one: one.chi2)
         for place, trial in enumerate(worth):
             if found[place] is None:
                 found[place] = self.extrapolated(fit, trial.candidate, trial.signature)
@@ -291,6 +299,8 @@ class Search:
         fits = self.problem.at_once([partial(self.refit, fit, worth[place].candidate) for place in rest])
         for place, refitted in zip(rest, fits, strict=True):
             found[place] = refitted
+        self.refitted |= {(fit.model.terms, trial.candidate.name): one for trial, one in zip(worth, found, strict=True)
+                          if not trial.linear}
         return found
 
     def run(self, fit):

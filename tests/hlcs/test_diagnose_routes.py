@@ -5,9 +5,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hlcs
+from hlcs import contact_motion
 from hlcs.candidates import all_alike
+from hlcs.experiment_files import Body
 from hlcs.measurement import read_measurement
 from hlcs.model import build_entry
+from minibullet import rotations
 from minibullet.errors import InputError
 
 G = 9.81
@@ -106,3 +109,19 @@ def test_recordings_that_all_run_alike_cannot_tell_a_calibration_from_a_force(tm
         path = tmp_path / f"{name}.toml"
         path.write_text(f'kind = "trajectory"\n{BALL}[measurement]\nnoise = {{ position = 0.002 }}\n{text}')
         assert all_alike(read_measurement(path).trials) == (name == "alike")
+
+
+def test_a_box_that_lies_still_on_a_face_is_set_flat():
+    """Attitude noise of 0.005 rad does not lean it; a tilt of 0.05 rad, or one that grows at 1 rad/s, is no lying."""
+    generator = np.random.default_rng(5)
+    box, up, times = Body(shape="box", size=(0.1, 0.08, 0.04), mass=0.2), (0.0, 0.0, 1.0), np.arange(12) / 60
+    noise = rotations.exponential(0.005 * generator.standard_normal((12, 3)))
+    yaw = rotations.exponential(np.array([0.0, 0.0, 0.7]))
+    flat = rotations.product(noise, yaw)
+    assert contact_motion.lies_on_a_face(box, up, flat, 0.005)
+    for lean in (np.tile([0.05, 0, 0], (12, 1)), times[:, None] * [0.0, 1.0, 0.0]):
+        assert not contact_motion.lies_on_a_face(box, up, rotations.product(rotations.exponential(lean), flat), 0.005)
+    assert not contact_motion.lies_on_a_face(Body(shape="sphere", radius=0.1), up, flat, 0.005)
+    set_flat = contact_motion.flattened(flat[0], up)
+    assert rotations.rotate(set_flat, np.array(up)) == pytest.approx(np.array(up), abs=1e-12)
+    assert np.linalg.norm(rotations.logarithm(rotations.product(set_flat, rotations.conjugate(yaw)))) < 0.02
