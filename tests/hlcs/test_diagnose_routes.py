@@ -125,3 +125,23 @@ def test_a_box_that_lies_still_on_a_face_is_set_flat():
     set_flat = contact_motion.flattened(flat[0], up)
     assert rotations.rotate(set_flat, np.array(up)) == pytest.approx(np.array(up), abs=1e-12)
     assert np.linalg.norm(rotations.logarithm(rotations.product(set_flat, rotations.conjugate(yaw)))) < 0.02
+
+
+@pytest.mark.slow
+def test_friction_that_rises_with_speed_and_drag_are_one_on_a_level_floor(tmp_path):
+    """Deceleration (0.3 + 0.06 v) g, closed form: both laws are this one, and one bends so much that its own fit falls short."""
+    generator, entries = np.random.default_rng(6), []
+    a, rate, times = 0.3 * G, 0.06 * G, np.arange(48) / 60
+    for k, speed in enumerate((0.8, 1.05, 1.3, 1.55)):
+        until = np.minimum(times, np.log(1 + rate * speed / a) / rate)
+        way = (speed + a / rate) * (1 - np.exp(-rate * until)) / rate - a / rate * until
+        heading = ((1, 0), (-1, 0), (0, 1), (0, -1))[k]
+        seen = way[:, None] * heading + 0.001 * generator.standard_normal((48, 2))
+        rows = "".join(f"{t:.6f},{x:.6f},{y:.6f}\n" for t, (x, y) in zip(times, seen, strict=True))
+        (tmp_path / f"s{k}.csv").write_text("t_s,x_m,y_m\n" + rows)
+        entries.append(f'[[trial]]\nfile = "s{k}.csv"\ngroup = "{k % 2}"\n')
+    path = tmp_path / "e.toml"
+    path.write_text('kind = "trajectory"\n[body]\nshape = "box"\nsize = [0.1, 0.08, 0.04]\nmass = 0.25\n[surroundings]\n'
+                    'friction = 0.3\nfloor = { height = 0.0 }\n[measurement]\nnoise = { position = 0.001 }\n' + "".join(entries))
+    diagnosis = hlcs.diagnose(path, candidates=["friction", "viscous_friction", "linear_drag", "adhesion"])
+    assert diagnosis.verdict == "ambiguous" and {"viscous_friction", "linear_drag"} <= set(diagnosis.ambiguous[0])
