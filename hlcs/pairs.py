@@ -28,7 +28,8 @@ def hidden_pair(search, fit, trials):
     search.progress(f"refitting {len(tried)} pairs")
 
     def both_in(first, second):
-        one = search.refit(fit, first.candidate)
+        known = first.fit is not None and not first.linear  # the round has refitted it already
+        one = first.fit if known else search.refit(fit, first.candidate)
         both = search.refit(one, second.candidate)
         good = all(stands(search, fit, both, trial, len(trials)) for trial in (first, second))
         return both.chi2 + first.price + second.price, good, [one, both]
