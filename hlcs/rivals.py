@@ -157,7 +157,8 @@ def rivals(search, fit, inflation):
                 close = True  # a form is not decided by differences smaller than what stays unexplained
             if inflation > 1 and not holds_out(search, without, other):
                 continue
-            same = cosine > SAME and gain > 0  # whatever differs between them is smaller than what their laws leave out
+            # alike, and it explains the data too: what differs between them is smaller than what their laws leave out
+            same = cosine > SAME and gain > 0 and other.chi2 < EXPLAINED * max(other.freedom, fit.chi2)
             if same or close and not beaten(search, fit, other, inflation):
                 keep.append((entry.name, other, cosine))
         found.append(keep)

@@ -46,6 +46,15 @@ def test_drag_is_found_in_throws_seen_from_above(tmp_path):
     assert diagnosis.parameters["quadratic_drag"]["drag_coefficient"]["value"] == pytest.approx(0.5, abs=0.02)
 
 
+def test_a_form_that_leaves_the_data_unexplained_is_no_rival(tmp_path):
+    """Falls of a light ball: linear drag looks alike (cosine above 0.99) but leaves many times the noise of 0.1 ms."""
+    rows = [(h, np.arccosh(np.exp(PER_METRE * h)) / np.sqrt(G * PER_METRE) + 1e-4 * noise)
+            for h, noise in zip(np.repeat((0.5, 1.0, 1.5, 2.0, 2.5, 3.0), 4), np.random.default_rng(7).standard_normal(24),
+                                strict=True)]
+    diagnosis = hlcs.diagnose(table(tmp_path, "height_m,fall_time_s", rows), candidates=["linear_drag", "quadratic_drag"])
+    assert diagnosis.verdict == "effect" and diagnosis.effects == ("quadratic_drag",)
+
+
 def test_the_form_of_a_law_is_asked_again_once_the_rest_is_in(tmp_path):
     """In unknown wind the linear form fits best at first, and with it neither is ever adequate."""
     path = thrown(tmp_path, "xyz", wind=2.0)
