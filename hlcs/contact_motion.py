@@ -105,7 +105,7 @@ def run(solids, shapes, starts, floors, effects, friction, restitution, duration
     distinct = {floor for floor in floors if floor is not None}
     for b, (solid, shape, start, floor) in enumerate(zip(solids, shapes, starts, floors, strict=True)):
         if floor is not None and len(distinct) > 1:
-            world.registry.add_plane(floor[0], floor[1], None, None, f"floor {b}", b)
+            world.add_plane(floor[0], floor[1], name=f"floor {b}", group=b)
         own = {"friction": float(friction[b]), "restitution": float(restitution[b])} if unlike else {}
         world.add(shape, mass=solid.mass, inertia=solid.tensor, position=start[:3], orientation=start[6:10], velocity=start[3:6],
                   angular_velocity=start[10:13], name=f"run {b}", group=b, **own)

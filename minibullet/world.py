@@ -84,9 +84,10 @@ class World:
             group,
         )
 
-    def add_plane(self, normal=(0.0, 0.0, 1.0), height=0.0, *, friction=None, restitution=None, name=None):
-        """Add the fixed half-space below the plane normal . x = height |normal| and return its handle; it has no margin."""
-        return self.registry.add_plane(normal, height, friction, restitution, name)
+    def add_plane(self, normal=(0.0, 0.0, 1.0), height=0.0, *, friction=None, restitution=None, name=None, group=None):
+        """Add the fixed half-space below the plane normal . x = height |normal| and return its handle; it has no margin, and
+        touches no bodies of other groups than its own."""
+        return self.registry.add_plane(normal, height, friction, restitution, name, group)
 
     def freeze(self, bodies=None):
         """Fix these bodies (all by default) where they are; they keep touching others but never move again."""
