@@ -255,7 +255,7 @@ def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True)
         stop,
         residual,
     )
-    stalled = np.flatnonzero(residual > tolerance)
+    (stalled,) = (residual > tolerance).nonzero()
     return Solution(impulse, moment, twist, relative_residual(problem, *squares), most, work, stalled)
 
 

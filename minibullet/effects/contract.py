@@ -165,7 +165,7 @@ def _movable(bodies):
     first = int(rows.argmax())
     if np.count_nonzero(rows[first:first + count]) == count:
         rows = slice(first, first + count)
-    return rows, Bodies(*(array[rows] for array in bodies))
+    return rows, Bodies(*[array[rows] for array in bodies])
 
 
 def _spread(effect, rows, movable, answer, bodies, shape):
