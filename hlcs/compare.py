@@ -8,6 +8,7 @@ import numpy as np
 from .effects import check_names, own_classes
 from .experiment_files import read_experiment_file
 from .fit import CHANNELS
+from .impact_readings import as_rows, read_impacts
 from .measurement import read_measurement
 from .trajectories import judge, prepare
 
@@ -27,6 +28,8 @@ class Comparison:
     notes: tuple[str, ...] = ()
     table: Any = field(default=None, repr=False, compare=False)
     trials: tuple[str, ...] = ()
+    impacts: tuple = ()  # of impact_readings.Impact: what the samples around each impact with the floor show
+    stated: dict = field(default_factory=dict)  # restitution and friction of the model under test
 
     def to_json(self):
         """The comparison as a dictionary of plain numbers and texts."""
@@ -34,7 +37,7 @@ class Comparison:
 
         return plain({"format": 1, "kind": self.kind, "title": self.title, "adequate": self.adequate, "p": self.p,
                       "statistic": self.statistic, "error": self.error, "where": list(self.where), "noise": self.noise,
-                      "notes": list(self.notes)})
+                      "impacts": as_rows(self.impacts), "notes": list(self.notes)})
 
     def to_dataframe(self):
         """One row an observation: trial, channel, time, height, speed, measured, model, residual, sigmas."""
@@ -115,7 +118,8 @@ def compare_trajectories(measurement, own=()):
              "bias": float(np.mean(-table["residual"][inside]))}
     return Comparison(measurement.file.kind, measurement.file.title, verdict.adequate, verdict.statistic, verdict.p, error,
                       where_it_fails(prepared.problem, table), noise, prepared.notes, table,
-                      tuple(trial.name for trial in measurement.trials))
+                      tuple(trial.name for trial in measurement.trials), read_impacts(measurement, prepared.noise),
+                      {name: getattr(measurement.trials[0].surroundings, name) for name in ("restitution", "friction")})
 
 
 def where_it_fails(problem, table):

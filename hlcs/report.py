@@ -7,6 +7,7 @@ import io
 from hlcs import files
 
 from .diagnosis import VERDICTS, dumps
+from .impact_readings import impact_lines
 
 
 def number(value, unit="", digits=3):
@@ -34,7 +35,7 @@ def comparison_text(comparison):
         lines += ["", "Where (worst first)", *_where_lines(comparison.where[:12], unit)]
         if len(comparison.where) > 12:
             lines.append(f"  .. and {len(comparison.where) - 12} more")
-    return "\n".join(lines + _notes(comparison.notes))
+    return "\n".join(lines + impact_lines(comparison.impacts, comparison.stated) + _notes(comparison.notes))
 
 
 def _noise(noise):
