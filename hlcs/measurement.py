@@ -34,6 +34,8 @@ class Trial:
     start: dict
     body: Body
     surroundings: Surroundings
+    recording: str = ""  # name of the recording where this is a piece of one
+    first_row: int = 0  # samples of the recording before this piece
 
     @property
     def columns(self):
@@ -77,7 +79,8 @@ def read_measurement(path):
     for entry, name in zip(file.trials, names, strict=True):
         times, position, orientation = read_recording(entry.file)
         trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings)
-        for check in (plausible.check_units, plausible.check_length, plausible.check_axes, plausible.check_quaternions):
+        for check in (plausible.check_clock, plausible.check_units, plausible.check_length, plausible.check_axes,
+                      plausible.check_quaternions):
             check(trial, entry.file)
         notes += plausible.describe(trial, entry.file) + plausible.check_floor(trial, entry.file)
         trials.append(trial)

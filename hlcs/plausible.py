@@ -9,6 +9,8 @@ import numpy as np
 from minibullet.errors import InputError
 
 LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
+SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
+ALOFT = 5.0  # times as long as a throw of that height can last
 
 
 def acceleration(trial, axis, pieces=8, least=6):
@@ -53,6 +55,42 @@ def check_units(trial, path):
                              "right: lengths in m, times in s")
         if floor is None and duration > 120 and trial.surroundings.fluid_density < LIQUID:
             raise InputError(f"{path}, column t_s: free flight of {duration:.4g} s; units that cannot be right: times in s")
+
+
+def check_clock(trial, path):
+    """Refuse times that are not seconds (frames, milliseconds): a body that stays in the air far longer than its height allows.
+
+    A throw that rises by h lasts at most 2 sqrt(2 h / g); h from the range of the heights, or from the floor where there is one.
+    """
+    around = trial.surroundings
+    there = np.isfinite(trial.position[:, 2])
+    step = float(np.median(np.diff(trial.times)))
+    if not around.gravity > 1 or around.fluid_density > LIQUID or there.sum() < 4 or step < SLOW_CAMERA:
+        return
+    t, z = trial.times[there], trial.position[there, 2]
+    radius = inner_radius(trial.body)
+    if around.floor_height is None:
+        aloft, base = np.ones(len(t), bool), float(z.min())
+    elif radius is not None and around.floor_normal[2] > 0.99:
+        base = around.floor_height + radius
+        aloft = z > base + radius  # clear of the floor whatever its attitude
+    else:
+        return
+    longest, height = 0.0, 0.0
+    for part in np.split(np.arange(len(t)), np.flatnonzero(np.diff(aloft.astype(int))) + 1):
+        if aloft[part[0]] and t[part[-1]] - t[part[0]] > longest and np.ptp(z[part]) > 0.02 * max(z.max() - base, 1e-9):
+            longest, height = float(t[part[-1]] - t[part[0]]), float(z[part].max() - base)
+    if longest > ALOFT * 2 * np.sqrt(2 * height / around.gravity):
+        whole = bool(np.all(trial.times == np.round(trial.times)))
+        raise InputError(
+            f"{path}, column t_s: {longest:.4g} s in the air within {height:.3g} m, where {around.gravity:.3g} m/s2 "
+            f"allows {2 * np.sqrt(2 * height / around.gravity):.2g} s; units that cannot be right: times in s"
+            + (
+                ": these look like frame numbers, divide them by the frame rate"
+                if whole
+                else "; divide frame numbers by the frame rate, milliseconds by 1000"
+            )
+        )
 
 
 def check_axes(trial, path):
