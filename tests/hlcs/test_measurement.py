@@ -186,3 +186,12 @@ def test_an_isolated_outlier_is_found_and_smooth_misfit_is_not(generator):
     assert not isolated_outliers(values).any()
     values[20] += 15
     assert np.flatnonzero(isolated_outliers(values)).tolist() == [20]
+
+
+@pytest.mark.parametrize("clock, advice", [("frames", "frame numbers"), ("milliseconds", "milliseconds")])
+def test_times_that_are_not_seconds_are_refused(tmp_path, clock, advice):
+    """A drop of 2 m lasts 0.64 s; told in frames of a 60 Hz camera or in milliseconds it would hang in the air for minutes."""
+    seconds = np.arange(0, 0.6, 1 / 60)
+    told = np.arange(len(seconds)) if clock == "frames" else 1000.5 * seconds
+    lines = [f"{t:g},{2.0 - 0.5 * 9.81 * s * s:.4f}" for t, s in zip(told, seconds, strict=True)]
+    refused(experiment(tmp_path, "t_s,z_m\n" + "\n".join(lines) + "\n"), "a.csv, column t_s:", "in the air", advice)
