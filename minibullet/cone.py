@@ -103,31 +103,6 @@ def natural_map_error(r_n, r_1, r_2, u_n, u_1, u_2, friction, rho):
 
 
 @kernel
-def compress(W):
-    """Dense W (3m, 3m) as block rows (start (m + 1,), column (b,), block (b, 3, 3)); diagonal blocks are always kept."""
-    m = W.shape[0] // 3
-    filled = np.zeros((m, m), np.bool_)
-    for i in range(3 * m):
-        for j in range(m):
-            if W[i, 3 * j] != 0.0 or W[i, 3 * j + 1] != 0.0 or W[i, 3 * j + 2] != 0.0:
-                filled[i // 3, j] = True
-    for i in range(m):
-        filled[i, i] = True
-    start = np.zeros(m + 1, np.int64)
-    for i in range(m):
-        start[i + 1] = start[i] + filled[i].sum()
-    column, block = np.empty(start[m], np.int64), np.empty((start[m], 3, 3))
-    k = 0
-    for i in range(m):
-        for j in range(m):
-            if filled[i, j]:
-                column[k] = j
-                block[k] = W[3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
-                k += 1
-    return start, column, block
-
-
-@kernel
 def velocity(start, column, block, q, impulse):
     """u = W r + q, all (3m,)."""
     u = q.copy()

@@ -22,9 +22,9 @@ class Step:
         self.effects, self.names, self.tolerance = world.effects, tuple(world.registry.scene.names), world.settings.tolerance
         self.before, self.after, self.wrenches, self._touch, self.law = before, after, wrenches, touch, law
         self.problem, self.solution, self.blows = problem, solution, blows
-        self.residual, self.iterations, self.contact_visits = solution.residual, solution.iterations, solution.work
+        self.residual, self.iterations = solution.residual, solution.iterations
         self.converged = solution.residual <= world.settings.tolerance
-        self.fcl_calls, self._reach = world.registry.scene.collision.calls, world.registry.scene.reach
+        self.fcl_calls = world.registry.scene.collision.calls
         self.reference_mass, self.wall = problem.reference_mass, 0.0  # the world, which has the clock, says how long it took [s]
 
     @cached_property

@@ -96,3 +96,12 @@ def block_on_floor(velocity=(0.0, 0.0, 0.0), size=(1.0, 1.0, 1.0), **settings):
     world = mb.World(settings=mb.Settings(**settings))
     world.add_plane()
     return world, world.add(mb.Box(*size), mass=2.0, position=(0, 0, size[2] / 2), velocity=velocity)
+
+
+def compress(W):
+    """Dense W (3m, 3m) as block rows (start (m + 1,), column (b,), block (b, 3, 3)); diagonal blocks are always kept."""
+    m = len(W) // 3
+    blocks = W.reshape(m, 3, m, 3).swapaxes(1, 2)
+    filled = (blocks != 0.0).any(axis=(2, 3)) | np.eye(m, dtype=bool)
+    row, column = np.nonzero(filled)
+    return np.concatenate([[0], np.cumsum(np.bincount(row, minlength=m))]), column, np.ascontiguousarray(blocks[row, column])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from small_scenes import compress
 
 from minibullet.cone import (
-    compress,
     into_cone,
     law_equations,
     natural_map_error,

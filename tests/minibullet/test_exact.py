@@ -7,8 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+from small_scenes import compress
 
-from minibullet.cone import compress, project_cone
+from minibullet.cone import project_cone
 from minibullet.errors import InputError
 from minibullet.exact import solve_contacts, solve_rows
 
