@@ -48,12 +48,15 @@ def one(experiment, out):
     Path(out).write_text(json.dumps(generate.plain(call(experiment).to_json())), encoding="utf-8")
 
 
-def verdicts(cases, out, workers=2, limit=600, quiet=False):
-    """Verdicts of all cases under `cases` that have none yet; a list of what went wrong."""
+def verdicts(cases, out, workers=2, limit=600, quiet=False, first=None):
+    """Verdicts of all cases under `cases` (of the first so many where that is given) that have none yet; a list of what went
+    wrong."""
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     files = [
-        file for file in sorted(Path(cases).glob("case_*/experiment.toml")) if not (out / f"{file.parent.name}.json").exists()
+        file
+        for file in sorted(Path(cases).glob("case_*/experiment.toml"))[:first]
+        if not (out / f"{file.parent.name}.json").exists()
     ]
     problems = []
     with ProcessPoolExecutor(workers) as pool:
@@ -81,6 +84,7 @@ def main(arguments=None):
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--limit", type=float, default=600, help="seconds allowed per case")
     parser.add_argument("--placebo", action="store_true", help="residuals shuffled between recordings instead of the suite")
+    parser.add_argument("--first", type=int, help="diagnose and score the first so many cases of the deck only")
     parser.add_argument("--markdown")
     given = parser.parse_args(arguments)
     out = Path(given.out)
@@ -93,9 +97,9 @@ def main(arguments=None):
             else given.seed
         )
         generate.generate(out, seed, given.cases, given.family, given.suite, given.workers, quiet=False, placebo=given.placebo)
-    for problem in verdicts(out / "cases", out / "verdicts", given.workers, given.limit):
+    for problem in verdicts(out / "cases", out / "verdicts", given.workers, given.limit, first=given.first):
         print(problem, file=sys.stderr)
-    text, _ = score.report(out, out / "verdicts")
+    text, _ = score.report(out, out / "verdicts", given.first)
     print(text)
     if given.markdown:
         Path(given.markdown).write_text(text, encoding="utf-8")

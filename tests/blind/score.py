@@ -370,14 +370,16 @@ def load(cases, verdicts):
     return pairs, record
 
 
-def report(cases, verdicts):
-    """The whole score as Markdown text, and the figures."""
+def report(cases, verdicts, first=None):
+    """The whole score as Markdown text, and the figures; of the first so many cases of the deck where that is given."""
     pairs, record = load(cases, verdicts)
+    deck, pairs = len(pairs), pairs[:first]
     table = figures(pairs)
     sealed = seal.sealed(record["seed"])
     missing = sum(verdict["verdict"] == "missing" for _, verdict in pairs)
     text = "# Hidden-effect suite\n\n"
-    text += f"{len(pairs)} cases, suite `{record['suite']}`, seed SHA-256 `{seal.digest(record['seed'])}` "
+    part = f", the first of a shuffled deck of {deck}" if len(pairs) < deck else ""
+    text += f"{len(pairs)} cases{part}, suite `{record['suite']}`, seed SHA-256 `{seal.digest(record['seed'])}` "
     text += f"({'sealed beforehand' if sealed else 'not sealed'}), {missing} without a verdict. Bounds: exact binomial, "
     families = sorted({answer["family"] for answer, _ in pairs})
     text += f"one-sided 95 %. Families in this run: {', '.join(families)}.\n\n"
@@ -394,8 +396,9 @@ def main(arguments=None):
     parser.add_argument("--cases", required=True)
     parser.add_argument("--verdicts", required=True)
     parser.add_argument("--markdown")
+    parser.add_argument("--first", type=int, help="score the first so many cases of the deck only")
     given = parser.parse_args(arguments)
-    text, _ = report(given.cases, given.verdicts)
+    text, _ = report(given.cases, given.verdicts, given.first)
     print(text)
     if given.markdown:
         Path(given.markdown).write_text(text, encoding="utf-8")
