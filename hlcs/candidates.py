@@ -84,7 +84,7 @@ def _obstacle(kind, name, measurement, contact):
 
 
 def all_alike(trials):
-    """Do all recordings run through their heights once, in one direction, and in the same way?"""
+    """Do all recordings run through their heights once, in one direction, and in the same way, to a tenth of the range?"""
     tracks = []
     for trial in trials:
         there = np.isfinite(trial.position[:, 2])
@@ -95,7 +95,7 @@ def all_alike(trials):
     span = max(np.ptp(z) for _, z in tracks)
     shared = np.linspace(0.0, min(t[-1] for t, _ in tracks), 20)
     table = np.array([np.polyval(np.polyfit(t, z, 4), shared) for t, z in tracks])
-    return bool(np.max(np.ptp(table, axis=0)) < 0.05 * span)
+    return bool(np.max(np.ptp(table, axis=0)) < 0.1 * span)
 
 
 def blocked(candidate_entry, model):
