@@ -85,9 +85,7 @@ class Registry:
         title = f"body {name!r}"
         if isinstance(shape, type) or not hasattr(shape, "pieces"):
             raise InputError(f"{title}: shape = {shape!r}; it must be a shape such as Box(1, 1, 1)")
-        if group is not None and (isinstance(group, bool) or not isinstance(group, Real) or group != group // 1 or group < 0):
-            raise InputError(f"{title}: group = {group!r}; it must be a whole number >= 0 (None: touches everybody)")
-        record = {"shape": shape, "name": name, "fixed": bool(fixed), "group": -1 if group is None else int(group)}
+        record = {"shape": shape, "name": name, "fixed": bool(fixed), "group": _group(title, group)}
         for key, value in (
             ("position", position),
             ("orientation", orientation),
@@ -121,7 +119,7 @@ class Registry:
             "shape": None,
             "name": name,
             "fixed": True,
-            "group": -1 if group is None else int(group),
+            "group": _group(title, group),
             "position": unit * height,
             "normal": unit,
             "height": height,
@@ -289,6 +287,15 @@ def _unit(title, quaternion):
     if size == 0.0:
         raise InputError(f"{title}: orientation = {quaternion.tolist()}; a quaternion (w, x, y, z) of length 0 is no rotation")
     return quaternion / size if size != 1.0 else quaternion
+
+
+def _group(title, group):
+    """The number of a group, -1 for None; InputError where it is no whole number >= 0."""
+    if group is None:
+        return -1
+    if isinstance(group, bool) or not isinstance(group, Real) or group != group // 1 or group < 0:
+        raise InputError(f"{title}: group = {group!r}; it must be a whole number >= 0 (None: touches everybody)")
+    return int(group)
 
 
 def _number(title, field, value, low, high):

@@ -132,3 +132,17 @@ def test_friction_of_a_contact_follows_its_rule():
     expected = {("floor", "rough"): 0.9, ("rough", "smooth"): 0.6, ("smooth", "silent"): 0.4, ("floor", "alone"): 0.11}
     for pair, value in expected.items():
         np.testing.assert_allclose(found[frozenset(pair)], [value], rtol=1e-15)
+
+
+@pytest.mark.parametrize("group", [-1, 0.5, "a", True, float("nan")])
+def test_a_group_that_is_no_number_is_refused_for_bodies_and_planes_alike(group):
+    """One line that names who, the value and the rule; a plane of a group lets other groups through."""
+    world = mb.World([mb.Gravity()])
+    for add in (lambda: world.add(mb.Sphere(0.1), mass=1.0, group=group), lambda: world.add_plane(group=group)):
+        with pytest.raises(mb.InputError, match="group = .*whole number >= 0"):
+            add()
+    world.add_plane(group=1)
+    through = world.add(mb.Sphere(0.1), mass=1.0, position=(0, 0, 0.1), group=2)
+    held = world.add(mb.Sphere(0.1), mass=1.0, position=(1, 0, 0.1), group=1)
+    world.step(60)
+    assert through.position[2] < -0.1 and abs(held.position[2] - 0.1) < 1e-9
