@@ -5,13 +5,14 @@ it pays its price under both forms of the campaign term, mends what it was not f
 layers by at least twice what these data can show of one.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hlcs import layer_fit, statistics
 from hlcs.layer_fit import FORMS
 from hlcs.layer_model import LayerModel, coefficients
+from minibullet.errors import InputError
 
 PRICE, PRICE_ALONE = 6.0, 12.0  # with and without data to hold out
 RIVAL_MARGIN, BEATEN = 6.0, 6.6  # evidence within which a candidate is a rival, unless the held-out data refuse it at p < 0.01
@@ -19,6 +20,7 @@ SAME = 0.95  # cosine of signatures above which candidates that both pay their p
 # signatures differ from ours by as much
 SEEDS, PAIRS = 8, 4  # tests of a model, and pairs of tests of a candidate, on each measured set
 SCREEN = 2  # pairs of a first look at every candidate
+FULL = 4  # amounts at which a candidate is simulated in full, at most
 FINALISTS = 6  # candidates that are looked at with all pairs
 RESCREEN = 5  # candidates that are simulated again once an effect is in; for the others the first signatures serve
 QUANTILE = 1.645  # of 90 % intervals
@@ -99,8 +101,6 @@ class LayerSearch:
         rows = coefficients(self.simulator, [model], self.sets, self.seeds, "model " + ", ".join(model.effects))[0]
         for one, runs in zip(self.sets, rows, strict=True):
             if np.isfinite(runs).all(axis=1).sum() < 2:
-                from minibullet.errors import InputError
-
                 raise InputError(
                     f"the model under test cannot be placed on {one.name}: fewer than two of {len(runs)} simulated tests "
                     "stand; run `hlcs place` with these settings to see why"
@@ -286,12 +286,46 @@ class LayerSearch:
     def _best(self, stage, tried):
         """The stage after the best acceptable candidate that keeps its promise when it is simulated in full, or None."""
         for one in sorted((one for one in tried if not one.fails), key=lambda one: one.price - one.merit):
-            following = self.stage(stage.model.with_effect(one.candidate, one.value), (*stage.accepted, one))
-            falls = [self.chi2(stage, form) - self.chi2(following, form) for form in FORMS]
-            if min(falls) > one.price:
+            last, following = self._in_full(stage, one)
+            tried[tried.index(one)] = last
+            if not last.fails:
                 return following
-            one.fails.append(f"simulated in full, chi2 falls by {min(falls):.1f} only")
         return None
+
+    def _in_full(self, stage, one):
+        """(Tried, stage with it) of a candidate simulated at its amount; the reason is noted where it does not keep its promise.
+
+        An amount beyond the one that was simulated is a straight line drawn on, which may miss, or lead to where no unit stands.
+        There the amount comes half-way back, a new line is drawn through what was simulated, and so on until both agree.
+        """
+        entry, simulated, following = one.candidate, one.candidate.step, None
+        beyond = not entry.switch and abs(one.amount) > 1.1 * abs(entry.step)
+        for _ in range(FULL):
+            try:
+                following = self.stage(stage.model.with_effect(entry, one.value), (*stage.accepted, one))
+            except InputError:
+                one = replace(one, amount=(one.amount + simulated) / 2.0)
+                if beyond:
+                    continue
+                break
+            simulated = one.amount
+            if not beyond:
+                break
+            line = self.weigh(stage, entry, *layer_fit.signature(self.data, stage.rows, following.rows, simulated))
+            if line.fails:
+                return line, None
+            following.accepted = (*stage.accepted, replace(line, amount=simulated))
+            if abs(line.amount - simulated) <= line.deviation:
+                break
+            one = replace(line, amount=(line.amount + simulated) / 2.0)
+        if following is None:
+            one.fails.append("no placement stands with it")
+            return one, None
+        one = following.accepted[-1]
+        falls = [self.chi2(stage, form) - self.chi2(following, form) for form in FORMS]
+        if min(falls) <= one.price:
+            one.fails.append(f"simulated in full, chi2 falls by {min(falls):.1f} only")
+        return one, following
 
     def rivals(self, stage, winner, tried):
         """[(Tried, cosine)] of the candidates that do as well as an accepted one on the stage it was accepted at."""

@@ -4,6 +4,8 @@ The stand-in answers a PlacementTest in microseconds with layer coefficients lik
 friction and scatter of the aims as simulations move them (hull +10 %, two margins a layer), with scatter between seeds of 1.2 %.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -186,6 +188,27 @@ def test_the_ladder_leads_from_the_naive_model_and_holds_the_slope_out(tmp_path,
     assert again.error["rms"] == pytest.approx(steps[-1]["fitted"], rel=1e-6)
     text = ladder.ladder_text(document)
     assert "the naive model" in text and "+ convex_hull_shape" in text and "a perfect model" in text
+
+
+def test_a_number_far_from_the_first_guess_is_found_where_units_still_stand(tmp_path):
+    """The law bends, and below 0.1 no unit stands: the straight line from 0.6 over the trial at 0.36 points at 0.04."""
+
+    def bent(test):
+        if test.friction < 0.1:
+            return {"error": "no plate found a place"}
+        shift = 0.25 * (test.friction - 0.36) if test.friction > 0.36 else 0.9 * (test.friction - 0.36)
+        answer = emulate(replace(test, friction=0.36))
+        return {**answer, "k": [k + shift * (layer > 0) for layer, k in enumerate(answer["k"])]}
+
+    frames = []
+    for grid, seed in (("TPG", 3), ("RPG", 4)):
+        frame = measured(grid, seed, "a")
+        frame.loc[1:, "mean"] -= 0.08  # what friction 0.271 gives: 0.14 below 0.6
+        frames.append(frame)
+    found = diagnose_layers(experiment(tmp_path, frames, "friction = 0.6"), candidates=["friction", "settlement"],
+                            simulator=Simulator(tmp_path / "runs.sqlite", workers=1, function=bent))
+    number = found.parameters["friction"]["coefficient"]
+    assert found.effects == ("friction",) and number["low"] < 0.271 < number["high"] < 0.36
 
 
 def test_one_grid_grants_one_effect_at_most(tmp_path, simulator):
