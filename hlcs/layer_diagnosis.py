@@ -275,7 +275,8 @@ def _why(one, accepted, same, winners):
             f"does as well as {', '.join(other for other in same if other in winners)} ({at}): not to be told apart here{label}"
         )
     if one.gain > 3.84 and one.fails:
-        return f"suspected: ({at}) chi2 would fall by {one.gain:.1f}, but " + "; ".join(one.fails)
+        promise = "" if one.gain <= one.price else f"chi2 would fall by {one.gain:.1f}, but "
+        return f"suspected: ({at}) {promise}" + "; ".join(one.fails)
     if not one.fails:
         return f"explained the residual too ({at}), less well than what was accepted"
     return f"not seen ({at}): " + one.fails[-1 if len(one.fails) == 1 else 0]

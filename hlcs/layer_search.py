@@ -227,7 +227,7 @@ class LayerSearch:
         elif abs(tried.amount) <= QUANTILE * tried.deviation and not tried.candidate.switch:
             tried.fails.append("the interval of its number holds zero effect")
         if tried.gain <= tried.price:
-            tried.fails.append(f"chi2 falls by {tried.gain:.1f}, less than the price of {tried.price:.1f}")
+            tried.fails.append(f"its gain in chi2 of {tried.gain:.1f} does not pay its price of {tried.price:.1f}")
         if tried.size < 1.0:
             tried.fails.append(f"below resolution: it moves no layer by more than {tried.size:.1f} times what these data show")
         names = self.groups
