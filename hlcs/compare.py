@@ -118,7 +118,7 @@ def compare_trajectories(measurement, own=()):
              "bias": float(np.mean(-table["residual"][inside]))}
     return Comparison(measurement.file.kind, measurement.file.title, verdict.adequate, verdict.statistic, verdict.p, error,
                       where_it_fails(prepared.problem, table), noise, prepared.notes, table,
-                      tuple(trial.name for trial in measurement.trials), read_impacts(measurement, prepared.noise),
+                      tuple(trial.name for trial in prepared.problem.trials), read_impacts(measurement, prepared.noise),
                       {name: getattr(measurement.trials[0].surroundings, name) for name in ("restitution", "friction")})
 
 

@@ -1,9 +1,12 @@
 """Diagnose: which effect is missing from the model. The order of the work, and the verdict."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import stats
 
 from . import identify
+from .budget import SMOOTH, cut, screened
 from .candidates import candidates_for
 from .compare import where_it_fails
 from .diagnosis import Diagnosis, Finding
@@ -11,9 +14,10 @@ from .effects import SETS, check_names, own_classes, set_of
 from .experiment_files import read_experiment_file
 from .folds import Folds
 from .measurement import read_measurement
+from .noise import estimate_noise
 from .rivals import exchanged, reformed, rivals
 from .search import Search
-from .trajectories import judge, prepare
+from .trajectories import judge, prepare, touches
 
 INTERVAL = 0.90  # of coefficients
 
@@ -61,12 +65,39 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     """The diagnosis of recordings."""
     file = measurement.file
     say("fitting the model under test")
-    prepared = prepare(measurement, own)
-    entries, absent = candidates_for(measurement, prepared.contact, names, own)
+    contact = touches(measurement.trials, estimate_noise(measurement))
+    few, many, notes = screened(measurement, contact)
+    prepared = prepare(few, own)
+    if few is not many and prepared.problem is not None and not cut(prepared.problem):  # cheaper than feared
+        few, many, notes = screened(measurement, contact, SMOOTH)
+        prepared = prepare(few, own)
+    entries, absent = candidates_for(few, prepared.contact, names, own)
     if prepared.problem is None:
         return unknown_noise(measurement, prepared, entries)
     search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say)
-    return assemble(prepared, search, absent, judge, where_it_fails)
+    found = assemble(prepared, search, absent, judge, where_it_fails)
+    if few is many:
+        return found
+    say("fitting more recordings")
+    kept = sorted({*found.effects, *(name for members in found.ambiguous for name in members)})
+    entries = [entry for entry in entries if entry.name in kept]
+    prepared = prepare(many, own)
+    search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say)
+    confirmed = assemble(prepared, search, {}, judge, where_it_fails)
+    others = tuple(
+        replace(finding, why=f"on {len(few.trials)} recordings: {finding.why}")
+        for finding in found.candidates
+        if finding.effect not in kept
+    )
+    return replace(
+        confirmed,
+        candidates=confirmed.candidates + others,
+        notes=(
+            *notes,
+            *confirmed.notes,
+            *(note for note in found.notes if note not in confirmed.notes and note.startswith("the limit")),
+        ),
+    )
 
 
 def assemble(prepared, search, absent, judge, where):
@@ -116,7 +147,7 @@ def assemble(prepared, search, absent, judge, where):
         kind=measurement.file.kind, title=measurement.file.title, verdict=verdict, effects=effects,
         parameters=intervals(final, 1.0 if verdict_after.adequate else verdict_after.chi2), ambiguous=ambiguous, error=error,
         steps=tuple(steps), adequate=adequate, candidates=findings, where=where(problem, table_after),
-        next_experiment=following, notes=prepared.notes, noise=noise, model=final.model,
+        next_experiment=following, notes=(*prepared.notes, *search.budget.notes()), noise=noise, model=final.model,
         pictures={"before": table_before, "after": table_after, "trials": [trial.name for trial in problem.trials],
                   "groups": [trial.group for trial in problem.trials], "kind": measurement.file.kind})
 

@@ -18,8 +18,8 @@ class Folds:
         self.side = np.array([half[trial.group] for trial in trials])
         bodies = {}
         for trial in trials:
-            bodies[trial.body] = bodies.get(trial.body, 0) + 1
-        self.few = min(bodies.values()) < FEW_RECORDINGS
+            bodies.setdefault(trial.body, set()).add(getattr(trial, "recording", "") or trial.name)
+        self.few = min(len(names) for names in bodies.values()) < FEW_RECORDINGS
 
     def residuals(self, fit):
         """White, projected residuals of every recording, numbers taken from the other half (list of (n_i,))."""

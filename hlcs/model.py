@@ -185,6 +185,11 @@ class Shots:
         heights = np.concatenate(heights) if heights else np.zeros(0)
         self.range = (float(heights.min()), float(heights.max())) if len(heights) else (0.0, 1.0)
         self.step = step or (model.time_step if contact else 1 / 30)
+        spans = np.array([trial.times[-1] for trial in self.trials]) - self.start_time
+        self.class_of = np.zeros(len(spans), int)  # runs of one class share a World: there all go on as long as the longest
+        if any(trial.recording for trial in self.trials):
+            self.class_of = np.ceil(np.log2(spans / spans.min()) - 1e-9).astype(int)
+        self.spent = 0.0  # bodies times steps simulated with contacts
         self.pair = ()  # two steps [s], the second half the first: what both give is carried on to a step of zero
 
     def simulate(self, model, starts, owner, time_step=None):
@@ -211,21 +216,29 @@ class Shots:
         return [carried_on(*both) for both in zip(answers[:len(requests)], answers[len(requests):], strict=True)]
 
     def _side_by_side(self, requests):
-        """Answers to requests with contacts, those of one time step in one World."""
-        answers = [None] * len(requests)
-        steps = {}
-        for index, request in enumerate(requests):
-            steps.setdefault(request[3], []).append(index)
-        for alike in steps.values():
-            before = np.cumsum([0] + [len(requests[index][1]) for index in alike])[:-1]
+        """Answers to requests with contacts, those of one time step and one class of durations in one World."""
+        answers = [[None] * len(request[1]) for request in requests]
+        alike = {}  # (time step, class) -> [(index of the request, its runs)]
+        for index, (_, _, owner, time_step) in enumerate(requests):
+            for kind in np.unique(self.class_of[owner]):
+                alike.setdefault((time_step, kind), []).append((index, np.flatnonzero(self.class_of[owner] == kind)))
+        for (time_step, _), members in alike.items():
+            before = np.cumsum([0] + [len(runs) for _, runs in members])[:-1]
             for number in np.unique(before // MOST_TOGETHER):
-                some = [index for index, place in zip(alike, before // MOST_TOGETHER, strict=True) if place == number]
+                some = [member for member, place in zip(members, before // MOST_TOGETHER, strict=True) if place == number]
+                asked = [
+                    (requests[index][0], requests[index][1][runs], requests[index][2][runs], time_step) for index, runs in some
+                ]
                 try:
-                    found = self._batch([requests[index] for index in some])
+                    found = self._batch(asked)
                 except InputError:  # one of them is at fault: which one?
-                    found = [self._alone(requests[index]) for index in some]
-                for index, answer in zip(some, found, strict=True):
-                    answers[index] = answer
+                    found = [self._alone(request) for request in asked]
+                for (index, runs), answer in zip(some, found, strict=True):
+                    if isinstance(answer, Exception):
+                        answers[index] = answer
+                    elif not isinstance(answers[index], Exception):
+                        for run, one in zip(runs, answer, strict=True):
+                            answers[index][run] = one
         return answers
 
     def _alone(self, request):
@@ -279,6 +292,7 @@ class Shots:
         step = requests[0][3] or self.step
         duration = max(max(float(times.max()) for times in samples), step)
         duration += 0.06 * duration + 0.05 if any(looks) else 0.0
+        self.spent += len(runs) * duration / step if self.contact else 0.0
         track = self._move([setup for setup, _, _ in runs], starts, owner, acting, duration, step)
         answers = []
         for span, changes in zip(spans, looks, strict=True):

@@ -9,6 +9,7 @@ from .candidates import carries
 from .model import Term
 
 PAIRS_TRIED = 4  # pairs of candidates refitted together where no single one holds out
+PER_PAIR = 4  # fits that a pair takes: the first, both, and each without the other
 PAIRS_BESIDE = 12  # the same where all of them are simulated side by side, and linear ranks are poor
 
 
@@ -24,7 +25,8 @@ def hidden_pair(search, fit, trials):
                 and not search.contradicts(trial.fit) and not search.same_form(trial.candidate.name, fit.model.terms)]
     if not pointing:
         return []
-    tried = pairs(search, fit, trials)[:PAIRS_BESIDE if search.problem.shots.contact else PAIRS_TRIED]
+    most = search.budget.refits(search.problem, PAIRS_BESIDE, 1, PER_PAIR) if search.problem.shots.contact else PAIRS_TRIED
+    tried = pairs(search, fit, trials)[:most]
     search.progress(f"refitting {len(tried)} pairs")
 
     def both_in(first, second):

@@ -5,10 +5,12 @@ from functools import partial
 import numpy as np
 
 from . import inference
+from .budget import AFTERWARDS
 from .candidates import carries
 from .linear import Try
 from .model import Term
-from .search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN
+from .search import MOST_TERMS, RIVAL_MARGIN
+from .tumble import EXPLAINED
 
 SAME = 0.99  # cosine above which two candidates are one entry
 ALIKE = 0.95  # local cosine above which a candidate is refitted in place of a term
@@ -48,6 +50,8 @@ def exchanged(search, fits, rounds):
     While an imposter stands in the model, what else is missing may not hold out.
     """
     for _ in range(MOST_TERMS):
+        if search.budget.over(AFTERWARDS, "no accepted effect is exchanged for a better one"):
+            break
         final = swapped(search, fits[-1])
         if final is fits[-1]:
             break
@@ -97,6 +101,8 @@ def replacements(search, fit, index, share, margin):
     needed = share * (without.chi2 - fit.chi2 - search.fee(term.candidate) - margin)
     entries = [entry for entry in search.candidates
                if entry.name not in fit.model.names and not search.same_form(entry.name, without.model.terms)]
+    if search.budget.over(AFTERWARDS, "only other forms of the same laws are tried as rivals"):
+        entries = [entry for entry in entries if search.same_form(entry.name, (term,))]
     work = [partial(search.screen, without, entry) for entry in entries]
     if search.problem.shots.contact:
         work += [partial(search.local, fit, index, entry) for entry in entries]
@@ -112,7 +118,11 @@ def replacements(search, fit, index, share, margin):
         gains = gain - search.fee(entry) >= needed
         alike = here is not None and here[0] > ALIKE
         if gains or alike or search.same_form(entry.name, (term,)):
-            promising.append((entry, here if alike else None))
+            promising.append((entry, here if alike else None, gain - search.fee(entry)))
+    most = search.budget.refits(search.problem, max(len(promising), 1))
+    if most < len(promising):
+        search.budget.over(-1.0, f"only the {most} most likely rivals are refitted")
+    promising = [(entry, here) for entry, here, _ in sorted(promising, key=lambda one: -one[2])[:most]]
 
     def in_place(entry, here):
         key = (fit.model.terms, index, entry.name)

@@ -14,6 +14,7 @@ from scipy import stats
 from minibullet.errors import InputError
 
 from . import inference
+from .budget import FORWARD, Budget, cut
 from .candidates import blocked, carries
 from .effects import FORMS, SETS
 from .fit import Problem
@@ -21,6 +22,7 @@ from .folds import Folds
 from .linear import Linear, Try
 from .model import Term
 from .pairs import hidden_pair
+from .tumble import across, chosen, explained
 
 PRICE, PRICE_ALONE = 6.0, 12.0
 MOST_TERMS = 3
@@ -30,7 +32,6 @@ REFIT_BEST = 6
 REFIT_DEAR = 2  # where every simulation has contacts to solve
 REFIT_STRONG = 12  # there, as long as nothing explains the data
 SHORT = 0.8  # part of its linear gain below which a refit through contacts is taken up again from the full linear step
-EXPLAINED = 1.25  # chi2 per degree of freedom below which it does
 
 
 class Search:
@@ -40,6 +41,7 @@ class Search:
         self.problem, self.folds = problem, folds
         self.candidates = sorted(candidates, key=lambda entry: entry.name)
         self.progress = progress or (lambda text: None)
+        self.budget = Budget(problem)
         self.counts = {}  # candidate -> how many of its numbers these data can show
         self.replaced = {}  # (model, index of a term, candidate) -> fit with the candidate in place of the term
         self.refitted = {}  # (terms of a model, candidate) -> its fit on top of that model
@@ -138,7 +140,8 @@ class Search:
             return self.problem.fit(fit.model.with_term(Term(entry, tuple(near[0].items()))), near[1])
         if entry.absent is not None:
             absent = self.view.get(entry.name) or entry.absent
-            return self.problem.fit(fit.model.with_term(Term(entry, tuple(absent.items()))), fit.starts)
+            near = self.problem.fit(fit.model.with_term(Term(entry, tuple(absent.items()))), fit.starts)
+            return across(self.problem, fit, entry, near)
         fits = self.problem.at_once([partial(self.problem.fit, fit.model.with_term(Term(entry, values)), fit.starts)
                                      for values in entry.starts])
         return min(fits, key=lambda found: found.chi2)
@@ -274,17 +277,24 @@ class Search:
         """
         found = [None] * len(worth)
         if self.problem.shots.contact:
-            waves = [range(0, REFIT_DEAR), range(REFIT_DEAR, REFIT_STRONG)]
+            most = self.budget.refits(self.problem, REFIT_STRONG)
+            if most < min(REFIT_STRONG, len(worth)):
+                self.budget.over(-1.0, f"only {most} candidates a round are refitted, the others are judged by one linear step")
+            waves = [range(0, REFIT_DEAR), range(REFIT_DEAR, most)]
         else:
             waves = [range(len(worth))]
         for wave in waves:
             places = [place for place in wave if place < len(worth)]
+            if not places:
+                break
             self.progress("refitting " + ", ".join(worth[place].candidate.name for place in places[:3]))
             fits = self.problem.at_once([partial(self.refit, fit, worth[place].candidate) for place in places])
             for place, refitted in zip(places, fits, strict=True):
                 found[place] = refitted
-            if any(refitted.chi2 < EXPLAINED * refitted.freedom for refitted in fits) or not self.problem.shots.contact:
+            if any(explained(self.problem, refitted) for refitted in fits) or not self.problem.shots.contact:
                 break  # a real refit already leaves nothing but noise
+            if cut(self.problem):
+                continue
             short = [place for place in places if fit.chi2 - found[place].chi2 < SHORT * worth[place].linear_gain
                      and worth[place].candidate.absent is not None]  # a law that bends is reached from its other side
             far = [self.extrapolated(fit, worth[place].candidate, worth[place].signature).model for place in short]
@@ -314,8 +324,12 @@ class Search:
                        and not self.same_form(trial.candidate.name, terms)]
             if len(terms) >= MOST_TERMS:
                 break
+            if fits[1:] and self.budget.over(FORWARD, "the search ends after " + ", ".join(term.name for term in terms)):
+                break
             if not allowed:
-                pair = hidden_pair(self, fits[-1], trials) if len(terms) < MOST_TERMS - 1 else []
+                pair = []
+                if len(terms) < MOST_TERMS - 1 and not self.budget.over(FORWARD, "pairs of candidates are not tried"):
+                    pair = hidden_pair(self, fits[-1], trials)
                 if not pair:
                     break
                 fits += pair
@@ -379,16 +393,6 @@ class Search:
             if without.chi2 - fit.chi2 < self.price(term.candidate):
                 return without
         return None
-
-
-def chosen(looks, q, aim):
-    """(values while absent, signature, linear step) of the look that explains most of aim (n,), q projected out of it."""
-    found = []
-    for view, signature in looks:
-        step = inference.least_squares(inference.project_out(q, np.concatenate(signature)), inference.project_out(q, aim))
-        found.append((step.gain, view, signature, step.estimate))
-    best = max(range(len(found)), key=lambda place: found[place][0])
-    return found[best][1:]
 
 
 def _rms(parts):

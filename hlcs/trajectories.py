@@ -7,6 +7,7 @@ import numpy as np
 from minibullet import rotations
 
 from . import inference
+from .budget import cut
 from .contact_motion import gap
 from .fit import CHANNELS, Problem
 from .linear import Fit
@@ -14,6 +15,8 @@ from .measurement import Measurement
 from .model import Model, Shots, carried_on, solid
 from .noise import Noise, estimate_noise
 from .phases import PHASES, phases
+from .pieces import cut_again, pieces, said
+from .shooting import shot_again
 
 FINEST = 1 / 2000  # no step is halved below this [s]
 STILL = 0.02  # RMS by which a finer step may move the prediction [sigma]
@@ -115,7 +118,16 @@ def prepare(measurement: Measurement, own=()):
     if above:
         notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))
     problem = Problem(trials, noise, Shots(model, trials, times, contact, seated=seated))
+    if contact:
+        problem, sentences = pieces(problem, model)
+        notes += sentences
     base = problem.fit(model)
+    if cut(problem):
+        base = shot_again(problem, base)
+        for _ in range(2):
+            problem, base = cut_again(problem, base)
+        trials = problem.trials
+        notes += said(problem)
     flags, found = [], 0
     for trial, recording, raw in zip(trials, problem.recordings, base.linear.raw, strict=True):
         flag = np.zeros((len(trial.times), 6), bool)
@@ -125,7 +137,7 @@ def prepare(measurement: Measurement, own=()):
             flag[odd, channel] = True
             if len(odd):
                 found += len(odd)
-                rows = ", ".join(str(row + 2) for row in odd[:4]) + (" .." if len(odd) > 4 else "")
+                rows = ", ".join(str(row + 2 + trial.first_row) for row in odd[:4]) + (" .." if len(odd) > 4 else "")
                 notes.append(f"{trial.name}, {CHANNELS[channel]}: {len(odd)} isolated samples set aside for all models, rows "
                              + rows)
         flags.append(flag)
