@@ -12,7 +12,6 @@ SMOOTH = 15.0e6  # the same where recordings are not cut: 6 us each
 UNITS = 200  # linearisations that a search over the whole library needs
 FORWARD, AFTERWARDS = 0.6, 0.8  # parts of the limit after which no round, no exchange is begun
 A_REFIT = 7  # linearisations
-A_REFIT_ACROSS = 12  # the same where refits are begun across the range of a number too
 CONFIRM = 60  # linearisations to fit the model under test and to refit what was accepted, on more recordings
 NUMBERS = 13  # runs of a linearisation: one, and one for each number of the start
 
@@ -43,8 +42,7 @@ class Budget:
         """How many pieces of work of `each` refits, side by side, what is left allows for: at least and at most so many."""
         if not np.isfinite(self.limit):
             return most
-        each *= A_REFIT_ACROSS if cut(problem) else A_REFIT
-        allowed = int((1 - self.share) * self.limit / (2 * each * max(unit(problem.trials, problem.shots.step), 1.0)))
+        allowed = int((1 - self.share) * self.limit / (2 * each * A_REFIT * max(unit(problem.trials, problem.shots.step), 1.0)))
         return int(np.clip(allowed, least, most))
 
     def notes(self):

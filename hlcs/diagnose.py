@@ -13,6 +13,7 @@ from .diagnosis import Diagnosis, Finding
 from .effects import SETS, check_names, own_classes, set_of
 from .experiment_files import read_experiment_file
 from .folds import Folds
+from .impact_readings import read_impacts, unlike
 from .measurement import read_measurement
 from .noise import estimate_noise
 from .rivals import exchanged, reformed, rivals
@@ -74,7 +75,8 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     entries, absent = candidates_for(few, prepared.contact, names, own)
     if prepared.problem is None:
         return unknown_noise(measurement, prepared, entries)
-    search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say)
+    read = unlike(read_impacts(few, prepared.noise), few.trials[0].surroundings)
+    search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say, read)
     found = assemble(prepared, search, absent, judge, where_it_fails)
     if few is many:
         return found
@@ -82,7 +84,7 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     kept = sorted({*found.effects, *(name for members in found.ambiguous for name in members)})
     entries = [entry for entry in entries if entry.name in kept]
     prepared = prepare(many, own)
-    search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say)
+    search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say, read)
     confirmed = assemble(prepared, search, {}, judge, where_it_fails)
     others = tuple(
         replace(finding, why=f"on {len(few.trials)} recordings: {finding.why}")

@@ -11,6 +11,7 @@ import numpy as np
 
 LEAST = 5  # samples on each side [-]
 LONGEST = 0.15  # how far from an impact samples are used, drag being left out [s]
+UNSURE = 0.1  # standard error of a reading beyond which it tells no number to begin with [-]
 CERTAIN = 6.0  # kinks below this many standard errors are no impacts [-]
 
 
@@ -128,6 +129,23 @@ def mean_and_trend(values, errors, speeds):
     left = values - mean - slope * centred
     scatter = np.sqrt(max(1.0, float(weights @ left**2) / (len(values) - 2)))
     return mean, float(wide / np.sqrt(weights.sum())), slope, float(scatter / np.sqrt(weights @ centred**2))
+
+
+def unlike(impacts, surroundings):
+    """{candidate: {number: value}} of restitution and friction where impacts show others than the model's; a place to begin.
+
+    A contact that grips shows less than its friction, so the largest readings but one in five tell it.
+    """
+    found = {}
+    for name, key, share in (("restitution", "restitution", 0.5), ("friction", "friction", 0.8)):
+        read = [(getattr(one, key), getattr(one, f"{key}_error")) for one in impacts if getattr(one, key) is not None]
+        read = [entry for entry in read if entry[1] < UNSURE]
+        if len(read) < LEAST:
+            continue
+        value, error = float(np.quantile([entry[0] for entry in read], share)), float(np.median([entry[1] for entry in read]))
+        if abs(value - getattr(surroundings, name)) > 3 * error:
+            found[name] = {"coefficient": float(np.clip(value, 0.0, 1.0))}
+    return found
 
 
 def impact_lines(impacts, stated):

@@ -95,3 +95,13 @@ class Try:
     signature: list | None = None
     linear: bool = False  # its fit is a linear step only
     visible: float = 0.0  # norm of the projected signature: 0 = these data cannot show it
+
+
+def chosen(looks, q, aim):
+    """(values while absent, signature, linear step) of the look that explains most of aim (n,), q projected out of it."""
+    found = []
+    for view, signature in looks:
+        step = inference.least_squares(inference.project_out(q, np.concatenate(signature)), inference.project_out(q, aim))
+        found.append((step.gain, view, signature, step.estimate))
+    best = max(range(len(found)), key=lambda place: found[place][0])
+    return found[best][1:]

@@ -9,8 +9,7 @@ from .budget import AFTERWARDS
 from .candidates import carries
 from .linear import Try
 from .model import Term
-from .search import MOST_TERMS, RIVAL_MARGIN
-from .tumble import EXPLAINED
+from .search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN
 
 SAME = 0.99  # cosine above which two candidates are one entry
 ALIKE = 0.95  # local cosine above which a candidate is refitted in place of a term

@@ -19,10 +19,9 @@ from .candidates import blocked, carries
 from .effects import FORMS, SETS
 from .fit import Problem
 from .folds import Folds
-from .linear import Linear, Try
+from .linear import Linear, Try, chosen
 from .model import Term
 from .pairs import hidden_pair
-from .tumble import across, chosen, explained
 
 PRICE, PRICE_ALONE = 6.0, 12.0
 MOST_TERMS = 3
@@ -31,14 +30,16 @@ RIVAL_MARGIN = 6.0
 REFIT_BEST = 6
 REFIT_DEAR = 2  # where every simulation has contacts to solve
 REFIT_STRONG = 12  # there, as long as nothing explains the data
+EXPLAINED = 1.25  # chi2 per degree of freedom below which a fit explains the data
 SHORT = 0.8  # part of its linear gain below which a refit through contacts is taken up again from the full linear step
 
 
 class Search:
     """One search over candidates on one problem."""
 
-    def __init__(self, problem: Problem, candidates, folds: Folds, progress=None):
+    def __init__(self, problem: Problem, candidates, folds: Folds, progress=None, read=None):
         self.problem, self.folds = problem, folds
+        self.read = read or {}  # candidate -> its numbers as samples around the impacts show them, where the model has others
         self.candidates = sorted(candidates, key=lambda entry: entry.name)
         self.progress = progress or (lambda text: None)
         self.budget = Budget(problem)
@@ -140,8 +141,10 @@ class Search:
             return self.problem.fit(fit.model.with_term(Term(entry, tuple(near[0].items()))), near[1])
         if entry.absent is not None:
             absent = self.view.get(entry.name) or entry.absent
-            near = self.problem.fit(fit.model.with_term(Term(entry, tuple(absent.items()))), fit.starts)
-            return across(self.problem, fit, entry, near)
+            begin = [tuple(absent.items())] + ([tuple(self.read[entry.name].items())] if entry.name in self.read else [])
+            fits = self.problem.at_once([partial(self.problem.fit, fit.model.with_term(Term(entry, values)), fit.starts)
+                                         for values in begin])
+            return min(fits, key=lambda found: found.chi2)
         fits = self.problem.at_once([partial(self.problem.fit, fit.model.with_term(Term(entry, values)), fit.starts)
                                      for values in entry.starts])
         return min(fits, key=lambda found: found.chi2)
@@ -261,10 +264,10 @@ class Search:
             trial.visible = float(np.linalg.norm(s)) if np.linalg.norm(s) > 1e-6 * max(full, 1e-300) and full > 1e-9 else 0.0
             if trial.visible:
                 trial.linear_gain = inference.least_squares(s, r).gain
-        ranked = sorted((trial for trial in trials.values() if trial.visible),
-                        key=lambda trial: (trial.price - trial.linear_gain, trial.candidate.name))
+        ranked = sorted((trial for trial in trials.values() if trial.visible), key=lambda trial: (
+            trial.candidate.name not in self.read, trial.price - trial.linear_gain, trial.candidate.name))
         worth = [trial for place, trial in enumerate(ranked) if trial.linear_gain > 0.6 * trial.price
-                 or place < REFIT_BEST and trial.linear_gain > 0.3 * trial.price]
+                 or trial.candidate.name in self.read or place < REFIT_BEST and trial.linear_gain > 0.3 * trial.price]
         for trial, found in zip(worth, self.refits(fit, worth), strict=True):
             self.judge(fit, trial.candidate, found, trial)
         self.decide(list(trials.values()))
@@ -398,3 +401,9 @@ class Search:
 def _rms(parts):
     total = np.concatenate(parts)
     return float(np.sqrt(np.mean(total**2)))
+
+
+def explained(problem, fit):
+    """Does a fit leave nothing but noise? Pieces of a tumble absorb much, so little may be left over there."""
+    spare = 1 + 3 * np.sqrt(2 / fit.freedom)
+    return fit.chi2 < (min(spare, EXPLAINED) if cut(problem) else EXPLAINED) * fit.freedom

@@ -128,26 +128,40 @@ def prepare(measurement: Measurement, own=()):
             problem, base = cut_again(problem, base)
         trials = problem.trials
         notes += said(problem)
-    flags, found = [], 0
-    for trial, recording, raw in zip(trials, problem.recordings, base.linear.raw, strict=True):
-        flag = np.zeros((len(trial.times), 6), bool)
-        for channel in range(6):
-            inside = recording.channel == channel
-            odd = recording.sample[inside][inference.isolated_outliers(raw[inside])]
-            flag[odd, channel] = True
-            if len(odd):
-                found += len(odd)
-                rows = ", ".join(str(row + 2 + trial.first_row) for row in odd[:4]) + (" .." if len(odd) > 4 else "")
-                notes.append(f"{trial.name}, {CHANNELS[channel]}: {len(odd)} isolated samples set aside for all models, rows "
-                             + rows)
-        flags.append(flag)
-    if found:
+    flags = [isolated(trial, recording, raw)
+             for trial, recording, raw in zip(trials, problem.recordings, base.linear.raw, strict=True)]
+    if any(flag.any() for flag in flags):
         problem.drop(flags)
         base = problem.fit(model, base.starts)
+        notes += set_aside(trials, flags)
     base, shift = refine(problem, base)
     if shift > 0.1:
         notes.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
     return Prepared(measurement, noise, problem, base, contact, tuple(notes), shift)
+
+
+def isolated(trial, recording, raw):
+    """(n, 6) booleans: samples and channels of a recording whose residual stands alone, far from its neighbours'."""
+    flag = np.zeros((len(trial.times), 6), bool)
+    for channel in range(6):
+        inside = recording.channel == channel
+        flag[recording.sample[inside][inference.isolated_outliers(raw[inside])], channel] = True
+    return flag
+
+
+def set_aside(trials, flags):
+    """Sentences, one for each recording as it was read, on the samples set aside."""
+    rows = {}  # recording -> {channel: rows of its file}
+    for trial, flag in zip(trials, flags, strict=True):
+        for row, channel in zip(*np.nonzero(flag), strict=True):
+            mine = rows.setdefault(trial.recording or trial.name, {})
+            mine.setdefault(CHANNELS[channel], []).append(int(row) + 2 + trial.first_row)
+    found = []
+    for name, mine in rows.items():
+        parts = [f"{channel} row{'s' * (len(its) > 1)} " + ", ".join(map(str, its[:4])) + " .." * (len(its) > 4)
+                 for channel, its in mine.items()]
+        found.append(f"{name}: {sum(map(len, mine.values()))} isolated samples set aside for all models: " + "; ".join(parts))
+    return found
 
 
 def refine(problem, base):
