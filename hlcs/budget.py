@@ -13,6 +13,7 @@ UNITS = 200  # linearisations that a search over the whole library needs
 FORWARD, AFTERWARDS = 0.6, 0.8  # parts of the limit after which no round, no exchange is begun
 A_REFIT = 7  # linearisations
 CONFIRM = 60  # linearisations to fit the model under test and to refit what was accepted, on more recordings
+LEFT_OUT = "left out to keep within the limit of time:"
 NUMBERS = 13  # runs of a linearisation: one, and one for each number of the start
 
 
@@ -34,9 +35,13 @@ class Budget:
         """Is more than a part of the limit spent? Then `what` is noted as left out."""
         if self.share <= part:
             return False
+        self.note(what)
+        return True
+
+    def note(self, what):
+        """Say that something is left out, once."""
         if what not in self.left_out:
             self.left_out.append(what)
-        return True
 
     def refits(self, problem, most, least=2, each=1):
         """How many pieces of work of `each` refits, side by side, what is left allows for: at least and at most so many."""
@@ -47,7 +52,7 @@ class Budget:
 
     def notes(self):
         """Sentences on what was left out."""
-        return tuple(f"the limit of time is reached ({self.limit:.3g} steps of a body): {what}" for what in self.left_out)
+        return tuple(f"{LEFT_OUT} {what}" for what in self.left_out)
 
 
 def cut(problem):
@@ -74,14 +79,11 @@ def screened(measurement, contact, limit=LIMIT):
         return measurement, measurement, ()
     order = in_turn(trials)
     first, second = ([trials[k] for k in sorted(order[:count])] for count in (few, many))
-    notes = [
-        f"to keep within the limit of time every candidate is tried on {few} of {len(trials)} recordings ("
-        + ", ".join(trial.name for trial in first[:6])
-        + (" .." if few > 6 else "")
-        + "), those accepted are refitted on "
-        + ("all" if many >= len(trials) else f"{many}; the rest are left out")
-    ]
-    return replace(measurement, trials=tuple(first)), replace(measurement, trials=tuple(second)), tuple(notes)
+    names = ", ".join(trial.name for trial in first[:6]) + " .." * (few > 6)
+    rest = "all" if many >= len(trials) else f"{many}; the rest are left out"
+    note = (f"to keep within the limit of time every candidate is tried on {few} of {len(trials)} recordings ({names}), "
+            f"those accepted are refitted on {rest}")
+    return replace(measurement, trials=tuple(first)), replace(measurement, trials=tuple(second)), (note,)
 
 
 def in_turn(trials):

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 
 from . import identify
-from .budget import SMOOTH, cut, screened
+from .budget import LEFT_OUT, SMOOTH, cut, screened
 from .candidates import candidates_for
 from .compare import where_it_fails
 from .diagnosis import Diagnosis, Finding
@@ -76,30 +76,21 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     if prepared.problem is None:
         return unknown_noise(measurement, prepared, entries)
     read = unlike(read_impacts(few, prepared.noise), few.trials[0].surroundings)
-    search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say, read)
-    found = assemble(prepared, search, absent, judge, where_it_fails)
+
+    def searched(prepared, entries, absent):
+        search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say, read)
+        return assemble(prepared, search, absent, judge, where_it_fails)
+
+    found = searched(prepared, entries, absent)
     if few is many:
         return found
     say("fitting more recordings")
-    kept = sorted({*found.effects, *(name for members in found.ambiguous for name in members)})
-    entries = [entry for entry in entries if entry.name in kept]
-    prepared = prepare(many, own)
-    search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say, read)
-    confirmed = assemble(prepared, search, {}, judge, where_it_fails)
-    others = tuple(
-        replace(finding, why=f"on {len(few.trials)} recordings: {finding.why}")
-        for finding in found.candidates
-        if finding.effect not in kept
-    )
-    return replace(
-        confirmed,
-        candidates=confirmed.candidates + others,
-        notes=(
-            *notes,
-            *confirmed.notes,
-            *(note for note in found.notes if note not in confirmed.notes and note.startswith("the limit")),
-        ),
-    )
+    kept = {*found.effects, *(name for members in found.ambiguous for name in members)}
+    confirmed = searched(prepare(many, own), [entry for entry in entries if entry.name in kept], {})
+    others = tuple(replace(finding, why=f"on {len(few.trials)} recordings: {finding.why}")
+                   for finding in found.candidates if finding.effect not in kept)
+    left_out = tuple(note for note in found.notes if note.startswith(LEFT_OUT) and note not in confirmed.notes)
+    return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
 
 
 def assemble(prepared, search, absent, judge, where):

@@ -280,23 +280,13 @@ class Problem:
     def _moved(self, model, starts, moves, factor):
         """(starts, loss) after a part of their moves; pieces of a tumble, each with a way of its own, may take less of it."""
         shares = (factor, 0.3 * factor, 0.0) if cut(self) else (factor,)
-        options, losses = [], []
-        for share in shares:
-            options.append(
-                np.array(
-                    [self.stepped(starts[k], recording.unknown, share * moves[k]) for k, recording in enumerate(self.recordings)]
-                )
-            )
-            losses.append(
-                [
-                    float(np.sum(inference.whiten(rec.links, part) ** 2))
-                    for rec, part in zip(self.recordings, self.residuals(model, options[-1]), strict=True)
-                ]
-            )
-        losses = np.array(losses)
+        options = np.array([[self.stepped(start, recording.unknown, share * move) for start, recording, move in
+                             zip(starts, self.recordings, moves, strict=True)] for share in shares])
+        losses = np.array([[float(np.sum(inference.whiten(recording.links, part) ** 2)) for recording, part in
+                            zip(self.recordings, self.residuals(model, option), strict=True)] for option in options])
         best = np.argmin(np.where(np.isfinite(losses), losses, np.inf), axis=0)
         every = np.arange(len(self.recordings))
-        return np.array(options)[best, every], float(losses[best, every].sum())
+        return options[best, every], float(losses[best, every].sum())
 
     def finished(self, model, starts, linear):
         """The Fit at this point, with covariance of the free numbers."""

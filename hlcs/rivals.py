@@ -49,7 +49,7 @@ def exchanged(search, fits, rounds):
     While an imposter stands in the model, what else is missing may not hold out.
     """
     for _ in range(MOST_TERMS):
-        if search.budget.over(AFTERWARDS, "no accepted effect is exchanged for a better one"):
+        if search.budget.over(AFTERWARDS, "exchanges of an accepted effect for a better one"):
             break
         final = swapped(search, fits[-1])
         if final is fits[-1]:
@@ -100,7 +100,7 @@ def replacements(search, fit, index, share, margin):
     needed = share * (without.chi2 - fit.chi2 - search.fee(term.candidate) - margin)
     entries = [entry for entry in search.candidates
                if entry.name not in fit.model.names and not search.same_form(entry.name, without.model.terms)]
-    if search.budget.over(AFTERWARDS, "only other forms of the same laws are tried as rivals"):
+    if search.budget.over(AFTERWARDS, "rivals that are not another form of an accepted law"):
         entries = [entry for entry in entries if search.same_form(entry.name, (term,))]
     work = [partial(search.screen, without, entry) for entry in entries]
     if search.problem.shots.contact:
@@ -120,7 +120,7 @@ def replacements(search, fit, index, share, margin):
             promising.append((entry, here if alike else None, gain - search.fee(entry)))
     most = search.budget.refits(search.problem, max(len(promising), 1))
     if most < len(promising):
-        search.budget.over(-1.0, f"only the {most} most likely rivals are refitted")
+        search.budget.note(f"refits of rivals but the {most} most likely")
     promising = [(entry, here) for entry, here, _ in sorted(promising, key=lambda one: -one[2])[:most]]
 
     def in_place(entry, here):

@@ -282,7 +282,7 @@ class Search:
         if self.problem.shots.contact:
             most = self.budget.refits(self.problem, REFIT_STRONG)
             if most < min(REFIT_STRONG, len(worth)):
-                self.budget.over(-1.0, f"only {most} candidates a round are refitted, the others are judged by one linear step")
+                self.budget.note("refits of candidates that point least at the residual; one linear step judges them")
             waves = [range(0, REFIT_DEAR), range(REFIT_DEAR, most)]
         else:
             waves = [range(len(worth))]
@@ -327,11 +327,11 @@ class Search:
                        and not self.same_form(trial.candidate.name, terms)]
             if len(terms) >= MOST_TERMS:
                 break
-            if fits[1:] and self.budget.over(FORWARD, "the search ends after " + ", ".join(term.name for term in terms)):
+            if fits[1:] and self.budget.over(FORWARD, "a search beyond " + ", ".join(term.name for term in terms)):
                 break
             if not allowed:
                 pair = []
-                if len(terms) < MOST_TERMS - 1 and not self.budget.over(FORWARD, "pairs of candidates are not tried"):
+                if len(terms) < MOST_TERMS - 1 and not self.budget.over(FORWARD, "pairs of candidates"):
                     pair = hidden_pair(self, fits[-1], trials)
                 if not pair:
                     break
