@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hlcs.experiment_files import Body, Surroundings
-from hlcs.impact_readings import impact_lines, mean_and_trend, read_trial
+from hlcs.impact_readings import impact_lines, mean_and_trend, read_trial, unlike
 from hlcs.measurement import Trial
 
 
@@ -75,3 +75,13 @@ def test_free_flight_has_no_impacts_and_a_box_no_restitution_of_its_centre():
     assert heights and all(one.friction is None and one.restitution is not None for one in heights)
     text = "\n".join(impact_lines(heights, {"restitution": 0.5, "friction": 0.3}))
     assert "the model has 0.5" in text and Path("ball.csv").name in text
+
+
+def test_a_search_begins_with_what_the_impacts_show_where_the_model_has_something_else():
+    """e = 0.7, mu = 0.05, read from some 25 blows; a model that has them already is told nothing."""
+    found = [one for seed in range(6) for one in read_trial(bouncing(lambda v: 0.7, 0.05, 5e-4, seed=seed)[0], 5e-4)]
+    first = unlike(found, Surroundings(floor_height=0.0, restitution=0.4, friction=0.3))
+    assert first["restitution"]["coefficient"] == pytest.approx(0.7, abs=0.02)
+    assert first["friction"]["coefficient"] == pytest.approx(0.05, abs=0.02)
+    assert unlike(found, Surroundings(floor_height=0.0, restitution=0.7, friction=0.05)) == {}
+    assert unlike(found[:3], Surroundings(floor_height=0.0)) == {}  # three blows are no basis

@@ -52,6 +52,15 @@ def test_a_tumble_is_cut_and_every_piece_is_followed(tmp_path):
     assert prepared.base.chi2 < 2 * prepared.base.freedom
 
 
+@pytest.mark.slow
+def test_friction_that_differs_from_the_file_s_is_found_in_tosses(tmp_path):
+    path = write_tosses(tmp_path, [1.8, 1.5, 1.6, 1.7])
+    path.write_text(path.read_text().replace("friction = 0.2", "friction = 0.45"))
+    found = hlcs.diagnose(path, candidates=["friction", "restitution", "linear_drag", "adhesion", "tilted_gravity"])
+    assert found.effects == ("friction",)
+    assert found.parameters["friction"]["coefficient"]["value"] == pytest.approx(0.2, abs=0.02)
+
+
 def test_few_recordings_are_screened_where_all_cost_too_much(tmp_path):
     measurement = read_measurement(write_tosses(tmp_path, [1.0] * 9))
     few, many, notes = screened(measurement, contact=True)
