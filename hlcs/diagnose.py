@@ -146,7 +146,7 @@ def assemble(prepared, search, absent, judge, where):
 
 
 def intervals(fit, inflation):
-    """{effect: {name: value, low, high, unit}} at 90 %, widened where the model is not adequate."""
+    """{effect: {name: value, low, high, unit}} at 90 %, widened where the model is not adequate, inside the bounds."""
     found, place = {}, 0
     quantile = stats.t.ppf(0.5 + INTERVAL / 2, fit.freedom)
     for term in fit.model.terms:
@@ -154,8 +154,9 @@ def intervals(fit, inflation):
         for free in term.candidate.free:
             error = quantile * np.sqrt(max(inflation, 1.0) * max(fit.covariance[place, place], 0.0))
             value = fit.estimate[place]
-            numbers[free.name] = {"value": float(value), "low": float(value - error), "high": float(value + error),
-                                  "unit": free.unit}
+            low, high = (-np.inf, np.inf) if free.period is not None else (min(free.low, value), max(free.high, value))
+            numbers[free.name] = {"value": float(value), "low": float(max(value - error, low)),
+                                  "high": float(min(value + error, high)), "unit": free.unit}
             place += 1
         found[term.name] = numbers
     return found

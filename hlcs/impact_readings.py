@@ -134,18 +134,30 @@ def mean_and_trend(values, errors, speeds):
 def unlike(impacts, surroundings):
     """{candidate: {number: value}} of restitution and friction where impacts show others than the model's; a place to begin.
 
-    A contact that grips shows less than its friction, so the largest readings but one in five tell it.
+    A contact that grips shows less than its friction, so the largest readings but one in five tell it; a restitution that
+    falls with speed is read as a power of it.
     """
     found = {}
-    for name, key, share in (("restitution", "restitution", 0.5), ("friction", "friction", 0.8)):
-        read = [(getattr(one, key), getattr(one, f"{key}_error")) for one in impacts if getattr(one, key) is not None]
-        read = [entry for entry in read if entry[1] < UNSURE]
+    for name, share in (("restitution", 0.5), ("friction", 0.8)):
+        read = sure(impacts, name)
         if len(read) < LEAST:
             continue
-        value, error = float(np.quantile([entry[0] for entry in read], share)), float(np.median([entry[1] for entry in read]))
+        values, errors, speeds = (np.array(column) for column in zip(*read, strict=True))
+        value, error = float(np.quantile(values, share)), float(np.median(errors))
         if abs(value - getattr(surroundings, name)) > 3 * error:
             found[name] = {"coefficient": float(np.clip(value, 0.0, 1.0))}
+        if name == "restitution" and (values > 0).all():
+            _, _, trend, trend_error = mean_and_trend(values, errors, speeds)
+            if trend is not None and trend < -3 * trend_error:
+                exponent = -float(np.polyfit(np.log(speeds), np.log(values), 1, w=values / errors)[0])
+                found["velocity_dependent_restitution"] = {"exponent": float(np.clip(exponent, 0.0, 0.3)), "threshold": 0.0}
     return found
+
+
+def sure(impacts, key):
+    """[(reading, its error, speed of approach)] of restitution or friction, those with an error below UNSURE."""
+    return [(getattr(one, key), getattr(one, f"{key}_error"), one.speed) for one in impacts
+            if getattr(one, key) is not None and getattr(one, f"{key}_error") < UNSURE]
 
 
 def impact_lines(impacts, stated):

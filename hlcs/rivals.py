@@ -9,7 +9,7 @@ from .budget import AFTERWARDS
 from .candidates import carries
 from .linear import Try
 from .model import Term
-from .search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN
+from .search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN, explained
 
 SAME = 0.99  # cosine above which two candidates are one entry
 ALIKE = 0.95  # local cosine above which a candidate is refitted in place of a term
@@ -73,6 +73,8 @@ def swapped(search, fit):
                 continue
             without, replaced = replacements(search, fit, index, 0.7, 0.0)
             for entry, other in replaced:
+                if term.name in search.read and entry.name not in search.read and not explained(search.problem, other):
+                    continue  # what the impacts show directly gives way only to what explains the data
                 gain = (fit.chi2 - other.chi2) + search.fee(term.candidate) - search.fee(entry)
                 if gain > 2.0 and not search.out_of_bounds(Try(entry, fit=other)) and not search.contradicts(other) and (
                         not search.same_form(entry.name, (term,))) and holds_out(search, without, other) and (

@@ -30,6 +30,7 @@ RIVAL_MARGIN = 6.0
 REFIT_BEST = 6
 REFIT_DEAR = 2  # where every simulation has contacts to solve
 REFIT_STRONG = 12  # there, as long as nothing explains the data
+WITNESSED = 0.98  # part of the best gain from which what impacts show directly goes first, where neither explains the data
 EXPLAINED = 1.25  # chi2 per degree of freedom below which a fit explains the data
 SHORT = 0.8  # part of its linear gain below which a refit through contacts is taken up again from the full linear step
 
@@ -356,12 +357,19 @@ class Search:
         return fits, rounds
 
     def best(self, allowed):
-        """The trial of highest evidence; among those within one unit of it, not a fluid where the file says there is none."""
+        """The trial of highest evidence; among those within one unit of it, not a fluid where the file says there is none.
+
+        Where it does not explain the data, what the samples around the impacts show directly goes first if it does about as well.
+        """
         most = max(trial.gain - trial.price for trial in allowed)
         dry = self.problem.trials[0].surroundings.fluid_density == 0.0
         near = [trial for trial in allowed if trial.gain - trial.price > most - 1.0]
-        return max(near, key=lambda trial: (not (dry and trial.candidate.group == "fluid"), round(trial.gain - trial.price, 6),
+        best = max(near, key=lambda trial: (not (dry and trial.candidate.group == "fluid"), round(trial.gain - trial.price, 6),
                                             trial.candidate.name))
+        if best.candidate.name in self.read or explained(self.problem, best.fit):
+            return best
+        witnessed = [trial for trial in allowed if trial.candidate.name in self.read and trial.gain > WITNESSED * best.gain]
+        return max(witnessed, key=lambda trial: (round(trial.gain - trial.price, 6), trial.candidate.name), default=best)
 
     def contradicts(self, fit):
         """Does the newest term deny what the file states (lift of a fluid far denser), and without mending the model?

@@ -84,4 +84,7 @@ def test_a_search_begins_with_what_the_impacts_show_where_the_model_has_somethin
     assert first["restitution"]["coefficient"] == pytest.approx(0.7, abs=0.02)
     assert first["friction"]["coefficient"] == pytest.approx(0.05, abs=0.02)
     assert unlike(found, Surroundings(floor_height=0.0, restitution=0.7, friction=0.05)) == {}
+    falling = [one for seed in range(6) for one in read_trial(bouncing(lambda v: 0.8 * v**-0.15, 0.0, 5e-4, seed=seed)[0], 5e-4)]
+    law = unlike(falling, Surroundings(floor_height=0.0, restitution=0.8))["velocity_dependent_restitution"]
+    assert law["exponent"] == pytest.approx(0.15, abs=0.02)
     assert unlike(found[:3], Surroundings(floor_height=0.0)) == {}  # three blows are no basis
