@@ -8,9 +8,10 @@ from . import inference
 from .budget import AFTERWARDS
 from .candidates import carries
 from .linear import Try
-from .model import Term
+from .model import Term, solid
 from .search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN, explained
 
+DENSE = 0.05  # of the density of a body: what a fluid then does is no small matter
 SAME = 0.99  # cosine above which two candidates are one entry
 ALIKE = 0.95  # local cosine above which a candidate is refitted in place of a term
 
@@ -41,6 +42,32 @@ def reformed(search, fits, rounds):
             if last.chi2 < EXPLAINED * last.freedom and cost < least:
                 best, least = (fits + found, rounds + more), cost
     return best or (fits, rounds)
+
+
+def submerged(search, fits, rounds):
+    """(fits, rounds) of a search begun with what a dense fluid does for certain, where something is missing and that is not in.
+
+    A model that states a liquid and lacks buoyancy, added mass and drag misses three effects at once, and behind the first of
+    them an imposter explains more than the second. Kept where all but noise is explained, about as cheaply as without.
+    """
+    base, last, around = fits[0], fits[-1], search.problem.trials[0].surroundings
+    bodies = [solid(trial.body) for trial in search.problem.trials]
+    known = {"buoyancy": {"fluid_density": around.fluid_density}, "added_mass": {}}
+    entries = [entry for entry in search.candidates if entry.name in known and entry.name not in last.model.names]
+    dense = any(around.fluid_density * body.volume > DENSE * body.mass for body in bodies)
+    if not dense or not entries or not last.model.terms or search.problem.shots.contact:
+        return fits, rounds
+    search.progress("in its fluid")
+    model = base.model
+    for entry in entries:
+        numbers = {free.name: free.start for free in entry.free} | known[entry.name]
+        model = model.with_term(Term(entry, tuple((free.name, numbers[free.name]) for free in entry.free)))
+    found, more = search.run(search.problem.fit(model, base.starts))
+    before, after = (one.chi2 + sum(search.fee(term.candidate) for term in one.model.terms) for one in (last, found[-1]))
+    spare = RIVAL_MARGIN * len(entries) if last.chi2 < EXPLAINED * last.freedom else np.inf
+    kept = found[-1].chi2 < EXPLAINED * found[-1].freedom and after < before + spare and any(
+        entry.name in found[-1].model.names for entry in entries)
+    return ([base, *found], rounds + more) if kept else (fits, rounds)
 
 
 def exchanged(search, fits, rounds):

@@ -154,3 +154,25 @@ def test_friction_that_rises_with_speed_and_drag_are_one_on_a_level_floor(tmp_pa
                     'friction = 0.3\nfloor = { height = 0.0 }\n[measurement]\nnoise = { position = 0.001 }\n' + "".join(entries))
     diagnosis = hlcs.diagnose(path, candidates=["friction", "viscous_friction", "linear_drag", "adhesion"])
     assert diagnosis.verdict == "ambiguous" and {"viscous_friction", "linear_drag"} <= set(diagnosis.ambiguous[0])
+
+
+def test_a_model_that_forgot_its_liquid_misses_three_effects_and_no_clock(tmp_path):
+    """Spheres of 2600 kg/m3 sink in water with buoyancy, added mass 1/2 and drag 1/2; the clock is right.
+
+    Drag and a clock that starts late would fit the times as well, with fewer numbers; but the file states the water.
+    """
+    radius, water = 0.005, 1000.0
+    volume = 4 / 3 * np.pi * radius**3
+    mass = 2600 * volume
+    moved = mass + 0.5 * water * volume
+    pull, per_metre = (mass - water * volume) * G / moved, 0.25 * water * np.pi * radius**2 / moved
+    noise = np.random.default_rng(5).standard_normal(40)
+    rows = [(h, np.arccosh(np.exp(per_metre * h)) / np.sqrt(pull * per_metre) + 4e-3 * e)
+            for h, e in zip(np.repeat((0.05, 0.1, 0.2, 0.4, 0.8), 8), noise, strict=True)]
+    path = table(tmp_path, "height_m,fall_time_s", rows)
+    path.write_text(path.read_text().replace(BALL, f'[body]\nshape = "sphere"\nradius = {radius}\nmass = {mass}\n[surroundings]\n'
+                                             f"fluid_density = {water}\nfluid_viscosity = 1e-3\n"))
+    diagnosis = hlcs.diagnose(path)
+    assert set(diagnosis.effects) == {"buoyancy", "added_mass", "quadratic_drag"} and diagnosis.adequate["after"]
+    numbers = diagnosis.parameters
+    assert numbers["quadratic_drag"]["drag_coefficient"]["low"] < 0.5 < numbers["quadratic_drag"]["drag_coefficient"]["high"]
