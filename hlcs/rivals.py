@@ -55,16 +55,19 @@ def submerged(search, fits, rounds):
     known = {"buoyancy": {"fluid_density": around.fluid_density}, "added_mass": {}}
     entries = [entry for entry in search.candidates if entry.name in known and entry.name not in last.model.names]
     dense = any(around.fluid_density * body.volume > DENSE * body.mass for body in bodies)
-    if not dense or not entries or not last.model.terms or search.problem.shots.contact:
-        return fits, rounds
+    explains = last.chi2 < EXPLAINED * last.freedom
+    if not dense or not entries or len(last.model.terms) < 1 + explains or search.problem.shots.contact:
+        return fits, rounds  # one effect that explains everything is not doubted
     search.progress("in its fluid")
     model = base.model
     for entry in entries:
         numbers = {free.name: free.start for free in entry.free} | known[entry.name]
         model = model.with_term(Term(entry, tuple((free.name, numbers[free.name]) for free in entry.free)))
     found, more = search.run(search.problem.fit(model, base.starts))
+    while (smaller := search.prune(found[-1], newest=0)) is not None:
+        found = [*found, smaller]
     before, after = (one.chi2 + sum(search.fee(term.candidate) for term in one.model.terms) for one in (last, found[-1]))
-    spare = RIVAL_MARGIN * len(entries) if last.chi2 < EXPLAINED * last.freedom else np.inf
+    spare = RIVAL_MARGIN * len(entries) if explains else np.inf
     kept = found[-1].chi2 < EXPLAINED * found[-1].freedom and after < before + spare and any(
         entry.name in found[-1].model.names for entry in entries)
     return ([base, *found], rounds + more) if kept else (fits, rounds)

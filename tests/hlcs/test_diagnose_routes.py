@@ -172,7 +172,7 @@ def test_a_model_that_forgot_its_liquid_misses_three_effects_and_no_clock(tmp_pa
     path = table(tmp_path, "height_m,fall_time_s", rows)
     path.write_text(path.read_text().replace(BALL, f'[body]\nshape = "sphere"\nradius = {radius}\nmass = {mass}\n[surroundings]\n'
                                              f"fluid_density = {water}\nfluid_viscosity = 1e-3\n"))
-    diagnosis = hlcs.diagnose(path)
+    diagnosis = hlcs.diagnose(path, candidates=["added_mass", "buoyancy", "clock_offset", "quadratic_drag"])
     assert set(diagnosis.effects) == {"buoyancy", "added_mass", "quadratic_drag"} and diagnosis.adequate["after"]
     numbers = diagnosis.parameters
     assert numbers["quadratic_drag"]["drag_coefficient"]["low"] < 0.5 < numbers["quadratic_drag"]["drag_coefficient"]["high"]
