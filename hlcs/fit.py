@@ -11,11 +11,11 @@ from minibullet import rotations
 from . import contact_motion, inference
 from .budget import cut
 from .linear import Fit, Linear, Recording
-from .model import Model, Shots, solid
+from .model import Model, Shots
+from .starts import guess, shifted, stepped, unknowns
 from .together import together
 
 CHANNELS = ("x", "y", "z", "rx", "ry", "rz")
-SLOTS = ("position", "velocity", "orientation", "angular_velocity")
 CLEAR = 20.0  # norm of the white change of the observations at which a derivative through contacts stands clear of their noise
 STEPS = (1e-4, 1e-3, 1e-4, 1e-3)  # differences of a start: m, m/s, rad, rad/s
 
@@ -46,26 +46,8 @@ class Problem:
             there[:, :3] = False
         channel, sample = np.nonzero(there.T)
         times = trial.times[sample]
-        return Recording(channel, sample, times, noise.chain(channel, times), self._unknown(index, there.any(axis=0)))
-
-    def _unknown(self, index, measured):
-        """What of a start is neither stated nor fixed by lying on the floor: ((slot, direction), ...)."""
-        trial, seated = self.trials[index], self.shots.seated[index]
-        axes = [axis for axis, seen in zip(np.eye(3), measured[:3], strict=True) if seen]
-        if seated:
-            normal = np.asarray(trial.surroundings.floor_normal)
-            first = np.eye(3)[np.argmin(np.abs(normal))]
-            first = first - (first @ normal) * normal
-            first /= np.linalg.norm(first)
-            axes = [first, np.cross(normal, first)]
-        aside = axes if seated or measured[2] or not axes or self.shots.contact else [*axes, np.array([0.0, 0.0, 1.0])]
-        turns = [normal] if self.flat[index] else list(np.eye(3)) if measured[3] else []
-        rolls = axes if seated and trial.body.shape == "sphere" and not measured[3] and "velocity" not in trial.start else turns
-        found = []
-        for slot, directions in enumerate((axes, aside, turns, rolls)):  # drag shows an unseen vertical speed
-            if SLOTS[slot] not in trial.start:
-                found += [(slot, direction) for direction in directions]
-        return tuple(found)
+        unknown = unknowns(trial, there.any(axis=0), self.shots.seated[index], self.flat[index], self.shots.contact)
+        return Recording(channel, sample, times, noise.chain(channel, times), unknown)
 
     def drop(self, flags):
         """Leave isolated samples out, for every model alike: flags is a list of (n, 6) booleans."""
@@ -91,57 +73,9 @@ class Problem:
 
     def guess(self):
         """Starts read off the first samples, (trials, 13); what the file states is taken from there."""
-        starts = np.zeros((len(self.trials), 13))
-        starts[:, 6] = 1.0
-        for k, trial in enumerate(self.trials):
-            t0 = self.shots.start_time[k]
-            for axis in range(3):
-                there = np.flatnonzero(np.isfinite(trial.position[:, axis]))
-                if len(there) == 0:
-                    if axis == 2 and not self.shots.contact:
-                        starts[k, 5] = trial.surroundings.gravity * (trial.times[-1] - t0) / 2  # unseen: back to its height
-                    continue
-                first = there[:max(4, min(9, len(there) // 3))]
-                t = trial.times[first] - t0
-                fall = -0.5 * trial.surroundings.gravity * t**2 if axis == 2 and trial.surroundings.floor_height is None else 0.0
-                slope, level = np.polyfit(t, trial.position[first, axis] - fall, 1)
-                starts[k, axis], starts[k, 3 + axis] = level, slope
-            there = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
-            if len(there) >= 2:
-                steady = not self.shots.contact and trial.body.shape == "sphere"
-                reach = len(there) if steady else min(12, len(there))
-                starts[k, 10:13], starts[k, 6:10] = steady_turn(trial.times[there[:reach]] - t0, trial.orientation[there[:reach]])
-            for name, place in zip(SLOTS, (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)), strict=True):
-                if name in trial.start:
-                    starts[k, place] = trial.start[name]
-            if self.flat[k]:  # a face on the floor stays there: only turns about the normal are free
-                normal = np.asarray(trial.surroundings.floor_normal)
-                if "orientation" not in trial.start:
-                    starts[k, 6:10] = contact_motion.flattened(starts[k, 6:10], normal)
-                if "angular_velocity" not in trial.start:
-                    starts[k, 10:13] = (starts[k, 10:13] @ normal) * normal
-            if self.shots.seated[k]:
-                self._seat(starts[k], trial)
-        return starts
-
-    @staticmethod
-    def _seat(start, trial):
-        """Put a start (13,) on the nominal floor, in place; a ball whose spin nobody knows rolls."""
-        shape = solid(trial.body).shape
-        start[:] = contact_motion.seat(shape, start, trial.surroundings, trial.surroundings, 0.0)
-        if trial.body.shape == "sphere" and "angular_velocity" not in trial.start and not np.isfinite(trial.orientation).any():
-            start[10:13] = np.cross(trial.surroundings.floor_normal, start[3:6]) / shape.bounding_radius
-
-    @staticmethod
-    def shifted(start, unknown, amount):
-        """A start (13,) changed by an amount of one of its unknowns."""
-        start = start.copy()
-        slot, direction = unknown
-        if slot == 2:
-            start[6:10] = rotations.product(rotations.exponential(amount * direction), start[6:10])
-        else:
-            start[(0, 3, None, 10)[slot]:(3, 6, None, 13)[slot]] += amount * direction
-        return start
+        shots = self.shots
+        return np.array([guess(trial, start_time, seated, flat, shots.contact) for trial, start_time, seated, flat in
+                         zip(self.trials, shots.start_time, shots.seated, self.flat, strict=True)])
 
     def residuals(self, model, starts):
         """Raw residuals of every recording, list of (n_i,)."""
@@ -162,7 +96,7 @@ class Problem:
         rows, owner = [starts[which]], list(which)
         for k in which:
             for number in self.recordings[k].unknown:
-                rows.append(self.shifted(starts[k], number, STEPS[number[0]] * self.difference)[None])
+                rows.append(shifted(starts[k], number, STEPS[number[0]] * self.difference)[None])
                 owner.append(k)
         answers = self.shots.simulate(model, np.concatenate(rows), np.array(owner))
         raw = [self.residual(k, answer) for k, answer in zip(which, answers, strict=False)]
@@ -228,7 +162,7 @@ class Problem:
         if self.shots.contact and any(len(move) for move in moves) and np.isfinite(size(found)):
             along = [-inference.least_squares(columns, part).estimate if columns.shape[1] else np.zeros(0)
                      for columns, part in zip(linear.n, found, strict=True)]
-            followed = change(step, np.array([self.stepped(starts[k], recording.unknown, along[k])
+            followed = change(step, np.array([stepped(starts[k], recording.unknown, along[k])
                                               for k, recording in enumerate(self.recordings)]))
             if size(followed) < size(found):
                 found, moves = followed, along
@@ -280,7 +214,7 @@ class Problem:
     def _moved(self, model, starts, moves, factor):
         """(starts, loss) after a part of their moves; pieces of a tumble, each with a way of its own, may take less of it."""
         shares = (factor, 0.3 * factor, 0.0) if cut(self) else (factor,)
-        options = np.array([[self.stepped(start, recording.unknown, share * move) for start, recording, move in
+        options = np.array([[stepped(start, recording.unknown, share * move) for start, recording, move in
                              zip(starts, self.recordings, moves, strict=True)] for share in shares])
         losses = np.array([[float(np.sum(inference.whiten(recording.links, part) ** 2)) for recording, part in
                             zip(self.recordings, self.residuals(model, option), strict=True)] for option in options])
@@ -331,40 +265,6 @@ class Problem:
             step[outside] = np.clip(values + step, low, high)[outside] - values[outside]
             held |= outside
         return step
-
-    def stepped(self, start, unknown, move):
-        """A start (13,) moved by amounts of its unknowns (unknowns,)."""
-        for number, amount in zip(unknown, move, strict=True):
-            start = self.shifted(start, number, amount)
-        return start
-
-
-def steady_turn(times, orientation):
-    """Angular velocity (3,) and orientation (4,) at time 0 of a steady turn through orientations (n, 4) at times (n,).
-
-    From the median turn between the first few neighbours on, over windows twice as long each, as long as what is left stays
-    below a radian; samples far off the rest (a lost tracker) are left out, the first one included.
-    """
-    first = min(7, len(times))
-    turns = rotations.logarithm(rotations.product(orientation[1:first], rotations.conjugate(orientation[:first - 1])))
-    spin = np.median(turns / np.diff(times[:first])[:, None], axis=0)
-    start, window = orientation[0], first
-    while True:
-        back = rotations.product(rotations.exponential(-spin * times[:window, None]), orientation[:window])
-        left = rotations.logarithm(rotations.product(back, rotations.conjugate(start)))
-        level = np.median(left, axis=0)
-        far = np.linalg.norm(left - level, axis=1)
-        near = far <= 5 * np.median(far) + 1e-9
-        if window > first and np.max(far[near]) > 1.0:
-            break
-        line = np.column_stack([np.ones(near.sum()), times[:window][near]])
-        (level, drift), *_ = np.linalg.lstsq(line, left[near], rcond=None) if near.sum() > 3 else (((level, 0 * level)),)
-        start, spin = rotations.product(rotations.exponential(level), start), spin + drift
-        if window == len(times):
-            break
-        window = min(2 * window, len(times))
-    return spin, start
-
 
 def towards_null(values, frees):
     """Rows (p, p) and aims (p,) for least squares that keep near its null value what the data do not show.

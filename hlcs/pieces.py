@@ -16,6 +16,7 @@ from .contact_motion import lies_on_a_face, support
 from .fit import Problem
 from .model import Shots, solid
 from .shooting import shot_again
+from .starts import shifted
 
 GROWTH = 8.0  # times by which a change of the start may grow over a recording before any of them is cut
 CALM = 4.0  # the same over a piece; one blow gives two to four
@@ -193,7 +194,7 @@ def growth(problem, model):
         radius, span = solid(trial.body).shape.bounding_radius, trial.times[-1] - trial.times[0]
         sizes.append(NOISES * min([noise.position or np.inf, (noise.orientation or np.inf) * radius]))
         units = (1.0, 1 / span, 1 / radius, 1 / (radius * span))
-        rows += [starts[k], *(problem.shifted(starts[k], unknown, sizes[k] * units[unknown[0]]) for unknown in recording.unknown)]
+        rows += [starts[k], *(shifted(starts[k], unknown, sizes[k] * units[unknown[0]]) for unknown in recording.unknown)]
         owner += [k] * (1 + len(recording.unknown))
     owner = np.array(owner)
     with np.errstate(all="ignore"):

@@ -11,19 +11,17 @@ from functools import partial
 import numpy as np
 from scipy import stats
 
-from minibullet.errors import InputError
-
 from . import inference
 from .budget import FORWARD, Budget, cut
-from .candidates import blocked, carries
+from .candidates import carries
 from .effects import FORMS, SETS
 from .fit import Problem
 from .folds import Folds
-from .linear import Linear, Try, chosen
+from .linear import Try
 from .model import Term
 from .pairs import hidden_pair
+from .screening import Screening
 
-PRICE, PRICE_ALONE = 6.0, 12.0
 MOST_TERMS = 3
 NO_FLUID = (10.0, 600.0)  # between dense gases and light liquids there is no fluid [kg/m3]
 RIVAL_MARGIN = 6.0
@@ -35,137 +33,30 @@ EXPLAINED = 1.25  # chi2 per degree of freedom below which a fit explains the da
 SHORT = 0.8  # part of its linear gain below which a refit through contacts is taken up again from the full linear step
 
 
-class Search:
+class Search(Screening):
     """One search over candidates on one problem."""
 
     def __init__(self, problem: Problem, candidates, folds: Folds, progress=None, read=None):
-        self.problem, self.folds = problem, folds
+        super().__init__(problem, folds)
         self.read = read or {}  # candidate -> its numbers as samples around the impacts show them, where the model has others
         self.candidates = sorted(candidates, key=lambda entry: entry.name)
         self.progress = progress or (lambda text: None)
         self.budget = Budget(problem)
-        self.counts = {}  # candidate -> how many of its numbers these data can show
         self.replaced = {}  # (model, index of a term, candidate) -> fit with the candidate in place of the term
         self.refitted = {}  # (terms of a model, candidate) -> its fit on top of that model
-        self.kept = {}  # candidate -> [(values while absent, white signatures)], kept where a simulation is dear
-        self.view = {}  # candidate -> values while absent from which it explains most
-
-    # --- one candidate --------------------------------------------------------------------------------------------------------
-
-    def screen(self, fit, entry):
-        """Linear signatures of a candidate at a fit, white and projected, list of (n_i, p); None where it cannot join.
-
-        Of several ways to be absent (views) the one whose signature explains most of the residual is taken, and remembered.
-        """
-        looks = self.looks(fit, entry)
-        if looks is None:
-            return None
-        r, s = fit.linear.projected
-        self.view[entry.name], signature, _ = chosen(looks, inference.basis(np.concatenate(s)), np.concatenate(r))
-        return signature
-
-    def looks(self, fit, entry, keep=True):
-        """[(values at which it is absent, its projected signature there)] of a candidate, or None where it cannot join."""
-        if blocked(entry, fit.model):
-            return None
-        if not keep or entry.name not in self.kept:
-            views = entry.views or (None,)
-            try:
-                found = self.problem.at_once([partial(self.columns, fit, entry, view) for view in views])
-            except InputError:
-                return None
-            found = list(zip(views, found, strict=True))
-            if keep and self.problem.shots.contact:
-                self.kept[entry.name] = found
-        else:
-            found = self.kept[entry.name]
-        return [(view, [inference.project_out(q, part) for q, part in zip(fit.linear.bases, columns, strict=True)])
-                for view, columns in found]
-
-    def columns(self, fit, entry, view):
-        """White signatures of a candidate at a fit, list of (n_i, p); view: its values while absent, None = it never is."""
-        if view is None:
-            plus = fit.model.with_term(Term(entry, tuple((free.name, free.start) for free in entry.free)))
-            return [part[:, None] for part in self.problem.signature(fit.model, fit.starts, plus)]
-
-        def slope(free):
-            def moved(value):
-                return fit.model.with_term(Term(entry, tuple((view | {free.name: value}).items())))
-            return self.problem.derivative(entry.name, free, free.null, moved, fit.linear, fit.starts)[0]
-
-        parts = self.problem.at_once([partial(slope, free) for free in entry.free if free.null is not None])
-        return [np.column_stack(columns) for columns in zip(*parts, strict=True)]
-
-    def local(self, fit, index, entry):
-        """How well a candidate stands in for term `index` right at a fit: (cosine, numbers that imitate the term) or None.
-
-        The linear gain from the null value misjudges strong effects through contacts; here both laws are compared where the
-        data are.
-        """
-        looks = None if entry.absent is None else self.looks(fit, entry, keep=False)
-        if looks is None:
-            return None
-        counts = np.cumsum([0] + [len(term.candidate.free) for term in fit.model.terms])
-        mine = slice(counts[index], counts[index + 1])
-        columns = np.concatenate(fit.linear.projected[1])
-        q = inference.basis(np.delete(columns, np.arange(mine.start, mine.stop), axis=1))
-        null = [free.null if free.null is not None else value  # a number that means nothing while the effect is absent
-                for free, value in zip(fit.model.terms[index].candidate.free, fit.estimate[mine], strict=True)]
-        does = inference.project_out(q, columns[:, mine]) @ (fit.estimate[mine] - null)
-        view, signature, step = chosen(looks, q, does)
-        likeness = inference.project_out(q, np.concatenate(signature)) @ step
-        size = np.linalg.norm(does) * np.linalg.norm(likeness)
-        numbers, varied = dict(view), [free for free in entry.free if free.null is not None]
-        for free, change in zip(varied, step, strict=True):
-            numbers[free.name] = float(free.inside(free.null + change))
-        return (float(does @ likeness / size) if size > 0 else 0.0), numbers
-
-    def price(self, entry):
-        """What a candidate must gain in chi2: log n for each number that these data can show, and a fee."""
-        return self.fee(entry) + (PRICE if self.folds.possible else PRICE_ALONE)
-
-    def fee(self, entry):
-        """p log n of a candidate, p the numbers that these data can show."""
-        return self.counts.get(entry.name, len(entry.free)) * np.log(sum(len(rec.channel) for rec in self.problem.recordings))
-
-    def shown(self, entry, signature):
-        """How many of its numbers can move the observations by chi2 = 9 within their bounds; at least 1."""
-        if len(entry.free) == 1 or signature.shape[1] < len(entry.free):
-            return len(entry.free)
-        spans = np.array([min(free.high - free.low, 1e3) for free in entry.free])
-        size = np.linalg.svd(signature * spans, compute_uv=False)
-        return max(int(np.sum((size > 1e-3 * size[0]) & (size > 3.0))), 1)
 
     def refit(self, fit, entry, near=None):
-        """The fit with the candidate in, from its null value, or from `near` = (numbers, starts) if that ends lower."""
+        """The fit with the candidate in, from its null value and from what impacts show, or from `near` = (numbers, starts)."""
         if near is not None:
             return self.problem.fit(fit.model.with_term(Term(entry, tuple(near[0].items()))), near[1])
+        begin = list(entry.starts)
         if entry.absent is not None:
-            absent = self.view.get(entry.name) or entry.absent
-            begin = [tuple(absent.items())] + ([tuple(self.read[entry.name].items())] if entry.name in self.read else [])
-            fits = self.problem.at_once([partial(self.problem.fit, fit.model.with_term(Term(entry, values)), fit.starts)
-                                         for values in begin])
-            return min(fits, key=lambda found: found.chi2)
+            begin = [tuple((self.view.get(entry.name) or entry.absent).items())]
+        if entry.name in self.read:
+            begin.append(tuple(self.read[entry.name].items()))
         fits = self.problem.at_once([partial(self.problem.fit, fit.model.with_term(Term(entry, values)), fit.starts)
-                                     for values in entry.starts])
+                                     for values in begin])
         return min(fits, key=lambda found: found.chi2)
-
-    def extrapolated(self, fit, entry, signature):
-        """The fit with the candidate in, by one linear step and without a simulation: good enough to rank, not to report."""
-        if entry.absent is None:
-            return None
-        varied = np.array([free.null is not None for free in entry.free])  # the others keep their place while it is absent
-        s = []
-        for mine, new in zip(fit.linear.s, signature, strict=True):
-            columns = np.zeros((len(new), len(entry.free)))
-            columns[:, varied] = new
-            s.append(np.hstack([mine, columns]))
-        start = np.concatenate([fit.estimate, list((self.view.get(entry.name) or entry.absent).values())])
-        bounds = [free for term in fit.model.terms for free in term.candidate.free] + list(entry.free)
-        step = self.problem.bounded_step(Linear(fit.linear.raw, fit.linear.r, fit.linear.n, s), start, bounds)
-        moved = Linear(fit.linear.raw, [r - part @ step for r, part in zip(fit.linear.r, s, strict=True)], fit.linear.n, s)
-        numbers = zip((free.name for free in entry.free), (start + step)[len(fit.estimate):].tolist(), strict=True)
-        return self.problem.finished(fit.model.with_term(Term(entry, tuple(numbers))), fit.starts, moved)
 
     def judge(self, before, entry, fit, trial):
         """Fill in the held-out figures of a refitted candidate against the fit without it."""

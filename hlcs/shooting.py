@@ -3,6 +3,7 @@
 import numpy as np
 
 from . import inference
+from .starts import stepped
 
 BAD = 2.0  # chi2 per degree of freedom of a recording above which its start is fitted afresh
 STRETCHES = (0.3, 0.6, 1.0)  # parts of a recording that are fitted one after the other
@@ -67,7 +68,7 @@ def _step(problem, model, starts, keep, active):
         for damping in DAMPINGS:
             rows = np.concatenate([n / size, np.sqrt(damping) * np.eye(n.shape[1])])
             move = inference.least_squares(rows, np.concatenate([r, np.zeros(n.shape[1])])).estimate / size
-            tried.append(problem.stepped(starts[k], problem.recordings[k].unknown, move))
+            tried.append(stepped(starts[k], problem.recordings[k].unknown, move))
             owner.append(k)
     if not tried:
         return active[:0]
