@@ -9,10 +9,11 @@ from hlcs.effects import SETS, set_of
 from hlcs.identify import NextExperiment
 from hlcs.layer_candidates import library, named
 from hlcs.layer_data import read_layers
+from hlcs.layer_judge import QUANTILE
 from hlcs.layer_model import Simulator, model_of
 from hlcs.layer_next import next_experiment
 from hlcs.layer_notes import campaign_notes, floor_of, left_out, samples, search_notes, set_notes
-from hlcs.layer_search import QUANTILE, SEEDS, LayerSearch
+from hlcs.layer_search import SEEDS, LayerSearch
 
 ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass, under the form of the campaign term that is kinder to it
 MEASURE, UNIT = "mean relative error", "1"
