@@ -19,6 +19,7 @@ import numpy as np
 
 from hlcs import interrupts
 from minibullet.errors import InputError
+from minibullet.whole_files import whole
 
 CONTENTS = ".hlcs"  # in every result folder: the names this program wrote, so that a later run replaces those and nobody else's
 REPORTED = ("hlcs", "numpy", "numba", "python-fcl", "trimesh", "matplotlib", "scipy", "pandas", "tqdm", "click")
@@ -70,18 +71,10 @@ def make_folder(path):
 def write_bytes(path, data):
     """Write a file whole or not at all; `data` is bytes. Raises InputError where it cannot be written."""
     target = Path(path).expanduser().absolute()
-    partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
     with _explained(target):
-        try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            with open(partial, "wb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            os.replace(partial, target)
-        except BaseException:
-            partial.unlink(missing_ok=True)
-            raise
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with whole(target) as partial:
+            partial.write_bytes(data)
 
 
 def write_text(path, text):

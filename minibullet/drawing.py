@@ -6,10 +6,7 @@ is the plane through that position whose normal is the turned z axis.
 """
 
 import json
-import os
-import secrets
 from importlib.resources import files
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +15,7 @@ from minibullet import polyhedra, rotations
 from minibullet.convex import ConvexPiece
 from minibullet.errors import InputError
 from minibullet.rendering import Solid, render
+from minibullet.whole_files import whole
 
 LAYER_COLOURS = ("#6a8caf", "#dda63f", "#86b07c", "#cf6f54", "#9683bf", "#b8ad9c")
 FIXED_COLOUR, FLOOR_COLOUR = "#b9b5ac", "#e6e2d8"
@@ -44,9 +42,8 @@ def draw_scene(scene, path=None, ax=None, *, colours=None, azimuth=-60.0, elevat
     if path is not None:
         import matplotlib.image
 
-        partial = _partial(path)
-        matplotlib.image.imsave(partial, image, format="png")
-        os.replace(partial, path)
+        with whole(path) as partial:
+            matplotlib.image.imsave(partial, image, format="png")
     if ax is None:
         from matplotlib.figure import Figure
 
@@ -185,13 +182,6 @@ def _rounded(values, digits=5):
     return np.round(np.asarray(values, dtype=float), digits).tolist()
 
 
-def _partial(path):
-    """A new name beside path: files appear whole or not at all."""
-    path = Path(path)
-    return path.with_name(f".{path.name}.{secrets.token_hex(4)}.partial")
-
-
 def _write(path, data):
-    partial = _partial(path)
-    partial.write_bytes(data)
-    os.replace(partial, path)
+    with whole(path) as partial:
+        partial.write_bytes(data)

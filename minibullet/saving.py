@@ -7,10 +7,7 @@ file or the new one.
 import dataclasses
 import io
 import json
-import os
-import secrets
 import zipfile
-from pathlib import Path
 
 import numpy as np
 
@@ -22,6 +19,7 @@ from minibullet.errors import InputError
 from minibullet.geometry import Pieces
 from minibullet.registry import Body, Plane
 from minibullet.settings import Settings
+from minibullet.whole_files import whole
 
 FORMAT = 1
 SCENE = ("friction", "restitution", "reach", "margin", "moved", "group", "piece_ranges", "frame")
@@ -105,18 +103,11 @@ def save_past(past, path):
 
 def replace_file(path, content):
     """Bytes into a file, whole or not at all; InputError where it cannot be written."""
-    target = Path(path)
-    partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
     try:
-        with open(partial, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(partial, target)
+        with whole(path) as partial:
+            partial.write_bytes(content)
     except OSError as error:
-        raise InputError(f"world: cannot be saved as {str(target)!r}: {error.strerror}") from None
-    finally:
-        partial.unlink(missing_ok=True)
+        raise InputError(f"world: cannot be saved as {str(path)!r}: {error.strerror}") from None
 
 
 def _numbers(effect):
