@@ -30,6 +30,8 @@ class Comparison:
     trials: tuple[str, ...] = ()
     impacts: tuple = ()  # of impact_readings.Impact: what the samples around each impact with the floor show
     stated: dict = field(default_factory=dict)  # restitution and friction of the model under test
+    against: tuple[str, ...] = ("time", "height", "speed")  # columns of the table that residuals are drawn against
+    channels: tuple[str, ...] = CHANNELS  # names of the channels that the table numbers
 
     def to_json(self):
         """The comparison as a dictionary of plain numbers and texts."""
@@ -40,13 +42,13 @@ class Comparison:
                       "impacts": as_rows(self.impacts), "notes": list(self.notes)})
 
     def to_dataframe(self):
-        """One row an observation: trial, channel, time, height, speed, measured, model, residual, sigmas."""
+        """One row an observation: trial, channel, time, height, speed (or its inputs), measured, model, residual, sigmas."""
         import pandas as pd
 
         frame = pd.DataFrame(self.table or {})
         if "trial" in frame and self.trials:
             frame["trial"] = [self.trials[k] for k in frame["trial"]]
-            frame["channel"] = [CHANNELS[k] for k in frame["channel"]]
+            frame["channel"] = [self.channels[k] for k in frame["channel"]]
         return frame
 
     def summary(self):

@@ -142,7 +142,8 @@ def assemble(prepared, search, absent, judge, where):
         steps=tuple(steps), adequate=adequate, candidates=findings, where=where(problem, table_after),
         next_experiment=following, notes=(*prepared.notes, *search.budget.notes()), noise=noise, model=final.model,
         pictures={"before": table_before, "after": table_after, "trials": [trial.name for trial in problem.trials],
-                  "groups": [trial.group for trial in problem.trials], "kind": measurement.file.kind})
+                  "groups": [trial.group for trial in problem.trials], "kind": measurement.file.kind,
+                  "input": next(iter(problem.table.inputs), "row") if measurement.file.kind == "outcomes" else None})
 
 
 def intervals(fit, inflation):

@@ -4,6 +4,8 @@ import io
 
 import numpy as np
 
+LABELS = {"time": "time [s]", "height": "height [m]", "speed": "speed [m/s]", "layer": "layer",
+          "input": "row: the layers, set after set"}
 INK, MEASURED, BEFORE, AFTER, NOISE = "#333333", "#444444", "#c44e52", "#2a7f9e", "#999999"
 
 
@@ -65,27 +67,28 @@ def fit_panel(ax, diagnosis):
     before, after = diagnosis.pictures["before"], diagnosis.pictures["after"]
     if diagnosis.kind != "trajectory":
         order = np.argsort(before["input"], kind="stable")
-        x, inside, where, label = before["input"][order], order, "all rows", _input_name(diagnosis.kind)
+        x, inside, where, label = before["input"][order], order, "all rows", _input_name(diagnosis)
+        unit = diagnosis.error.get("unit") or ""
     else:
         trial, channel = _worst(before)
         inside = np.flatnonzero((before["trial"] == trial) & (before["channel"] == channel))
-        x, label = before["time"][inside], "time [s]"
+        x, label, unit = before["time"][inside], "time [s]", "m" if channel < 3 else "rad"
         where = f"{diagnosis.pictures['trials'][trial]}, {('x', 'y', 'z', 'rx', 'ry', 'rz')[channel]}"
     ax.plot(x, before["measured"][inside], ".", color=MEASURED, ms=4, label="measured")
     ax.plot(x, before["model"][inside], "-", color=BEFORE, lw=1.2, label="model before")
     ax.plot(x, after["model"][inside], "-", color=AFTER, lw=1.2, label="model after")
     ax.legend(fontsize=8, frameon=False)
-    _plain(ax, f"Fit where it missed most: {where}", label, f"[{diagnosis.error.get('unit') or ''}]")
+    _plain(ax, f"Fit where it missed most: {where}", label, f"[{unit}]")
 
 
-def _input_name(kind):
+def _input_name(diagnosis):
     """What the rows of a table are drawn over."""
-    return "row: the layers, set after set" if kind == "layers" else "main input"
+    return LABELS["input"] if diagnosis.kind == "layers" else diagnosis.pictures["input"]
 
 
 def residual_panel(ax, diagnosis):
     """All residuals in units of the noise, before and after, against time (or the main input of a table)."""
-    name, label = ("input", _input_name(diagnosis.kind)) if diagnosis.kind != "trajectory" else ("time", "time [s]")
+    name, label = ("input", _input_name(diagnosis)) if diagnosis.kind != "trajectory" else ("time", "time [s]")
     for table, colour, text in ((diagnosis.pictures["before"], BEFORE, "before"), (diagnosis.pictures["after"], AFTER, "after")):
         ax.plot(table[name], table["sigmas"], ".", color=colour, ms=3, alpha=0.5, label=text)
     ax.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)
@@ -94,13 +97,13 @@ def residual_panel(ax, diagnosis):
 
 
 def ranking_panel(ax, diagnosis, most=10):
-    """Evidence of the candidates on a logarithmic scale; accepted ones in colour."""
+    """Evidence of the candidates, on a logarithmic scale where it spans more than a decade; accepted ones in colour."""
     found = [entry for entry in diagnosis.candidates if entry.evidence is not None][:most][::-1]
     values = [max(entry.evidence, 0.5) for entry in found]
     colours = [AFTER if entry.accepted else BEFORE if entry.why.startswith("suspected") else NOISE for entry in found]
     ax.barh(range(len(found)), values, color=colours)
     ax.set_yticks(range(len(found)), [entry.effect for entry in found], fontsize=8)
-    if found:
+    if found and max(values) > 10 * min(values):
         ax.set_xscale("log")
     _plain(ax, "Candidates (blue accepted, red suspected)", "evidence: fall of chi2 - p log n", "")
 
@@ -132,15 +135,20 @@ def comparison_panels(comparison, ax=None):
     table, unit = comparison.table, comparison.error.get("unit") or ""
     if not table:
         return axes
-    low, high = np.min(table["measured"]), np.max(table["measured"])
-    axes[0].plot([low, high], [low, high], "-", color=NOISE, lw=1)
-    axes[0].plot(table["model"], table["measured"], ".", color=AFTER, ms=3)
+    positions = comparison.kind == "trajectory" and unit == "m"  # metres and radians are not one axis
+    told = table["channel"] < 3 if positions else np.ones(len(table["measured"]), bool)
+    measured, model = table["measured"][told], table["model"][told]
+    axes[0].plot([measured.min(), measured.max()], [measured.min(), measured.max()], "-", color=NOISE, lw=1)
+    axes[0].plot(model, measured, ".", color=AFTER, ms=3)
     _plain(axes[0], "Measured over model", f"model [{unit}]", f"measured [{unit}]")
-    names = [("input", _input_name(comparison.kind))] * 3 if comparison.kind != "trajectory" else [
-        ("time", "time [s]"), ("height", "height [m]"), ("speed", "speed [m/s]")]
-    for panel, (name, label) in zip(axes[1:], names, strict=True):
+    for panel, name in zip(axes[1:], comparison.against, strict=False):
+        values, label = np.asarray(table[name]), LABELS.get(name, name)
         panel.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)
-        panel.plot(table[name], table["sigmas"], ".", color=BEFORE, ms=3, alpha=0.6)
-        _plain(panel, f"Residuals against {label.split(' [')[0]}", label, "measured - model [sigma]")
+        panel.plot(values, table["sigmas"], ".", color=BEFORE, ms=3, alpha=0.6)
+        if np.ptp(values) < 1e-6:  # a body that slides on a level floor has one height, to rounding
+            panel.set_xlim(values.mean() - 0.01, values.mean() + 0.01)
+        _plain(panel, f"Residuals against {label.split(' [')[0].split(':')[0]}", label, "measured - model [sigma]")
+    for panel in axes[1 + len(comparison.against):]:
+        panel.set_axis_off()
     axes[0].figure.suptitle(comparison.title, fontsize=12, x=0.01, ha="left")
     return axes

@@ -62,6 +62,7 @@ def compare_layer_file(file, seed=0, workers=None, progress=False, simulator=Non
         _noise(search),
         tuple(notes + set_notes(search, stage) + campaign_notes(sets)),
         _table(search, stage, names=True),
+        against=("layer", "input"),
     )
 
 

@@ -228,8 +228,7 @@ def judge_table(problem, fit):
     columns = {"trial": np.concatenate([np.full(len(unit.rows), k) for k, unit in enumerate(problem.trials)]),
                "channel": np.zeros(len(rows), int), "row": rows + 2, "input": main[rows], "measured": table.values[rows],
                "model": table.values[rows] - raw, "residual": raw, "sigmas": raw / problem.noise.position, "white": flat}
-    columns |= {"time": main[rows], "height": main[rows], "speed": main[rows]}
-    return verdict, columns
+    return verdict, {**{name: values[rows] for name, values in table.inputs.items()}, **columns}
 
 
 def where_in_table(problem, table):
@@ -276,4 +275,5 @@ def compare_outcomes(measurement, own=()):
              "bias": float(-np.mean(table["residual"]))}
     return Comparison(file.kind, file.title, verdict.adequate, verdict.statistic, verdict.p, error,
                       where_in_table(prepared.problem, table), noise, prepared.notes, table,
-                      tuple(unit.name for unit in prepared.problem.trials))
+                      tuple(unit.name for unit in prepared.problem.trials), against=tuple(measurement.table.inputs),
+                      channels=(measurement.table.outcome,))

@@ -46,3 +46,7 @@ def test_outcome_table_against_the_law_of_fall(tmp_path):
     path.write_text('kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.05\nmass = 0.5\n[measurement]\nfile = "o.csv"\n')
     comparison = hlcs.compare(path)
     assert comparison.adequate and abs(comparison.noise["position"] / 0.002 - 1) < 0.4  # 24 degrees of freedom: 15 % each sigma
+    frame = comparison.to_dataframe()  # its own columns, under their own names
+    assert list(frame["height_m"]) == sorted(heights) and set(frame["channel"]) == {"fall_time_s"} and "speed" not in frame
+    labels = [axes.get_xlabel() for axes in comparison.plot() if axes.axison]
+    assert labels == ["model [s]", "height_m"]  # no panel for inputs that the table has not
