@@ -7,6 +7,9 @@ import sys
 import tomllib
 from pathlib import Path
 
+from docutils import nodes
+from latex2mathml.converter import convert
+
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
@@ -18,7 +21,6 @@ release = version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="
 extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
-    "sphinx.ext.mathjax",
     "sphinx.ext.viewcode",
     "numpydoc",
     "myst_nb",
@@ -27,6 +29,7 @@ exclude_patterns = ["_build", ".jupyter_cache", "jupyter_execute", "**.ipynb_che
 templates_path = ["_templates"]
 default_role = "literal"
 
+html_math_renderer = "mathml"  # formulas are in the page itself: it reads the same without a network
 html_theme = "pydata_sphinx_theme"
 html_title = "hlcs"
 html_theme_options = {"show_prev_next": False, "navigation_with_keys": False}
@@ -97,6 +100,17 @@ def plain_docstring(app, what, name, obj, options, lines):
     lines[:] = result
 
 
+def formula(display):
+    """What writes a formula as MathML, which browsers draw themselves."""
+
+    def visit(translator, node):
+        translator.body.append(convert(node.astext(), display=display))
+        raise nodes.SkipNode
+
+    return visit, None
+
+
 def setup(app):
+    app.add_html_math_renderer("mathml", formula("inline"), formula("block"))
     app.connect("autodoc-process-docstring", plain_docstring, priority=400)
     app.connect("autodoc-skip-member", skip_alias)
