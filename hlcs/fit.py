@@ -228,8 +228,10 @@ class Problem:
         values = np.array([model.terms[index].numbers[free.name] for index, free in frees])
         r, s = linear.projected
         rows, aims = towards_null(values, [free for _, free in frees])
-        fit = inference.least_squares(np.concatenate([*s, rows]), np.concatenate([*r, aims]))
-        covariance = fit.covariance if len(frees) else np.zeros((0, 0))
+        columns, aim = np.concatenate([*s, rows]), np.concatenate([*r, aims])
+        covariance = np.zeros((len(frees), len(frees)))
+        if len(frees) and np.isfinite(columns).all() and np.isfinite(aim).all():  # a run may leave the finite numbers
+            covariance = inference.least_squares(columns, aim).covariance
         near = [1e-6 * abs(free.high - free.low) for _, free in frees]
         at_bound = tuple(free.period is None and bool(value <= free.low + room and free.null != free.low
                                                       or value >= free.high - room)

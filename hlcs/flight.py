@@ -12,6 +12,7 @@ from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.effects import contract
 
+STIFF, FINEST = 1.0, 5e-4  # h |da/dv| above which steps are too long [-], and a step that is not cut any more [s]
 JUMP = 60.0  # a mean acceleration over one step that only an impact gives [m/s2]
 
 
@@ -61,7 +62,11 @@ class Track(NamedTuple):
 
 
 def fly(bodies: Bodies, effects, duration, step) -> Track:
-    """Fly n bodies for `duration` [s] under the effects (gravity among them), in equal steps of at most `step` [s]."""
+    """Fly n bodies for `duration` [s] under the effects (gravity among them), in equal steps of at most `step` [s].
+
+    Where an acceleration answers a change of velocity within the step (the drag of a light body in a liquid) the flight is done
+    again in shorter steps: beyond 2.8 / h Runge-Kutta's answer grows without end.
+    """
     count = max(int(np.ceil(duration / step - 1e-9)), 1)
     h = duration / count
     added = contract.added_mass(effects, bodies)
@@ -105,6 +110,9 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
         a2, w2 = rates(t + h / 2, x + h / 2 * v, v + h / 2 * a1, half, w + h / 2 * w1)
         v2, v3 = v + h / 2 * a1, v + h / 2 * a2
         a3, w3 = rates(t + h / 2, x + h / 2 * v2, v3, turned(q, h / 2 * (w + h / 4 * w1)), w + h / 2 * w2)
+        stiff = 2 * np.max(np.abs(a3 - a2) / (np.abs(a2 - a1) + 1e-3 * np.abs(a1).max() + 1e-9))  # h |da/dv|
+        if stiff > STIFF and h > FINEST:
+            return fly(bodies, effects, duration, max(h / min(np.ceil(2 * stiff), 4.0), FINEST))
         v4 = v + h * a3
         a4, w4 = rates(t + h, x + h * v3, v4, turned(q, h * (w + h / 2 * w2)), w + h * w3)
         x = x + h / 6 * (v + 2 * v2 + 2 * v3 + v4)

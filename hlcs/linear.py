@@ -62,8 +62,9 @@ class Fit:
 
     @property
     def chi2(self):
-        """Sum of squares of the whitened residuals."""
-        return float(self.losses.sum())
+        """Sum of squares of the whitened residuals; infinite where the model left the finite numbers."""
+        total = float(self.losses.sum())
+        return total if np.isfinite(total) else np.inf
 
     @cached_property
     def count(self):

@@ -170,7 +170,7 @@ def replacements(search, fit, index, share, margin):
 
     search.progress("rivals " + ", ".join(entry.name for entry, _ in promising))
     found = search.problem.at_once([partial(in_place, entry, here) for entry, here in promising])
-    return without, found
+    return without, [(entry, other) for entry, other in found if np.isfinite(other.chi2)]
 
 
 def rivals(search, fit, inflation):

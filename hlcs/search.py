@@ -60,6 +60,9 @@ class Search(Screening):
 
     def judge(self, before, entry, fit, trial):
         """Fill in the held-out figures of a refitted candidate against the fit without it."""
+        if not np.isfinite(fit.chi2):
+            trial.fails.append("the model leaves the finite numbers")
+            return
         trial.fit, trial.gain = fit, before.chi2 - fit.chi2
         if not self.folds.possible:
             return
