@@ -10,9 +10,9 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.bodies import Bodies
-from minibullet.effects import contract
+from minibullet.effects import AddedMass, contract
 
-STIFF, FINEST = 1.0, 5e-4  # h |da/dv| above which steps are too long [-], and a step that is not cut any more [s]
+STIFF, FINEST = 1.0, 2e-3  # h |da/dv| above which steps are too long [-], and a step that is not cut any more [s]
 JUMP = 60.0  # a mean acceleration over one step that only an impact gives [m/s2]
 
 
@@ -69,14 +69,16 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
     """
     count = max(int(np.ceil(duration / step - 1e-9)), 1)
     h = duration / count
-    added = contract.added_mass(effects, bodies)
+    heavy, added = bodies.mass[:, None], contract.added_mass(effects, bodies)
+    if added is not None and all(type(effect) is AddedMass for effect in effects
+                                 if type(effect).added_mass is not contract.Effect.added_mass):
+        heavy, added = heavy + added[:, 0, :1], None  # the same in every direction and attitude: so much more to accelerate
     forceful = [effect for effect in effects if type(effect).forces is not contract.Effect.forces]
     isotropic = np.allclose(bodies.inertia, bodies.inertia[:, :1])
     n = len(bodies.mass)
     x, v, q, w = (np.array(part, dtype=float) for part in
                   (bodies.position, bodies.twist[:, :3], bodies.orientation, bodies.twist[:, 3:]))
     record = [np.empty((count + 1, n, size)) for size in (3, 3, 4, 3)]
-    heavy = bodies.mass[:, None]
 
     def rates(time, x, v, q, w):
         state = bodies._replace(position=x, orientation=q, twist=np.concatenate([v, w], axis=1))
