@@ -22,14 +22,14 @@ class Budget:
 
     def __init__(self, problem):
         self.shots = problem.shots
-        self.limit = (LIMIT if cut(problem) else SMOOTH) if getattr(self.shots, "contact", False) else np.inf
-        self.start = getattr(self.shots, "spent", 0.0)
+        self.limit = (LIMIT if cut(problem) else SMOOTH) if self.shots.contact else np.inf
+        self.start = self.shots.spent
         self.left_out = []
 
     @property
     def share(self):
         """Part of the limit that is spent [-]."""
-        return (getattr(self.shots, "spent", 0) - self.start) / self.limit
+        return (self.shots.spent - self.start) / self.limit
 
     def over(self, part, what):
         """Is more than a part of the limit spent? Then `what` is noted as left out."""
@@ -57,7 +57,7 @@ class Budget:
 
 def cut(problem):
     """Are the recordings of a problem pieces of longer ones?"""
-    return any(getattr(trial, "recording", "") for trial in problem.trials)
+    return any(trial.recording for trial in problem.trials)
 
 
 def unit(trials, step):

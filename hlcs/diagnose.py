@@ -66,12 +66,13 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     """The diagnosis of recordings."""
     file = measurement.file
     say("fitting the model under test")
-    contact = touches(measurement.trials, estimate_noise(measurement))
+    noise = estimate_noise(measurement)
+    contact = touches(measurement.trials, noise)
     few, many, notes = screened(measurement, contact)
-    prepared = prepare(few, own)
+    prepared = prepare(few, own, noise)
     if few is not many and prepared.problem is not None and not cut(prepared.problem):  # cheaper than feared
         few, many, notes = screened(measurement, contact, SMOOTH)
-        prepared = prepare(few, own)
+        prepared = prepare(few, own, noise)
     entries, absent = candidates_for(few, prepared.contact, names, own)
     if prepared.problem is None:
         return unknown_noise(measurement, prepared, entries)
@@ -86,7 +87,7 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
         return found
     say("fitting more recordings")
     kept = {*found.effects, *(name for members in found.ambiguous for name in members)}
-    confirmed = searched(prepare(many, own), [entry for entry in entries if entry.name in kept], {})
+    confirmed = searched(prepare(many, own, noise), [entry for entry in entries if entry.name in kept], {})
     others = tuple(replace(finding, why=f"on {len(few.trials)} recordings: {finding.why}")
                    for finding in found.candidates if finding.effect not in kept)
     left_out = tuple(note for note in found.notes if note.startswith(LEFT_OUT) and note not in confirmed.notes)

@@ -18,7 +18,7 @@ class Folds:
         self.side = np.array([half[trial.group] for trial in trials])
         bodies = {}
         for trial in trials:
-            bodies.setdefault(trial.body, set()).add(getattr(trial, "recording", "") or trial.name)
+            bodies.setdefault(trial.body, set()).add(trial.recording or trial.name)
         self.few = min(len(names) for names in bodies.values()) < FEW_RECORDINGS
 
     def residuals(self, fit):

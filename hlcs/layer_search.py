@@ -119,19 +119,20 @@ class LayerSearch(LayerJudge):
         beyond = not entry.switch and abs(one.amount) > 1.1 * abs(entry.step)
         for _ in range(FULL):
             try:
-                following = self.stage(stage.model.with_effect(entry, one.value), (*stage.accepted, one))
+                found = self.stage(stage.model.with_effect(entry, one.value), (*stage.accepted, one))
             except InputError:
-                one = replace(one, amount=(one.amount + simulated) / 2.0)
-                if beyond:
-                    continue
-                break
-            simulated = one.amount
+                found = None
             if not beyond:
+                following = found
                 break
-            line = self.weigh(stage, entry, *layer_fit.signature(self.data, stage.rows, following.rows, simulated))
+            line = layer_fit.signature(self.data, stage.rows, found.rows, one.amount) if found else None
+            if line is None:  # too few tests stand with it
+                one = replace(one, amount=(one.amount + simulated) / 2.0)
+                continue
+            simulated, line = one.amount, self.weigh(stage, entry, *line)
             if line.fails:
                 return line, None
-            following.accepted = (*stage.accepted, replace(line, amount=simulated))
+            found.accepted, following = (*stage.accepted, replace(line, amount=simulated)), found
             if abs(line.amount - simulated) <= line.deviation:
                 break
             one = replace(line, amount=(line.amount + simulated) / 2.0)

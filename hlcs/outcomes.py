@@ -44,12 +44,13 @@ class Unit:
     body: object
     surroundings: object
     rows: np.ndarray
+    recording: str = ""  # a table has none that could be cut
 
 
 class TableShots:
     """The part of a simulator that a search asks for."""
 
-    contact, range = False, (0.0, 1.0)
+    contact, range, spent = False, (0.0, 1.0), 0.0
 
 
 class TableProblem(Problem):

@@ -38,10 +38,9 @@ def shot_again(problem, fit):
             if len(active) == 0:
                 break
     better = fit.starts.copy()
-    for k in bad:
-        old, new = (_losses(problem, model, some[k][None], np.array([k]), {k: slice(None)})[0] for some in (fit.starts, starts))
-        if new < old:
-            better[k] = starts[k]
+    both = np.concatenate([fit.starts[bad], starts[bad]])
+    old, new = _losses(problem, model, both, np.tile(bad, 2), dict.fromkeys(bad, slice(None))).reshape(2, -1)
+    better[bad[new < old]] = starts[bad[new < old]]
     return problem.fit(model, better)
 
 

@@ -101,9 +101,9 @@ def starts_seated(trial, noise):
     return bool(np.all(np.abs(lifts) < tolerance))
 
 
-def prepare(measurement: Measurement, own=()):
-    """Noise, problem and the fit of the model under test."""
-    noise = estimate_noise(measurement)
+def prepare(measurement: Measurement, own=(), noise=None):
+    """Noise, problem and the fit of the model under test; noise: where it is known already."""
+    noise = noise or estimate_noise(measurement)
     notes = list(measurement.notes) + list(noise.notes)
     trials = measurement.trials
     contact = touches(trials, noise)
