@@ -1,4 +1,4 @@
-"""What a diagnosis of contact data may cost: how many recordings are screened, how many refitted, and what must be said.
+"""What a diagnosis of recordings may cost: how many recordings are screened, how many refitted, and what must be said.
 
 Costs are counted in steps of one body, so that a plan depends on the data alone and not on how busy the computer is.
 """
@@ -9,6 +9,7 @@ import numpy as np
 
 LIMIT = 3.0e6  # body-steps of a search on a tumbling body: some 90 s at 30 us each
 SMOOTH = 15.0e6  # the same where recordings are not cut: 6 us each
+FLIGHT = 20.0e6  # the same where nothing touches: some 40 s at 2 us each, what a step costs by itself counted too
 UNITS = 200  # linearisations that a search over the whole library needs
 FORWARD, AFTERWARDS = 0.6, 0.8  # parts of the limit after which no round, no exchange is begun
 A_REFIT = 7  # linearisations
@@ -22,7 +23,7 @@ class Budget:
 
     def __init__(self, problem):
         self.shots = problem.shots
-        self.limit = (LIMIT if cut(problem) else SMOOTH) if self.shots.contact else np.inf
+        self.limit = (LIMIT if cut(problem) else SMOOTH) if self.shots.contact else FLIGHT
         self.start = self.shots.spent
         self.left_out = []
 
@@ -45,7 +46,7 @@ class Budget:
 
     def refits(self, problem, most, least=2, each=1):
         """How many pieces of work of `each` refits, side by side, what is left allows for: at least and at most so many."""
-        if not np.isfinite(self.limit):
+        if not self.shots.contact:
             return most
         allowed = int((1 - self.share) * self.limit / (2 * each * A_REFIT * max(unit(problem.trials, problem.shots.step), 1.0)))
         return int(np.clip(allowed, least, most))

@@ -23,18 +23,25 @@ def candidates_for(measurement, contact, names=None, own=()):
     wanted = list(classes()) if names is None else [name_of(class_named(name, own)) for name in names]
     kinds = [class_named(name, own) for name in wanted]
     kinds += [kind for kind in own if kind not in kinds]
-    already = {entry["name"] for entry in measurement.file.effects}
     found, absent = [], {}
     for kind in kinds:
         name = name_of(kind)
-        why = None if kind in own else _obstacle(kind, name, measurement, contact)
-        if name in already:
-            why = "already in the model"
+        why = stated(name, measurement.file) or (None if kind in own else _obstacle(kind, name, measurement, contact))
         if why:
             absent[name] = why
         else:
             found.append(candidate(kind, surroundings, radius, own=kind in own, only=_free(name, trials)))
     return sorted(found, key=lambda entry: entry.name), absent
+
+
+def stated(name, file):
+    """Why a candidate cannot join what an experiment file states as its model, or None."""
+    names = [entry["name"] for entry in file.effects]
+    if name in names:
+        return "already in the model"
+    if name == "drag_crisis" and "quadratic_drag" in names:  # its law holds at every Reynolds number: two would count drag twice
+        return "the model states quadratic_drag, whose place it would take: leave that out of [model] effects to have it tried"
+    return None
 
 
 def _free(name, trials):

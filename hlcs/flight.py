@@ -89,7 +89,7 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
             return total[:, :3] / heavy, total[:, 3:] / bodies.inertia
         turn = rotations.matrix(q)
         inertia = np.einsum("nij,nj,nkj->nik", turn, bodies.inertia, turn)
-        total[:, 3:] -= np.cross(w, np.einsum("nij,nj->ni", inertia, w))
+        total[:, 3:] -= rotations.cross(w, np.einsum("nij,nj->ni", inertia, w))
         mass = np.zeros((n, 6, 6))
         mass[:, [0, 1, 2], [0, 1, 2]] = heavy
         mass[:, 3:, 3:] = inertia

@@ -17,6 +17,7 @@ from .experiment_files import Body
 from .flight import fly
 from .together import asker
 
+A_STEP = 300  # bodies that cost as much as one step in flight costs however few fly
 MOST_TOGETHER = 600  # runs in one World: more are no cheaper together, and need more memory
 
 
@@ -189,7 +190,7 @@ class Shots:
         self.class_of = np.zeros(len(spans), int)  # runs of one class share a World: there all go on as long as the longest
         if any(trial.recording for trial in self.trials):
             self.class_of = np.ceil(np.log2(spans / spans.min()) - 1e-9).astype(int)
-        self.spent = 0.0  # bodies times steps simulated with contacts
+        self.spent = 0  # bodies times steps simulated
         self.pair = ()  # two steps [s], the second half the first: what both give is carried on to a step of zero
 
     def simulate(self, model, starts, owner, time_step=None):
@@ -292,8 +293,8 @@ class Shots:
         step = requests[0][3] or self.step
         duration = max(max(float(times.max()) for times in samples), step)
         duration += 0.06 * duration + 0.05 if any(looks) else 0.0
-        self.spent += len(runs) * duration / step if self.contact else 0.0
         track = self._move([setup for setup, _, _ in runs], starts, owner, acting, duration, step)
+        self.spent += (len(runs) + (0 if self.contact else A_STEP)) * (len(track.times) - 1)
         answers = []
         for span, changes in zip(spans, looks, strict=True):
             part = track if len(requests) == 1 else track.of(span)

@@ -8,7 +8,7 @@ import numpy as np
 from minibullet.errors import InputError
 
 from . import inference, table_motion
-from .candidates import known_body
+from .candidates import known_body, stated
 from .effects import candidate, class_named, classes
 from .effects.contract import name_of
 from .fit import Problem
@@ -167,13 +167,12 @@ def table_candidates(file, table, names, own):
     """(candidates, {name: why not}) for an outcome table."""
     wanted = list(classes()) if names is None else [name_of(class_named(name, own)) for name in names]
     kinds = [class_named(name, own) for name in wanted] + [kind for kind in own if name_of(kind) not in wanted]
-    already = {entry["name"] for entry in file.effects}
     known = known_body(file.body) or ("mass_kg" in table.inputs and "radius_m" in table.inputs)
     found, absent = [], {}
     for kind in kinds:
         name = name_of(kind)
-        if name in already:
-            absent[name] = "already in the model"
+        if why := stated(name, file):
+            absent[name] = why
         elif kind not in own and name not in FITTING[table.outcome]:
             absent[name] = f"does not act on {table.outcome}"
         elif name in ("drag_crisis", "buoyancy", "added_mass", "mass_offset", "size_error") and not known:

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 
 from . import inference
+from .budget import FORWARD
 from .candidates import carries
 from .model import Term
 
@@ -30,8 +31,7 @@ def hidden_pair(search, fit, trials):
     search.progress(f"refitting {len(tried)} pairs")
 
     def both_in(first, second):
-        known = first.fit is not None and not first.linear  # the round has refitted it already
-        one = first.fit if known else search.refit(fit, first.candidate)
+        one = search.refit(fit, first.candidate)
         both = search.refit(one, second.candidate)
         good = all(stands(search, fit, both, trial, len(trials)) for trial in (first, second))
         return both.chi2 + first.price + second.price, good, [one, both]
@@ -46,6 +46,8 @@ def hidden_pair(search, fit, trials):
     if search.problem.shots.contact:
         return []
     for first in sorted(pointing, key=lambda trial: (-(trial.gain - trial.price), trial.candidate.name))[:2]:
+        if search.budget.over(FORWARD, f"what acts only through {first.candidate.name}"):
+            break
         seconds = [trial for trial in search.round(first.fit).values() if trial.fit is not None and not trial.fails
                    and not search.same_form(trial.candidate.name, first.fit.model.terms)]
         if not seconds:

@@ -159,9 +159,8 @@ def replacements(search, fit, index, share, margin):
         key = (fit.model.terms, index, entry.name)
         if key not in search.replaced:
             fits = [search.refit(without, entry, (here[1], fit.starts))] if here is not None else []
-            known = search.refitted.get((without.model.terms, entry.name))
             if here is None or fits[0].chi2 - fit.chi2 > 12.0:
-                fits.append(known if known is not None else search.refit(without, entry))
+                fits.append(search.refit(without, entry))
             if search.problem.shots.contact and entry.absent is not None and min(one.chi2 for one in fits) - fit.chi2 > 12.0:
                 numbers = tuple(entry.absent.items())  # with the starts that the term found: an equal law needs no others
                 fits.append(search.problem.fit(without.model.with_term(Term(entry, numbers)), fit.starts))

@@ -49,6 +49,9 @@ class Search(Screening):
         """The fit with the candidate in, from its null value and from what impacts show, or from `near` = (numbers, starts)."""
         if near is not None:
             return self.problem.fit(fit.model.with_term(Term(entry, tuple(near[0].items()))), near[1])
+        key = fit.model.terms, entry.name
+        if key in self.refitted:
+            return self.refitted[key]
         begin = list(entry.starts)
         if entry.absent is not None:
             begin = [tuple((self.view.get(entry.name) or entry.absent).items())]
@@ -56,7 +59,8 @@ class Search(Screening):
             begin.append(tuple(self.read[entry.name].items()))
         fits = self.problem.at_once([partial(self.problem.fit, fit.model.with_term(Term(entry, values)), fit.starts)
                                      for values in begin])
-        return min(fits, key=lambda found: found.chi2)
+        self.refitted[key] = min(fits, key=lambda found: found.chi2)
+        return self.refitted[key]
 
     def judge(self, before, entry, fit, trial):
         """Fill in the held-out figures of a refitted candidate against the fit without it."""

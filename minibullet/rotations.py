@@ -69,8 +69,15 @@ def rotate(q, v):
     """Turn vectors: body components to world components. (..., 4), (..., 3) -> (..., 3)."""
     q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
     axis = q[..., 1:]
-    twice = 2.0 * np.cross(axis, v)
-    return v + q[..., :1] * twice + np.cross(axis, twice)
+    twice = 2.0 * cross(axis, v)
+    return v + q[..., :1] * twice + cross(axis, twice)
+
+
+def cross(a, b):
+    """Vector product. (..., 3), (..., 3) -> (..., 3). The bits of numpy's own, which takes twice the time on a few vectors."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
 def exponential(rotation_vector):
@@ -105,11 +112,11 @@ def between(u, v):
     For opposite directions the axis is arbitrary; the one nearest a coordinate axis is taken.
     """
     u, v = np.broadcast_arrays(normalised(u), normalised(v))
-    cross = np.cross(u, v)
-    sine = np.sqrt(np.sum(cross * cross, axis=-1, keepdims=True))
+    normal = cross(u, v)
+    sine = np.sqrt(np.sum(normal * normal, axis=-1, keepdims=True))
     cosine = np.sum(u * v, axis=-1, keepdims=True)
     helper = np.eye(3)[np.argmin(np.abs(u), axis=-1)]
-    axis = normalised(np.where(sine > 0, cross, np.cross(u, helper)))
+    axis = normalised(np.where(sine > 0, normal, cross(u, helper)))
     # Nearly opposite directions leave a rounded cross product; only its part square to u turns u in the right plane.
     axis = normalised(axis - np.sum(axis * u, axis=-1, keepdims=True) * u)
     half = 0.5 * np.arctan2(sine, cosine)

@@ -13,7 +13,7 @@ import numpy as np
 from minibullet.bodies import angular_velocity, velocity
 from minibullet.effects.body import STANDARD_GRAVITY, ConstantForce, force_only, unit_vector
 from minibullet.effects.contract import Effect, parameter
-from minibullet.rotations import matrix
+from minibullet.rotations import cross, matrix
 
 AIR_DENSITY = 1.2  # dry air at 20 degrees Celsius and 101 kPa [kg/m3]
 AIR_VISCOSITY = 1.8e-5  # the same air [Pa s]
@@ -142,7 +142,7 @@ class Magnus(FluidForce):
 
     def forces(self, bodies, time):
         strength = self.coefficient * pi * self.fluid_density * bodies.radius**3
-        return force_only(strength[:, None] * np.cross(angular_velocity(bodies), velocity(bodies)))
+        return force_only(strength[:, None] * cross(angular_velocity(bodies), velocity(bodies)))
 
 
 @dataclass(frozen=True)
