@@ -124,8 +124,10 @@ def replacements(search, fit, index, share, margin):
     Candidates whose linear gain from the null value comes near that of the term (`share` of it less `margin`), whose law
     looks like the term's where the data are, and other forms of the same law.
     """
-    term = fit.model.terms[index]
-    without = search.problem.fit(fit.model.without(index), fit.starts)
+    term, key = fit.model.terms[index], (fit.model.terms, index)
+    if key not in search.stripped:
+        search.stripped[key] = search.problem.fit(fit.model.without(index), fit.starts), {}
+    without, looks = search.stripped[key]
     r = np.concatenate(without.linear.projected[0])
     q_now = inference.basis(np.concatenate(without.linear.projected[1]))
     r = inference.project_out(q_now, r)
@@ -134,13 +136,16 @@ def replacements(search, fit, index, share, margin):
                if entry.name not in fit.model.names and not search.same_form(entry.name, without.model.terms)]
     if search.budget.over(AFTERWARDS, "rivals that are not another form of an accepted law"):
         entries = [entry for entry in entries if search.same_form(entry.name, (term,))]
-    work = [partial(search.screen, without, entry) for entry in entries]
+    unseen = [entry for entry in entries if entry.name not in looks]
+    work = [partial(search.screen, without, entry) for entry in unseen]
     if search.problem.shots.contact:
-        work += [partial(search.local, fit, index, entry) for entry in entries]
+        work += [partial(search.local, fit, index, entry) for entry in unseen]
     seen = search.problem.at_once(work)
-    near = seen[len(entries):] or [None] * len(entries)
+    near = seen[len(unseen):] or [None] * len(unseen)
+    looks |= {entry.name: both for entry, *both in zip(unseen, seen[:len(unseen)], near, strict=True)}
     promising = []
-    for entry, signature, here in zip(entries, seen[:len(entries)], near, strict=True):
+    for entry in entries:
+        signature, here = looks[entry.name]
         if signature is None:
             continue
         s = inference.project_out(q_now, np.concatenate(signature))
