@@ -130,8 +130,9 @@ def _share(name, must, aim, wanted, cases, good, at_least=True, note=""):
     return Figure(name, must, aim, sum(bool(good(*case)) for case in cases), len(cases), wanted, at_least, note=note)
 
 
-def figures(pairs):
-    """The table of figures from [(answer, verdict)]; a missing verdict is {"verdict": "missing"}."""
+def figures(pairs, again=None):
+    """The table of figures from [(answer, verdict)]; a missing verdict is {"verdict": "missing"}; again: what came of the
+    recommended experiments."""
     motion = [pair for pair in pairs if pair[0]["family"] != "layers"]
     nulls = [pair for pair in pairs if pair[0]["kind"] == "null"]
     library = [pair for pair in motion if pair[0]["kind"] in ("single", "degenerate")]
@@ -186,7 +187,17 @@ def figures(pairs):
             lambda a, v: v["verdict"] in ("ambiguous", "unexplained") and {a["effects"][0], *a["tied"]} <= reported(v),
         )
     )
-    table.append(Figure("recommended experiment settles it", ">= 90 %", "95 %", note="needs a second round"))
+    table.append(
+        _share(
+            "recommended experiment settles it",
+            ">= 90 %",
+            "95 %",
+            0.90,
+            [(one, None) for one in again or []],
+            lambda one, _: one["settled"],
+            note="" if again is not None else "needs `tests.blind.again`",
+        )
+    )
     for strength, wanted, aim in ((1.2, 0.90, "95 %"), (0.6, 0.60, "80 %")):
         some = [
             pair for pair in outside if (weakest(pair[0]) >= 1.2 if strength == 1.2 else abs(weakest(pair[0]) - 0.6) < 0.05)
@@ -330,6 +341,15 @@ def breakdown(pairs):
     return lines
 
 
+def by_design(again):
+    """Lines (experiment, times done, times that it settled the question)."""
+    lines = []
+    for how in sorted({one["how"] for one in again.values()}):
+        some = [one["settled"] for one in again.values() if one["how"] == how]
+        lines.append([how, str(len(some)), str(sum(some))])
+    return lines
+
+
 def by_effect(pairs):
     """Lines (hidden effect, cases >= 0.6, detected, truth inside, intervals that hold the truth)."""
     lines = []
@@ -374,7 +394,9 @@ def report(cases, verdicts, first=None):
     """The whole score as Markdown text, and the figures; of the first so many cases of the deck where that is given."""
     pairs, record = load(cases, verdicts)
     deck, pairs = len(pairs), pairs[:first]
-    table = figures(pairs)
+    done = Path(cases) / "again.json"
+    again = json.loads(done.read_text(encoding="utf-8")) if done.exists() else None
+    table = figures(pairs, None if again is None else list(again.values()))
     sealed = seal.sealed(record["seed"])
     missing = sum(verdict["verdict"] == "missing" for _, verdict in pairs)
     text = "# Hidden-effect suite\n\n"
@@ -385,6 +407,8 @@ def report(cases, verdicts, first=None):
     text += f"one-sided 95 %. Families in this run: {', '.join(families)}.\n\n"
     text += markdown_table(["figure", "must", "aim", "measured", "bound", "result"], [figure.cells() for figure in table])
     text += KINDNESS
+    if again is not None:
+        text += "\n## The recommended experiments, done\n\n" + markdown_table(["experiment", "done", "settled"], by_design(again))
     text += "\n## Verdicts by family\n\n" + markdown_table(["family", "hidden", "cases", "verdicts"], breakdown(pairs))
     text += "\n## By hidden effect, strength >= 0.6\n\n"
     text += markdown_table(["effect", "cases", "something found", "truth inside", "intervals right"], by_effect(pairs))

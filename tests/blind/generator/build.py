@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from . import again
 from .case import csv_text, toml_text
 from .library import ALIASES, LIBRARY
 from .noise import REGIMES, Noise, frames, spoil, spoil_orientation
@@ -46,9 +47,9 @@ class Deal:
     rate: int | None = None  # frames a second; None = drawn among those of the regime
 
 
-def trajectory(deal, room, rng, placebo=False):
-    """One case of a trajectory family: ({file name: text}, answer). placebo: what is hidden is shuffled between recordings.
-    Raises Redraw."""
+def trajectory(deal, room, rng, placebo=False, then=None):
+    """One case of a trajectory family: ({file name: text}, answer). placebo: what is hidden is shuffled between recordings;
+    then = (design, number of tests): these are recorded too, after all others. Raises Redraw."""
     rate = deal.rate or int(rng.choice(REGIMES[deal.regime][2]))
     low, high = SIGMAS[deal.family]
     sigma = float(np.exp(rng.uniform(np.log(low), np.log(high))))
@@ -70,14 +71,17 @@ def trajectory(deal, room, rng, placebo=False):
     hidden = hidden_laws(laws, amplitudes)
     answer, rows, fitted = judge(deal, lens, hidden, errors)
     answer["amplitudes"] = dict(zip(deal.names, amplitudes, strict=True))
-    films = [film(setup, trial, {**setup.base(), **answer["hidden_laws"]}, errors, step=FINE) for trial in setup.trials]
+    acting = {**setup.base(), **answer["hidden_laws"]}
+    films = [film(setup, trial, acting, errors, step=FINE) for trial in setup.trials]
     if not all(np.isfinite(position).all() for position, _ in films):
         raise Redraw("not finite")
     if placebo:
         plain = [film(setup, trial, setup.base(), step=FINE) for trial in setup.trials]
         films = shuffled(rng, films, plain)
         answer.update(kind="placebo", parameters={}, tied=[])
-    files, noisy = _files(rng, setup, noise, films)
+    later = rng.spawn(1)[0]  # the recordings made first stay as they were
+    more = again.trials(setup, *then, lambda duration: frames(later, noise, duration)) if then else []
+    files, noisy = _files(rng, setup, noise, films, more, [film(setup, trial, acting, errors, step=FINE) for trial in more])
     answer.update(
         noise={"regime": deal.regime, **{key: value for key, value in noise.__dict__.items()}},
         nominal_errors=errors,
@@ -235,12 +239,13 @@ def _oracle(lens, noisy, fitted):
     return {"before": before, "after": after, "noise": lens.sigma_position}
 
 
-def _files(rng, setup, noise, films):
-    """The folder a user would hand in, and the films as recorded."""
+def _files(rng, setup, noise, films, more=(), more_films=()):
+    """The folder a user would hand in, and the films as recorded; `more` trials were filmed last."""
     header = (
         ["t_s"] + [name for name in setup.columns if name != "q"] + (["qw", "qx", "qy", "qz"] if "q" in setup.columns else [])
     )
     seen_axes = axes_seen(setup)
+    files, noisy, entries = {}, [], []
 
     def recorded(position, orientation):
         position = position.copy()
@@ -251,23 +256,20 @@ def _files(rng, setup, noise, films):
         parts = [times[:, None], position[:, seen_axes]] + ([] if orientation is None else [orientation])
         return csv_text(header, np.concatenate(parts, axis=1))
 
-    files, noisy, entries = {}, [], []
-    for number, (trial, (position, orientation)) in enumerate(zip(setup.trials, films, strict=True), start=1):
-        seen = recorded(position, orientation)
-        noisy.append(seen)
-        files[f"recording_{number:02d}.csv"] = table(trial.times, *seen)
+    def keep(trial, position, orientation):
+        noisy.append(recorded(position, orientation))
+        name = f"recording_{len(noisy):02d}.csv"
+        files[name] = table(trial.times, *noisy[-1])
         known = {key: [float(x) for x in np.round(trial.start[key], 9)] for key in trial.known}
-        entries.append(
-            {
-                "file": f"recording_{number:02d}.csv",
-                "group": trial.group,
-                **({"start": known} if known else {}),
-                **trial.overrides,
-            }
-        )
+        entries.append({"file": name, "group": trial.group, **({"start": known} if known else {}), **trial.overrides})
+
+    for trial, seen in zip(setup.trials, films, strict=True):
+        keep(trial, *seen)
     still = np.arange(600) / noise.rate
     place = np.repeat(np.array([[0.1, 0.2, 1.0]]), 600, axis=0)
     files["rest.csv"] = table(np.round(still, 6), *recorded(place, np.repeat([[1.0, 0.0, 0.0, 0.0]], 600, axis=0)))
+    for trial, seen in zip(more, more_films, strict=True):
+        keep(trial, *seen)
     files["experiment.toml"] = toml_text(
         {
             "": {"kind": "trajectory", "title": setup.title},
@@ -279,4 +281,4 @@ def _files(rng, setup, noise, films):
             "trial": entries,
         }
     )
-    return files, noisy
+    return files, noisy[: len(films)]

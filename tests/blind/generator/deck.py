@@ -85,8 +85,9 @@ def draw(rng, kind, family, turn, attempt, strengths=STRENGTHS, tabled=True):
     return Deal(family, kind, (name,), str(rng.choice(table[name].styles)), (strength,), regime)
 
 
-def make(seed, index, kind, family, turn, strengths=STRENGTHS, placebo=False):
-    """Files and answer of one case; draws again (never another kind or family) until one can be made as dealt."""
+def make(seed, index, kind, family, turn, strengths=STRENGTHS, placebo=False, then=None):
+    """Files and answer of one case; draws again (never another kind or family) until one can be made as dealt. then: see
+    `trajectory`."""
     problems = []
     for attempt in range(40):
         rng = np.random.default_rng([seed, index, attempt])
@@ -97,7 +98,7 @@ def make(seed, index, kind, family, turn, strengths=STRENGTHS, placebo=False):
             elif deal.style == "table":
                 files, answer = tables.case(deal, rng)
             else:
-                files, answer = trajectory(deal, ROOMS[family], rng, placebo)
+                files, answer = trajectory(deal, ROOMS[family], rng, placebo, then)
         except Redraw as problem:
             problems.append(f"{deal.names}: {problem}")
             continue
