@@ -390,13 +390,15 @@ def load(cases, verdicts):
     return pairs, record
 
 
-def report(cases, verdicts, first=None):
-    """The whole score as Markdown text, and the figures; of the first so many cases of the deck where that is given."""
+def report(cases, verdicts, first=None, placebo=None):
+    """The whole score as Markdown text, and the figures; of the first so many cases of the deck where that is given; placebo:
+    folder of a deck of its own."""
     pairs, record = load(cases, verdicts)
     deck, pairs = len(pairs), pairs[:first]
     done = Path(cases) / "again.json"
     again = json.loads(done.read_text(encoding="utf-8")) if done.exists() else None
-    table = figures(pairs, None if again is None else list(again.values()))
+    shuffled, other = load(placebo, Path(placebo) / "verdicts") if placebo else ([], None)
+    table = figures(pairs + shuffled, None if again is None else list(again.values()))
     sealed = seal.sealed(record["seed"])
     missing = sum(verdict["verdict"] == "missing" for _, verdict in pairs)
     text = "# Hidden-effect suite\n\n"
@@ -404,7 +406,11 @@ def report(cases, verdicts, first=None):
     text += f"{len(pairs)} cases{part}, suite `{record['suite']}`, seed SHA-256 `{seal.digest(record['seed'])}` "
     text += f"({'sealed beforehand' if sealed else 'not sealed'}), {missing} without a verdict. Bounds: exact binomial, "
     families = sorted({answer["family"] for answer, _ in pairs})
-    text += f"one-sided 95 %. Families in this run: {', '.join(families)}.\n\n"
+    text += f"one-sided 95 %. Families in this run: {', '.join(families)}."
+    if placebo:
+        text += f" The placebo is a deck of its own, {len(shuffled)} cases, seed SHA-256 `{seal.digest(other['seed'])}` "
+        text += f"({'sealed beforehand' if seal.sealed(other['seed']) else 'not sealed'})."
+    text += "\n\n"
     text += markdown_table(["figure", "must", "aim", "measured", "bound", "result"], [figure.cells() for figure in table])
     text += KINDNESS
     if again is not None:
@@ -421,8 +427,9 @@ def main(arguments=None):
     parser.add_argument("--verdicts", required=True)
     parser.add_argument("--markdown")
     parser.add_argument("--first", type=int, help="score the first so many cases of the deck only")
+    parser.add_argument("--placebo", help="folder of a deck made with --placebo, its verdicts stored")
     given = parser.parse_args(arguments)
-    text, _ = report(given.cases, given.verdicts, given.first)
+    text, _ = report(given.cases, given.verdicts, given.first, given.placebo)
     print(text)
     if given.markdown:
         Path(given.markdown).write_text(text, encoding="utf-8")
