@@ -60,7 +60,8 @@ def generate(out, seed, cases=None, family=None, suite="full", workers=1, quiet=
             answers = list(tqdm(pool.map(_one, jobs), total=len(jobs), disable=quiet))
     else:
         answers = [_one(job) for job in tqdm(jobs, disable=quiet)]
-    record = {"format": 1, "seed": seed, "suite": suite, "family": family, "cases": {answer.pop("case"): plain(answer) for answer in answers}}
+    record = {"format": 1, "seed": seed, "suite": suite, "family": family}
+    record["cases"] = {answer.pop("case"): plain(answer) for answer in answers}
     text = json.dumps(record, indent=1)
     (out / "answers.json").write_text(text, encoding="utf-8")
     commitment = {
