@@ -412,13 +412,29 @@ def report(cases, verdicts, first=None, placebo=None):
         text += f"({'sealed beforehand' if seal.sealed(other['seed']) else 'not sealed'})."
     text += "\n\n"
     text += markdown_table(["figure", "must", "aim", "measured", "bound", "result"], [figure.cells() for figure in table])
+    text += commands(record, deck, other)
     text += KINDNESS
     if again is not None:
-        text += "\n## The recommended experiments, done\n\n" + markdown_table(["experiment", "done", "settled"], by_design(again))
+        text += "\n## The recommended experiments, done\n\nA direct reading is taken to be right: where it rules a suspect "
+        text += "out, what is measured is that what is hidden is still found.\n\n"
+        text += markdown_table(["experiment", "done", "settled"], by_design(again))
     text += "\n## Verdicts by family\n\n" + markdown_table(["family", "hidden", "cases", "verdicts"], breakdown(pairs))
     text += "\n## By hidden effect, strength >= 0.6\n\n"
     text += markdown_table(["effect", "cases", "something found", "truth inside", "intervals right"], by_effect(pairs))
     return text, table
+
+
+def commands(record, cases, placebo=None):
+    """How anyone makes the page again, now that the seeds may be known; Markdown text."""
+    family = f" --family {record['family']}" if record.get("family") else ""
+    suite = f"--suite {record['suite']} --cases {cases}{family} --seed {record['seed']}"
+    lines = [f"python -m tests.blind.run {suite} --out DIR", "python -m tests.blind.again --out DIR"]
+    score = "python -m tests.blind.score --cases DIR --verdicts DIR/verdicts"
+    if placebo:
+        suite = f"--suite {placebo['suite']} --cases {len(placebo['cases'])} --seed {placebo['seed']}"
+        lines.append(f"python -m tests.blind.run {suite} --placebo --out PLACEBO")
+        score += " --placebo PLACEBO"
+    return "\nTo make this page again:\n\n" + "".join(f"    {line}\n" for line in [*lines, score + " --markdown docs/blind.md"])
 
 
 def main(arguments=None):

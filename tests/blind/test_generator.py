@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numba import config as numba_config
 
+from .again import asked, settled
 from .generate import generate
 from .generator import bounce, deck, flight, motion, noise, plane, seal, slide, stack, strength, tables, tilting
 from .generator.case import Setup, toml_text
@@ -300,6 +301,35 @@ def test_cases_are_valid_repeatable_and_tell_nothing(tmp_path):
             assert (np.diff(values["t_s"]) > 0).all() and all(np.isfinite(values[name]).all() for name in values.dtype.names)
             if "qw" in values.dtype.names:
                 np.testing.assert_allclose(sum(values[q] ** 2 for q in ("qw", "qx", "qy", "qz")), 1.0, atol=1e-5)
+
+
+@compiled
+def test_recommended_recordings_join_a_case_that_stays_as_it_was():
+    """The first tenth of a second shows the speed asked for, to the 3 % that gravity and drag change on the way."""
+    first, answer = deck.make(3, 0, "single", "flight", 1, (3.0,))
+    more, same = deck.make(3, 0, "single", "flight", 1, (3.0,), then=({"speed_m_s": 20.0}, 2))
+    assert same == answer and all(more[name] == text for name, text in first.items() if name.endswith(".csv"))
+    trials = tomllib.loads(more["experiment.toml"])["trial"][-2:]
+    assert [trial["group"] for trial in trials] == ["recommended"] * 2
+    for trial in trials:
+        t, *x = np.loadtxt(more[trial["file"]].splitlines(), delimiter=",", skiprows=1, unpack=True)[:4]
+        early = t < 0.1
+        fitted = [np.polyfit(t[early], axis[early], 1)[0] for axis in x]
+        assert np.linalg.norm(fitted) == pytest.approx(20.0, rel=0.03)
+
+
+def test_an_experiment_settles_what_it_splits_and_keeps_the_truth():
+    answer = _answer("single", ["magnus"])
+    first = {
+        "verdict": "ambiguous",
+        "effects": ["uniform_flow"],
+        "ambiguous": [["uniform_flow", "magnus", "tilted_frame"]],
+        "next_experiment": {"separates": ["uniform_flow", "tilted_frame"], "design": {"spin": "reversed"}, "tests_needed": 2},
+    }
+    assert asked(answer, first) == ({"spin": "reversed"}, 2) and asked(_answer("null"), first) is None
+    split = {"verdict": "ambiguous", "effects": ["magnus"], "ambiguous": [["magnus", "uniform_flow"]]}
+    assert settled(answer, first, split)
+    assert not settled(answer, first, first) and not settled(answer, first, {"verdict": "effect", "effects": ["uniform_flow"]})
 
 
 def test_binomial_bounds_are_those_of_the_discovery_page():
