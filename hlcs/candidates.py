@@ -7,7 +7,7 @@ import minibullet.effects as forces
 
 from .effects import NOT_FORCES, Candidate, candidate, class_named, classes
 from .effects.contract import name_of
-from .model import solid
+from .solids import solid
 
 NEED_MASS_AND_SIZE = {"drag_crisis", "buoyancy", "added_mass", "magnus", "history_force", "ground_cushion", "mass_offset",
                       "size_error"}

@@ -11,7 +11,8 @@ from minibullet import rotations
 from . import contact_motion, inference
 from .budget import cut
 from .linear import Fit, Linear, Recording
-from .model import Model, Shots
+from .model import Model
+from .shots import Shots
 from .starts import guess, shifted, stepped, unknowns
 from .together import together
 

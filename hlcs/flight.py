@@ -12,7 +12,7 @@ from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.effects import AddedMass, contract
 
-STIFF, FINEST = 1.0, 2e-3  # h |da/dv| above which steps are too long [-], and a step that is not cut any more [s]
+STIFF, SHORTEST = 1.0, 2e-3  # h |da/dv| above which steps are too long [-], and a step that is not cut any more [s]
 JUMP = 60.0  # a mean acceleration over one step that only an impact gives [m/s2]
 
 
@@ -113,8 +113,8 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
         v2, v3 = v + h / 2 * a1, v + h / 2 * a2
         a3, w3 = rates(t + h / 2, x + h / 2 * v2, v3, turned(q, h / 2 * (w + h / 4 * w1)), w + h / 2 * w2)
         stiff = 2 * np.max(np.abs(a3 - a2) / (np.abs(a2 - a1) + 1e-3 * np.abs(a1).max() + 1e-9))  # h |da/dv|
-        if stiff > STIFF and h > FINEST:
-            return fly(bodies, effects, duration, max(h / min(np.ceil(2 * stiff), 4.0), FINEST))
+        if stiff > STIFF and h > SHORTEST:
+            return fly(bodies, effects, duration, max(h / min(np.ceil(2 * stiff), 4.0), SHORTEST))
         v4 = v + h * a3
         a4, w4 = rates(t + h, x + h * v3, v4, turned(q, h * (w + h / 2 * w2)), w + h * w3)
         x = x + h / 6 * (v + 2 * v2 + 2 * v3 + v4)

@@ -14,7 +14,7 @@ from minibullet import rotations
 from . import inference
 from .fit import Problem
 from .measurement import Trial
-from .model import Shots
+from .shots import Shots
 
 SEPARATION = 16.4
 

@@ -15,9 +15,10 @@ from .fit import Problem
 from .folds import Folds
 from .inference import Correlated
 from .linear import Linear, Recording
-from .model import Model, solid
+from .model import Model
 from .noise import Noise
 from .search import Search
+from .solids import solid
 
 FORCES = ("linear_drag", "quadratic_drag", "drag_crisis", "buoyancy", "added_mass", "mass_offset", "size_error")
 SLIDING = ("friction", "stribeck_friction", "viscous_friction", "load_dependent_friction", "linear_drag", "quadratic_drag",

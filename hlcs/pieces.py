@@ -14,8 +14,9 @@ from minibullet import rotations
 from .budget import cut
 from .contact_motion import lies_on_a_face, support
 from .fit import Problem
-from .model import Shots, solid
 from .shooting import shot_again
+from .shots import Shots
+from .solids import solid
 from .starts import shifted
 
 GROWTH = 8.0  # times by which a change of the start may grow over a recording before any of them is cut

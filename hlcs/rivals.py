@@ -8,8 +8,9 @@ from . import inference
 from .budget import AFTERWARDS
 from .candidates import carries
 from .linear import Try
-from .model import Term, solid
+from .model import Term
 from .search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN, explained
+from .solids import solid
 
 DENSE = 0.05  # of the density of a body: what a fluid then does is no small matter
 SAME = 0.99  # cosine above which two candidates are one entry

@@ -9,7 +9,7 @@ import numpy as np
 from minibullet import rotations
 
 from . import contact_motion
-from .model import solid
+from .solids import solid
 
 SLOTS = ("position", "velocity", "orientation", "angular_velocity")
 PLACES = (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13))

@@ -14,7 +14,7 @@ from minibullet.effects import contact_law
 from .contact_motion import support
 from .effects.contract import Setup
 from .flight import fly
-from .model import solid
+from .solids import solid
 
 STEPS = 160  # of a fall or a slide
 

@@ -12,11 +12,13 @@ from .contact_motion import gap
 from .fit import CHANNELS, Problem
 from .linear import Fit
 from .measurement import Measurement
-from .model import Model, Shots, carried_on, solid
+from .model import Model
 from .noise import Noise, estimate_noise
 from .phases import PHASES, phases
 from .pieces import cut_again, pieces, said
 from .shooting import shot_again
+from .shots import Shots, carried_on
+from .solids import solid
 
 FINEST = 1 / 2000  # no step is halved below this [s]
 STILL = 0.02  # RMS by which a finer step may move the prediction [sigma]

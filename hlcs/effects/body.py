@@ -44,7 +44,7 @@ class CentreOfMassOffset(Change):
     group = "body"
 
     def setup(self, setup):
-        from ..model import solid
+        from ..solids import solid
 
         size = solid(setup.body).volume ** (1 / 3)
         moved = tuple(here + size * part for here, part in zip(setup.centre, (self.x, self.y, self.z), strict=True))
@@ -61,7 +61,7 @@ class InertiaError(Change):
     group = "body"
 
     def setup(self, setup):
-        from ..model import solid
+        from ..solids import solid
 
         moments = solid(setup.body).inertia
         factors = (self.factor_x, self.factor_y, self.factor_z)

@@ -13,6 +13,6 @@ class MarginOffset(Change):
     group = "contact_normal"
 
     def setup(self, setup):
-        from ..model import solid
+        from ..solids import solid
 
         return replace(setup, margin=setup.margin + self.offset * solid(setup.body).volume ** (1 / 3))

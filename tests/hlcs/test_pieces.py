@@ -10,7 +10,8 @@ import hlcs
 from hlcs.budget import LIMIT, UNITS, screened, unit
 from hlcs.experiment_files import read_experiment_file
 from hlcs.measurement import read_measurement
-from hlcs.model import Model, Shots
+from hlcs.model import Model
+from hlcs.shots import Shots
 from hlcs.trajectories import prepare
 from minibullet import rotations
 from minibullet.errors import InputError

@@ -7,7 +7,8 @@ import pytest
 
 from hlcs import contact_motion
 from hlcs.experiment_files import Body
-from hlcs.model import carried_on, solid
+from hlcs.shots import carried_on
+from hlcs.solids import solid
 from hlcs.together import asker, together
 from minibullet.effects import AddedMass, Friction, Gravity, LinearDrag, Restitution, RollingFriction
 
