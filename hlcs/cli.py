@@ -215,14 +215,14 @@ def mystery_list(json_file, quiet):
 
 @mystery.command("copy")
 @click.argument("name")
-@click.option("--out", required=True, metavar="DIR", help="folder for the data set")
+@click.option("--out", metavar="DIR", help="folder for the data set; left out: ./NAME")
 @click.option("--quiet", is_flag=True, help="print nothing")
 @example("hlcs mystery copy north-window --out case")
 def mystery_copy(name, out, quiet):
     """Copy a data set into a folder."""
     from hlcs import mystery as mysteries
 
-    file = mysteries.copy(name, out)
+    file = mysteries.copy(name, out or name)
     if not quiet:
         click.echo(f"now: hlcs diagnose {file}")
 

@@ -86,22 +86,22 @@ def test_bad_input_is_one_line_and_status_2(hlcs, arguments, words):
     assert errors.count("\n") == 1 and errors.startswith("hlcs: ") and words in errors
 
 
-def test_a_folder_of_someone_else_is_refused_before_any_work(hlcs, tmp_path):
+def test_a_folder_of_someone_else_is_refused_before_any_work(hlcs, tmp_path, monkeypatch):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "thesis.tex").write_text("x")
-    started = time.perf_counter()
+    monkeypatch.setattr("hlcs.placement.PlacementTest.run", lambda *_, **__: pytest.fail("it worked before it looked"))
     status, _, errors = hlcs("demo", "--out", "thesis")
-    assert status == 2 and "thesis.tex" in errors and time.perf_counter() - started < 1.0
+    assert status == 2 and "thesis.tex" in errors
 
 
 def test_a_file_in_the_place_of_a_folder_is_refused_before_any_work(hlcs, tmp_path):
     (tmp_path / "notes.txt").write_text("x")
     name = "gym-floor"
-    hlcs("mystery", "copy", name, "--out", "case")
+    hlcs("mystery", "copy", name)
+    (tmp_path / name / "recording_01.csv").write_text("no recording")  # work would end here
     for command in (("diagnose", "--plots"), ("compare", "--out")):
-        started = time.perf_counter()
-        status, _, errors = hlcs(command[0], "case/experiment.toml", command[1], "notes.txt")
-        assert status == 2 and "notes.txt" in errors and errors.count("\n") == 1 and time.perf_counter() - started < 1.0
+        status, _, errors = hlcs(command[0], f"{name}/experiment.toml", command[1], "notes.txt")
+        assert status == 2 and "notes.txt" in errors and errors.count("\n") == 1
 
 
 def test_reproduce_writes_its_table_and_picture(hlcs, tmp_path):
