@@ -89,7 +89,7 @@ def test_bad_input_is_one_line_and_status_2(hlcs, arguments, words):
 def test_a_folder_of_someone_else_is_refused_before_any_work(hlcs, tmp_path, monkeypatch):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "thesis.tex").write_text("x")
-    monkeypatch.setattr("hlcs.placement.PlacementTest.run", lambda *_, **__: pytest.fail("it worked before it looked"))
+    monkeypatch.setattr("hlcs.experiment.PlacementTest.run", lambda *_, **__: pytest.fail("it worked before it looked"))
     status, _, errors = hlcs("demo", "--out", "thesis")
     assert status == 2 and "thesis.tex" in errors
 
