@@ -36,23 +36,44 @@ def test_laws_that_slow_a_block_alike_come_as_a_set(tmp_path):
     assert any("no height" in note for note in diagnosis.notes)
 
 
-def test_wind_is_found_with_the_drag_it_acts_through(tmp_path):
-    """A wind u along x: in the frame of the air the throw is one in still air. Neither the drag nor the wind is in the model,
-    and without the drag the wind cannot stand."""
+def write_windy_throws(folder):
+    """A wind u along x: in the frame of the air the throw is one in still air."""
     generator, wind, text = np.random.default_rng(5), np.array([2.0, 0.0, 0.0]), ""
     times = np.arange(0, 1.0, 1 / 60)
     for k in range(8):
         heading, speed = np.pi / 2 * (k % 4) + 0.2, 4.0 + k
         velocity = speed * np.array([0.8 * np.cos(heading), 0.8 * np.sin(heading), 0.6])
         seen = flight(np.array([0.0, 0.0, 1.5]), velocity - wind, times, drag_per_metre(0.5)) + times[:, None] * wind
-        (tmp_path / f"throw_{k}.csv").write_text(csv(times, seen + 0.004 * generator.standard_normal((60, 3))))
+        (folder / f"throw_{k}.csv").write_text(csv(times, seen + 0.004 * generator.standard_normal((60, 3))))
         text += f'[[trial]]\nfile = "throw_{k}.csv"\ngroup = "day {k % 2}"\n'
-    path = tmp_path / "throws.toml"
+    path = folder / "throws.toml"
     path.write_text('kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.0335\nmass = 0.0577\n[surroundings]\n'
                     'fluid_density = 1.2\n[measurement]\nnoise = { position = 0.004 }\n' + text)
+    return path
+
+
+def test_wind_is_found_with_the_drag_it_acts_through(tmp_path):
+    """Neither the drag nor the wind is in the model, and without the drag the wind cannot stand."""
+    path = write_windy_throws(tmp_path)
     diagnosis = hlcs.diagnose(path, candidates=["quadratic_drag", "linear_drag", "uniform_flow", "tilted_gravity"])
     assert diagnosis.verdict == "effect" and diagnosis.effects == ("quadratic_drag", "uniform_flow")
     assert abs(diagnosis.parameters["uniform_flow"]["velocity_x"]["value"] - 2.0) < 0.15
+
+
+def test_a_search_that_has_spent_its_steps_says_what_it_left_out(tmp_path, monkeypatch):
+    """With steps for one round only the wind is left out, what is found so far is kept, and the model is not called adequate."""
+    monkeypatch.setattr("hlcs.budget.FLIGHT", 1.0)
+    diagnosis = hlcs.diagnose(write_windy_throws(tmp_path), candidates=["quadratic_drag", "uniform_flow"])
+    assert diagnosis.effects == ("quadratic_drag",) and diagnosis.verdict == "unexplained"
+    assert any("left out" in note and "quadratic_drag" in note for note in diagnosis.notes)
+
+
+def test_a_second_whole_law_of_drag_is_not_tried_beside_a_stated_one(tmp_path):
+    path = write_throws(tmp_path)
+    path.write_text(path.read_text() + '[model]\neffects = [{ name = "quadratic_drag", drag_coefficient = 0.5 }]\n')
+    diagnosis = hlcs.diagnose(path, candidates=["drag_crisis", "tilted_gravity"])
+    why = {finding.effect: finding.why for finding in diagnosis.candidates}
+    assert why["drag_crisis"].startswith("not tried") and "leave that out of [model] effects" in why["drag_crisis"]
 
 
 def test_a_table_takes_a_model_with_effects(tmp_path):
