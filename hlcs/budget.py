@@ -9,7 +9,7 @@ import numpy as np
 
 LIMIT = 3.0e6  # body-steps of a search on a tumbling body: some 90 s at 30 us each
 SMOOTH = 15.0e6  # the same where recordings are not cut: 6 us each
-FLIGHT = 20.0e6  # the same where nothing touches: some 40 s at 2 us each, what a step costs by itself counted too
+FLIGHT = 40.0e6  # the same where nothing touches: at most 2 us each, what a step costs by itself counted too
 UNITS = 200  # linearisations that a search over the whole library needs
 FORWARD, AFTERWARDS = 0.6, 0.8  # parts of the limit after which no round, no exchange is begun
 A_REFIT = 7  # linearisations
@@ -32,8 +32,15 @@ class Budget:
         """Part of the limit that is spent [-]."""
         return (self.shots.spent - self.start) / self.limit
 
-    def over(self, part, what):
-        """Is more than a part of the limit spent? Then `what` is noted as left out."""
+    def search_over(self, what):
+        """Is so much spent that no other round is begun? Then `what` is noted as left out."""
+        return self._over(FORWARD, what)
+
+    def rivals_over(self, what):
+        """The same for exchanges and rivals. In flight there is always enough for them: no verdict goes without its rivals."""
+        return self.shots.contact and self._over(AFTERWARDS, what)
+
+    def _over(self, part, what):
         if self.share <= part:
             return False
         self.note(what)

@@ -5,7 +5,6 @@ from functools import partial
 import numpy as np
 
 from . import inference
-from .budget import FORWARD
 from .candidates import carries
 from .model import Term
 
@@ -46,7 +45,7 @@ def hidden_pair(search, fit, trials):
     if search.problem.shots.contact:
         return []
     for first in sorted(pointing, key=lambda trial: (-(trial.gain - trial.price), trial.candidate.name))[:2]:
-        if search.budget.over(FORWARD, f"what acts only through {first.candidate.name}"):
+        if search.budget.search_over(f"what acts only through {first.candidate.name}"):
             break
         seconds = [trial for trial in search.round(first.fit).values() if trial.fit is not None and not trial.fails
                    and not search.same_form(trial.candidate.name, first.fit.model.terms)]

@@ -5,7 +5,6 @@ from functools import partial
 import numpy as np
 
 from . import inference
-from .budget import AFTERWARDS
 from .candidates import carries
 from .linear import Try
 from .model import Term
@@ -80,7 +79,7 @@ def exchanged(search, fits, rounds):
     While an imposter stands in the model, what else is missing may not hold out.
     """
     for _ in range(MOST_TERMS):
-        if search.budget.over(AFTERWARDS, "exchanges of an accepted effect for a better one"):
+        if search.budget.rivals_over("exchanges of an accepted effect for a better one"):
             break
         final = swapped(search, fits[-1])
         if final is fits[-1]:
@@ -135,7 +134,7 @@ def replacements(search, fit, index, share, margin):
     needed = share * (without.chi2 - fit.chi2 - search.fee(term.candidate) - margin)
     entries = [entry for entry in search.candidates
                if entry.name not in fit.model.names and not search.same_form(entry.name, without.model.terms)]
-    if search.budget.over(AFTERWARDS, "rivals that are not another form of an accepted law"):
+    if search.budget.rivals_over("rivals that are not another form of an accepted law"):
         entries = [entry for entry in entries if search.same_form(entry.name, (term,))]
     unseen = [entry for entry in entries if entry.name not in looks]
     work = [partial(search.screen, without, entry) for entry in unseen]

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import stats
 
 from . import inference
-from .budget import FORWARD, Budget, cut
+from .budget import Budget, cut
 from .candidates import carries
 from .effects import FORMS, SETS
 from .fit import Problem
@@ -227,11 +227,11 @@ class Search(Screening):
                        and not self.same_form(trial.candidate.name, terms)]
             if len(terms) >= MOST_TERMS:
                 break
-            if fits[1:] and self.budget.over(FORWARD, "a search beyond " + ", ".join(term.name for term in terms)):
+            if fits[1:] and self.budget.search_over("a search beyond " + ", ".join(term.name for term in terms)):
                 break
             if not allowed:
                 pair = []
-                if len(terms) < MOST_TERMS - 1 and not self.budget.over(FORWARD, "pairs of candidates"):
+                if len(terms) < MOST_TERMS - 1 and not self.budget.search_over("pairs of candidates"):
                     pair = hidden_pair(self, fits[-1], trials)
                 if not pair:
                     break
