@@ -5,6 +5,7 @@ everything downstream sees, per recording, a white residual and white signatures
 """
 
 import numpy as np
+from scipy import optimize
 
 from minibullet import rotations
 
@@ -258,16 +259,12 @@ class Problem:
         r, s = np.concatenate([*r, aims]), np.concatenate([*s, rows])
         low = np.array([free.low if free.period is None else -np.inf for free in frees])
         high = np.array([free.high if free.period is None else np.inf for free in frees])
-        step, held = np.zeros(len(values)), np.zeros(len(values), bool)
-        for _ in range(len(values) + 1):  # numbers that would leave their bounds stop there, the rest is solved again
-            free = ~held
-            step[free] = inference.least_squares(s[:, free], r - s[:, held] @ step[held]).estimate if free.any() else 0.0
-            outside = free & ((values + step < low) | (values + step > high))
-            if not outside.any():
-                break
-            step[outside] = np.clip(values + step, low, high)[outside] - values[outside]
-            held |= outside
-        return step
+        step = inference.least_squares(s, r).estimate if len(frees) else np.zeros(0)
+        if ((values + step >= low) & (values + step <= high)).all() or not np.isfinite(s).all():
+            return step
+        bounds = np.minimum(low - values, 0.0), np.maximum(high - values, 0.0)
+        return optimize.lsq_linear(s, r, bounds, method="bvls").x
+
 
 def towards_null(values, frees):
     """Rows (p, p) and aims (p,) for least squares that keep near its null value what the data do not show.

@@ -163,12 +163,14 @@ def replacements(search, fit, index, share, margin):
     def in_place(entry, here):
         key = (fit.model.terms, index, entry.name)
         if key not in search.replaced:
-            fits = [search.refit(without, entry, (here[1], fit.starts))] if here is not None else []
+            def beside(numbers):  # with the numbers and starts that the others have beside the term: an equal law needs no others
+                return search.problem.fit(fit.model.without(index).with_term(Term(entry, tuple(numbers.items()))), fit.starts)
+
+            fits = [beside(here[1])] if here is not None else []
             if here is None or fits[0].chi2 - fit.chi2 > 12.0:
                 fits.append(search.refit(without, entry))
-            if search.problem.shots.contact and entry.absent is not None and min(one.chi2 for one in fits) - fit.chi2 > 12.0:
-                numbers = tuple(entry.absent.items())  # with the starts that the term found: an equal law needs no others
-                fits.append(search.problem.fit(without.model.with_term(Term(entry, numbers)), fit.starts))
+            if search.problem.shots.contact and min(one.chi2 for one in fits) - fit.chi2 > 12.0:
+                fits.append(beside(entry.absent or dict(entry.starts[0])))
             search.replaced[key] = min(fits, key=lambda found: found.chi2)
         return entry, search.replaced[key]
 

@@ -46,10 +46,8 @@ class Search(Screening):
         self.replaced = {}  # (model, index of a term, candidate) -> fit with the candidate in place of the term
         self.refitted = {}  # (terms of a model, candidate) -> its fit on top of that model
 
-    def refit(self, fit, entry, near=None):
-        """The fit with the candidate in, from its null value and from what impacts show, or from `near` = (numbers, starts)."""
-        if near is not None:
-            return self.problem.fit(fit.model.with_term(Term(entry, tuple(near[0].items()))), near[1])
+    def refit(self, fit, entry):
+        """The fit with the candidate in, from its null value and from what impacts show; made once."""
         key = fit.model.terms, entry.name
         if key in self.refitted:
             return self.refitted[key]

@@ -50,6 +50,7 @@ class Friction(ContactEffect):
     """
 
     coefficient: float = parameter(0.5, unit="-", low=0.0, high=1.5)
+    replaces = True
 
     def __post_init__(self):
         super().__post_init__()
@@ -70,6 +71,7 @@ class Restitution(ContactEffect):
 
     coefficient: float = parameter(0.0, unit="-", low=0.0, high=1.0)
     group = "contact_normal"
+    replaces = True
 
     def __post_init__(self):
         super().__post_init__()

@@ -81,6 +81,7 @@ class Effect:
 
     isotropic: ClassVar[bool] = True  # turning the whole world turns the answer; set False where a direction is built in
     dissipative: ClassVar[bool] = False  # True: the wrench never does positive work on any body
+    replaces: ClassVar[bool] = False  # True: contact_law states a coefficient whatever it was; others then change that one
     group: ClassVar[str] = ""  # heading in lists of candidates: fluid, contact_normal, contact_tangential, measurement, ...
 
     def __post_init__(self):

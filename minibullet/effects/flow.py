@@ -92,7 +92,8 @@ def compose(effects) -> tuple[Effect, ...]:
     """The effects as they act together: each modifier with an empty `through` is bound to the effects of this list it acts on.
 
     OrientationDrag and WallDrag act on the plain drags; UniformFlow acts on every force of the fluid, those two included;
-    so the order of the list does not matter. Buoyancy is the weight of the displaced fluid: where gravity is tilted, it is too.
+    so the order of the list does not matter. What states a coefficient of contact (Friction) acts before what changes one
+    (ViscousFriction). Buoyancy is the weight of the displaced fluid: where gravity is tilted, it is too.
     InputError where something is not an effect, or a modifier away from its null
     value finds nothing to act on.
     """
@@ -101,6 +102,7 @@ def compose(effects) -> tuple[Effect, ...]:
         if not isinstance(effect, Effect):
             hint = "; write it with parentheses to make a value" if isinstance(effect, type) else ""
             raise InputError(f"effects must be values of Effect, not {effect!r}{hint}")
+    effects.sort(key=lambda effect: not effect.replaces)
     tilt = sum((effect.turned_minus_level for effect in effects if isinstance(effect, TiltedGravity)), np.zeros(3))
     if tilt.any():
         level = (0.0, 0.0, -1.0)

@@ -67,7 +67,7 @@ def main(arguments=None):
     given = parser.parse_args(arguments)
     out = Path(given.out)
     pairs, record = score.load(out, out / "verdicts")
-    dealt = deck.deal_all(record["seed"], len(pairs), record.get("family"))
+    dealt = deck.deal_all(record["seed"], len(pairs), record.get("family"), record.get("kind"))
     outcome, waiting = {}, {}
     for index, (answer, verdict) in enumerate(pairs[: given.first]):
         name, wanted = f"case_{index + 1:04d}", asked(answer, verdict)

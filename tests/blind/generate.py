@@ -42,12 +42,12 @@ def _one(job):
     return {"case": folder.name, "kind_of_data": data, **answer}
 
 
-def generate(out, seed, cases=None, family=None, suite="full", workers=1, quiet=True, placebo=False):
+def generate(out, seed, cases=None, family=None, suite="full", workers=1, quiet=True, placebo=False, kind=None):
     """Write the suite under `out`; the answers as {case name: answer}."""
     chosen = SUITES[suite]
     cases = cases or chosen["cases"]
     out = Path(out)
-    dealt = deck.deal_all(seed, cases, family)
+    dealt = deck.deal_all(seed, cases, family, kind)
     strengths = chosen["strengths"]
     if placebo:
         dealt = [("single", name if name != "layers" else "flight", turn) for _, name, turn in dealt]
@@ -60,7 +60,7 @@ def generate(out, seed, cases=None, family=None, suite="full", workers=1, quiet=
             answers = list(tqdm(pool.map(_one, jobs), total=len(jobs), disable=quiet))
     else:
         answers = [_one(job) for job in tqdm(jobs, disable=quiet)]
-    record = {"format": 1, "seed": seed, "suite": suite, "family": family}
+    record = {"format": 1, "seed": seed, "suite": suite, "family": family, "kind": kind}
     record["cases"] = {answer.pop("case"): plain(answer) for answer in answers}
     text = json.dumps(record, indent=1)
     (out / "answers.json").write_text(text, encoding="utf-8")

@@ -16,6 +16,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from . import generate, score
+from .generator import deck
 
 
 def diagnose(experiment, out, limit):
@@ -81,6 +82,7 @@ def main(arguments=None):
     parser.add_argument("--seed-file")
     parser.add_argument("--cases", type=int)
     parser.add_argument("--family")
+    parser.add_argument("--kind", choices=deck.KINDS, help="hide this kind in every case")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--limit", type=float, default=600, help="seconds allowed per case")
     parser.add_argument("--placebo", action="store_true", help="residuals shuffled between recordings instead of the suite")
@@ -96,7 +98,7 @@ def main(arguments=None):
             if given.seed is None
             else given.seed
         )
-        generate.generate(out, seed, given.cases, given.family, given.suite, given.workers, quiet=False, placebo=given.placebo)
+        generate.generate(out, seed, given.cases, given.family, given.suite, given.workers, False, given.placebo, given.kind)
     for problem in verdicts(out / "cases", out / "verdicts", given.workers, given.limit, first=given.first):
         print(problem, file=sys.stderr)
     text, _ = score.report(out, out / "verdicts", given.first)

@@ -426,8 +426,8 @@ def report(cases, verdicts, first=None, placebo=None):
 
 def commands(record, cases, placebo=None):
     """How anyone makes the page again, now that the seeds may be known; Markdown text."""
-    family = f" --family {record['family']}" if record.get("family") else ""
-    suite = f"--suite {record['suite']} --cases {cases}{family} --seed {record['seed']}"
+    only = "".join(f" --{key} {record[key]}" for key in ("family", "kind") if record.get(key))
+    suite = f"--suite {record['suite']} --cases {cases}{only} --seed {record['seed']}"
     lines = [f"python -m tests.blind.run {suite} --out DIR", "python -m tests.blind.again --out DIR"]
     score = "python -m tests.blind.score --cases DIR --verdicts DIR/verdicts"
     if placebo:

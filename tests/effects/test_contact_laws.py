@@ -5,6 +5,7 @@ import pytest
 
 from minibullet import effects
 from minibullet.bodies import Bodies, ContactLaw, Contacts
+from minibullet.effects.samples import sample_bodies, sample_contacts, with_fixed_body
 from minibullet.errors import InputError
 
 UP = (0.0, 0.0, 1.0)
@@ -112,3 +113,17 @@ def test_impossible_laws_are_refused_by_effect_field_and_contact():
 
     with pytest.raises(InputError, match=r"Slippery: friction of contact 0 \(bodies 0 and 1\) is -0.5; it must be finite"):
         law_of(Slippery(), touching([(0, 0, 0)]))
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 1, 0), (2, 0, 3, 1)])
+def test_a_stated_coefficient_is_changed_by_the_others_in_any_order(order):
+    """mu = 0.4 + 0.1 v and e = 0.6 v^-0.2, at most 1: what states a coefficient does not wipe out what changes one."""
+    laws = [effects.Friction(0.4), effects.ViscousFriction(0.1), effects.Restitution(0.6),
+            effects.VelocityDependentRestitution(exponent=0.2)]
+    contacts, start = sample_contacts()
+    law = effects.contact_law(effects.compose([laws[k] for k in order]), contacts, with_fixed_body(sample_bodies()), start)
+    speed = -np.sum(contacts.velocity * contacts.normal, axis=1)
+    slip = np.linalg.norm(contacts.velocity + speed[:, None] * contacts.normal, axis=1)
+    hits = speed > 0
+    assert np.allclose(law.friction, 0.4 + 0.1 * slip, rtol=1e-12) and hits.any()
+    assert np.allclose(law.restitution[hits], np.minimum(0.6 * speed[hits] ** -0.2, 1.0), rtol=1e-12)

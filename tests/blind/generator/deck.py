@@ -27,10 +27,11 @@ REGIMES = ("white", "ar6", "ar8_outliers")
 LAYER_STRENGTHS = (0.5, 2.2, 3.0)
 
 
-def deal_all(seed, cases, family=None):
-    """(kind, family, turn) for every case: shares kept as exactly as whole numbers allow, order shuffled by the seed."""
+def deal_all(seed, cases, family=None, kind=None):
+    """(kind, family, turn) for every case: shares kept as exactly as whole numbers allow, order shuffled by the seed; of one
+    family or one kind only where that is asked for."""
     rng = np.random.default_rng([seed, 7])
-    kinds = _shares(KINDS, cases)
+    kinds = [kind] * cases if kind else _shares(KINDS, cases)
     families = [family] * cases if family else _shares(WEIGHTS, cases, rng)
     rng.shuffle(kinds)
     turns, out = {}, []
