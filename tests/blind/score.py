@@ -390,9 +390,9 @@ def load(cases, verdicts):
     return pairs, record
 
 
-def report(cases, verdicts, first=None, placebo=None):
-    """The whole score as Markdown text, and the figures; of the first so many cases of the deck where that is given; placebo:
-    folder of a deck of its own."""
+def report(cases, verdicts, first=None, placebo=None, also=None):
+    """The whole score as Markdown text, and the figures; of the first so many cases of the deck where that is given; placebo,
+    also: folders of decks of their own."""
     pairs, record = load(cases, verdicts)
     deck, pairs = len(pairs), pairs[:first]
     done = Path(cases) / "again.json"
@@ -412,7 +412,16 @@ def report(cases, verdicts, first=None, placebo=None):
         text += f"({'sealed beforehand' if seal.sealed(other['seed']) else 'not sealed'})."
     text += "\n\n"
     text += markdown_table(["figure", "must", "aim", "measured", "bound", "result"], [figure.cells() for figure in table])
-    text += commands(record, deck, other)
+    if placebo:
+        partly = sum(found(verdict) and verdict["verdict"] == "unexplained" for _, verdict in shuffled)
+        text += f"\nOf the placebo cases with an effect {partly} are `unexplained`: it takes up a part, as the report says.\n"
+    if also:
+        more, its = load(also, Path(also) / "verdicts")
+        text += f"\n## A deck of kind `{its['kind']}`, drawn later\n\n{len(more)} cases, seed SHA-256 "
+        text += f"`{seal.digest(its['seed'])}` ({'sealed beforehand' if seal.sealed(its['seed']) else 'not sealed'}).\n\n"
+        lines = [figure.cells() for figure in figures(more) if figure.count]
+        text += markdown_table(["figure", "must", "aim", "measured", "bound", "result"], lines)
+    text += commands(record, deck, other, its if also else None)
     text += KINDNESS
     if again is not None:
         text += "\n## The recommended experiments, done\n\nA direct reading is taken to be right: where it rules a suspect "
@@ -424,7 +433,7 @@ def report(cases, verdicts, first=None, placebo=None):
     return text, table
 
 
-def commands(record, cases, placebo=None):
+def commands(record, cases, placebo=None, also=None):
     """How anyone makes the page again, now that the seeds may be known; Markdown text."""
     only = "".join(f" --{key} {record[key]}" for key in ("family", "kind") if record.get(key))
     suite = f"--suite {record['suite']} --cases {cases}{only} --seed {record['seed']}"
@@ -434,6 +443,10 @@ def commands(record, cases, placebo=None):
         suite = f"--suite {placebo['suite']} --cases {len(placebo['cases'])} --seed {placebo['seed']}"
         lines.append(f"python -m tests.blind.run {suite} --placebo --out PLACEBO")
         score += " --placebo PLACEBO"
+    if also:
+        only = f"--suite {also['suite']} --cases {len(also['cases'])} --kind {also['kind']} --seed {also['seed']}"
+        lines.append(f"python -m tests.blind.run {only} --out ALSO")
+        score += " --also ALSO"
     return "\nTo make this page again:\n\n" + "".join(f"    {line}\n" for line in [*lines, score + " --markdown docs/blind.md"])
 
 
@@ -444,8 +457,9 @@ def main(arguments=None):
     parser.add_argument("--markdown")
     parser.add_argument("--first", type=int, help="score the first so many cases of the deck only")
     parser.add_argument("--placebo", help="folder of a deck made with --placebo, its verdicts stored")
+    parser.add_argument("--also", help="folder of a deck of one kind, its verdicts stored")
     given = parser.parse_args(arguments)
-    text, _ = report(given.cases, given.verdicts, given.first, given.placebo)
+    text, _ = report(given.cases, given.verdicts, given.first, given.placebo, given.also)
     print(text)
     if given.markdown:
         Path(given.markdown).write_text(text, encoding="utf-8")
