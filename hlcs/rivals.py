@@ -135,7 +135,7 @@ def replacements(search, fit, index, share, margin):
     entries = [entry for entry in search.candidates
                if entry.name not in fit.model.names and not search.same_form(entry.name, without.model.terms)]
     if search.budget.rivals_over("rivals that are not another form of an accepted law"):
-        entries = [entry for entry in entries if search.same_form(entry.name, (term,))]
+        entries = [entry for entry in entries if search.same_form(entry.name, (term,)) or (*key, entry.name) in search.replaced]
     unseen = [entry for entry in entries if entry.name not in looks]
     work = [partial(search.screen, without, entry) for entry in unseen]
     if search.problem.shots.contact:
@@ -155,14 +155,15 @@ def replacements(search, fit, index, share, margin):
         alike = here is not None and here[0] > ALIKE
         if gains or alike or search.same_form(entry.name, (term,)):
             promising.append((entry, here if alike else None, gain - search.fee(entry)))
-    most = search.budget.refits(search.problem, max(len(promising), 1))
-    if most < len(promising):
+    promising.sort(key=lambda one: ((*key, one[0].name) not in search.replaced, -one[2]))  # those fitted already cost nothing
+    done = sum((*key, entry.name) in search.replaced for entry, _, _ in promising)
+    most = search.budget.refits(search.problem, max(len(promising) - done, 1))
+    if most < len(promising) - done:
         search.budget.note(f"refits of rivals but the {most} most likely")
-    promising = [(entry, here) for entry, here, _ in sorted(promising, key=lambda one: -one[2])[:most]]
+    promising = [(entry, here) for entry, here, _ in promising[:done + most]]
 
     def in_place(entry, here):
-        key = (fit.model.terms, index, entry.name)
-        if key not in search.replaced:
+        if (*key, entry.name) not in search.replaced:
             def beside(numbers):  # with the numbers and starts that the others have beside the term: an equal law needs no others
                 return search.problem.fit(fit.model.without(index).with_term(Term(entry, tuple(numbers.items()))), fit.starts)
 
@@ -171,8 +172,8 @@ def replacements(search, fit, index, share, margin):
                 fits.append(search.refit(without, entry))
             if search.problem.shots.contact and min(one.chi2 for one in fits) - fit.chi2 > 12.0:
                 fits.append(beside(entry.absent or dict(entry.starts[0])))
-            search.replaced[key] = min(fits, key=lambda found: found.chi2)
-        return entry, search.replaced[key]
+            search.replaced[*key, entry.name] = min(fits, key=lambda found: found.chi2)
+        return entry, search.replaced[*key, entry.name]
 
     search.progress("rivals " + ", ".join(entry.name for entry, _ in promising))
     found = search.problem.at_once([partial(in_place, entry, here) for entry, here in promising])

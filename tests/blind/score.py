@@ -417,11 +417,15 @@ def report(cases, verdicts, first=None, placebo=None, also=None):
         text += f"\nOf the placebo cases with an effect {partly} are `unexplained`: it takes up a part, as the report says.\n"
     if also:
         more, its = load(also, Path(also) / "verdicts")
-        text += f"\n## A deck of kind `{its['kind']}`, drawn later\n\n{len(more)} cases, seed SHA-256 "
+        whole = len(more)
+        while more and more[-1][1]["verdict"] == "missing":  # a run that was stopped
+            more.pop()
+        part = f", the first of a shuffled deck of {whole}" if len(more) < whole else ""
+        text += f"\n## A deck of kind `{its['kind']}`, drawn later\n\n{len(more)} cases{part}, seed SHA-256 "
         text += f"`{seal.digest(its['seed'])}` ({'sealed beforehand' if seal.sealed(its['seed']) else 'not sealed'}).\n\n"
         lines = [figure.cells() for figure in figures(more) if figure.count]
         text += markdown_table(["figure", "must", "aim", "measured", "bound", "result"], lines)
-    text += commands(record, deck, other, its if also else None)
+    text += commands(record, deck, other, its | {"first": len(more)} if also else None)
     text += KINDNESS
     if again is not None:
         text += "\n## The recommended experiments, done\n\nA direct reading is taken to be right: where it rules a suspect "
@@ -444,8 +448,8 @@ def commands(record, cases, placebo=None, also=None):
         lines.append(f"python -m tests.blind.run {suite} --placebo --out PLACEBO")
         score += " --placebo PLACEBO"
     if also:
-        only = f"--suite {also['suite']} --cases {len(also['cases'])} --kind {also['kind']} --seed {also['seed']}"
-        lines.append(f"python -m tests.blind.run {only} --out ALSO")
+        only = f"--suite {also['suite']} --cases {len(also['cases'])} --kind {also['kind']} --first {also['first']}"
+        lines.append(f"python -m tests.blind.run {only} --seed {also['seed']} --out ALSO")
         score += " --also ALSO"
     return "\nTo make this page again:\n\n" + "".join(f"    {line}\n" for line in [*lines, score + " --markdown docs/blind.md"])
 
