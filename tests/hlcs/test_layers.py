@@ -18,6 +18,7 @@ from hlcs.layer_diagnosis import compare_layer_file, diagnose_layers
 from hlcs.layer_model import Simulator, simulate
 from hlcs.reproduce import Plan
 from hlcs.tables import laboratory, paper_numerical
+from minibullet.errors import InputError
 
 PAPER = [("table2", "RPG"), ("table2", "TPG"), ("table3", "TPG")]
 HEADER = "grid,spacing_x,spacing_y,bottom_slope,layer,mean,cv,tests,campaign"
@@ -275,3 +276,15 @@ def test_small_real_simulation(tmp_path):
     found = compare_layer_file(experiment(tmp_path, [frame], "rows = 4\ncolumns = 4"), simulator=simulator)
     first = next(row for row in found.where if row["layer"] == 1)
     assert first["model"] == pytest.approx(1.298, abs=2e-3) and simulator.ran == 8
+
+
+def test_a_limit_that_strikes_inside_compiled_code_is_the_same_complaint():
+    """Compiled code hands on what a signal raised inside of it as SystemError; one that no limit caused stays what it is."""
+    with pytest.raises(InputError, match="processor time"), layer_model._at_most(0.01):
+        try:
+            while True:
+                pass
+        except InputError as problem:
+            raise SystemError("returned a result with an exception set") from problem
+    with pytest.raises(SystemError, match="another"), layer_model._at_most(60.0):
+        raise SystemError("another")
