@@ -16,7 +16,8 @@ from .folds import Folds
 from .impact_readings import read_impacts, unlike
 from .measurement import read_measurement
 from .noise import estimate_noise
-from .rivals import exchanged, reformed, rivals, submerged
+from .rivals import rivals
+from .routes import exchanged, reformed, rerouted, submerged
 from .search import Search
 from .trajectories import judge, prepare, touches
 
@@ -101,7 +102,7 @@ def assemble(prepared, search, absent, judge, where):
     """
     measurement, problem, base = prepared.measurement, prepared.problem, prepared.base
     verdict_before, table_before = judge(problem, base)
-    fits, rounds = submerged(search, *reformed(search, *search.run(base)))
+    fits, rounds = submerged(search, *rerouted(search, *reformed(search, *search.run(base))))
     settled = len(fits[-1].model.terms) < 2 and not problem.shots.contact  # else a term may stand where another belongs
     if not settled:
         fits, rounds = exchanged(search, fits, rounds)

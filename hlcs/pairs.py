@@ -85,6 +85,11 @@ def stands(search, before, both, one, count):
         alone = search.problem.fit(both.model.without(index), both.starts)
     check = type(one)(one.candidate, price=one.price, visible=1.0)
     search.judge(alone, one.candidate, both, check)
+    return passes(search, check, both, count)
+
+
+def passes(search, check, both, count):
+    """Is a judged candidate worth its price, inside its bounds, and better on held-out data, among `count` of them?"""
     if check.gain <= check.price * max(both.chi2 / both.freedom, 1.0) or search.out_of_bounds(check) or search.contradicts(both):
         return False
     return not search.folds.possible or check.falls > 0.02 and (

@@ -1,4 +1,4 @@
-"""What else would explain as much: terms exchanged for better ones, and rivals that the data cannot rule out."""
+"""What else would explain as much: candidates put in the place of a term, and rivals that the data cannot rule out."""
 
 from functools import partial
 
@@ -8,114 +8,10 @@ from . import inference
 from .candidates import carries
 from .linear import Try
 from .model import Term
-from .search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN, explained
-from .solids import solid
+from .search import EXPLAINED, RIVAL_MARGIN
 
-DENSE = 0.05  # of the density of a body: what a fluid then does is no small matter
 SAME = 0.99  # cosine above which two candidates are one entry
 ALIKE = 0.95  # local cosine above which a candidate is refitted in place of a term
-
-
-def reformed(search, fits, rounds):
-    """(fits, rounds) of the search taken up again with another form of a law, where the form found first explains too little.
-
-    The first term is chosen while others still hide in the residual, so it may have the wrong form, with which no second
-    term then holds out. Another form is kept only if its route ends where all but noise is explained.
-    """
-    first = fits[-1]
-    if search.problem.shots.contact or first.chi2 < EXPLAINED * first.freedom:
-        return fits, rounds
-    best, least = None, first.chi2 + sum(search.fee(term.candidate) for term in first.model.terms) - RIVAL_MARGIN
-    for index, term in enumerate(first.model.terms):
-        for entry in search.candidates:
-            if entry.name == term.name or not search.same_form(entry.name, (term,)):
-                continue
-            search.progress(f"{entry.name} in place of {term.name}")
-            rest = first.model.without(index)
-            start = min((search.problem.fit(rest.with_term(Term(entry, values)), first.starts) for values in entry.starts),
-                        key=lambda found: found.chi2)
-            if search.out_of_bounds(Try(entry, fit=start)) or search.contradicts(start):
-                continue
-            found, more = search.run(start)
-            last = found[-1]
-            cost = last.chi2 + sum(search.fee(term.candidate) for term in last.model.terms)
-            if last.chi2 < EXPLAINED * last.freedom and cost < least:
-                best, least = (fits + found, rounds + more), cost
-    return best or (fits, rounds)
-
-
-def submerged(search, fits, rounds):
-    """(fits, rounds) of a search begun with what a dense fluid does for certain, where something is missing and that is not in.
-
-    A model that states a liquid and lacks buoyancy, added mass and drag misses three effects at once, and behind the first of
-    them an imposter explains more than the second. Kept where all but noise is explained, about as cheaply as without.
-    """
-    base, last, around = fits[0], fits[-1], search.problem.trials[0].surroundings
-    bodies = [solid(trial.body) for trial in search.problem.trials]
-    known = {"buoyancy": {"fluid_density": around.fluid_density}, "added_mass": {}}
-    entries = [entry for entry in search.candidates if entry.name in known and entry.name not in last.model.names]
-    dense = any(around.fluid_density * body.volume > DENSE * body.mass for body in bodies)
-    explains = last.chi2 < EXPLAINED * last.freedom
-    if not dense or not entries or len(last.model.terms) < 1 + explains or search.problem.shots.contact:
-        return fits, rounds  # one effect that explains everything is not doubted
-    search.progress("in its fluid")
-    model = base.model
-    for entry in entries:
-        numbers = {free.name: free.start for free in entry.free} | known[entry.name]
-        model = model.with_term(Term(entry, tuple((free.name, numbers[free.name]) for free in entry.free)))
-    found, more = search.run(search.problem.fit(model, base.starts))
-    while (smaller := search.prune(found[-1], newest=0)) is not None:
-        found = [*found, smaller]
-    before, after = (one.chi2 + sum(search.fee(term.candidate) for term in one.model.terms) for one in (last, found[-1]))
-    spare = RIVAL_MARGIN * len(entries) if explains else np.inf
-    kept = found[-1].chi2 < EXPLAINED * found[-1].freedom and after < before + spare and any(
-        entry.name in found[-1].model.names for entry in entries)
-    return ([base, *found], rounds + more) if kept else (fits, rounds)
-
-
-def exchanged(search, fits, rounds):
-    """(fits, rounds) of the search taken up again from wherever a better term replaces one that stood for it.
-
-    While an imposter stands in the model, what else is missing may not hold out.
-    """
-    for _ in range(MOST_TERMS):
-        if search.budget.rivals_over("exchanges of an accepted effect for a better one"):
-            break
-        final = swapped(search, fits[-1])
-        if final is fits[-1]:
-            break
-        if final.chi2 < final.freedom + 3 * np.sqrt(2 * final.freedom):  # nothing is left to look for
-            fits = [*fits, final]
-            break
-        found, more = search.run(final)
-        fits, rounds = fits + found, rounds + more
-        if len(found) == 1:
-            break
-    return fits, rounds
-
-
-def swapped(search, fit):
-    """The fit with terms replaced by others that explain as much with fewer numbers, or more with as many; at most three."""
-    for _ in range(MOST_TERMS):
-        better = None
-        for index, term in enumerate(fit.model.terms):
-            if carries(fit.model, index):
-                continue
-            without, replaced = replacements(search, fit, index, 0.7, 0.0)
-            for entry, other in replaced:
-                if term.name in search.read and entry.name not in search.read and not explained(search.problem, other):
-                    continue  # what the impacts show directly gives way only to what explains the data
-                gain = (fit.chi2 - other.chi2) + search.fee(term.candidate) - search.fee(entry)
-                if gain > 2.0 and not search.out_of_bounds(Try(entry, fit=other)) and not search.contradicts(other) and (
-                        not search.same_form(entry.name, (term,))) and holds_out(search, without, other) and (
-                        better is None or gain > better[0]):
-                    better = gain, other
-        if better is None:
-            break
-        fit = better[1]
-        while (smaller := search.prune(fit, newest=0)) is not None:  # the better term may do what another was there for
-            fit = smaller
-    return fit
 
 
 def replacements(search, fit, index, share, margin):
@@ -153,7 +49,7 @@ def replacements(search, fit, index, share, margin):
         gain = max(inference.least_squares(s, r).gain, without.chi2 - known.chi2 if known is not None else 0.0)
         gains = gain - search.fee(entry) >= needed
         alike = here is not None and here[0] > ALIKE
-        if gains or alike or search.same_form(entry.name, (term,)):
+        if gains or alike or search.same_form(entry.name, (term,)) or (*key, entry.name) in search.replaced:
             promising.append((entry, here if alike else None, gain - search.fee(entry)))
     promising.sort(key=lambda one: ((*key, one[0].name) not in search.replaced, -one[2]))  # those fitted already cost nothing
     done = sum((*key, entry.name) in search.replaced for entry, _, _ in promising)

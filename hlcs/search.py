@@ -192,16 +192,18 @@ class Search(Screening):
             fits = self.problem.at_once([partial(self.refit, fit, worth[place].candidate) for place in places])
             for place, refitted in zip(places, fits, strict=True):
                 found[place] = refitted
-            if any(explained(self.problem, refitted) for refitted in fits) or not self.problem.shots.contact:
-                break  # a real refit already leaves nothing but noise
-            if cut(self.problem):
-                continue
+            if not self.problem.shots.contact:
+                break
+            explains = any(explained(self.problem, refitted) for refitted in fits)
             short = [place for place in places if fit.chi2 - found[place].chi2 < SHORT * worth[place].linear_gain
-                     and worth[place].candidate.absent is not None]  # a law that bends is reached from its other side
-            far = [self.extrapolated(fit, worth[place].candidate, worth[place].signature).model for place in short]
+                     and worth[place].candidate.absent is not None and not cut(self.problem)]
+            far = [self.extrapolated(fit, worth[place].candidate, worth[place].signature).model
+                   for place in short]  # a law that bends is reached from its other side
             again = self.problem.at_once([partial(self.problem.fit, model, fit.starts) for model in far])
             for place, refitted in zip(short, again, strict=True):
                 found[place] = min(found[place], refitted, key=lambda one: one.chi2)
+            if explains:
+                break  # a real refit already leaves nothing but noise
         for place, trial in enumerate(worth):
             if found[place] is None:
                 found[place] = self.extrapolated(fit, trial.candidate, trial.signature)
@@ -234,6 +236,8 @@ class Search(Screening):
                 if not pair:
                     break
                 fits += pair
+                while (pruned := self.prune(fits[-1], newest=len(pair))) is not None:  # what stood for both of them
+                    fits.append(pruned)
                 continue
             best = self.best(allowed)
             if best.linear:  # now it is worth a simulation; then choose again

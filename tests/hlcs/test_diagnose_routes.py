@@ -190,3 +190,17 @@ def test_a_drag_that_answers_within_a_step_is_flown_in_shorter_steps():
     per_metre = 2.5 * 1000 * np.pi * 5e-4**2 / (2 * 2.6e-6)
     exact = -np.log(np.cosh(np.sqrt(G * per_metre) * times)) / per_metre
     assert np.abs(position[:, 2] - exact).max() < 1e-6
+
+
+@pytest.mark.parametrize("late, seed", [(0.01, 2), (0.015, 1)])  # found as a pair on top of the slow clock, and in its place
+def test_a_late_trigger_and_drag_are_told_from_the_slow_clock_that_imitates_both(tmp_path, late, seed):
+    """Alone a clock 3 % slow explains fall times best; beside either of the two causes it is worth nothing."""
+    generator, light = np.random.default_rng(seed), PER_METRE / 8
+    rows = [(h, np.arccosh(np.exp(light * h)) / np.sqrt(G * light) + late + 0.003 * generator.standard_normal())
+            for h in np.repeat((0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0), 8)]
+    path = table(tmp_path, "height_m,fall_time_s", rows, body=BALL.replace("0.0027", "0.0216"))
+    alone = hlcs.diagnose(path, candidates=["time_scale"])
+    assert alone.error["fitted"]["after"] < 0.3 * alone.error["fitted"]["before"]
+    diagnosis = hlcs.diagnose(path, candidates=["quadratic_drag", "clock_offset", "time_scale"])
+    assert diagnosis.verdict == "effect" and set(diagnosis.effects) == {"quadratic_drag", "clock_offset"}
+    assert diagnosis.parameters["clock_offset"]["offset"]["value"] == pytest.approx(late, abs=0.002)  # 4 standard errors
