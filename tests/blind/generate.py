@@ -2,7 +2,8 @@
 
 DIR/cases/case_0001/ ... hold what a user would hand in; DIR/answers.json (only the scorer reads it) holds what is hidden;
 DIR/commitment.json the SHA-256 of the answers and of the seed, and whether that seed was sealed before (tests/blind/seals.txt).
---placebo: every case has an effect, but what it adds is shuffled between the recordings with random signs; nothing may be found.
+--placebo: every case has an effect, but what it adds is shuffled between the recordings, half of them with its sign turned;
+nothing may be found.
 """
 
 import argparse

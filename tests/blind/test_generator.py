@@ -12,6 +12,7 @@ from numba import config as numba_config
 from .again import asked, settled
 from .generate import generate
 from .generator import bounce, deck, flight, motion, noise, plane, seal, slide, stack, strength, tables, tilting
+from .generator.build import balanced
 from .generator.case import Setup, toml_text
 from .score import Figure, figures
 
@@ -330,6 +331,14 @@ def test_an_experiment_settles_what_it_splits_and_keeps_the_truth():
     split = {"verdict": "ambiguous", "effects": ["magnus"], "ambiguous": [["magnus", "uniform_flow"]]}
     assert settled(answer, first, split)
     assert not settled(answer, first, first) and not settled(answer, first, {"verdict": "effect", "effects": ["uniform_flow"]})
+
+
+@pytest.mark.parametrize("groups", [["a"] * 3 + ["b"] * 3, ["a"] * 2 + ["b"] * 3 + ["c"] * 2, ["b", "a", "b", "a"]])
+def test_signs_of_a_placebo_balance_over_all_and_to_one_in_every_group(groups):
+    for seed in range(20):
+        signs = balanced(np.random.default_rng(seed), groups)
+        assert abs(signs.sum()) == len(groups) % 2
+        assert all(abs(signs[np.array(groups) == group].sum()) <= 1 for group in groups)
 
 
 def test_binomial_bounds_are_those_of_the_discovery_page():

@@ -77,7 +77,7 @@ def trajectory(deal, room, rng, placebo=False, then=None):
         raise Redraw("not finite")
     if placebo:
         plain = [film(setup, trial, setup.base(), step=FINE) for trial in setup.trials]
-        films = shuffled(rng, films, plain)
+        films = shuffled(rng, films, plain, [trial.group for trial in setup.trials])
         answer.update(kind="placebo", parameters={}, tied=[])
     later = rng.spawn(1)[0]  # the recordings made first stay as they were
     more = again.trials(setup, *then, lambda duration: frames(later, noise, duration)) if then else []
@@ -209,16 +209,32 @@ def _outside(answer, lens, rows):
     return answer
 
 
-def shuffled(rng, films, plain):
-    """Films in which what was added to the plain motion comes from another recording, each axis with a sign of its own."""
+def shuffled(rng, films, plain, groups):
+    """Films in which what was added to the plain motion comes from another recording, each axis with a sign of its own.
+
+    Signs are drawn so that pluses and minuses balance over all recordings and, to one, in every group: an uneven draw leaves
+    a part of what is hidden in the data, and finding that part would be right.
+    """
     count = len(films)
     order = (np.arange(count) + rng.integers(1, count)) % count
+    signs = np.column_stack([balanced(rng, groups) for _ in range(3)])
     mixed = []
-    for (position, turn), source in zip(plain, order, strict=True):
+    for (position, turn), source, sign in zip(plain, order, signs, strict=True):
         added = films[source][0] - plain[source][0]
         rows = np.minimum(np.arange(len(position)), len(added) - 1)
-        mixed.append((position + added[rows] * rng.choice([-1.0, 1.0], 3), turn))
+        mixed.append((position + added[rows] * sign, turn))
     return mixed
+
+
+def balanced(rng, groups):
+    """Signs (n,): plus and minus in turn through the recordings of one group after the other, dealt anew within each group."""
+    signs, first = np.empty(len(groups)), rng.choice([-1.0, 1.0])
+    dealt = 0
+    for group in sorted(set(groups)):
+        mine = np.flatnonzero([other == group for other in groups])
+        signs[mine] = rng.permutation(first * (-1.0) ** np.arange(dealt, dealt + len(mine)))
+        dealt += len(mine)
+    return signs
 
 
 def _oracle(lens, noisy, fitted):
