@@ -1,17 +1,35 @@
 """What else would explain as much: candidates put in the place of a term, and rivals that the data cannot rule out."""
 
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from . import inference
 from .candidates import carries
-from .linear import Try
+from .linear import Fit, Try
 from .model import Term
 from .search import EXPLAINED, RIVAL_MARGIN
 
 SAME = 0.99  # cosine above which two candidates are one entry
 ALIKE = 0.95  # local cosine above which a candidate is refitted in place of a term
+
+
+@dataclass
+class Place:
+    """The place of one term of a fit: the fit without it, how candidates look there, and the fits with them in it."""
+
+    without: Fit
+    looks: dict  # candidate -> (signature on top of the fit without the term, (cosine with the term, numbers) or None)
+    fits: dict  # candidate -> Fit
+
+
+def place_of(search, fit, index):
+    """The Place of a term; made once."""
+    key = fit.model.terms, index
+    if key not in search.places:
+        search.places[key] = Place(search.problem.fit(fit.model.without(index), fit.starts), {}, {})
+    return search.places[key]
 
 
 def replacements(search, fit, index, share, margin):
@@ -20,60 +38,63 @@ def replacements(search, fit, index, share, margin):
     Candidates whose linear gain from the null value comes near that of the term (`share` of it less `margin`), whose law
     looks like the term's where the data are, and other forms of the same law.
     """
-    term, key = fit.model.terms[index], (fit.model.terms, index)
-    if key not in search.stripped:
-        search.stripped[key] = search.problem.fit(fit.model.without(index), fit.starts), {}
-    without, looks = search.stripped[key]
+    place = place_of(search, fit, index)
+    needed = share * (place.without.chi2 - fit.chi2 - search.fee(fit.model.terms[index].candidate) - margin)
+    likely = promising(search, fit, index, place, needed)
+    done = sum(entry.name in place.fits for entry, _ in likely)
+    most = search.budget.refits(search.problem, max(len(likely) - done, 1))
+    if most < len(likely) - done:
+        search.budget.note(f"refits of rivals but the {most} most likely")
+    likely = likely[:done + most]
+    search.progress("rivals " + ", ".join(entry.name for entry, _ in likely))
+    search.problem.at_once([partial(put_in, search, fit, index, place, *one) for one in likely if one[0].name not in place.fits])
+    found = [(entry, place.fits[entry.name]) for entry, _ in likely]
+    return place.without, [(entry, other) for entry, other in found if np.isfinite(other.chi2)]
+
+
+def promising(search, fit, index, place, needed):
+    """[(candidate, its numbers that imitate the term or None)] worth a refit in the place of a term; fitted ones first."""
+    term, without = fit.model.terms[index], place.without
     r = np.concatenate(without.linear.projected[0])
     q_now = inference.basis(np.concatenate(without.linear.projected[1]))
     r = inference.project_out(q_now, r)
-    needed = share * (without.chi2 - fit.chi2 - search.fee(term.candidate) - margin)
     entries = [entry for entry in search.candidates
                if entry.name not in fit.model.names and not search.same_form(entry.name, without.model.terms)]
     if search.budget.rivals_over("rivals that are not another form of an accepted law"):
-        entries = [entry for entry in entries if search.same_form(entry.name, (term,)) or (*key, entry.name) in search.replaced]
-    unseen = [entry for entry in entries if entry.name not in looks]
+        entries = [entry for entry in entries if search.same_form(entry.name, (term,)) or entry.name in place.fits]
+    unseen = [entry for entry in entries if entry.name not in place.looks]
     work = [partial(search.screen, without, entry) for entry in unseen]
     if search.problem.shots.contact:
         work += [partial(search.local, fit, index, entry) for entry in unseen]
     seen = search.problem.at_once(work)
     near = seen[len(unseen):] or [None] * len(unseen)
-    looks |= {entry.name: both for entry, *both in zip(unseen, seen[:len(unseen)], near, strict=True)}
-    promising = []
+    place.looks |= {entry.name: both for entry, *both in zip(unseen, seen[:len(unseen)], near, strict=True)}
+    found = []
     for entry in entries:
-        signature, here = looks[entry.name]
+        signature, here = place.looks[entry.name]
         if signature is None:
             continue
         s = inference.project_out(q_now, np.concatenate(signature))
         known = search.refitted.get((without.model.terms, entry.name))
         gain = max(inference.least_squares(s, r).gain, without.chi2 - known.chi2 if known is not None else 0.0)
-        gains = gain - search.fee(entry) >= needed
+        gain -= search.fee(entry)
         alike = here is not None and here[0] > ALIKE
-        if gains or alike or search.same_form(entry.name, (term,)) or (*key, entry.name) in search.replaced:
-            promising.append((entry, here if alike else None, gain - search.fee(entry)))
-    promising.sort(key=lambda one: ((*key, one[0].name) not in search.replaced, -one[2]))  # those fitted already cost nothing
-    done = sum((*key, entry.name) in search.replaced for entry, _, _ in promising)
-    most = search.budget.refits(search.problem, max(len(promising) - done, 1))
-    if most < len(promising) - done:
-        search.budget.note(f"refits of rivals but the {most} most likely")
-    promising = [(entry, here) for entry, here, _ in promising[:done + most]]
+        if gain >= needed or alike or search.same_form(entry.name, (term,)) or entry.name in place.fits:
+            found.append((entry.name not in place.fits, -gain, entry, here[1] if alike else None))
+    return [(entry, numbers) for _, _, entry, numbers in sorted(found, key=lambda one: one[:2])]
 
-    def in_place(entry, here):
-        if (*key, entry.name) not in search.replaced:
-            def beside(numbers):  # with the numbers and starts that the others have beside the term: an equal law needs no others
-                return search.problem.fit(fit.model.without(index).with_term(Term(entry, tuple(numbers.items()))), fit.starts)
 
-            fits = [beside(here[1])] if here is not None else []
-            if here is None or fits[0].chi2 - fit.chi2 > 12.0:
-                fits.append(search.refit(without, entry))
-            if search.problem.shots.contact and min(one.chi2 for one in fits) - fit.chi2 > 12.0:
-                fits.append(beside(entry.absent or dict(entry.starts[0])))
-            search.replaced[*key, entry.name] = min(fits, key=lambda found: found.chi2)
-        return entry, search.replaced[*key, entry.name]
+def put_in(search, fit, index, place, entry, numbers):
+    """Fit a candidate in the place of a term and keep it there: from numbers that imitate the term, or on top of what is left."""
+    def beside(numbers):  # with the numbers and starts that the others have beside the term: an equal law needs no others
+        return search.problem.fit(fit.model.without(index).with_term(Term(entry, tuple(numbers.items()))), fit.starts)
 
-    search.progress("rivals " + ", ".join(entry.name for entry, _ in promising))
-    found = search.problem.at_once([partial(in_place, entry, here) for entry, here in promising])
-    return without, [(entry, other) for entry, other in found if np.isfinite(other.chi2)]
+    fits = [beside(numbers)] if numbers is not None else []
+    if numbers is None or fits[0].chi2 - fit.chi2 > 12.0:
+        fits.append(search.refit(place.without, entry))
+    if search.problem.shots.contact and min(one.chi2 for one in fits) - fit.chi2 > 12.0:
+        fits.append(beside(entry.absent or dict(entry.starts[0])))
+    place.fits[entry.name] = min(fits, key=lambda found: found.chi2)
 
 
 def rivals(search, fit, inflation):

@@ -9,7 +9,7 @@ from .candidates import carries
 from .linear import Try
 from .model import Term
 from .pairs import passes
-from .rivals import holds_out, replacements
+from .rivals import holds_out, place_of, replacements
 from .search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN, explained
 from .solids import solid
 
@@ -96,13 +96,12 @@ def rerouted(search, fits, rounds):
 
 def remember(search, fit, other):
     """Keep a pair that shares a term with a better one as a rival of the other term: signatures may not show that it is."""
-    names = [term.name for term in other.model.terms]
-    for index, term in enumerate(fit.model.terms):
-        rest = {name for name in names if name not in fit.model.names}
-        if len(rest) == 1 and term.name not in names:
-            mine = names.index(*rest)
-            model = other.model.without(mine).with_term(other.model.terms[mine])
-            search.replaced[fit.model.terms, index, *rest] = search.problem.fit(model, other.starts)
+    mine, its = ([index for index, term in enumerate(one.model.terms) if term.name not in another.model.names]
+                 for one, another in ((other, fit), (fit, other)))
+    if len(mine) == 1:
+        term = other.model.terms[mine[0]]
+        model = other.model.without(mine[0]).with_term(term)
+        place_of(search, fit, its[0]).fits[term.name] = search.problem.fit(model, other.starts)
 
 
 def other_firsts(search, base, trials, last):

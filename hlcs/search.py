@@ -42,8 +42,7 @@ class Search(Screening):
         self.candidates = sorted(candidates, key=lambda entry: entry.name)
         self.progress = progress or (lambda text: None)
         self.budget = Budget(problem)
-        self.stripped = {}  # (terms of a model, index of one) -> (fit without it, {candidate: its signature there and here})
-        self.replaced = {}  # (model, index of a term, candidate) -> fit with the candidate in place of the term
+        self.places = {}  # (terms of a model, index of one) -> what stands in its place (rivals.Place)
         self.refitted = {}  # (terms of a model, candidate) -> its fit on top of that model
 
     def refit(self, fit, entry):
