@@ -5,9 +5,13 @@ import os
 import signal
 import threading
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 
 from hlcs import interrupts
 from minibullet.errors import InputError
+
+ENDED = ('a worker process ended before its work was done. In a script, put what calls hlcs under `if __name__ == "__main__":` '
+         "(workers read the script again); otherwise it was killed or ran out of memory: take fewer workers")
 
 
 def cores():
@@ -19,8 +23,12 @@ def each(function, tasks, workers=None):
     """Yield (index, function(task)) for every task, in the order they end; workers: processes, None = as many as processors.
 
     function must be importable (a plain function of a module). Processes are started afresh ("spawn"), so nothing of this
-    process leaks into a run. The first exception ends everything; so does leaving the loop early.
+    process leaks into a run; for that Python reads the script that called again, so its calls belong under
+    `if __name__ == "__main__":` (InputError where they do not). The first exception ends everything; so does leaving the loop
+    early.
     """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(1)  # a worker that reads the script met the call it is to work for; whoever started it says so
     tasks = list(tasks)
     if workers is not None and (isinstance(workers, bool) or workers != int(workers) or workers < 1):
         raise InputError(f"workers = {workers!r}; must be a whole number >= 1")
@@ -37,10 +45,12 @@ def each(function, tasks, workers=None):
         for future in as_completed(indices):
             interrupts.check()
             yield indices[future], future.result()
-    except BaseException:
+    except BaseException as problem:
         for child in set(multiprocessing.active_children()) - before:
             child.terminate()
         executor.shutdown(wait=False, cancel_futures=True)
+        if isinstance(problem, BrokenProcessPool):
+            raise InputError(ENDED) from None
         raise
     executor.shutdown()
 

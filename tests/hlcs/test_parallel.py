@@ -63,3 +63,12 @@ def test_results_keep_their_order_and_complaints_come_through():
         list(parallel.each(abs, ["text", "text"], workers=2))
     with pytest.raises(InputError, match="workers"):
         list(parallel.each(abs, [1], workers=0))
+
+
+def test_a_script_without_a_main_guard_is_told_so_once(tmp_path):
+    script = tmp_path / "careless.py"
+    script.write_text("import math\nfrom hlcs import parallel\nlist(parallel.each(math.sqrt, [1.0, 4.0], workers=2))\n")
+    environment = os.environ | {"PYTHONPATH": os.getcwd()}
+    done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, text=True)
+    assert done.returncode == 1 and done.stderr.count("Traceback") == 1
+    assert done.stderr.strip().splitlines()[-1].startswith("minibullet.errors.InputError: a worker process ended")
