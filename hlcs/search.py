@@ -23,7 +23,7 @@ from .pairs import hidden_pair
 from .screening import Screening
 
 MOST_TERMS = 3
-NO_FLUID = (10.0, 600.0)  # between dense gases and light liquids there is no fluid [kg/m3]
+NO_FLUID = (25.0, 600.0)  # between dense gases, a few bar included, and light liquids there is no fluid [kg/m3]
 RIVAL_MARGIN = 6.0
 REFIT_BEST = 6
 REFIT_DEAR = 2  # where every simulation has contacts to solve

@@ -74,9 +74,22 @@ def touches(trials, noise):
             continue
         position = np.nan_to_num(trial.position[there])
         gap = position @ np.asarray(trial.surroundings.floor_normal) - trial.surroundings.floor_height - shape.bounding_radius
-        if gap.min() < 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius:
+        reach = 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius
+        if gap.min() < reach or rebounds(trial.times[there], gap, reach):
             return True
     return False
+
+
+def rebounds(times, gap, reach):
+    """Was a floor struck between two samples? The line through two of them meets it, and the body is next seen above that line.
+
+    Gravity and drag leave a falling body below the line or far from the floor; slow cameras miss every impact of a drop.
+    """
+    if len(gap) < 3:
+        return False
+    step = np.diff(times)
+    ahead = gap[1:-1] + np.diff(gap)[:-1] * step[1:] / step[:-1]
+    return bool(np.any((ahead < reach) & (gap[2:] > ahead + 2.5 * reach)))  # the error of the line is 2.4 times a sample's
 
 
 def starts_seated(trial, noise):

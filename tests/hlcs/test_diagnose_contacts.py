@@ -8,6 +8,7 @@ import hlcs
 from hlcs.effects import Free
 from hlcs.fit import Problem
 from hlcs.linear import Linear
+from hlcs.trajectories import rebounds
 from minibullet.errors import InputError
 
 BLOCK = ('kind = "trajectory"\ntitle = "block"\n[body]\nshape = "box"\nsize = [0.12, 0.08, 0.04]\nmass = 0.35\n[surroundings]\n'
@@ -111,3 +112,15 @@ def test_a_step_that_meets_a_bound_is_the_best_within_the_bounds():
     loss = np.sum((aim[:, None, None] - columns[:, :1, None] * a - columns[:, 1:, None] * b) ** 2, axis=0)
     best = np.unravel_index(np.argmin(loss), loss.shape)
     assert step == pytest.approx([axis[best[0]], axis[best[1]]], abs=3e-4) and (np.abs(step) <= 0.05).all()
+
+
+def test_a_rebound_between_two_samples_is_seen_and_a_throw_is_none():
+    """At 25 frames a second a ball that falls 0.9 m is never near the floor in any frame: v = 4.2 m/s, 0.17 m a frame."""
+    times = np.arange(0.02, 0.8, 0.04)
+    impact = np.sqrt(2 * 0.9 / 9.81)
+    up = 0.75 * 9.81 * impact
+    falling = 0.9 - 0.5 * 9.81 * times**2
+    bouncing = np.where(times < impact, falling, up * (times - impact) - 0.5 * 9.81 * (times - impact) ** 2)
+    assert bouncing.min() > 0.02 and rebounds(times, bouncing, reach=0.005)
+    assert not rebounds(times, 0.9 + 3.0 * times - 0.5 * 9.81 * times**2, reach=0.005)
+    assert not rebounds(times[times < 0.9 * impact], falling[times < 0.9 * impact], reach=0.005)
