@@ -421,7 +421,8 @@ def report(cases, verdicts, first=None, placebo=None, also=None):
         while more and more[-1][1]["verdict"] == "missing":  # a run that was stopped
             more.pop()
         part = f", the first of a shuffled deck of {whole}" if len(more) < whole else ""
-        text += f"\n## A deck of kind `{its['kind']}`, drawn later\n\n{len(more)} cases{part}, seed SHA-256 "
+        title = f"A deck of kind `{its['kind']}`" if its.get("kind") else "Another deck"
+        text += f"\n## {title}, drawn on its own\n\n{len(more)} cases{part}, seed SHA-256 "
         text += f"`{seal.digest(its['seed'])}` ({'sealed beforehand' if seal.sealed(its['seed']) else 'not sealed'}).\n\n"
         lines = [figure.cells() for figure in figures(more) if figure.count]
         text += markdown_table(["figure", "must", "aim", "measured", "bound", "result"], lines)
@@ -448,8 +449,9 @@ def commands(record, cases, placebo=None, also=None):
         lines.append(f"python -m tests.blind.run {suite} --placebo --out PLACEBO")
         score += " --placebo PLACEBO"
     if also:
-        only = f"--suite {also['suite']} --cases {len(also['cases'])} --kind {also['kind']} --first {also['first']}"
-        lines.append(f"python -m tests.blind.run {only} --seed {also['seed']} --out ALSO")
+        only = f" --kind {also['kind']}" if also.get("kind") else ""
+        suite = f"--suite {also['suite']} --cases {len(also['cases'])}{only} --first {also['first']}"
+        lines.append(f"python -m tests.blind.run {suite} --seed {also['seed']} --out ALSO")
         score += " --also ALSO"
     return "\nTo make this page again:\n\n" + "".join(f"    {line}\n" for line in [*lines, score + " --markdown docs/blind.md"])
 
@@ -461,7 +463,7 @@ def main(arguments=None):
     parser.add_argument("--markdown")
     parser.add_argument("--first", type=int, help="score the first so many cases of the deck only")
     parser.add_argument("--placebo", help="folder of a deck made with --placebo, its verdicts stored")
-    parser.add_argument("--also", help="folder of a deck of one kind, its verdicts stored")
+    parser.add_argument("--also", help="folder of another deck, its verdicts stored")
     given = parser.parse_args(arguments)
     text, _ = report(given.cases, given.verdicts, given.first, given.placebo, given.also)
     print(text)
