@@ -61,25 +61,14 @@ def rerouted(search, fits, rounds):
     if not last.model.terms or search.budget.search_over("pairs that begin with another effect than was accepted first"):
         return fits, rounds
     least = cost(search, last) - MANY
-    ranked = {}  # names of both -> (what the pair would cost by its signatures, fit with the first, the second)
-    for first in other_firsts(search, base, rounds[0].values(), last):
-        q = inference.basis(np.concatenate(first.linear.projected[1]))
-        r = inference.project_out(q, np.concatenate(first.linear.projected[0]))
-        entries = [entry for entry in search.candidates
-                   if entry.name not in first.model.names and not search.same_form(entry.name, first.model.terms)]
-        seen = search.problem.at_once([partial(search.screen, first, entry) for entry in entries])
-        for entry, signature in zip(entries, seen, strict=True):
-            if signature is None:
-                continue
-            gain = inference.least_squares(inference.project_out(q, np.concatenate(signature)), r).gain
-            costs, names = cost(search, first) - gain + search.fee(entry), frozenset((first.model.names[-1], entry.name))
-            if costs < least and names != set(last.model.names) and (names not in ranked or costs < ranked[names][0]):
-                ranked[names] = costs, first, entry
-    promising = sorted(ranked.values(), key=lambda one: one[0])[:search.budget.refits(search.problem, PAIRS)]
+    firsts = other_firsts(search, base, rounds[0].values(), last)
+    promising = [(first, entry) for first, entry in pairs_below(search, firsts, least)
+                 if {first.model.names[-1], entry.name} != set(last.model.names)]
+    promising = promising[:search.budget.refits(search.problem, PAIRS)]
     search.progress(f"refitting {len(promising)} pairs that begin with another effect")
-    both = search.problem.at_once([partial(search.refit, first, entry) for _, first, entry in promising])
+    both = search.problem.at_once([partial(search.refit, *pair) for pair in promising])
     found = []
-    for (_, first, entry), fit in zip(promising, both, strict=True):
+    for (first, entry), fit in zip(promising, both, strict=True):
         check = Try(entry, price=search.price(entry))
         search.judge(first, entry, fit, check)
         if np.isfinite(fit.chi2) and fit.chi2 < EXPLAINED * fit.freedom and cost(search, fit) < least and not any(
@@ -92,6 +81,25 @@ def rerouted(search, fits, rounds):
         remember(search, found[0], other)
     more, again = search.run(found[0])
     return fits + more, rounds + again
+
+
+def pairs_below(search, firsts, least):
+    """[(fit with a first effect, second candidate)] that by their signatures would cost less than `least`; the cheapest first."""
+    ranked = {}  # names of both -> (what the pair would cost, the first, the second)
+    for first in firsts:
+        q = inference.basis(np.concatenate(first.linear.projected[1]))
+        r = inference.project_out(q, np.concatenate(first.linear.projected[0]))
+        entries = [entry for entry in search.candidates
+                   if entry.name not in first.model.names and not search.same_form(entry.name, first.model.terms)]
+        seen = search.problem.at_once([partial(search.screen, first, entry) for entry in entries])
+        for entry, signature in zip(entries, seen, strict=True):
+            if signature is None:
+                continue
+            gain = inference.least_squares(inference.project_out(q, np.concatenate(signature)), r).gain
+            costs, names = cost(search, first) - gain + search.fee(entry), frozenset((first.model.names[-1], entry.name))
+            if costs < least and (names not in ranked or costs < ranked[names][0]):
+                ranked[names] = costs, first, entry
+    return [(first, entry) for _, first, entry in sorted(ranked.values(), key=lambda one: one[0])]
 
 
 def remember(search, fit, other):
