@@ -19,7 +19,7 @@ from .noise import estimate_noise
 from .rivals import rivals
 from .routes import exchanged, reformed, rerouted, submerged
 from .search import Search
-from .trajectories import judge, prepare, touches
+from .trajectories import judge, polished, prepare, touches
 
 INTERVAL = 0.90  # of coefficients
 
@@ -106,8 +106,8 @@ def assemble(prepared, search, absent, judge, where):
     settled = len(fits[-1].model.terms) < 2 and not problem.shots.contact  # else a term may stand where another belongs
     if not settled:
         fits, rounds = exchanged(search, fits, rounds)
-    final = fits[-1]
-    verdict_after, table_after = judge(problem, final)
+    final, exact = fits[-1], polished(problem, fits[-1])  # rivals were, and are, fitted at the step of the search
+    verdict_after, table_after = judge(problem, exact)
     search.progress("rivals")
     others = rivals(search, final, 1.0 if verdict_after.adequate else max(verdict_after.chi2, 1.0))
     terms = final.model.terms
@@ -121,9 +121,9 @@ def assemble(prepared, search, absent, judge, where):
     else:
         verdict = "effect" if effects else "complete"
     unit = problem.unit
-    error = _errors(search, base, final, unit)
+    error = _errors(search, base, exact, unit)
     steps, shown = [], []
-    for fit in fits:
+    for fit in [*fits[:-1], exact]:
         names = [term.name for term in fit.model.terms]
         if names not in shown:
             shown.append(names)
@@ -140,9 +140,9 @@ def assemble(prepared, search, absent, judge, where):
              "source": prepared.noise.source, "flexible": prepared.noise.hint}
     return Diagnosis(
         kind=measurement.file.kind, title=measurement.file.title, verdict=verdict, effects=effects,
-        parameters=intervals(final, 1.0 if verdict_after.adequate else verdict_after.chi2), ambiguous=ambiguous, error=error,
+        parameters=intervals(exact, 1.0 if verdict_after.adequate else verdict_after.chi2), ambiguous=ambiguous, error=error,
         steps=tuple(steps), adequate=adequate, candidates=findings, where=where(problem, table_after),
-        next_experiment=following, notes=(*prepared.notes, *search.budget.notes()), noise=noise, model=final.model,
+        next_experiment=following, notes=(*prepared.notes, *search.budget.notes()), noise=noise, model=exact.model,
         pictures={"before": table_before, "after": table_after, "trials": [trial.name for trial in problem.trials],
                   "groups": [trial.group for trial in problem.trials], "kind": measurement.file.kind,
                   "input": next(iter(problem.table.inputs), "row") if measurement.file.kind == "outcomes" else None})

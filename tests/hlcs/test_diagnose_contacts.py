@@ -124,3 +124,25 @@ def test_a_rebound_between_two_samples_is_seen_and_a_throw_is_none():
     assert bouncing.min() > 0.02 and rebounds(times, bouncing, reach=0.005)
     assert not rebounds(times, 0.9 + 3.0 * times - 0.5 * 9.81 * times**2, reach=0.005)
     assert not rebounds(times[times < 0.9 * impact], falling[times < 0.9 * impact], reach=0.005)
+
+
+def test_a_tilt_is_read_right_from_the_way_a_body_drifts_until_it_lands(tmp_path):
+    """Let go h above the floor, gravity tilted by a: it lands h tan a aside and stays. A step of 1/240 s is 3 % of the fall."""
+    tilt, generator, entries = 0.038, np.random.default_rng(6), []
+    for k, height in enumerate((0.03, 0.045, 0.06, 0.075, 0.09, 0.11)):
+        times = np.arange(30) / 60
+        falling = np.minimum(times, np.sqrt(2 * height / (G * np.cos(tilt)))) ** 2 / 2 * G
+        track = np.column_stack([np.sin(tilt) * falling, 0 * times, 0.05 + height - np.cos(tilt) * falling])
+        seen = track + 1e-4 * generator.standard_normal(track.shape)
+        rows = "".join(f"{t:.6f},{x:.6f},{y:.6f},{z:.6f}\n" for t, (x, y, z) in zip(times, seen, strict=True))
+        (tmp_path / f"d{k}.csv").write_text("t_s,x_m,y_m,z_m\n" + rows)
+        start = "{ velocity = [0.0, 0.0, 0.0], angular_velocity = [0.0, 0.0, 0.0], orientation = [1.0, 0.0, 0.0, 0.0] }"
+        entries.append(f'[[trial]]\nfile = "d{k}.csv"\ngroup = "{k % 2}"\nstart = {start}\n')
+    path = tmp_path / "e.toml"
+    path.write_text('kind = "trajectory"\n[body]\nshape = "box"\nsize = [0.1, 0.1, 0.1]\nmass = 2.3\n'
+                    "[surroundings]\nfriction = 0.6\nfloor = { height = 0.0, normal = [0.0, 0.0, 1.0] }\n"
+                    "[measurement]\nnoise = { position = 1e-4 }\n" + "".join(entries))
+    diagnosis = hlcs.diagnose(path, candidates=["tilted_gravity"])
+    assert diagnosis.effects == ("tilted_gravity",)
+    lean = {name: number["value"] for name, number in diagnosis.parameters["tilted_gravity"].items()}
+    assert np.hypot(*lean.values()) == pytest.approx(tilt, rel=0.015)  # four standard errors
