@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from minibullet import rotations
+from minibullet.errors import InputError
 
 from . import inference
 from .budget import cut
@@ -225,15 +226,21 @@ def polished(problem, fit):
     if not shots.contact or cut(problem) or not fit.model.terms:
         return fit
     step, pair = shots.step, shots.pair
-    for share in SHORTER:
-        shots.step, shots.pair = share * step, tuple(share * one for one in pair)
-        finer = problem.fit(fit.model, fit.starts)
-        if finer.chi2 > fit.chi2 + WORSE:  # a path that another step leads elsewhere: no step is the true one
-            break
-        fit, change = finer, np.abs(finer.estimate - fit.estimate)
-        if np.all(change < 0.1 * np.sqrt(np.diag(fit.covariance))):
-            break
-    shots.step, shots.pair = step, pair
+    try:
+        for share in SHORTER:
+            if share * step < FINEST:
+                break
+            shots.step, shots.pair = share * step, tuple(share * one for one in pair)
+            finer = problem.fit(fit.model, fit.starts)
+            if finer.chi2 > fit.chi2 + WORSE:  # a path that another step leads elsewhere: no step is the true one
+                break
+            fit, change = finer, np.abs(finer.estimate - fit.estimate)
+            if np.all(change < 0.1 * np.sqrt(np.diag(fit.covariance))):
+                break
+    except InputError:
+        pass  # what a shorter step cannot simulate loses no finished fit
+    finally:
+        shots.step, shots.pair = step, pair
     return fit
 
 
