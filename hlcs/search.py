@@ -14,7 +14,7 @@ from scipy import stats
 from . import inference
 from .budget import Budget, cut
 from .candidates import carries
-from .effects import FORMS, SETS
+from .effects import FORMS, SETS, STATED
 from .fit import Problem
 from .folds import Folds
 from .linear import Try
@@ -28,6 +28,7 @@ RIVAL_MARGIN = 6.0
 REFIT_BEST = 6
 REFIT_DEAR = 2  # where every simulation has contacts to solve
 REFIT_STRONG = 12  # there, as long as nothing explains the data
+ABREAST = 0.98  # part of the best linear gain from which a candidate points at the residual as well
 WITNESSED = 0.98  # part of the best gain from which what impacts show directly goes first, where neither explains the data
 EXPLAINED = 1.25  # chi2 per degree of freedom below which a fit explains the data
 SHORT = 0.8  # part of its linear gain below which a refit through contacts is taken up again from the full linear step
@@ -173,7 +174,8 @@ class Search(Screening):
     def refits(self, fit, worth):
         """Fits with each of the candidates in, list; where a simulation is dear, the first in rank, the rest by one linear step.
 
-        As long as none of the first explains the data the linear ranking is not to be trusted, and more are refitted.
+        As long as none of the first explains the data the linear ranking is not to be trusted, and more are refitted; then only
+        what points at the residual as well as the best.
         """
         found = [None] * len(worth)
         if self.problem.shots.contact:
@@ -183,8 +185,10 @@ class Search(Screening):
             waves = [range(0, REFIT_DEAR), range(REFIT_DEAR, most)]
         else:
             waves = [range(len(worth))]
+        most_gain, explains = max((trial.linear_gain for trial in worth), default=0.0), False
         for wave in waves:
-            places = [place for place in wave if place < len(worth)]
+            places = [place for place in wave if place < len(worth)
+                      and (not explains or worth[place].linear_gain > ABREAST * most_gain)]
             if not places:
                 break
             self.progress("refitting " + ", ".join(worth[place].candidate.name for place in places[:3]))
@@ -193,7 +197,6 @@ class Search(Screening):
                 found[place] = refitted
             if not self.problem.shots.contact:
                 break
-            explains = any(explained(self.problem, refitted) for refitted in fits)
             short = [place for place in places if fit.chi2 - found[place].chi2 < SHORT * worth[place].linear_gain
                      and worth[place].candidate.absent is not None and not cut(self.problem)]
             far = [self.extrapolated(fit, worth[place].candidate, worth[place].signature).model
@@ -201,8 +204,7 @@ class Search(Screening):
             again = self.problem.at_once([partial(self.problem.fit, model, fit.starts) for model in far])
             for place, refitted in zip(short, again, strict=True):
                 found[place] = min(found[place], refitted, key=lambda one: one.chi2)
-            if explains:
-                break  # a real refit already leaves nothing but noise
+            explains = any(explained(self.problem, found[place]) for place in places)  # nothing but noise is left
         for place, trial in enumerate(worth):
             if found[place] is None:
                 found[place] = self.extrapolated(fit, trial.candidate, trial.signature)
@@ -257,15 +259,16 @@ class Search(Screening):
         return fits, rounds
 
     def best(self, allowed):
-        """The trial of highest evidence; among those within one unit of it, not a fluid where the file says there is none.
+        """The trial of highest evidence; among those within one unit of it, not a fluid where the file says there is none, and
+        rather another value of a number that the model has than a law that it has not.
 
         Where it does not explain the data, what the samples around the impacts show directly goes first if it does about as well.
         """
         most = max(trial.gain - trial.price for trial in allowed)
         dry = self.problem.trials[0].surroundings.fluid_density == 0.0
         near = [trial for trial in allowed if trial.gain - trial.price > most - 1.0]
-        best = max(near, key=lambda trial: (not (dry and trial.candidate.group == "fluid"), round(trial.gain - trial.price, 6),
-                                            trial.candidate.name))
+        best = max(near, key=lambda trial: (not (dry and trial.candidate.group == "fluid"), trial.candidate.kind in STATED,
+                                            round(trial.gain - trial.price, 6), trial.candidate.name))
         if best.candidate.name in self.read or explained(self.problem, best.fit):
             return best
         witnessed = [trial for trial in allowed if trial.candidate.name in self.read and trial.gain > WITNESSED * best.gain]

@@ -22,6 +22,7 @@ from . import body, ground, measurement, numerics
 from .contract import Change, name_of, parameters
 
 SHARED_FORCES = {forces.Gravity}  # part of every model, never a candidate
+STATED = (forces.Friction, forces.Restitution)  # other values of numbers that every model has
 NOT_FORCES = (measurement.TiltedFrame, measurement.LengthScale, measurement.TimeScale, measurement.ClockOffset,
               measurement.CalibrationCurve, measurement.TrackerSmoothing, body.MassOffset, body.SizeError,
               body.InertiaError, body.CentreOfMassOffset, ground.BottomSlope, numerics.MarginOffset)
@@ -141,7 +142,7 @@ def candidate(kind, surroundings: Surroundings, radius=None, own=False, only=Non
         if known.given or (only and name not in only):
             continue
         null = known.null
-        if null is None and kind in (forces.Friction, forces.Restitution):
+        if null is None and kind in STATED:
             null = getattr(surroundings, name_of(kind))
         scale = radius if known.bounds_in == "radius" and radius else 1.0
         low, high = (bound * scale if bound is not None else sign * 1e6

@@ -130,7 +130,7 @@ def judge(deal, lens, hidden, errors):
     blend = 1.0
     for _ in range(7):
         laws = _soften(hidden, blend)
-        rows = lens.signal(laws, errors)
+        rows = lens.signal(laws, errors, step=FINE)
         fitted, left = lens.fit(names, rows, near=laws) if names else ({}, lens.information(rows))
         if left <= MISFIT or deal.kind in ("outside", "mixed"):
             break
@@ -164,7 +164,7 @@ def judge(deal, lens, hidden, errors):
             raise Redraw(f"{name} out of bounds")
         answer["parameters"][name] = {knob.name: fitted[name][knob.name] for knob in LIBRARY[name] if knob.scored}
     for name in names:  # every hidden law beside its own rivals
-        own = lens.signal({name: laws[name]}) if len(deal.names) > 1 else rows
+        own = lens.signal({name: laws[name]}, step=FINE) if len(deal.names) > 1 else rows
         own_left = lens.fit([name], own, near=laws)[1] if len(deal.names) > 1 else left
         tied, possible, cosine, simpler = look_alikes(lens, name, own, own_left)
         if simpler:
