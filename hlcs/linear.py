@@ -55,6 +55,12 @@ class Fit:
     covariance: np.ndarray  # for the stated noise (p, p)
     at_bound: tuple[bool, ...]
 
+    def bounds_of(self, index):
+        """at_bound of the numbers of one term, tuple of booleans."""
+        counts = [len(term.candidate.free) for term in self.model.terms]
+        first = sum(counts[:index % len(counts)])
+        return self.at_bound[first:first + counts[index]]
+
     @cached_property
     def losses(self):
         """chi2 of each recording, starts projected out (trials,)."""

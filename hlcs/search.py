@@ -124,9 +124,8 @@ class Search(Screening):
     def out_of_bounds(self, trial):
         """Sentences about numbers of the newest term that lie at a bound or cannot be told from their null value."""
         term, fit = trial.fit.model.terms[-1], trial.fit
-        count = len(term.candidate.free)
         found = []
-        for free, at_bound in zip(term.candidate.free, fit.at_bound[-count:], strict=True):
+        for free, at_bound in zip(term.candidate.free, fit.bounds_of(-1), strict=True):
             if at_bound:
                 found.append(f"{free.name} = {term.numbers[free.name]:.3g} lies at the bound of what is plausible")
         relative = getattr(term.candidate.kind, "relative_bound", None)
@@ -297,14 +296,15 @@ class Search(Screening):
         return any(name in SETS[label] and any(term.name in SETS[label] for term in terms) for label in FORMS)
 
     def prune(self, fit, newest=1):
-        """The fit without the first term whose removal costs less than its price, or None; the `newest` ones stay."""
+        """The fit without the first term whose removal costs less than its price, or that what came later drove to its bound;
+        None where there is none. The `newest` ones stay."""
         if len(fit.model.terms) < 2:
             return None
         for index, term in enumerate(fit.model.terms[:len(fit.model.terms) - newest]):
             if carries(fit.model, index):
                 continue
             without = self.problem.fit(fit.model.without(index), fit.starts)
-            if without.chi2 - fit.chi2 < self.price(term.candidate):
+            if without.chi2 - fit.chi2 < self.price(term.candidate) or any(fit.bounds_of(index)):
                 return without
         return None
 
