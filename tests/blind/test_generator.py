@@ -12,7 +12,7 @@ from numba import config as numba_config
 from .again import asked, settled
 from .generate import generate
 from .generator import bounce, deck, flight, motion, noise, plane, seal, slide, stack, strength, tables, tilting
-from .generator.build import balanced
+from .generator.build import Deal, balanced, judge
 from .generator.case import Setup, toml_text
 from .score import Figure, figures
 
@@ -227,6 +227,21 @@ def test_fit_returns_what_was_hidden(generator):
     laws, _ = lens.fit(["restitution", "tilted_gravity"], rows, turns=8)
     assert laws["restitution"]["coefficient"] == pytest.approx(0.76, rel=1e-3)
     assert laws["tilted_gravity"]["angle_x"] == pytest.approx(0.003, rel=1e-2)
+
+
+@compiled
+def test_the_answer_is_what_the_film_shows(generator):
+    """Friction that vanishes below s = 0.26 mm/s lets a block go with at most v = s ln 2 mu g cos / a more speed, which a
+    coefficient smaller by at most 2 v / (t g cos) makes up for: the step of the sensitivities may not add to that."""
+    made = slide.setup(generator, lambda duration: np.linspace(0, duration, 120), "incline")
+    lens = strength.Lens(made, 3e-3, 0.01, 0.0)
+    hidden, most = {"friction": {"coefficient": 0.2976, "form": 0.0256}}, 0.0
+    for trial in made.trials:
+        cosine = trial.overrides["floor"]["normal"][2]
+        drive, brake = 9.81 * np.sqrt(1 - cosine**2), 0.2976 * 9.81 * cosine
+        most = max(most, 2 * 2.56e-4 * np.log(2) * brake / (drive - brake) / (trial.times[-1] * 9.81 * cosine))
+    answer, _, _ = judge(Deal("slide", "single", ("friction",), "incline", (3.0,), "white"), lens, hidden, {})
+    assert 0 <= 0.2976 - answer["parameters"]["friction"]["coefficient"] <= most
 
 
 def test_the_deck_keeps_its_shares():

@@ -6,10 +6,13 @@ from scipy.integrate import solve_ivp
 
 import hlcs
 from hlcs import contact_motion
-from hlcs.candidates import all_alike
-from hlcs.experiment_files import Body, Surroundings
+from hlcs.candidates import all_alike, candidates_for
+from hlcs.experiment_files import Body, Surroundings, read_experiment_file
+from hlcs.folds import Folds
 from hlcs.measurement import Trial, read_measurement
-from hlcs.model import Model, build_entry
+from hlcs.model import Model, Term, build_entry
+from hlcs.search import Search
+from hlcs.trajectories import prepare
 from minibullet import rotations
 from minibullet.errors import InputError
 
@@ -204,3 +207,27 @@ def test_a_late_trigger_and_drag_are_told_from_the_slow_clock_that_imitates_both
     diagnosis = hlcs.diagnose(path, candidates=["quadratic_drag", "clock_offset", "time_scale"])
     assert diagnosis.verdict == "effect" and set(diagnosis.effects) == {"quadratic_drag", "clock_offset"}
     assert diagnosis.parameters["clock_offset"]["offset"]["value"] == pytest.approx(late, abs=0.002)  # 4 standard errors
+
+
+def test_what_a_later_term_drives_to_its_bound_goes(tmp_path):
+    """A fall a fifth too fast asks for a clock 10 % slow, and 5 % is the most: however much it gains, it does not stay."""
+    times = np.arange(60) / 60
+    for k in range(4):
+        fall = np.column_stack([k * times, 0 * times, 20.0 - 0.6 * G * times**2])
+        rows = "".join(f"{t:.6f},{x:.6f},{y:.6f},{z:.6f}\n" for t, (x, y, z) in zip(times, fall, strict=True))
+        (tmp_path / f"f{k}.csv").write_text("t_s,x_m,y_m,z_m\n" + rows)
+    path = tmp_path / "e.toml"
+    path.write_text(f'kind = "trajectory"\n{BALL}[measurement]\nnoise = {{ position = 0.004 }}\n' + "".join(
+        f'[[trial]]\nfile = "f{k}.csv"\ngroup = "{k % 2}"\n' for k in range(4)))
+    measurement = read_measurement(read_experiment_file(path))
+    prepared = prepare(measurement)
+    entries, _ = candidates_for(measurement, False, ["time_scale", "linear_drag"])
+    search = Search(prepared.problem, entries, Folds(measurement.trials, measurement.file.hold_out))
+    model = prepared.base.model
+    for entry in reversed(entries):
+        model = model.with_term(Term(entry, tuple(entry.absent.items())))
+    fit = prepared.problem.fit(model)
+    without = prepared.problem.fit(model.without(0))
+    assert fit.model.names == ("time_scale", "linear_drag") and fit.bounds_of(0) == (True,)
+    assert without.chi2 - fit.chi2 > 1000
+    assert search.prune(fit).model.names == ("linear_drag",)
