@@ -241,8 +241,9 @@ def _why(name, accepted, same, best, last, effects, adequacy):
     if same:
         label = f" ({form})" if form and any(other in SETS[form] for other in same) else ""
         return f"does as well as {', '.join(other for other in same if other in effects)}: not to be told apart here{label}"
-    if best is not None and form and any(other in SETS[form] for other in effects):
-        return f"another form of the same law ({form}), which these data do not decide"
+    better = [other for other in effects if form and other in SETS[form]]
+    if best is not None and better:
+        return f"of one set ({form}) with {better[0]}, which explains the data better"
     if last is not None and last.fit is not None and last.gain > last.price and last.fails:
         return "suspected: " + "; ".join(last.fails)
     if last is None or not last.visible:

@@ -85,12 +85,10 @@ def stands(search, before, both, one, count):
         alone = search.problem.fit(both.model.without(index), both.starts)
     check = type(one)(one.candidate, price=one.price, visible=1.0)
     search.judge(alone, one.candidate, both, check)
-    return passes(search, check, both, count)
+    return passes(search, check, count)
 
 
-def passes(search, check, both, count):
-    """Is a judged candidate worth its price, inside its bounds, and better on held-out data, among `count` of them?"""
-    if check.gain <= check.price * max(both.chi2 / both.freedom, 1.0) or search.out_of_bounds(check) or search.contradicts(both):
-        return False
-    return not search.folds.possible or check.falls > 0.02 and (
-        min(check.directions) > 0.02 if search.folds.few else check.p < 0.05 / count)
+def passes(search, check, count):
+    """Does a judged candidate keep every rule of acceptance, chosen among `count` of them?"""
+    check.holm = min(1.0, count * check.p)
+    return check.fit is not None and not search.broken(check)

@@ -71,8 +71,8 @@ def rerouted(search, fits, rounds):
     for (first, entry), fit in zip(promising, both, strict=True):
         check = Try(entry, price=search.price(entry))
         search.judge(first, entry, fit, check)
-        if np.isfinite(fit.chi2) and fit.chi2 < EXPLAINED * fit.freedom and cost(search, fit) < least and not any(
-                fit.at_bound) and passes(search, check, fit, len(search.candidates)) and search.prune(fit, newest=0) is None:
+        if fit.chi2 < EXPLAINED * fit.freedom and cost(search, fit) < least and not any(fit.at_bound) and passes(
+                search, check, len(search.candidates)) and search.prune(fit, newest=0) is None:
             found.append(fit)
     if not found:
         return fits, rounds

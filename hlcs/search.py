@@ -101,25 +101,28 @@ class Search(Screening):
             largest = max(largest, min(1.0, (len(ordered) - place) * trial.p))
             trial.holm = largest
         for trial in tried:
-            if trial.fit is None:
-                continue
-            rest = max(trial.fit.chi2 / trial.fit.freedom, 1.0)  # what stays unexplained counts as noise
-            if trial.gain <= trial.price * rest:
-                trial.fails.append(f"its gain of {trial.gain:.1f} does not pay its price of {trial.price * rest:.1f}")
-                continue
-            if self.folds.possible:
-                if self.folds.few and min(trial.directions) <= 0.02:
-                    changes = " and ".join(f"{-100 * fall:+.0f} %" for fall in trial.directions)
-                    trial.fails.append(f"held-out error changes by {changes} in the two directions; a fall above 2 % in each is "
-                                       "needed")
-                elif not self.folds.few and trial.holm >= 0.05:
-                    trial.fails.append(f"no better on recordings it was not fitted to (p = {trial.holm:.2g} after Holm)")
-                elif trial.falls <= 0.02 and trial.falls_sigma <= 0.1:
-                    trial.fails.append(f"held-out error falls by {100 * trial.falls:.1f} % only")
-            trial.fails += self.out_of_bounds(trial)
-            if self.contradicts(trial.fit):
-                density = trial.fit.model.terms[-1].numbers["fluid_density"]
-                trial.fails.append(f"a fluid of {density:.3g} kg/m3 is not the one the file states")
+            if trial.fit is not None:
+                trial.fails += self.broken(trial)
+
+    def broken(self, trial):
+        """Sentences on the rules that a judged candidate breaks; its `holm` counts those it was chosen among."""
+        rest = max(trial.fit.chi2 / trial.fit.freedom, 1.0)  # what stays unexplained counts as noise
+        if trial.gain <= trial.price * rest:
+            return [f"its gain of {trial.gain:.1f} does not pay its price of {trial.price * rest:.1f}"]
+        found = []
+        if self.folds.possible:
+            if self.folds.few and min(trial.directions) <= 0.02:
+                changes = " and ".join(f"{-100 * fall:+.0f} %" for fall in trial.directions)
+                found.append(f"held-out error changes by {changes} in the two directions; a fall above 2 % in each is needed")
+            elif not self.folds.few and trial.holm >= 0.05:
+                found.append(f"no better on recordings it was not fitted to (p = {trial.holm:.2g} after Holm)")
+            elif trial.falls <= 0.02 and trial.falls_sigma <= 0.1:
+                found.append(f"held-out error falls by {100 * trial.falls:.1f} % only")
+        found += self.out_of_bounds(trial)
+        if self.contradicts(trial.fit):
+            density = trial.fit.model.terms[-1].numbers["fluid_density"]
+            found.append(f"a fluid of {density:.3g} kg/m3 is not the one the file states")
+        return found
 
     def out_of_bounds(self, trial):
         """Sentences about numbers of the newest term that lie at a bound or cannot be told from their null value."""
