@@ -19,6 +19,7 @@ from .together import together
 
 CHANNELS = ("x", "y", "z", "rx", "ry", "rz")
 CLEAR = 20.0  # norm of the white change of the observations at which a derivative through contacts stands clear of their noise
+WIDE = 0.05  # widest step of a derivative through contacts, part of the range of the number
 STEPS = (1e-4, 1e-3, 1e-4, 1e-3)  # differences of a start: m, m/s, rad, rad/s
 
 
@@ -134,16 +135,17 @@ class Problem:
         """Size of finite differences relative to the smooth case: contacts need wider ones."""
         return 10.0 if self.shots.contact else 1.0
 
-    def derivative(self, name, free, value, moved, linear, starts):
+    def derivative(self, name, free, value, moved, linear, starts, reach=WIDE):
         """White change of the observations per unit of a free number at `value`, list of (n_i,), and what the starts do along
         with it, list of (unknowns_i,); moved: value -> model; linear: at the value.
 
         Runs with contacts answer a small change with some noise of their own (which sweep converged, which step stopped the
         body), so there the step is widened until the change, less what the starts absorb, stands clear of it. A wide step
-        moves the impacts, so there the starts go along by what would absorb the change: what a fit would see is left.
+        moves the impacts, so there the starts go along by what would absorb the change: what a fit would see is left. reach:
+        part of the range between its bounds that the widest step may span.
         """
         amount = self.amounts.get((name, free.name)) or parameter_step(free, value) * self.difference
-        widest = 0.05 * min(free.high - free.low, 1e3)
+        widest = reach * min(free.high - free.low, 1e3)
 
         def change(step, there):
             return [inference.whiten(rec.links, before - after) for rec, before, after in
@@ -159,7 +161,7 @@ class Problem:
             if not self.shots.contact or not size(found) < CLEAR or amount >= widest:
                 break
             amount = min(amount * float(np.clip(1.5 * CLEAR / max(size(found), 1e-9), 2.0, 30.0)), widest)
-        self.amounts[name, free.name] = amount
+        self.amounts[name, free.name] = min(amount, widest * WIDE / reach)
         moves = [np.zeros(columns.shape[1]) for columns in linear.n]
         if self.shots.contact and any(len(move) for move in moves) and np.isfinite(size(found)):
             along = [-inference.least_squares(columns, part).estimate if columns.shape[1] else np.zeros(0)

@@ -149,10 +149,11 @@ def _flexible(trials, step, what, sigma=None, length=24, degree=5):
                     pieces.append((times[part], values[part], inference.polynomials(times[part], degree)))
     if not pieces:
         return None
-    spread = np.array([np.std(np.diff(values, 3)) for _, values, _ in pieces])
-    pieces = [piece for piece, size in zip(pieces, spread, strict=True) if size <= 2.0 * np.median(spread)]
+    left = np.array([np.std(inference.project_out(inference.basis(columns), values)) for _, values, columns in pieces])
+    calm = np.quantile(left, 0.25)  # an impact leaves many times the noise, and most pieces of a bouncing ball may hold one
+    pieces = [piece for piece, size in zip(pieces, left, strict=True) if size <= 2.0 * calm]
     pieces = [pieces[k] for k in np.unique(np.linspace(0, len(pieces) - 1, min(len(pieces), MOST_PIECES)).astype(int))]
-    scale = sigma or float(np.median(spread)) / 4
+    scale = sigma or float(calm)
     white = min(np.median(rounding) ** 2 / 12 / scale**2, 0.5) if scale > 0 else 0.0
     return inference.fit_noise(pieces, step, sigma=sigma, white=float(white))
 

@@ -12,6 +12,7 @@ from .linear import Linear, chosen
 from .model import Term
 
 PRICE, PRICE_ALONE = 6.0, 12.0
+FAR = 0.3  # part of its range over which a number is looked at that shows nothing nearer: a rebound goes with its square
 
 
 class Screening:
@@ -62,7 +63,7 @@ class Screening:
         def slope(free):
             def moved(value):
                 return fit.model.with_term(Term(entry, tuple((view | {free.name: value}).items())))
-            return self.problem.derivative(entry.name, free, free.null, moved, fit.linear, fit.starts)[0]
+            return self.problem.derivative(entry.name, free, free.null, moved, fit.linear, fit.starts, reach=FAR)[0]
 
         parts = self.problem.at_once([partial(slope, free) for free in entry.free if free.null is not None])
         return [np.column_stack(columns) for columns in zip(*parts, strict=True)]
