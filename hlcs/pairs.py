@@ -20,9 +20,10 @@ def hidden_pair(search, fit, trials):
     spoil each other's numbers in one half of the recordings. Pairs are ranked by their linear signatures together; where
     simulations are cheap, a second effect that acts only through the first is looked for too.
     """
-    pointing = [trial for trial in trials.values() if trial.fit is not None and trial.fails and not search.out_of_bounds(trial)
+    pointing = [trial for trial in trials.values() if trial.fit is not None and trial.fails
                 and trial.gain > 2 * trial.price * max(trial.fit.chi2 / trial.fit.freedom, 1.0)
-                and not search.contradicts(trial.fit) and not search.same_form(trial.candidate.name, fit.model.terms)]
+                and not search.out_of_bounds(trial.fit) and not search.contradicts(trial.fit)
+                and not search.same_form(trial.candidate.name, fit.model.terms)]
     if not pointing:
         return []
     most = search.budget.refits(search.problem, PAIRS_BESIDE, 1, PER_PAIR) if search.problem.shots.contact else PAIRS_TRIED

@@ -115,7 +115,7 @@ def rivals(search, fit, inflation):
         keep = []
         for entry, other in replaced:
             gain = without.chi2 - other.chi2 - search.fee(entry)
-            if search.out_of_bounds(Try(entry, fit=other)) or search.contradicts(other):
+            if search.out_of_bounds(other) or search.contradicts(other):
                 continue
             close = mine - gain <= RIVAL_MARGIN * inflation and gain > 0
             cosine = inference.cosine(own_columns(fit, index), own_columns(other, -1))
@@ -143,7 +143,7 @@ def other_forms(search, fit, index, inflation):
                                        for values in entry.starts])
         other = min(fits, key=lambda found: found.chi2)
         behind = other.chi2 + search.fee(entry) - fit.chi2 - search.fee(term.candidate)
-        if search.out_of_bounds(Try(entry, fit=other)) or search.contradicts(other) or behind > RIVAL_MARGIN * inflation:
+        if search.out_of_bounds(other) or search.contradicts(other) or behind > RIVAL_MARGIN * inflation:
             continue
         if not beaten(search, fit, other, inflation):
             keep.append((entry.name, other, inference.cosine(own_columns(fit, index), own_columns(other, -1))))

@@ -42,7 +42,7 @@ def reformed(search, fits, rounds):
             rest = first.model.without(index)
             start = min((search.problem.fit(rest.with_term(Term(entry, values)), first.starts) for values in entry.starts),
                         key=lambda found: found.chi2)
-            if search.out_of_bounds(Try(entry, fit=start)) or search.contradicts(start):
+            if search.out_of_bounds(start) or search.contradicts(start):
                 continue
             found, more = search.run(start)
             last = found[-1]
@@ -194,7 +194,7 @@ def swapped(search, fit):
                 if term.name in search.read and entry.name not in search.read and not explained(search.problem, other):
                     continue  # what the impacts show directly gives way only to what explains the data
                 gain = (fit.chi2 - other.chi2) + search.fee(term.candidate) - search.fee(entry)
-                if gain > 2.0 and not search.out_of_bounds(Try(entry, fit=other)) and not search.contradicts(other) and (
+                if gain > 2.0 and not search.out_of_bounds(other) and not search.contradicts(other) and (
                         not search.same_form(entry.name, (term,))) and holds_out(search, without, other) and (
                         better is None or gain > better[0]):
                     better = gain, other

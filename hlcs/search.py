@@ -118,17 +118,16 @@ class Search(Screening):
                 found.append(f"no better on recordings it was not fitted to (p = {trial.holm:.2g} after Holm)")
             elif trial.falls <= 0.02 and trial.falls_sigma <= 0.1:
                 found.append(f"held-out error falls by {100 * trial.falls:.1f} % only")
-        found += self.out_of_bounds(trial)
+        found += self.out_of_bounds(trial.fit)
         if self.contradicts(trial.fit):
             density = trial.fit.model.terms[-1].numbers["fluid_density"]
             found.append(f"a fluid of {density:.3g} kg/m3 is not the one the file states")
         return found
 
-    def out_of_bounds(self, trial):
-        """Sentences about numbers of the newest term that lie at a bound or cannot be told from their null value."""
-        term, fit = trial.fit.model.terms[-1], trial.fit
-        found = []
-        for free, at_bound in zip(term.candidate.free, fit.bounds_of(-1), strict=True):
+    def out_of_bounds(self, fit, index=-1):
+        """Sentences about numbers of a term, the newest or another, that lie at a bound or are not plausible."""
+        term, found = fit.model.terms[index], []
+        for free, at_bound in zip(term.candidate.free, fit.bounds_of(index), strict=True):
             if at_bound:
                 found.append(f"{free.name} = {term.numbers[free.name]:.3g} lies at the bound of what is plausible")
         relative = getattr(term.candidate.kind, "relative_bound", None)
@@ -299,15 +298,15 @@ class Search(Screening):
         return any(name in SETS[label] and any(term.name in SETS[label] for term in terms) for label in FORMS)
 
     def prune(self, fit, newest=1):
-        """The fit without the first term whose removal costs less than its price, or that what came later drove to its bound;
-        None where there is none. The `newest` ones stay."""
+        """The fit without the first term whose removal costs less than its price, or that what came later drove beyond what is
+        plausible; None where there is none. The `newest` ones stay."""
         if len(fit.model.terms) < 2:
             return None
         for index, term in enumerate(fit.model.terms[:len(fit.model.terms) - newest]):
             if carries(fit.model, index):
                 continue
             without = self.problem.fit(fit.model.without(index), fit.starts)
-            if without.chi2 - fit.chi2 < self.price(term.candidate) or any(fit.bounds_of(index)):
+            if without.chi2 - fit.chi2 < self.price(term.candidate) or self.out_of_bounds(fit, index):
                 return without
         return None
 

@@ -1,5 +1,7 @@
 """Recordings on a floor and what acts through a drag: laws that look alike come as a set, no case ends in a crash."""
 
+import importlib
+
 import numpy as np
 import pytest
 from throws import G, csv, drag_per_metre, flight, write_throws
@@ -67,6 +69,16 @@ def test_wind_is_found_with_the_drag_it_acts_through(tmp_path):
     diagnosis = hlcs.diagnose(path, candidates=["quadratic_drag", "linear_drag", "uniform_flow", "tilted_gravity"])
     assert diagnosis.verdict == "effect" and diagnosis.effects == ("quadratic_drag", "uniform_flow")
     assert abs(diagnosis.parameters["uniform_flow"]["velocity_x"]["value"] - 2.0) < 0.15
+
+
+def test_effects_that_had_no_round_of_their_own_are_told_of_too(tmp_path, monkeypatch):
+    """Another beginning brings two effects in at once: each is then told by its removal, and the flow goes with its drag."""
+    monkeypatch.setattr(importlib.import_module("hlcs.diagnose"), "submerged", lambda search, fits, rounds: (fits, []))
+    diagnosis = hlcs.diagnose(write_windy_throws(tmp_path), candidates=["quadratic_drag", "uniform_flow"])
+    told = {entry.effect: entry for entry in diagnosis.candidates}
+    assert diagnosis.effects == ("quadratic_drag", "uniform_flow")
+    assert told["quadratic_drag"].evidence > told["uniform_flow"].evidence > 1000
+    assert all(entry.why.startswith("accepted: chi2 falls by") for entry in told.values())
 
 
 def test_a_search_that_has_spent_its_steps_says_what_it_left_out(tmp_path, monkeypatch):
