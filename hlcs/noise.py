@@ -150,6 +150,8 @@ def _flexible(trials, step, what, sigma=None, length=24, degree=5):
     if not pieces:
         return None
     left = np.array([np.std(inference.project_out(inference.basis(columns), values)) for _, values, columns in pieces])
+    seen = left > 0.1 * (sigma or np.median(left))  # a coordinate that somebody set to zero tells nothing
+    left, pieces = (left[seen], [piece for piece, has in zip(pieces, seen, strict=True) if has]) if seen.any() else (left, pieces)
     calm = np.quantile(left, 0.25)  # an impact leaves many times the noise, and most pieces of a bouncing ball may hold one
     pieces = [piece for piece, size in zip(pieces, left, strict=True) if size <= 2.0 * calm]
     pieces = [pieces[k] for k in np.unique(np.linspace(0, len(pieces) - 1, min(len(pieces), MOST_PIECES)).astype(int))]

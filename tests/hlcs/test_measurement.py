@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from throws import correlated, flight
+from throws import csv as recording
 
 from hlcs.experiment_files import read_experiment_file
 from hlcs.inference import chain, colour, fit_noise, isolated_outliers, polynomials, whiten
 from hlcs.measurement import read_measurement, read_outcomes
+from hlcs.noise import estimate_noise
 from minibullet.errors import InputError
 
 TOML = 'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\nnoise = { position = 0.01 }\n'
@@ -165,6 +168,19 @@ def test_whitening_undoes_the_correlation(generator):
     assert np.allclose(white, np.eye(30), atol=1e-10)
     values = generator.standard_normal(30)
     assert np.allclose(colour(links, whiten(links, values)), values, atol=1e-10)
+
+
+def test_a_coordinate_set_to_zero_tells_nothing_of_the_noise(tmp_path):
+    """Eight throws in a plane, sigma stated, y written as zero: rho of x and z, 0.6 within three standard errors of 0.04."""
+    text = TOML.replace("0.01", "0.003")
+    generator, times = np.random.default_rng(4), np.arange(60) / 60
+    for k in range(8):
+        seen = flight(np.zeros(3), np.array([3.0, 0.0, 4.0]), times) + correlated(generator, (60, 3), 0.003, 0.6) * [1, 0, 1]
+        (tmp_path / f"throw_{k}.csv").write_text(recording(times, seen))
+        text += f'[[trial]]\nfile = "throw_{k}.csv"\n'
+    (tmp_path / "throws.toml").write_text(text)
+    noise = estimate_noise(read_measurement(read_experiment_file(tmp_path / "throws.toml")))
+    assert noise.position == 0.003 and noise.rho == pytest.approx(0.6, abs=0.12)
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.6, 0.8])
