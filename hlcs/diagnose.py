@@ -7,17 +7,17 @@ from scipy import stats
 
 from . import identify
 from .budget import LEFT_OUT, SMOOTH, cut, screened
-from .candidates import candidates_for, carries
+from .candidates import candidates_for
 from .compare import where_it_fails
 from .diagnosis import Diagnosis, Finding
 from .effects import SETS, check_names, own_classes, set_of
 from .experiment_files import read_experiment_file
 from .folds import Folds
 from .impact_readings import read_impacts, unlike
-from .linear import Try
 from .measurement import read_measurement
 from .noise import estimate_noise
-from .rivals import place_of, rivals
+from .pairs import beside
+from .rivals import rivals
 from .routes import exchanged, reformed, rerouted, submerged
 from .search import Search
 from .trajectories import judge, polished, prepare, touches
@@ -210,8 +210,8 @@ def _findings(search, fits, rounds, rivals, effects, absent, unit, adequacy):
         best = max(refitted, key=lambda trial: trial.gain, default=None)
         last = trials[-1] if trials else None
         accepted = name in effects
-        if accepted and best is None:
-            best = brought_in(search, fits, effects.index(name))
+        if accepted and best is None:  # brought in with another one, not in a round of its own
+            best = beside(search, fits[0], fits[-1], effects.index(name))
         same = tuple(sorted({other for members in _sets(effects, rivals) if name in members for other in members} - {name}))
         cosines = {}
         if name in partners:
@@ -228,16 +228,6 @@ def _findings(search, fits, rounds, rivals, effects, absent, unit, adequacy):
     found.sort(key=lambda entry: (not entry.accepted, -(entry.evidence if entry.evidence is not None else -1e9), entry.effect))
     found += [Finding(name, None, None, None, False, (), f"not tried: {why}") for name, why in sorted(absent.items())]
     return tuple(found)
-
-
-def brought_in(search, fits, index):
-    """The Try of an accepted term that had no round of its own (another form of a law, what a fluid does for certain): the last
-    fit against the one without it, or against the first where another term acts through it."""
-    entry = fits[-1].model.terms[index].candidate
-    trial = Try(entry, price=search.price(entry))
-    without = fits[0] if carries(fits[-1].model, index) else place_of(search, fits[-1], index).without
-    search.judge(without, entry, fits[-1], trial)
-    return trial
 
 
 def _sets(effects, rivals):

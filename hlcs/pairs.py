@@ -6,6 +6,7 @@ import numpy as np
 
 from . import inference
 from .candidates import carries
+from .linear import Try
 from .model import Term
 
 PAIRS_TRIED = 4  # pairs of candidates refitted together where no single one holds out
@@ -80,13 +81,18 @@ def pairs(search, fit, trials):
 
 def stands(search, before, both, one, count):
     """Is one of the last two terms of a fit worth its price beside the other, held-out data and bounds included?"""
-    index = both.model.names.index(one.candidate.name) - len(both.model.fixed)
-    alone = before  # where the second acts through the first, the two are judged together
-    if not carries(both.model, index):
-        alone = search.problem.fit(both.model.without(index), both.starts)
-    check = type(one)(one.candidate, price=one.price, visible=1.0)
-    search.judge(alone, one.candidate, both, check)
-    return passes(search, check, count)
+    return passes(search, beside(search, before, both, both.model.names.index(one.candidate.name) - len(both.model.fixed)), count)
+
+
+def beside(search, before, fit, index):
+    """The Try of a term beside the others of a fit: against the fit without it, or against `before` where another term acts
+    through it and the two are judged together."""
+    entry, alone = fit.model.terms[index].candidate, before
+    if not carries(fit.model, index):
+        alone = search.problem.fit(fit.model.without(index), fit.starts)
+    check = Try(entry, price=search.price(entry))
+    search.judge(alone, entry, fit, check)
+    return check
 
 
 def passes(search, check, count):
