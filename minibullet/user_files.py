@@ -1,0 +1,43 @@
+"""Files that a user names, read with bounds: a regular file, no larger than its reader can use, or one line of complaint."""
+
+import stat
+from pathlib import Path
+
+from minibullet.errors import InputError
+
+
+def read_bytes(path, name, most_bytes, remedy):
+    """The bytes of a regular file.
+
+    path: the file; name: what messages call it; most_bytes: the most that is read; remedy: what to do where it is larger.
+    Raises InputError where it cannot be read, is no regular file (a folder, a device, a pipe), or is larger.
+    """
+    try:
+        path = Path(path)
+        found = path.stat()
+        if stat.S_ISDIR(found.st_mode):
+            raise InputError(f"{name}: is a folder; give a file")
+        if not stat.S_ISREG(found.st_mode):  # a device never ends, a pipe may never begin
+            raise InputError(f"{name}: is not a regular file (a device, a pipe or a socket); copy its content into a file")
+        with open(path, "rb") as file:
+            data = file.read(most_bytes + 1)  # it may grow while it is read
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read ({error.strerror or error}); looked for {path}") from None
+    except ValueError as error:  # a name that no system can have, as one with a zero byte
+        raise InputError(f"{name}: cannot be read ({error})") from None
+    if len(data) > most_bytes:
+        size = max(found.st_size, len(data))
+        raise InputError(f"{name}: {size / 1e6:.3g} MB; at most {most_bytes / 1e6:.3g} MB are read: {remedy}")
+    return data
+
+
+def read_text(path, name, most_bytes, remedy):
+    """The UTF-8 text of a regular file, without the mark that some editors put before it; InputError as `read_bytes`."""
+    data = read_bytes(path, name, most_bytes, remedy)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = "\0"
+    if "\0" in text:
+        raise InputError(f"{name}: is not text in UTF-8; save it as UTF-8 text")
+    return text
