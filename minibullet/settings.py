@@ -1,9 +1,8 @@
 """The numbers that define how a World computes; a frozen value."""
 
 from dataclasses import dataclass, fields
-from math import isfinite
 
-from minibullet.errors import InputError
+from minibullet.errors import InputError, is_number, shown
 
 SOLVERS = ("exact", "gauss_seidel", "sequential_impulse")
 
@@ -45,8 +44,8 @@ class Settings:
             value = getattr(self, field.name)
             if field.name in rules:
                 rule, words = rules[field.name]
-                if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value) or not rule(value):
-                    raise InputError(f"settings: {field.name} = {value!r}; it {words}")
+                if not isinstance(value, (int, float)) or not is_number(value) or not rule(value):
+                    raise InputError(f"settings: {field.name} = {shown(value)}; it {words}")
         for name, allowed in (("damping_law", ("bullet", "per_step")), ("solver", SOLVERS)):
             if getattr(self, name) not in allowed:
                 raise InputError(f"settings: {name} = {getattr(self, name)!r}; it must be one of {', '.join(allowed)}")

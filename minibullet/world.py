@@ -11,7 +11,8 @@ from minibullet import effects as effect_room
 from minibullet import problem as problems
 from minibullet.bodies import ContactLaw
 from minibullet.errors import InputError
-from minibullet.ledger import Step
+from minibullet.ledger import ContactTable, Step
+from minibullet.notices import Notices
 from minibullet.registry import Registry
 from minibullet.settings import Settings
 
@@ -36,6 +37,7 @@ class World:
         self.registry = Registry()
         self.time, self.steps, self.unsolved_steps, self.worst_residual = 0.0, 0, 0, 0.0
         self.last_step = None
+        self._notices = Notices()
         self._past = deque(maxlen=100)  # (time, bodies) after the last steps, kept where there is a rescue file
         self._kept = NOTHING_KEPT  # last step's contacts: points in body axes, normals and impulses in world axes
 
@@ -69,19 +71,19 @@ class World:
         """
         return self.registry.add(
             shape,
-            density,
-            mass,
-            inertia,
-            position,
-            orientation,
-            velocity,
-            angular_velocity,
-            friction,
-            restitution,
-            self.settings.margin if margin is None else margin,
-            fixed,
             name,
-            group,
+            density=density,
+            mass=mass,
+            inertia=inertia,
+            position=position,
+            orientation=orientation,
+            velocity=velocity,
+            angular_velocity=angular_velocity,
+            friction=friction,
+            restitution=restitution,
+            margin=self.settings.margin if margin is None else margin,
+            fixed=fixed,
+            group=group,
         )
 
     def add_plane(self, normal=(0.0, 0.0, 1.0), height=0.0, *, friction=None, restitution=None, name=None, group=None):
@@ -180,12 +182,15 @@ class World:
             self._advance()
 
     def _advance(self):
-        """One step; where it fails the world stays as it was, and is saved where ``rescue`` says."""
-        start = perf_counter()
+        """One step; where it fails or is interrupted the world stays as it was, and is saved where ``rescue`` says."""
+        start, held = perf_counter(), self._hold()
         try:
             self._step()
             self.last_step.wall = perf_counter() - start
-        except InputError as error:
+        except BaseException as error:
+            self._take_back(held)
+            if not isinstance(error, InputError):
+                raise
             text = str(error)
             if not text.startswith("step "):
                 text = f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: {text}"
@@ -198,8 +203,21 @@ class World:
                 text += f", the last {len(self._past)} states in {f'{self.rescue}.past.npz'!r}"
             raise InputError(text) from None
 
+    def _hold(self):
+        """All that a step changes, for ``_take_back``; what is changed in place is copied."""
+        scene = self.registry.enrol()
+        kept = self._kept[0].copy(), *self._kept[1:]
+        return (scene.bodies, scene.moved, scene.collision.hold(), kept, self.time, self.steps, self.unsolved_steps,
+                self.worst_residual, self.last_step)  # fmt: skip
+
+    def _take_back(self, held):
+        scene = self.registry.scene
+        (scene.bodies, scene.moved, pairs, self._kept, self.time, self.steps, self.unsolved_steps, self.worst_residual,
+         self.last_step) = held  # fmt: skip
+        scene.collision.take_back(pairs)
+
     def _step(self):
-        scene, settings, dt = self.registry.enrol(), self.settings, self.settings.time_step
+        scene, settings, dt = self.registry.scene, self.settings, self.settings.time_step
         before = scene.bodies
         rotation = integration.posture(before.orientation)
 
@@ -214,6 +232,7 @@ class World:
         stride = integration.stride(before.twist, free_twist, scene.reach, dt)
         pair, arms, gap, impulse, point = scene.touching(rotation, stride, self._kept)
         axes, size = constraints.frames(pair, arms, inverse_mass), scene.contact_size(pair)
+        self._notices.look(self, pair, gap, size, stride)
         touch = before, pair, arms, gap, axes, impulse, dt
         law = self._law(scene, touch)
 
@@ -347,50 +366,11 @@ class World:
         return saving.load(cls, path, effects)
 
     @property
+    def notices(self):
+        """What the run has told so far, each thing once, one line each: overlaps, steps too long for a body."""
+        return tuple(self._notices.texts)
+
+    @property
     def contacts(self):
         """The contacts of the last step: ``to_dataframe()`` says who touches whom, where, how hard."""
         return ContactTable(self.last_step)
-
-
-class ContactTable:
-    """Contacts of one step, for reading."""
-
-    def __init__(self, step):
-        self._step = step
-
-    def __len__(self):
-        return 0 if self._step is None else len(self._step.contacts.gap)
-
-    def to_dataframe(self):
-        """One row a contact: body_a, body_b, point x y z [m], normal x y z (a to b), gap [m], normal_force [N],
-        friction_force [N], friction."""
-        import pandas as pd
-
-        names = (
-            "body_a",
-            "body_b",
-            "x",
-            "y",
-            "z",
-            "normal_x",
-            "normal_y",
-            "normal_z",
-            "gap",
-            "normal_force",
-            "friction_force",
-            "friction",
-        )
-        if self._step is None:
-            return pd.DataFrame({name: [] for name in names})
-        contacts, force = self._step.contacts, (self._step.solution.impulse + self._step.blows) / self._step.time_step
-        columns = (
-            [self._step.names[a] for a in contacts.body_a],
-            [self._step.names[b] for b in contacts.body_b],
-            *contacts.point.T,
-            *contacts.normal.T,
-            contacts.gap,
-            force[:, 0],
-            np.sqrt((force[:, 1:] ** 2).sum(axis=1)),
-            self._step.law.friction,
-        )
-        return pd.DataFrame(dict(zip(names, columns, strict=True)))
