@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 
 from minibullet.errors import InputError, is_number, shown
 
+MOST_ITERATIONS = 1_000_000  # sweeps of one step: ten thousand times the default [-]
 SOLVERS = ("exact", "gauss_seidel", "sequential_impulse")
 
 
@@ -37,7 +38,7 @@ class Settings:
             "margin": (lambda v: v >= 0, "must be >= 0 (metres)"),
             "linear_damping": (lambda v: 0 <= v <= 1, "must lie between 0 and 1"),
             "angular_damping": (lambda v: 0 <= v <= 1, "must lie between 0 and 1"),
-            "iterations": (lambda v: v >= 1 and v == int(v), "must be a whole number >= 1"),
+            "iterations": (lambda v: 1 <= v <= MOST_ITERATIONS and v == int(v), f"must be a whole number >= 1 and <= {MOST_ITERATIONS}"),
             "tolerance": (lambda v: v > 0, "must be > 0"),
         }
         for field in fields(self):

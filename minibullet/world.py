@@ -1,7 +1,7 @@
 """The World: bodies, effects and settings, and the step that moves them. The composition and nothing else."""
 
 from collections import deque
-from numbers import Integral, Real
+from numbers import Integral
 from time import perf_counter
 
 import numpy as np
@@ -10,12 +10,13 @@ from minibullet import constraints, impacts, integration, manifolds, rotations, 
 from minibullet import effects as effect_room
 from minibullet import problem as problems
 from minibullet.bodies import ContactLaw
-from minibullet.errors import InputError
+from minibullet.errors import InputError, is_number, shown
 from minibullet.ledger import ContactTable, Step
 from minibullet.notices import Notices
 from minibullet.registry import Registry
 from minibullet.settings import Settings
 
+MOST_STEPS = 1_000_000_000  # of one call: a day and more for the smallest world [-]
 NOTHING_KEPT = np.empty((0, 6)), np.empty((0, 3)), np.empty((0, 3))
 
 
@@ -177,8 +178,8 @@ class World:
     def step(self, n=1):
         """Advance by n steps of settings.time_step."""
         if not isinstance(n, Integral) or n < 0:
-            raise InputError(f"step: n = {n!r}; it must be a whole number >= 0")
-        for _ in range(n):
+            raise InputError(f"step: n = {shown(n)}; it must be a whole number >= 0")
+        for _ in range(self._steps(f"step: n = {n}", n)):
             self._advance()
 
     def _advance(self):
@@ -319,12 +320,21 @@ class World:
 
     def run(self, duration, *, watch=None):
         """Advance by ``duration`` seconds (rounded to whole steps); ``watch(world)`` is called after every step."""
-        if not isinstance(duration, Real) or not duration >= 0.0 or not np.isfinite(duration):
-            raise InputError(f"run: duration = {duration!r} s; it must be finite and >= 0")
-        for _ in range(round(duration / self.settings.time_step)):
+        if not is_number(duration) or not duration >= 0.0:
+            raise InputError(f"run: duration = {shown(duration)} s; it must be finite and >= 0")
+        for _ in range(self._steps(f"run: duration = {duration!r} s", duration / self.settings.time_step)):
             self._advance()
             if watch is not None:
                 watch(self)
+
+    def _steps(self, asked, steps):
+        """The whole number of steps nearest to this one; InputError where nobody can mean so many."""
+        if not steps <= MOST_STEPS:
+            raise InputError(
+                f"{asked}: more than {MOST_STEPS:,} steps of {self.settings.time_step:.3g} s in one call, which takes days; "
+                "give a longer time_step or ask for less"
+            )
+        return round(steps)
 
     def settle(self, max_time=10.0, *, watch=None, heed=None):
         """Advance until nothing moves, or for ``max_time`` seconds; returns "at_rest" or "time_limit".
@@ -333,10 +343,10 @@ class World:
         its bounding radius and a what effects accelerate it by. ``watch(world)`` is called after every step; ``heed(bodies)``
         (the Bodies record) says which bodies must be at rest, boolean (n,), all moving ones if not given.
         """
-        if not isinstance(max_time, Real) or not max_time > 0.0:
-            raise InputError(f"settle: max_time = {max_time!r} s; it must be > 0")
+        if not is_number(max_time) or not max_time > 0.0:
+            raise InputError(f"settle: max_time = {shown(max_time)} s; it must be finite and > 0")
         calm = 0
-        for _ in range(max(1, round(max_time / self.settings.time_step))):
+        for _ in range(max(1, self._steps(f"settle: max_time = {max_time!r} s", max_time / self.settings.time_step))):
             self._advance()
             if watch is not None:
                 watch(self)
