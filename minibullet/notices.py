@@ -55,9 +55,11 @@ class Notices:
         self._pairs.update(depth)
         worst = sorted(depth, key=lambda pair: -depth[pair])
         listed = ", ".join(f"{scene.names[a]!r} and {scene.names[b]!r} by {depth[a, b]:.3g} m" for a, b in worst[:MOST])
-        more = f" and {len(worst) - MOST} more pairs (World.overlaps() lists all)" if len(worst) > MOST else ""
-        self._tell(f"{when}: bodies overlap: {listed}{more}; they are moved apart little by little, without a blow; where they "
-                   "were put so, put them apart or call World.separate(), else give a shorter time_step or more iterations")  # fmt: skip
+        more = f" and {len(worst) - MOST} more pairs, see World.overlaps()" if len(worst) > MOST else ""
+        self._tell(
+            f"{when}: bodies overlap: {listed}{more}; they are moved apart little by little, without a blow; where they were put "
+            "so, put them apart or call World.separate(), else give a shorter time_step or more iterations"
+        )
 
     def _haste(self, when, scene, pair, stride, time_step):
         others = pair[(scene.reach[pair] > 0.0).all(axis=1)]  # a half-space cannot be passed
@@ -67,9 +69,11 @@ class Notices:
         self._hasty = True
         contact, side = np.unravel_index(share[others].argmax(), others.shape)
         body, other = others[contact, side], others[contact, 1 - side]
-        self._tell(f"{when}: body {scene.names[body]!r} may move by {0.5 * stride[body]:.3g} m in one step, its radius is "
-                   f"{scene.reach[body]:.3g} m, and {scene.names[other]!r} is in its way: they may pass or miss each other wrongly; "
-                   f"a time_step of {time_step / share[body]:.2g} s would do")  # fmt: skip
+        self._tell(
+            f"{when}: body {scene.names[body]!r} may move by {0.5 * stride[body]:.3g} m in one step, its radius is "
+            f"{scene.reach[body]:.3g} m, and {scene.names[other]!r} is in its way: they may pass or miss each other wrongly; "
+            f"a time_step of {time_step / share[body]:.2g} s would do"
+        )
 
     def _tell(self, text):
         if text not in self.texts:

@@ -101,7 +101,8 @@ def from_plain(item, shape, state):
             raise InputError(f"plane {name!r}: normal = {shown(item['normal'])}; it must have the length 1")
     else:
         check_volume(title, shape)
-        record = {"shape": shape, "name": name, "fixed": item.get("fixed"), "group": _group(title, None if group == -1 else group)}
+        group = _group(title, None if group == -1 else group)
+        record = {"shape": shape, "name": name, "fixed": item.get("fixed"), "group": group}
         if not isinstance(record["fixed"], bool):
             raise InputError(f"{title}: fixed = {shown(record['fixed'])}; it must be true or false")
         record |= _manners(title, friction, restitution, item.get("margin", "left out"))
@@ -120,10 +121,10 @@ def from_plain(item, shape, state):
 
 
 def _manners(title, friction, restitution, margin):
-    """How a body meets others."""
+    """How a body meets others; NaN stands for None, 'the world's own'."""
     return {
-        "friction": _number(title, "friction", friction, 0.0, np.inf),
-        "restitution": _number(title, "restitution", restitution, 0.0, 1.0),
+        "friction": np.nan if friction is None else _number(title, "friction", friction, 0.0, np.inf),
+        "restitution": np.nan if restitution is None else _number(title, "restitution", restitution, 0.0, 1.0),
         "margin": _number(title, "margin", margin, 0.0, np.inf),
     }
 
@@ -176,9 +177,7 @@ def _group(title, group):
 
 
 def _number(title, field, value, low, high):
-    """A finite number within bounds; NaN stands for None, 'the world's own'."""
-    if value is None:
-        return np.nan
+    """A finite number within bounds."""
     if not is_number(value) or not low <= value <= high:
         bound = (
             f"between {low:g} and {high:g}"

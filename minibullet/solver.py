@@ -14,7 +14,6 @@ from minibullet.exact import STEP_EFFORT, VAIN_EFFORT, solve_rows
 from minibullet.kernels import kernel, leaf
 from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, block_rows, velocity_along
 
-
 BREATH = 2_000_000  # contacts visited without a look at Ctrl-C: less than a second [-]
 
 
