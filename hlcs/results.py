@@ -9,9 +9,12 @@ from hlcs import files
 from hlcs.placement import LayerRecord
 from hlcs.placement_files import SURVEY_FILE, bottom_words, placement_table, read_placement_file, survey_csv
 from hlcs.placement_result import PlacementResult
-from minibullet.errors import InputError
+from minibullet.array_files import ArrayFile
+from minibullet.errors import InputError, is_number
+from minibullet.user_files import read_text
 
 RECORD_FIELDS = ("reason", "unsettled", "penetration", "transient_penetration", "steps", "unsolved_steps")
+MOST_BYTES = 400_000_000  # of a file of a result, unpacked: seven million poses, more than any machine has placed
 ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
 
 
@@ -52,13 +55,21 @@ def load_placement(folder):
         if not (folder / name).is_file():
             raise InputError(f"folder '{folder}': '{name}' is not there; give a folder that `hlcs place --out` wrote")
     test = read_placement_file(folder / SETTINGS)
+    remedy = "not a whole placement result, run the test again"
+    arrays = ArrayFile(folder / ARRAYS, f"folder '{folder}': '{ARRAYS}'", MOST_BYTES, remedy, packed=True)
+    poses = tuple(arrays.take(f"poses_{j}", float, (f"units of layer {j}", 7)) for j in range(1, test.layers + 1))
+    readings = tuple(arrays.take(f"readings_{j}", float, (f"plates on layer {j}",)) for j in range(1, test.layers + 1))
+    for j, layer in enumerate(poses, start=1):
+        if not len(layer) or not np.isfinite(layer).all():
+            arrays.fail(f"poses_{j} has no rows, or a value that is not finite")
+    text = read_text(folder / VALUES, f"folder '{folder}': '{VALUES}'", MOST_BYTES, remedy)
     try:
-        values = json.loads((folder / VALUES).read_text(encoding="utf-8"))
-        with np.load(folder / ARRAYS, allow_pickle=False) as arrays:
-            poses = tuple(arrays[f"poses_{j}"] for j in range(1, test.layers + 1))
-            readings = tuple(arrays[f"readings_{j}"] for j in range(1, test.layers + 1))
+        values = json.loads(text)
         records = tuple(LayerRecord(layer=j, handles=(), **{name: row[name] for name in RECORD_FIELDS})
                         for j, row in enumerate(values["records"], start=1))
-    except (KeyError, ValueError, OSError, TypeError) as problem:
+        seconds = float(values["wall_seconds"])
+        if len(records) != test.layers or not all(is_number(getattr(r, name)) for r in records for name in RECORD_FIELDS[1:]):
+            raise ValueError(f"'records' must tell of {test.layers} layers, in numbers")
+    except (LookupError, ValueError, TypeError, OverflowError, RecursionError) as problem:
         raise InputError(f"folder '{folder}': not a whole placement result ({problem}); run the test again") from None
-    return PlacementResult(test, readings, poses, records, float(values["wall_seconds"]))
+    return PlacementResult(test, readings, poses, records, seconds)

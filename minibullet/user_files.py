@@ -20,7 +20,9 @@ def read_bytes(path, name, most_bytes, remedy):
         if not stat.S_ISREG(found.st_mode):  # a device never ends, a pipe may never begin
             raise InputError(f"{name}: is not a regular file (a device, a pipe or a socket); copy its content into a file")
         with open(path, "rb") as file:
-            data = file.read(most_bytes + 1)  # it may grow while it is read
+            data = file.read(min(found.st_size, most_bytes) + 1)  # Python sets aside at once what it is asked to read
+            while len(data) <= most_bytes and (more := file.read(min(1 << 20, most_bytes + 1 - len(data)))):
+                data += more  # it grew while it was read
     except OSError as error:
         raise InputError(f"{name}: cannot be read ({error.strerror or error}); looked for {path}") from None
     except ValueError as error:  # a name that no system can have, as one with a zero byte
