@@ -19,7 +19,7 @@ from minibullet.errors import InputError
 from minibullet.geometry import Pieces
 from minibullet.registry import Body, Plane
 from minibullet.settings import Settings
-from minibullet.whole_files import whole
+from minibullet.whole_files import refused, whole
 
 FORMAT = 1
 SCENE = ("friction", "restitution", "reach", "margin", "moved", "group", "piece_ranges", "frame")
@@ -102,12 +102,12 @@ def save_past(past, path):
 
 
 def replace_file(path, content):
-    """Bytes into a file, whole or not at all; InputError where it cannot be written."""
+    """Bytes into a file, whole or not at all; InputError or RunError where it cannot be written."""
     try:
         with whole(path) as partial:
             partial.write_bytes(content)
     except OSError as error:
-        raise InputError(f"world: cannot be saved as {str(path)!r}: {error.strerror}") from None
+        raise refused(error, f"world: cannot be saved as {str(path)!r}") from None
 
 
 def _numbers(effect):

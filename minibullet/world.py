@@ -6,7 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
-from minibullet import constraints, impacts, integration, manifolds, rotations, saving, sequential_impulse, solver
+from minibullet import constraints, impacts, integration, manifolds, rotations, sequential_impulse, solver
 from minibullet import effects as effect_room
 from minibullet import problem as problems
 from minibullet.bodies import ContactLaw
@@ -194,6 +194,7 @@ class World:
             self.save(self.rescue)
             text += f"; run stopped, state of step {self.steps} saved in {str(self.rescue)!r}"
             if self._past:
+                from minibullet import saving
                 saving.save_past(self._past, f"{self.rescue}.past.npz")
                 text += f", the last {len(self._past)} states in {f'{self.rescue}.past.npz'!r}"
             raise InputError(text) from None
@@ -336,6 +337,7 @@ class World:
 
     def save(self, path):
         """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""
+        from minibullet import saving
         saving.save(self, path)
 
     @classmethod
@@ -344,6 +346,7 @@ class World:
 
         Raises InputError where the file is missing, is not such a file, or holds effects that are not minibullet's.
         """
+        from minibullet import saving
         return saving.load(cls, path, effects)
 
     @property
