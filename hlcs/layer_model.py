@@ -132,7 +132,7 @@ class Simulator:
 
     def __init__(self, store=None, workers=None, progress=False, function=simulate):
         self.store, self.workers, self.progress, self.function = store or default_store(), workers, progress, function
-        self.ran = 0
+        self.ran, self.told = 0, []  # how many tests were run; what there was to say of rows that are not used
 
     def __call__(self, tests, words="simulating"):
         """[k (M,), or None where the physics refused] of tests, each run once."""
@@ -140,17 +140,19 @@ class Simulator:
         with Store(self.store, _coefficients) as store:
             missing = {key: test for key, test in keyed.items() if key not in store}
             if missing:
-                self._run(missing, store, words)
+                self._run(missing, store, words, len(keyed) - len(missing))
             found = [store.result(key_of(self._settings(test))) for test in tests]
         return [row["k"] for row in found]
 
-    def _run(self, missing, store, words):
+    def _run(self, missing, store, words, held):
         from tqdm import tqdm
 
-        if self.progress and (told := work.told(store, missing)):
+        told = work.told(store, missing)
+        if self.progress and told:
             tqdm.write(told, file=sys.stderr)
+        self.told += [told] if told else []
         with tqdm(total=len(missing), desc=words, unit="test", leave=False, disable=None if self.progress else True) as bar:
-            self.ran += work.finish(store, missing, self.function, self._settings, self.workers, done=bar.update)
+            self.ran += work.finish(store, missing, self.function, self._settings, self.workers, done=bar.update, held=held)
 
     def _settings(self, test):
         return {**settings_of(test), "made_by": f"{self.function.__module__}.{self.function.__name__}"}

@@ -1,9 +1,11 @@
 """Independent runs in several processes. What comes back depends on the tasks alone, never on how many workers did them."""
 
+import logging
 import multiprocessing
 import os
 import signal
 import threading
+import time
 from concurrent.futures import FIRST_COMPLETED, CancelledError, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 
@@ -11,6 +13,7 @@ from hlcs import interrupts
 from minibullet.errors import InputError, RunError
 
 UNGUARDED = 79  # exit status of a worker that met, in the script it read, the call it is to work for; no other meaning has it
+DESERTED = 30.0  # how long a Dask scheduler may be without workers; one that starts again is there in a few seconds [s]
 GUARD = ('a worker process ended before its work was done: it read the script again and met the same call there. Put what calls '
          'hlcs under `if __name__ == "__main__":`')
 
@@ -69,12 +72,21 @@ def each_on_dask(address, function, tasks):
     except (OSError, ValueError, TimeoutError) as problem:
         raise InputError(f"dask: no scheduler answers at '{address}' ({problem}); start one with: dask scheduler") from None
 
+    for name in ("distributed", "distributed.client"):  # what it has to say of a lost scheduler is said below, in one line
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    met = time.monotonic()
+
     def room():
-        return 2 * max(1, sum(client.nthreads().values()))  # one in work and one at hand for each thread
+        return 2 * sum(client.nthreads().values())  # one in work and one at hand for each thread
 
     def alive():
+        nonlocal met
         if client.status != "running":
             raise RunError(f"dask: the scheduler at '{address}' is lost; start it and its workers again")
+        if room():
+            met = time.monotonic()
+        elif time.monotonic() - met > DESERTED:
+            raise RunError(f"dask: '{address}' has had no worker for {DESERTED:.0f} s; start one with: dask worker {address}")
 
     try:
         yield from _drawn(client.get_executor(pure=False), function, tasks, room, alive)
@@ -104,7 +116,9 @@ def _drawn(executor, function, tasks, room, look):
             running[executor.submit(function, drawn[1])] = drawn[0]
             look()
         if not running:
-            return
+            if room():
+                return
+            time.sleep(1.0)
         ended, _ = wait(running, timeout=1.0, return_when=FIRST_COMPLETED)
         interrupts.check()
         look()

@@ -96,8 +96,9 @@ def run_sweep(sweep, store_path, workers=None, dask=None, progress=None):
     with Store(store_path, _row) as store:
         missing = {key: test for key, test in tests.items() if key not in store}
         told = work.told(store, missing)
-        done = progress(len(tests), len(tests) - len(missing)) if progress else None
-        ran = work.finish(store, missing, run_one, settings_of, workers, dask, done)
+        held = len(tests) - len(missing)
+        done = progress(len(tests), held) if progress else None
+        ran = work.finish(store, missing, run_one, settings_of, workers, dask, done, held)
         rows = [dict(zip(sweep.names, values, strict=True)) | store.result(key_of(settings_of(test)))
                 for test, values in zip(sweep.tests, sweep.values, strict=True)]
     return {"rows": rows, "ran": ran, "kept": len(tests) - ran, "told": told}

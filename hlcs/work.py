@@ -10,11 +10,12 @@ from minibullet.errors import InputError, RunError
 PAUSE = 0.5  # between two looks at what others work on [s]
 
 
-def finish(store, tests, function, settings_of, workers=None, dask=None, done=None):
-    """Run what a store does not hold of `tests`, a dictionary {key: test}; returns how many were run by this process.
+def finish(store, tests, function, settings_of, workers=None, dask=None, done=None, held=0):
+    """Run `tests`, a dictionary {key: test} of what a store does not hold; returns how many were run by this process.
 
     store: Store; function: one test in, a dictionary out, importable; settings_of: what a row keeps of a test; workers:
-    processes; dask: address of a Dask scheduler in their place; done(): called as each run ends, here or elsewhere.
+    processes; dask: address of a Dask scheduler in their place; done(): called as each run ends, here or elsewhere; held: how
+    many more the store holds already, for messages.
     A run that another process works on is not started; it is waited for, and taken over when that process is no more.
     """
     waiting, ran = dict(tests), 0
@@ -30,8 +31,8 @@ def finish(store, tests, function, settings_of, workers=None, dask=None, done=No
                 ran += 1
                 done and done()
         except RunError as problem:
-            kept = len(tests) - len(waiting)
-            raise RunError(f"{problem}; {kept} of {len(tests)} runs are kept in '{store.path}', and the same command, "
+            total = held + len(tests)
+            raise RunError(f"{problem}; {total - len(waiting)} of {total} runs are kept in '{store.path}', and the same command, "
                            "typed again, goes on from there", problem.result) from None
         for key in [key for key in waiting if key in store]:
             del waiting[key]

@@ -16,8 +16,8 @@ from hlcs.experiment_files import read_experiment_file
 from hlcs.layer_data import read_layer_sets, read_layers
 from hlcs.layer_diagnosis import compare_layer_file, diagnose_layers
 from hlcs.layer_model import Simulator
-from hlcs.runs import simulate
 from hlcs.reproduce import Plan
+from hlcs.runs import simulate
 from hlcs.tables import laboratory, paper_numerical
 from minibullet.errors import InputError
 
