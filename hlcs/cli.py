@@ -12,7 +12,7 @@ import click
 from hlcs import files, interrupts
 from hlcs.cli_options import example, output_options, placement_options, progress_bar, publish, workers_option
 from hlcs.experiment import PlacementTest
-from minibullet.errors import InputError
+from minibullet.errors import InputError, RunError
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -250,6 +250,10 @@ def main(arguments=None):
         return status if isinstance(status, int) else 0
     except InputError as problem:
         return _complain(problem, 2)
+    except RunError as problem:
+        if problem.result is not None:
+            click.echo(problem.result)
+        return _complain(problem, 1)
     except click.exceptions.NoArgsIsHelpError as problem:
         click.echo(problem.format_message())
         return 2

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hlcs import files, statistics
+from hlcs import statistics
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +59,7 @@ class PlacementResult:
 
     def to_dict(self):
         """The JSON of ``hlcs place``."""
+        from hlcs import files
         from hlcs.placement_files import placement_table
 
         test, dn = self.test, self.test.unit.nominal_diameter

@@ -1,5 +1,6 @@
 """Placement results on disk: one folder a run, whole or not there, that loads again and repeats the run."""
 
+import io
 import json
 from pathlib import Path
 
@@ -26,23 +27,28 @@ def save_placement(result, folder):
 
 
 def write_placement(result, folder):
-    """All files of a PlacementResult into an existing, empty folder."""
+    """All files of a PlacementResult into an existing, empty folder; elsewhere where that fails, see `files.keep`."""
     from hlcs.placement_report import write_pictures, write_report
 
-    write_numbers(result, folder)
-    write_pictures(result, folder)
-    write_report(result, folder)
+    def write(place):
+        write_numbers(result, place)
+        write_pictures(result, place)
+        write_report(result, place)
+
+    files.keep(write, folder, result.to_dict())
 
 
 def write_numbers(result, folder):
     """layers.csv, result.json, poses.npz, settings.toml (and the surveyed bed) into an existing folder."""
     files.write_text(folder / "layers.csv", result.to_dataframe().to_csv(index=False))
     records = [{name: getattr(record, name) for name in RECORD_FIELDS} for record in result.records]
-    files.write_json(folder / VALUES, result.to_dict() | {"records": records})
+    files.write_text(folder / VALUES, files.to_json(result.to_dict() | {"records": records}))
     layers = range(1, len(result.poses) + 1)
     arrays = {f"poses_{j}": poses for j, poses in zip(layers, result.poses, strict=True)}
     arrays |= {f"readings_{j}": readings for j, readings in zip(layers, result.readings, strict=True)}
-    np.savez_compressed(folder / ARRAYS, **arrays)
+    content = io.BytesIO()
+    np.savez_compressed(content, **arrays)
+    files.write_bytes(folder / ARRAYS, content.getvalue())
     files.write_toml(folder / SETTINGS, {"placement": placement_table(result.test)})
     if bottom_words(result.test.bottom) == SURVEY_FILE:
         files.write_text(folder / SURVEY_FILE, survey_csv(result.test.bottom))

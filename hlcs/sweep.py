@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hlcs import files, parallel
+from hlcs import files, work
 from hlcs.bottoms import parse_bottom
 from hlcs.experiment import PlacementTest
 from hlcs.layer_compare import compare_layers, laboratory_for, repeated
@@ -28,6 +28,7 @@ from hlcs.placement_files import (
     placement_table,
     survey_csv,
 )
+from hlcs.runs import run_one
 from hlcs.store import Store, key_of
 from hlcs.toml_files import TomlFile
 from minibullet.errors import InputError
@@ -84,40 +85,23 @@ def settings_of(test):
     return table
 
 
-def run_one(test):
-    """The result of one run as a dictionary; a run that physics refuses gives its complaint under "error"."""
-    try:
-        return test.run().to_dict()
-    except InputError as problem:
-        return {"error": str(problem)}
-
-
 def run_sweep(sweep, store_path, workers=None, dask=None, progress=None):
-    """Run what is not yet in the store; returns {"rows": one dictionary a run, "ran": how many now, "kept": found there}.
+    """Run what is not yet in the store; returns {"rows": one dictionary a run, "ran": how many now, "kept": found there or run
+    by another sweep meanwhile, "told": one line on rows of the store that are not used, or nothing}.
 
     workers: processes; dask: address of a Dask scheduler in their place; progress(total, kept) gives the function to be
-    called as each run ends.
+    called as each run ends. Several sweeps may work on one store at once; each run is done by one of them.
     """
-    keys = [key_of(settings_of(test)) for test in sweep.tests]
-    with Store(store_path) as store:
-        waiting = {key: test for key, test in zip(keys, sweep.tests, strict=True) if key not in store}
-        kept = len(set(keys)) - len(waiting)
-        tests = list(waiting.values())
-        done = progress(len(set(keys)), kept) if progress else None
-        each = parallel.each(run_one, tests, workers) if dask is None else _on_dask(run_one, tests, dask)
-        failed = {}
-        for index, result in each:
-            if "error" in result:
-                failed[key_of(settings_of(tests[index]))] = result["error"]
-            else:
-                store.add(settings_of(tests[index]), result)
-            if done is not None:
-                done()
-        rows = []
-        for key, values in zip(keys, sweep.values, strict=True):
-            found = {"error": failed[key]} if key in failed else _row(store.result(key))
-            rows.append(dict(zip(sweep.names, values, strict=True)) | found)
-    return {"rows": rows, "ran": len(tests), "kept": kept}
+    tests = {key_of(settings_of(test)): test for test in sweep.tests}
+    with Store(store_path, _row) as store:
+        missing = {key: test for key, test in tests.items() if key not in store}
+        told = work.told(store, missing)
+        held = len(tests) - len(missing)
+        done = progress(len(tests), held) if progress else None
+        ran = work.finish(store, missing, run_one, settings_of, workers, dask, done, held)
+        rows = [dict(zip(sweep.names, values, strict=True)) | store.result(key_of(settings_of(test)))
+                for test, values in zip(sweep.tests, sweep.values, strict=True)]
+    return {"rows": rows, "ran": ran, "kept": len(tests) - ran, "told": told}
 
 
 def summary_rows(sweep, rows):
@@ -150,6 +134,7 @@ def summary_text(sweep, outcome):
     rows = summary_rows(sweep, outcome["rows"])
     failed = [row for row in outcome["rows"] if "error" in row]
     lines = [f"{sweep.title}: {len(sweep.tests)} runs, {outcome['ran']} now, {outcome['kept']} found in the store"]
+    lines += [outcome["told"]] if outcome["told"] else []
     if rows:
         table = pd.DataFrame([{name: value for name, value in row.items() if not name.startswith("cv")} for row in rows])
         lines.append(table.to_string(index=False, float_format=lambda value: f"{value:.4g}"))
@@ -160,7 +145,7 @@ def summary_text(sweep, outcome):
 def document(sweep, outcome):
     """The JSON of `hlcs sweep`."""
     return {"format": 1, "title": sweep.title, "runs": outcome["rows"], "summary": summary_rows(sweep, outcome["rows"]),
-            "ran": outcome["ran"], "kept": outcome["kept"], "versions": files.versions()}
+            "ran": outcome["ran"], "kept": outcome["kept"], "told": outcome["told"], "versions": files.versions()}
 
 
 def write_sweep(sweep, outcome, folder):
@@ -168,13 +153,20 @@ def write_sweep(sweep, outcome, folder):
     import pandas as pd
 
     found = document(sweep, outcome)
-    files.write_text(folder / "runs.csv", pd.DataFrame(found["runs"]).to_csv(index=False))
-    files.write_text(folder / "summary.csv", pd.DataFrame(found["summary"]).to_csv(index=False))
-    files.write_json(folder / "sweep.json", found)
+    texts = {"runs.csv": pd.DataFrame(found["runs"]).to_csv(index=False),
+             "summary.csv": pd.DataFrame(found["summary"]).to_csv(index=False), "sweep.json": files.to_json(found)}
+
+    def write(place):
+        for name, text in texts.items():
+            files.write_text(place / name, text)
+
+    files.keep(write, folder, found)
 
 
 def _row(result):
-    """The numbers of a result that a table of runs shows."""
+    """The numbers of a result that a table of runs shows, or why there are none."""
+    if "error" in result:
+        return {"error": str(result["error"])}
     layers = result["layers"]
     return {**{f"k{row['layer']}": row["k"] for row in layers}, "height_over_dn": result["height_over_dn"],
             "porosity": result["porosity"], "lost": sum(row["lost"] for row in layers),
@@ -187,21 +179,3 @@ def _with_bottom(table, file):
     if isinstance(table.get("bottom"), str):
         return {**table, "bottom": parse_bottom(table["bottom"], file.path.parent)}
     return table
-
-
-def _on_dask(function, tasks, address):
-    """Like `parallel.each`, on the workers of a Dask scheduler."""
-    try:
-        from distributed import Client, as_completed
-    except ImportError:
-        raise InputError("--dask needs the extra 'sweep': pip install 'hlcs[sweep]'") from None
-    try:
-        client = Client(address, timeout=10)
-    except (OSError, ValueError, TimeoutError) as problem:
-        raise InputError(f"dask: no scheduler answers at '{address}' ({problem}); start one with: dask scheduler") from None
-    with client:
-        numbers = {}
-        for index, task in enumerate(tasks):
-            numbers[client.submit(function, task, pure=False)] = index
-        for future in as_completed(numbers):
-            yield numbers[future], future.result()

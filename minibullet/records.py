@@ -8,7 +8,7 @@ in the user's body axes); for a plane also normal and height. SI units. Messages
 import numpy as np
 
 from minibullet import rotations
-from minibullet.errors import InputError, is_number, shown
+from minibullet.errors import InputError, is_number, shown_value
 
 STATE = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}  # field: how many numbers
 MOST_GROUP = 2**62  # groups are kept as whole numbers of 64 bits
@@ -90,7 +90,7 @@ def from_plain(item, shape, state):
     velocity), checked as if its user had told it: a file may have been changed."""
     name = item.get("name")
     if not isinstance(name, str) or len(name) > 10_000:
-        raise InputError(f"a body's name = {shown(name)}; it must be text")
+        raise InputError(f"a body's name = {shown_value(name)}; it must be text")
     title = f"body {name!r}"
     friction, restitution = (None if _is_nan(item.get(key)) else item.get(key, "left out") for key in ("friction", "restitution"))
     group = item.get("group", "left out")
@@ -98,22 +98,22 @@ def from_plain(item, shape, state):
         record = plane(item.get("normal"), item.get("height"), friction, restitution, name, None if group == -1 else group)
         record["normal"] = np.array(item["normal"], dtype=float)  # of length 1 already: to the bit what it was
         if abs(record["normal"] @ record["normal"] - 1.0) > 1e-9:
-            raise InputError(f"plane {name!r}: normal = {shown(item['normal'])}; it must have the length 1")
+            raise InputError(f"plane {name!r}: normal = {shown_value(item['normal'])}; it must have the length 1")
     else:
         check_volume(title, shape)
         group = _group(title, None if group == -1 else group)
         record = {"shape": shape, "name": name, "fixed": item.get("fixed"), "group": group}
         if not isinstance(record["fixed"], bool):
-            raise InputError(f"{title}: fixed = {shown(record['fixed'])}; it must be true or false")
+            raise InputError(f"{title}: fixed = {shown_value(record['fixed'])}; it must be true or false")
         record |= _manners(title, friction, restitution, item.get("margin", "left out"))
         record["mass"] = np.inf if record["fixed"] else _number(title, "mass", item.get("mass"), np.finfo(float).tiny, np.inf)
         if record["fixed"] and item.get("mass") != np.inf:
-            raise InputError(f"{title}: mass = {shown(item.get('mass'))}; that of a fixed body is infinite")
+            raise InputError(f"{title}: mass = {shown_value(item.get('mass'))}; that of a fixed body is infinite")
         record["inertia"] = vector(title, "inertia", item.get("inertia"), 3)
         _check_moments(title, record["inertia"])
         record["frame"] = vector(title, "frame", item.get("frame"), 4)
         if abs(record["frame"] @ record["frame"] - 1.0) > 1e-9:
-            raise InputError(f"{title}: frame = {shown(item['frame'])}; it must be a quaternion of length 1")
+            raise InputError(f"{title}: frame = {shown_value(item['frame'])}; it must be a quaternion of length 1")
     record |= dict(zip(STATE, state, strict=True))
     if record["fixed"] and (np.any(record["velocity"]) or np.any(record["angular_velocity"])):
         raise InputError(f"{title}: fixed, with a velocity; a fixed body never moves")
@@ -138,7 +138,7 @@ def vector(title, field, value, size):
     try:
         array = np.array(value, dtype=float).reshape(-1)
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{title}: {field} = {shown(value)}; it needs {size} numbers") from None
+        raise InputError(f"{title}: {field} = {shown_value(value)}; it needs {size} numbers") from None
     if array.shape != (size,):
         raise InputError(f"{title}: {field} has {array.size} values; it needs {size}")
     if not np.isfinite(array).all():
@@ -172,7 +172,7 @@ def _group(title, group):
     if group is None:
         return -1
     if not is_number(group) or group != group // 1 or not 0 <= group <= MOST_GROUP:
-        raise InputError(f"{title}: group = {shown(group)}; it must be a whole number >= 0 (None: touches everybody)")
+        raise InputError(f"{title}: group = {shown_value(group)}; it must be a whole number >= 0 (None: touches everybody)")
     return int(group)
 
 
@@ -184,7 +184,7 @@ def _number(title, field, value, low, high):
             if np.isfinite(high)
             else (f">= {low:g} and finite" if np.isfinite(low) else "finite")
         )
-        raise InputError(f"{title}: {field} = {shown(value)}; it must be {bound}")
+        raise InputError(f"{title}: {field} = {shown_value(value)}; it must be {bound}")
     return float(value)
 
 
@@ -195,7 +195,7 @@ def _mass(title, shape, density, mass, inertia):
     field, value, unit = ("density", density, "kg/m3") if mass is None else ("mass", mass, "kg")
     if not is_number(value) or not value > 0:
         raise InputError(
-            f"{title}: {field} = {shown(value)} {unit}; a moving body needs {field} > 0 (for a fixed body use fixed=True)"
+            f"{title}: {field} = {shown_value(value)} {unit}; a moving body needs {field} > 0 (for a fixed body use fixed=True)"
         )
     mass = float(density * shape.volume if mass is None else mass)
     if not 0.0 < mass < np.inf:
@@ -206,13 +206,13 @@ def _mass(title, shape, density, mass, inertia):
         tensor = np.array(inertia, dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise InputError(
-            f"{title}: inertia = {shown(inertia)}; it needs three principal moments or a symmetric 3x3 matrix"
+            f"{title}: inertia = {shown_value(inertia)}; it needs three principal moments or a symmetric 3x3 matrix"
         ) from None
     if tensor.shape == (3,):
         tensor = np.diag(tensor)
     if tensor.shape != (3, 3) or not np.isfinite(tensor).all() or not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):
         raise InputError(
-            f"{title}: inertia = {shown(np.array(inertia).tolist())}; it needs three principal moments or a symmetric "
+            f"{title}: inertia = {shown_value(np.array(inertia).tolist())}; it needs three principal moments or a symmetric "
             "3x3 matrix"
         )
     return mass, tensor

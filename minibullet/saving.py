@@ -18,12 +18,12 @@ from minibullet.array_files import ArrayFile
 from minibullet.convex import ConvexPiece
 from minibullet.effects import library
 from minibullet.effects.contract import name_of, parameters
-from minibullet.errors import InputError, is_number, shown
+from minibullet.errors import InputError, is_number, shown_value
 from minibullet.geometry import DIRECTIONS, FACES, VERTICES
 from minibullet.registry import Body, Plane
 from minibullet.separation import DIRECTION, EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, UNKNOWN
 from minibullet.settings import Settings
-from minibullet.whole_files import whole
+from minibullet.whole_files import refused, whole
 
 FORMAT, READ = 2, (1, 2)  # what is written; what is read: format 1 had more arrays, which are ignored, and no checksum
 MOST_BYTES = 4_000_000_000  # a million bodies in a heap make 2 GB
@@ -67,14 +67,14 @@ def shape_from_dict(data):
     kind = data.pop("kind", None)
     if kind == "convex" and set(data) == {"vertices", "radius"}:
         if not is_number(data["radius"]):
-            raise InputError(f"hull: radius = {shown(data['radius'])}; it must be a number")
+            raise InputError(f"hull: radius = {shown_value(data['radius'])}; it must be a number")
         return ConvexPiece(data["vertices"], data["radius"])
     if kind == "compound" and set(data) == {"parts"} and isinstance(data["parts"], list):
         return shapes.Compound(tuple(shape_from_dict(part) for part in data["parts"]))
     if kind in SIMPLE and set(data) == {field.name for field in dataclasses.fields(SIMPLE[kind])}:
         if all(is_number(value) for value in data.values()):
             return SIMPLE[kind](**data)
-    raise InputError(f"a shape of kind {shown(kind)} with {', '.join(data)[:80] or 'nothing'}; there is none such")
+    raise InputError(f"a shape of kind {shown_value(kind)} with {', '.join(data)[:80] or 'nothing'}; there is none such")
 
 
 def save(world, path):
@@ -135,12 +135,12 @@ def save_past(past, path):
 
 
 def replace_file(path, content):
-    """Bytes into a file, whole or not at all; InputError where it cannot be written."""
+    """Bytes into a file, whole or not at all; InputError or RunError where it cannot be written."""
     try:
         with whole(path) as partial:
             partial.write_bytes(content)
     except OSError as error:
-        raise InputError(f"world: cannot be saved as {str(path)!r}: {error.strerror}") from None
+        raise refused(error, f"world: cannot be saved as {str(path)!r}") from None
 
 
 def _numbers(effect):
@@ -165,7 +165,7 @@ def load(world_class, path, effects=None):
         file.fail(f"its header cannot be read ({' '.join(str(error).split())[:80]})")
     if not isinstance(header, dict) or header.get("format") not in READ:
         found = header.get("format") if isinstance(header, dict) else header
-        file.fail(f"format {shown(found)}; this version reads format {' and '.join(map(str, READ))}")
+        file.fail(f"format {shown_value(found)}; this version reads format {' and '.join(map(str, READ))}")
     arrays = {key: file.take(key, kind, shape) for key, (kind, shape, _, _) in ARRAYS.items()}
     if header["format"] > 1 and str(file.take("checksum", str, ())) != checksum(text, arrays):
         file.fail("its content is not what its checksum was taken of")
@@ -182,7 +182,7 @@ def load(world_class, path, effects=None):
 def _settings(given):
     """The Settings of the header."""
     if not isinstance(given, dict) or set(given) != {field.name for field in dataclasses.fields(Settings)}:
-        raise InputError(f"settings = {shown(given)}; every field of Settings must be there, and no other")
+        raise InputError(f"settings = {shown_value(given)}; every field of Settings must be there, and no other")
     return Settings(**given)
 
 
@@ -192,13 +192,13 @@ def _effects(items):
     for item in _list("effects", items):
         name = item.get("name") if isinstance(item, dict) else None
         if not isinstance(name, str) or name not in known:
-            raise InputError(f"effect {shown(name)} is not one of minibullet's; give the effects to World.load")
+            raise InputError(f"effect {shown_value(name)} is not one of minibullet's; give the effects to World.load")
         usual, given = known[name](), {key: value for key, value in item.items() if key != "name"}
         for key, value in given.items():
             length = len(getattr(usual, key)) if key in _numbers(usual) and isinstance(getattr(usual, key), tuple) else None
             fits = isinstance(value, list) and len(value) == length and all(map(is_number, value)) if length else is_number(value)
             if key not in _numbers(usual) or not fits:
-                raise InputError(f"effect {name!r}: {key[:40]} = {shown(value)} is no number that it has")
+                raise InputError(f"effect {name!r}: {key[:40]} = {shown_value(value)} is no number that it has")
         result.append(known[name](**{key: tuple(value) if isinstance(value, list) else value for key, value in given.items()}))
     return result
 
@@ -208,9 +208,9 @@ def _restore(world, header, arrays):
     for name in ("time", "worst_residual", "steps", "unsolved_steps", "calls"):
         value = header.get(name)
         if not is_number(value) and not (name == "worst_residual" and value == np.inf) or value < 0:
-            raise InputError(f"{name} = {shown(value)}; it must be a number >= 0")
+            raise InputError(f"{name} = {shown_value(value)}; it must be a number >= 0")
         if name in COUNTS and not (isinstance(value, int) and value < 2**62):
-            raise InputError(f"{name} = {shown(value)}; it must be a whole number")
+            raise InputError(f"{name} = {shown_value(value)}; it must be a whole number")
     world.time, world.worst_residual = float(header["time"]), float(header["worst_residual"])
     world.steps, world.unsolved_steps = header["steps"], header["unsolved_steps"]
     world._notices.texts = [text for text in _list("notices", header.get("notices", [])) if isinstance(text, str)]
@@ -232,7 +232,7 @@ def _restore(world, header, arrays):
 def _list(name, value):
     """The value, or InputError where it is no list."""
     if not isinstance(value, list):
-        raise InputError(f"{name} = {shown(value)}; it must be a list")
+        raise InputError(f"{name} = {shown_value(value)}; it must be a list")
     return value
 
 
@@ -246,13 +246,13 @@ def _handles(registry, header, arrays):
     free = set(range(count))
     for item in items:
         if not isinstance(item, dict):
-            raise InputError(f"record {shown(item)}; it must hold what a body is")
+            raise InputError(f"record {shown_value(item)}; it must hold what a body is")
         row, number = item.get("row"), item.get("shape")
         if type(row) is not int or row not in free:
-            raise InputError(f"a body's row = {shown(row)}; the rows of {count} bodies are 0 to {count - 1}, each once")
+            raise InputError(f"a body's row = {shown_value(row)}; the rows of {count} bodies are 0 to {count - 1}, each once")
         free.remove(row)
         if number is not None and (type(number) is not int or not 0 <= number < len(distinct)):
-            raise InputError(f"a body's shape = {shown(number)}; there are {len(distinct)} shapes")
+            raise InputError(f"a body's shape = {shown_value(number)}; there are {len(distinct)} shapes")
         twist = arrays["bodies_twist"][row]
         state = arrays["bodies_position"][row], arrays["bodies_orientation"][row], twist[:3], twist[3:]
         record = records.from_plain(item, None if number is None else distinct[number], state)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, fields
 
-from minibullet.errors import InputError, is_number, shown
+from minibullet.errors import InputError, is_number, shown_value
 
 MOST_ITERATIONS = 1_000_000  # sweeps of one step: ten thousand times the default [-]
 SOLVERS = ("exact", "gauss_seidel", "sequential_impulse")
@@ -47,7 +47,7 @@ class Settings:
             if field.name in rules:
                 rule, words = rules[field.name]
                 if not isinstance(value, (int, float)) or not is_number(value) or not rule(value):
-                    raise InputError(f"settings: {field.name} = {shown(value)}; it {words}")
+                    raise InputError(f"settings: {field.name} = {shown_value(value)}; it {words}")
         for name, allowed in (("damping_law", ("bullet", "per_step")), ("solver", SOLVERS)):
             if getattr(self, name) not in allowed:
                 raise InputError(f"settings: {name} = {getattr(self, name)!r}; it must be one of {', '.join(allowed)}")

@@ -6,11 +6,11 @@ from time import perf_counter
 
 import numpy as np
 
-from minibullet import constraints, impacts, integration, manifolds, rotations, saving, sequential_impulse, solver
+from minibullet import constraints, impacts, integration, manifolds, rotations, sequential_impulse, solver
 from minibullet import effects as effect_room
 from minibullet import problem as problems
 from minibullet.bodies import ContactLaw
-from minibullet.errors import InputError, is_number, shown
+from minibullet.errors import InputError, is_number, shown_value
 from minibullet.ledger import ContactTable, Step
 from minibullet.notices import Notices
 from minibullet.registry import Registry
@@ -178,7 +178,7 @@ class World:
     def step(self, n=1):
         """Advance by n steps of settings.time_step."""
         if not isinstance(n, Integral) or n < 0:
-            raise InputError(f"step: n = {shown(n)}; it must be a whole number >= 0")
+            raise InputError(f"step: n = {shown_value(n)}; it must be a whole number >= 0")
         for _ in range(self._steps(f"step: n = {n}", n)):
             self._advance()
 
@@ -200,6 +200,7 @@ class World:
             self.save(self.rescue)
             text += f"; run stopped, state of step {self.steps} saved in {str(self.rescue)!r}"
             if self._past:
+                from minibullet import saving
                 saving.save_past(self._past, f"{self.rescue}.past.npz")
                 text += f", the last {len(self._past)} states in {f'{self.rescue}.past.npz'!r}"
             raise InputError(text) from None
@@ -321,7 +322,7 @@ class World:
     def run(self, duration, *, watch=None):
         """Advance by ``duration`` seconds (rounded to whole steps); ``watch(world)`` is called after every step."""
         if not is_number(duration) or not duration >= 0.0:
-            raise InputError(f"run: duration = {shown(duration)} s; it must be finite and >= 0")
+            raise InputError(f"run: duration = {shown_value(duration)} s; it must be finite and >= 0")
         for _ in range(self._steps(f"run: duration = {duration!r} s", duration / self.settings.time_step)):
             self._advance()
             if watch is not None:
@@ -344,7 +345,7 @@ class World:
         (the Bodies record) says which bodies must be at rest, boolean (n,), all moving ones if not given.
         """
         if not is_number(max_time) or not max_time > 0.0:
-            raise InputError(f"settle: max_time = {shown(max_time)} s; it must be finite and > 0")
+            raise InputError(f"settle: max_time = {shown_value(max_time)} s; it must be finite and > 0")
         calm = 0
         for _ in range(max(1, self._steps(f"settle: max_time = {max_time!r} s", max_time / self.settings.time_step))):
             self._advance()
@@ -365,6 +366,7 @@ class World:
 
     def save(self, path):
         """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""
+        from minibullet import saving
         saving.save(self, path)
 
     @classmethod
@@ -373,6 +375,7 @@ class World:
 
         Raises InputError where the file is missing, is not such a file, or holds effects that are not minibullet's.
         """
+        from minibullet import saving
         return saving.load(cls, path, effects)
 
     @property
