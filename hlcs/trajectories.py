@@ -144,8 +144,8 @@ def prepare(measurement: Measurement, own=(), noise=None):
         base = shot_again(problem, base)
         for _ in range(2):
             problem, base = cut_again(problem, base)
-        trials = problem.trials
         notes += said(problem)
+    trials = problem.trials  # pieces of those that were read, or those without their rest at the end
     flags = [isolated(trial, recording, raw)
              for trial, recording, raw in zip(trials, problem.recordings, base.linear.raw, strict=True)]
     if any(flag.any() for flag in flags):
