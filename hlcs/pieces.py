@@ -161,7 +161,9 @@ def awake(trial, noise):
     if len(trial.times) - end < SHORTEST or end < 2 * SHORTEST:
         return trial, []
     left = trial.times[-1] - trial.times[end - 1]
-    return trial.at(slice(end)), [f"{trial.name}: at rest from t_s = {still:.3g} on; the last {left:.3g} s are left out, they say nothing more"]
+    return trial.at(slice(end)), [
+        f"{trial.name}: at rest from t_s = {still:.3g} on; the last {left:.3g} s are left out, they say nothing more"
+    ]
 
 
 def _turns(trial):

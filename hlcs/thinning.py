@@ -16,10 +16,10 @@ AROUND = 6  # samples on each side of an impact: from as many it is read, and on
 
 
 def thinned(measurement, noise):
-    """The Measurement with about MOST_SEARCHED rows at most, a sentence that says so among its notes; itself where it has no more.
+    """The Measurement with about MOST_SEARCHED rows at most, and a note that says so; itself where it has no more.
 
-    Every k-th sample is kept, of all recordings alike, so that they count as much as before beside each other; the first BEGINNING
-    samples, and AROUND samples on each side of an impact that the samples show, stay as they are.
+    Every k-th sample is kept, of all recordings alike, so that they count as much as before beside each other; the first
+    BEGINNING samples, and AROUND samples on each side of an impact that the samples show, stay as they are.
     """
     trials = measurement.trials
     total = sum(len(trial.times) for trial in trials)
@@ -38,6 +38,6 @@ def thinned(measurement, noise):
         found.append(trial.at(np.flatnonzero(keep)))
     kept, step = sum(len(trial.times) for trial in found), every * noise.step
     note = (f"{total:,} rows: the search uses {kept:,} of them, every {every}th (one in {step:.3g} s) and all around the "
-            f"{sum(map(len, impacts.values()))} impacts seen; the noise and the impacts were read from all rows; numbers are less "
-            f"certain by up to {np.sqrt(total / kept):.2g} times than all rows would make them")
+            f"{sum(map(len, impacts.values()))} impacts seen; the noise and the impacts were read from all rows; numbers are "
+            f"less certain by up to {np.sqrt(total / kept):.2g} times than all rows would make them")
     return replace(measurement, trials=tuple(found), notes=(*measurement.notes, note))
