@@ -10,6 +10,7 @@ from minibullet.errors import InputError
 
 LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
+SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
 ALOFT = 5.0  # times as long as a throw of that height can last
 
 
@@ -240,19 +241,26 @@ def quantisation(values):
 
 
 def refuse_copies(trials, paths):
-    """Refuse a recording that stands twice, shifted or rotated copies included: copies leak from training into test."""
-    for second in range(len(trials)):
-        for first in range(second):
-            a, b = trials[first], trials[second]
-            if len(a.times) != len(b.times) or not np.allclose(np.diff(a.times), np.diff(b.times), rtol=1e-6, atol=1e-9):
-                continue
-            moved_a = np.linalg.norm(np.diff(a.position[:, np.isfinite(a.position).any(axis=0)], axis=0), axis=1)
-            moved_b = np.linalg.norm(np.diff(b.position[:, np.isfinite(b.position).any(axis=0)], axis=0), axis=1)
-            there = np.isfinite(moved_a) & np.isfinite(moved_b)
-            if np.array_equal(np.isfinite(moved_a), np.isfinite(moved_b)) and there.sum() > 3 and np.ptp(moved_a[there]) > 0 and (
-                    np.max(np.abs(moved_a[there] - moved_b[there])) < 1e-6 * np.max(moved_a[there])):
-                same = np.allclose(a.position, b.position, rtol=0, atol=1e-9, equal_nan=True)
-                kind = "the same recording" if same else "a shifted or rotated copy"
-                raise InputError(f"{paths[second]}: {kind} as {paths[first].name}; copies may not stand as separate trials")
+    """Refuse a recording that stands twice, shifted or rotated copies included: copies leak from training into test.
 
-
+    Copies move as far from sample to sample, so their whole ways are alike: only neighbours in a list sorted by it are compared.
+    """
+    seen = {}  # number of samples and which steps are known -> [(whole way, index, steps)]
+    for index, trial in enumerate(trials):
+        steps = np.linalg.norm(np.diff(trial.position[:, np.isfinite(trial.position).any(axis=0)], axis=0), axis=1)
+        there = np.isfinite(steps)
+        if there.sum() > 3 and np.ptp(steps[there]) > 0:
+            seen.setdefault((len(steps), there.tobytes()), []).append((float(steps[there].sum()), index, steps[there]))
+    for alike in seen.values():
+        alike.sort(key=lambda one: one[:2])
+        for place, (way, index, steps) in enumerate(alike):
+            near = SAME * steps.max()
+            for other_way, other, others in alike[place + 1:]:
+                if other_way - way > len(steps) * max(near, SAME * others.max()):
+                    break
+                first, second = sorted((index, other))
+                if np.max(np.abs(steps - others)) < SAME * max(steps.max(), others.max()) and np.allclose(
+                        np.diff(trials[first].times), np.diff(trials[second].times), rtol=SAME, atol=1e-9):
+                    same = np.allclose(trials[first].position, trials[second].position, rtol=0, atol=1e-9, equal_nan=True)
+                    kind = "the same recording" if same else "a shifted or rotated copy"
+                    raise InputError(f"{paths[second]}: {kind} as {paths[first].name}; copies may not stand as separate trials")
