@@ -41,3 +41,10 @@ def read_text(path, name, most_bytes, remedy):
     if "\0" in text:
         raise InputError(f"{name}: is not text in UTF-8; save it as UTF-8 text")
     return text
+
+
+def shown(text, most=60):
+    """What a message quotes of a file: so many characters at most, those that a terminal would obey or hide as escapes."""
+    text = str(text)
+    head = "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in text[:most])
+    return head + ".." * (len(text) > most)
