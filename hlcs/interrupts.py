@@ -39,6 +39,22 @@ def held_off():
         signal.signal(signal.SIGINT, before)
 
 
+@contextmanager
+def kept_from_children():
+    """Processes that are started in this block never hear of Ctrl-C, from their first moment on; here it comes a little later."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # as it starts it would take the mask away
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def check():
     """KeyboardInterrupt where one was lost."""
     if _seen.is_set():

@@ -41,7 +41,8 @@ def each(function, tasks, workers=None):
     executor = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_obey)
     before = set(multiprocessing.active_children())
     try:
-        indices = {executor.submit(function, task): index for index, task in enumerate(tasks)}
+        with interrupts.kept_from_children():  # which would complain of it, each for itself, until `_obey` is reached
+            indices = {executor.submit(function, task): index for index, task in enumerate(tasks)}
         for future in as_completed(indices):
             interrupts.check()
             yield indices[future], future.result()
