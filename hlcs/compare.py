@@ -78,18 +78,18 @@ class Comparison:
         return save_comparison(self, folder)
 
 
-def compare(path, *others, effects_file=None, seed=0, workers=None, progress=False):
+def compare(path, *others, effects_file=None, seed=0, workers=None, progress=False, allow_outside=False):
     """Where and by how much a model misses a measurement: a Comparison of an experiment file.
 
-    effects_file: Python file with effects of your own that the file names under [model]; seed, workers, progress: of the
-    simulations (layer data). With a result and a laboratory table in place of a path, the table of layer coefficients beside
-    each other.
+    effects_file: Python file with effects of your own that the file names under [model], run as code; seed, workers, progress: of
+    the simulations (layer data); allow_outside: let the experiment file name files outside its own folder. With a result and a
+    laboratory table in place of a path, the table of layer coefficients beside each other.
     """
     if others or not isinstance(path, str) and not hasattr(path, "__fspath__"):
         from .layer_compare import compare_layers
 
         return compare_layers(path, *others)
-    file, own = read_experiment_file(path), own_classes(None, effects_file)
+    file, own = read_experiment_file(path, allow_outside), own_classes(None, effects_file)
     if file.kind == "layers":
         from .layer_diagnosis import compare_layer_file
 

@@ -26,14 +26,15 @@ from .trajectories import judge, polished, prepare, touches
 INTERVAL = 0.90  # of coefficients
 
 
-def diagnose(path, candidates=None, effects_file=None, seed=0, workers=None, progress=False, effects=None):
+def diagnose(path, candidates=None, effects_file=None, seed=0, workers=None, progress=False, effects=None, allow_outside=False):
     """Find what is missing from the model of an experiment file; returns a Diagnosis.
 
     path: experiment file; candidates: names to try (None = the file's list, or all that fit); effects_file: Python file with
-    effects of your own; effects: the same as classes or values; seed, workers: for layer data (paired simulations);
-    progress: print what is being tried. Raises InputError where the input is at fault.
+    effects of your own, run as code; effects: the same as classes or values; seed, workers: for layer data (paired simulations);
+    progress: print what is being tried; allow_outside: let the experiment file name files outside its own folder. Raises
+    InputError where the input is at fault.
     """
-    file = read_experiment_file(path)
+    file = read_experiment_file(path, allow_outside)
     own = own_classes(effects, effects_file)
     if candidates is None:
         candidates = file.candidates

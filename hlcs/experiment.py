@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 import minibullet as mb
-from hlcs import bottoms, placement, plates
+from hlcs import bottoms, placement, plates, plausible
 from hlcs.armour import CONCRETE, UNITS
 from hlcs.grids import TPG, Grid
 from hlcs.placement_result import PlacementResult
@@ -117,6 +117,7 @@ class PlacementTest:
         if self.bottom_roughness and isinstance(self.bottom, bottoms.Survey):
             raise InputError("placement: bottom_roughness on a surveyed bottom; its roughness stands in the survey")
         _ = self.settings  # checked now, not after minutes
+        plausible.tell_unlikely(self)
 
     @property
     def unit(self):
@@ -151,6 +152,7 @@ class PlacementTest:
     def run(self, progress=None):
         """Place and measure all layers; ``progress(layer)`` is called after each. Returns a PlacementResult."""
         started = time.perf_counter()
+        plausible.check_effort(self)
         unit, dn, bed = self.unit, self.unit.nominal_diameter, self.bed
         load = placement.load_of(unit, self)
         generator = np.random.default_rng(self.seed)

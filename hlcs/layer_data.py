@@ -84,7 +84,7 @@ class LayerMeasurement:
 
 def read_layers(file):
     """The LayerMeasurement of an ExperimentFile of kind "layers"; InputError names file, line or row, key or column, remedy."""
-    reader = TomlFile(file.path, {"": list(file_keys()), "placement": list(KEYS)})
+    reader = TomlFile(file.path, {"": list(file_keys()), "placement": list(KEYS)}, file.allow_outside)
     table = dict(checked_table(reader))
     notes = [
         f"[placement] {key} is not used: grids and bottoms stand in the CSV, seeds come with the command"

@@ -21,7 +21,10 @@ from hlcs.runs import simulate
 from hlcs.store import Store, key_of
 from hlcs.sweep import settings_of
 from minibullet.errors import InputError
+from minibullet.user_files import read_bytes
 
+MEASURED = "measured.csv"  # copy of the data in a folder of results
+MOST_BYTES = 10_000_000  # of such a copy; a table of layers has some kilobytes
 CASE = ("grid", "bottom", "layers", "seed", "stacking")  # settings that come with a measured set, not with the model
 
 
@@ -81,8 +84,11 @@ class LayerModel:
         """Run the mended placement test; returns a PlacementResult (readings that only the measurement changes are as placed)."""
         return replace(self.placement, seed=seed).run(progress)
 
-    def to_toml(self):
-        """An experiment file of this model: the settings under [placement], what acts on the reading or the grid in [model]."""
+    def to_toml(self, data=None):
+        """An experiment file of this model: the settings under [placement], what acts on the reading or the grid in [model].
+
+        data: how it names its CSV; left out: the full path, which is read from elsewhere with --allow-outside alone.
+        """
         settings, effects = self.base, []
         for term in self.terms:
             changed = term.candidate.applied(settings, term.value)
@@ -90,7 +96,7 @@ class LayerModel:
                 settings = changed
             else:
                 effects.append({"name": term.name, term.candidate.number: term.value})
-        title, data = self.source or ("layers", None)
+        title, source = self.source or ("layers", None)
         default = PlacementTest()
         table = {
             key: value
@@ -100,8 +106,20 @@ class LayerModel:
         document = {"kind": "layers", "title": title, "placement": table}
         if effects:
             document["model"] = {"effects": effects}
-        document["measurement"] = {"file": str(data)}
+        document["measurement"] = {"file": str(data or source)}
         return files.to_toml(document)
+
+    def files(self, folder):
+        """{name: bytes} of what keeps the model in a folder of results: its experiment file, and its data where they lie
+        elsewhere, so that the file can be used as it is."""
+        data = Path(self.source[1]) if self.source else Path()
+        below = Path(os.path.realpath(folder))
+        if not data.is_absolute():
+            return {"model.toml": self.to_toml().encode()}
+        if data.is_relative_to(below):
+            return {"model.toml": self.to_toml(data.relative_to(below).as_posix()).encode()}
+        content = read_bytes(data, str(data), MOST_BYTES, "thin the file out")
+        return {MEASURED: content, "model.toml": self.to_toml(MEASURED).encode()}
 
 
 def model_of(measurement):

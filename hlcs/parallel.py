@@ -113,7 +113,8 @@ def _drawn(executor, function, tasks, room, look):
     tasks, running = enumerate(tasks), {}
     while True:
         while len(running) < room() and (drawn := next(tasks, None)) is not None:
-            running[executor.submit(function, drawn[1])] = drawn[0]
+            with interrupts.kept_from_children():  # a process that starts here would complain of Ctrl-C until `_obey` is reached
+                running[executor.submit(function, drawn[1])] = drawn[0]
             look()
         if not running:
             if room():

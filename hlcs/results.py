@@ -10,6 +10,7 @@ from hlcs import files
 from hlcs.placement import LayerRecord
 from hlcs.placement_files import SURVEY_FILE, bottom_words, placement_table, read_placement_file, survey_csv
 from hlcs.placement_result import PlacementResult
+from hlcs.spreadsheets import csv_text
 from minibullet.array_files import ArrayFile
 from minibullet.errors import InputError, is_number
 from minibullet.user_files import read_text
@@ -40,7 +41,7 @@ def write_placement(result, folder):
 
 def write_numbers(result, folder):
     """layers.csv, result.json, poses.npz, settings.toml (and the surveyed bed) into an existing folder."""
-    files.write_text(folder / "layers.csv", result.to_dataframe().to_csv(index=False))
+    files.write_text(folder / "layers.csv", csv_text(result.to_dataframe()))
     records = [{name: getattr(record, name) for name in RECORD_FIELDS} for record in result.records]
     files.write_text(folder / VALUES, files.to_json(result.to_dict() | {"records": records}))
     layers = range(1, len(result.poses) + 1)

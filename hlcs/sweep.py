@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from hlcs import files, work
-from hlcs.bottoms import parse_bottom
 from hlcs.experiment import PlacementTest
 from hlcs.layer_compare import compare_layers, laboratory_for, repeated
 from hlcs.placement_files import (
@@ -27,11 +26,13 @@ from hlcs.placement_files import (
     make_placement,
     placement_table,
     survey_csv,
+    with_bottom,
 )
 from hlcs.runs import run_one
+from hlcs.spreadsheets import csv_text
 from hlcs.store import Store, key_of
 from hlcs.toml_files import TomlFile
-from minibullet.errors import InputError
+from minibullet.errors import InputError, shown_value
 
 MOST_RUNS = 100_000
 SECTIONS = {"": ["title", "placement", "sweep"], "placement": list(KEYS), "sweep": list(KEYS)}
@@ -47,9 +48,9 @@ class Sweep:
     tests: tuple[PlacementTest, ...]
 
 
-def read_sweep_file(path):
-    """The Sweep of a TOML file; InputError names file, line, key and remedy."""
-    file = TomlFile(path, SECTIONS)
+def read_sweep_file(path, allow_outside=False):
+    """The Sweep of a TOML file; InputError names file, line, key and remedy. allow_outside: surveys elsewhere are read."""
+    file = TomlFile(path, SECTIONS, allow_outside)
     file.known(file.values, "")
     table = file.values.get("sweep")
     if not table:
@@ -57,11 +58,11 @@ def read_sweep_file(path):
     file.known(table, "sweep")
     for name, values in table.items():
         if not isinstance(values, list) or not values:
-            file.fail(name, f"must be a list of one value or more, got {values!r}", "sweep")
+            file.fail(name, f"must be a list of one value or more, got {shown_value(values)}", "sweep")
         if name in file.values.get("placement", {}):
             file.fail(name, "stands under [placement] too; leave one of the two out", "sweep")
         for value in values if name != "layers" else ():
-            check_value(file, "sweep", name, _with_bottom({name: value}, file)[name])
+            check_value(file, "sweep", name, with_bottom({name: value}, file, "sweep")[name])
     count = int(np.prod([len(values) for values in table.values()], dtype=float))
     if count > MOST_RUNS:
         raise InputError(f"{file.path}: {count} runs; at most {MOST_RUNS}: shorten a list of [sweep]")
@@ -70,11 +71,11 @@ def read_sweep_file(path):
     tests = []
     for run in runs:
         try:
-            tests.append(make_placement({**base, **_with_bottom(dict(zip(table, run, strict=True)), file)}))
+            tests.append(make_placement({**base, **with_bottom(dict(zip(table, run, strict=True)), file, "sweep")}))
         except InputError as problem:
-            words = ", ".join(f"{name} = {value!r}" for name, value in zip(table, run, strict=True))
+            words = ", ".join(f"{name} = {shown_value(value)}" for name, value in zip(table, run, strict=True))
             raise InputError(f"{file.path}: the run with {words}: {problem}") from None
-    return Sweep(file.words(file.values, "title", "", default=file.path.stem), tuple(table), tuple(runs), tuple(tests))
+    return Sweep(file.title(), tuple(table), tuple(runs), tuple(tests))
 
 
 def settings_of(test):
@@ -153,8 +154,8 @@ def write_sweep(sweep, outcome, folder):
     import pandas as pd
 
     found = document(sweep, outcome)
-    texts = {"runs.csv": pd.DataFrame(found["runs"]).to_csv(index=False),
-             "summary.csv": pd.DataFrame(found["summary"]).to_csv(index=False), "sweep.json": files.to_json(found)}
+    texts = {"runs.csv": csv_text(pd.DataFrame(found["runs"])), "summary.csv": csv_text(pd.DataFrame(found["summary"])),
+             "sweep.json": files.to_json(found)}
 
     def write(place):
         for name, text in texts.items():
@@ -174,8 +175,3 @@ def _row(result):
             "wall_seconds": result["wall_seconds"]}
 
 
-def _with_bottom(table, file):
-    """The table with its bottom read, relative to the file."""
-    if isinstance(table.get("bottom"), str):
-        return {**table, "bottom": parse_bottom(table["bottom"], file.path.parent)}
-    return table

@@ -8,6 +8,10 @@ class InputError(ValueError):
     """The user's input cannot be used; the message names element, value, rule and remedy in one line."""
 
 
+class InputWarning(UserWarning):
+    """The user's input can be used but is hardly what was meant; the message names element, value, and what is usual."""
+
+
 class RunError(RuntimeError):
     """Work could not be finished through no fault of the input: a full disk, a killed worker, a lost scheduler.
 

@@ -249,7 +249,10 @@ def test_stated_effects_are_part_of_the_model(tmp_path, simulator):
 def test_report_and_files(tmp_path, simulator):
     found = diagnose_layers(experiment(tmp_path, [measured("TPG", 3, "a")], 'shape = "hull"'), simulator=simulator)
     folder = found.save(tmp_path / "out")
-    assert read_experiment_file(folder / "model.toml").data_file == (tmp_path / "layers.csv").resolve()
+    copied = read_experiment_file(folder / "model.toml").data_file  # beside it, so that the folder can be used as it is
+    assert copied.read_bytes() == (tmp_path / "layers.csv").read_bytes() and copied.parent == folder
+    found.save(tmp_path)
+    assert read_experiment_file(tmp_path / "model.toml").data_file == tmp_path / "layers.csv"  # no copy where it is below already
     assert {path.name for path in folder.iterdir()} >= {"result.json", "report.html", "diagnosis.png", "model.toml"}
     assert "convex_hull_shape" in found.summary()
 
