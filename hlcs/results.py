@@ -12,6 +12,7 @@ from hlcs.placement_result import PlacementResult
 from minibullet.errors import InputError
 
 RECORD_FIELDS = ("reason", "unsettled", "penetration", "transient_penetration", "steps", "unsolved_steps")
+LATER_FIELDS = ("lifted", "mean_lift", "pushed")  # which results of earlier versions lack
 ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
 
 
@@ -34,11 +35,12 @@ def write_placement(result, folder):
 def write_numbers(result, folder):
     """layers.csv, result.json, poses.npz, settings.toml (and the surveyed bed) into an existing folder."""
     files.write_text(folder / "layers.csv", result.to_dataframe().to_csv(index=False))
-    records = [{name: getattr(record, name) for name in RECORD_FIELDS} for record in result.records]
+    records = [{name: getattr(record, name) for name in RECORD_FIELDS + LATER_FIELDS} for record in result.records]
     files.write_json(folder / VALUES, result.to_dict() | {"records": records})
     layers = range(1, len(result.poses) + 1)
     arrays = {f"poses_{j}": poses for j, poses in zip(layers, result.poses, strict=True)}
     arrays |= {f"readings_{j}": readings for j, readings in zip(layers, result.readings, strict=True)}
+    arrays |= {f"aims_{j}": aims for j, aims in enumerate(result.aims, start=1)}
     np.savez_compressed(folder / ARRAYS, **arrays)
     files.write_toml(folder / SETTINGS, {"placement": placement_table(result.test)})
     if bottom_words(result.test.bottom) == SURVEY_FILE:
@@ -57,8 +59,11 @@ def load_placement(folder):
         with np.load(folder / ARRAYS, allow_pickle=False) as arrays:
             poses = tuple(arrays[f"poses_{j}"] for j in range(1, test.layers + 1))
             readings = tuple(arrays[f"readings_{j}"] for j in range(1, test.layers + 1))
-        records = tuple(LayerRecord(layer=j, handles=(), **{name: row[name] for name in RECORD_FIELDS})
+            aims = tuple(arrays[f"aims_{j}"] for j in range(1, test.layers + 1) if f"aims_{j}" in arrays)
+        records = tuple(LayerRecord(layer=j, handles=(), **{name: row[name] for name in RECORD_FIELDS},
+                                    **{name: row[name] for name in LATER_FIELDS if name in row})
                         for j, row in enumerate(values["records"], start=1))
+        carried_by = tuple(tuple(row["carried_by"]) for row in values.get("plates", ()))
     except (KeyError, ValueError, OSError, TypeError) as problem:
         raise InputError(f"folder '{folder}': not a whole placement result ({problem}); run the test again") from None
-    return PlacementResult(test, readings, poses, records, float(values["wall_seconds"]))
+    return PlacementResult(test, readings, poses, records, float(values["wall_seconds"]), carried_by, aims)
