@@ -139,7 +139,8 @@ def model_of(measurement):
 
 # -------------------------------------------------------------------------------------------------------- simulations
 def simulate(test):
-    """Layer coefficients and lost units of one test, or the complaint of the physics: plain values for the store."""
+    """Layer coefficients (nan where no plate found support) and lost units of one test, or the complaint of the physics: plain
+    values for the store."""
     _warm()
     units = sum(test.grid.units(test.rows, test.columns, layer) for layer in range(1, test.layers + 1))
     try:
@@ -194,14 +195,14 @@ class Simulator:
         self.ran = 0
 
     def __call__(self, tests, words="simulating"):
-        """[k (M,), or None where the physics refused] of tests, each run once."""
+        """[k (M,), nan where no plate found support, or None where the physics refused] of tests, each run once."""
         keys = [key_of(self._settings(test)) for test in tests]
         with Store(self.store) as store:
             waiting = {key: test for key, test in zip(keys, tests, strict=True) if key not in store}
             if waiting:
                 self._run(list(waiting.values()), store, words)
             found = [store.result(key) for key in keys]
-        return [None if "error" in row else np.array(row["k"]) for row in found]
+        return [None if "error" in row else np.array(row["k"], dtype=float) for row in found]  # null, no such layer, is nan
 
     def _run(self, tests, store, words):
         from tqdm import tqdm

@@ -131,7 +131,8 @@ def _first_pose(unit, normal, heading):
 def hang_layer(world, layer, load, centres, lowest, generator, first=0):
     """Units at uniformly random orientations over centres (n, 2), their lowest points at height ``lowest`` (n,) or above [m].
 
-    Returns their handles, and by how much each was lifted (n,) [m]. load: as by `load_of`; first: how many units of the layer stand already, which gives the next ones their names.
+    Returns their handles, and by how much each was lifted (n,) [m]. load: as by `load_of`; first: how many units of the layer
+    stand already, which gives the next ones their names.
 
     On a close grid about half of such units would overlap a neighbour. Drawing again until none does would prefer the
     orientations that fit side by side; so the orientation stays as drawn and the later of the two is lifted, a twentieth of
@@ -234,9 +235,12 @@ def in_place(heights, level, nominal_diameter):
 
 
 def level_of(heights, level, nominal_diameter):
-    """Median height of the centres of the units that are in a layer [m]; where none is, that of the layer below."""
+    """Median height of the centres of a layer's units [m]. It does not mind a few that fell out of the layer; where most did, it
+    is that of the units that are in it, and where none is, the `level` of the layer below."""
     inside = in_place(heights, level, nominal_diameter)
-    return float(np.median(heights[inside])) if inside.any() else level
+    if 2 * inside.sum() < len(inside):
+        heights = heights[inside]
+    return float(np.median(heights)) if inside.any() else level
 
 
 def shake(world, handles, acceleration, nominal_diameter):

@@ -48,10 +48,18 @@ class PlacementResult:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.array(spread) / self._dn / self.layer_coefficients
 
+    @cached_property
+    def fallen_layers(self):
+        """Numbers of the layers that are none: they carry no plate, and of their units fewer than half stand in them, at rest and
+        carried."""
+        units = np.array([len(poses) for poses in self.poses])
+        stand = units - self.lost - [record.unsettled for record in self.records]
+        return (np.flatnonzero(np.isnan(self.heights) & (2 * stand < np.maximum(units, 1))) + 1).tolist()
+
     @property
     def stands(self):
-        """Whether the run left a structure: in every layer at least one plate lies on units that are at rest and carried."""
-        return bool(np.isfinite(self.heights).all())
+        """Whether the run left a structure: no layer is fallen. One that stands may be too small or too smooth for a plate."""
+        return not self.fallen_layers
 
     @property
     def height_over_dn(self):
@@ -70,8 +78,8 @@ class PlacementResult:
 
     @cached_property
     def lost(self):
-        """Units of each layer that fell out of it: centre less than half a Dn above the median centre of those that are in the
-        layer under it, (M,)."""
+        """Units of each layer that fell out of it: centre less than half a Dn above the median centre of the layer under it, or
+        below it, (M,)."""
         return np.array([int((~inside).sum()) for inside in self.in_layer])
 
     @cached_property
@@ -115,23 +123,23 @@ class PlacementResult:
         return self.test.unit.nominal_diameter
 
     def to_dict(self):
-        """The JSON of ``hlcs place``."""
+        """The JSON of ``hlcs place``; None where there is no such value."""
         from hlcs.placement_files import placement_table
 
         test, dn = self.test, self._dn
         layers = [
             {
                 "layer": j + 1,
-                "k": float(k),
+                "k": _known(k),
                 "readings": int(np.isfinite(self.readings[j]).sum()),
-                "cv": float(self.cv[j]),
+                "cv": _known(self.cv[j]),
                 "units": len(self.poses[j]),
                 "lost": int(self.lost[j]),
                 "unsettled": self.records[j].unsettled,
                 "unsupported_readings": int(np.isnan(self.readings[j]).sum()),
                 "lifted_units": self.records[j].lifted,
                 "mean_lift_over_dn": self.records[j].mean_lift / dn,
-                "drift_over_dn": float(self.drift[j]),
+                "drift_over_dn": _known(self.drift[j]),
             }
             for j, k in enumerate(self.layer_coefficients)
         ]
@@ -144,11 +152,11 @@ class PlacementResult:
             "shape": test.shape,
             "nominal_diameter_m": dn,
             "layers": layers,
-            "height_over_dn": self.height_over_dn,
-            "porosity": self.porosity,
+            "height_over_dn": _known(self.height_over_dn),
+            "porosity": _known(self.porosity),
             "packing_density": test.grid.packing_density,
-            "achieved_porosity": self.achieved_porosity,
-            "achieved_packing_density": self.achieved_packing_density,
+            "achieved_porosity": _known(self.achieved_porosity),
+            "achieved_packing_density": _known(self.achieved_packing_density),
             "structure": self.stands,
             "pushed_over_dn": self.records[0].pushed / dn,
             "max_penetration_over_dn": max(r.penetration for r in self.records) / dn,
@@ -157,7 +165,7 @@ class PlacementResult:
             "unsolved_steps": sum(r.unsolved_steps for r in self.records),
             "steps": sum(r.steps for r in self.records),
             "plates": [
-                {"layer": j, "height_over_dn": (heights / dn).tolist(), "carried_by": list(words)}
+                {"layer": j, "height_over_dn": [_known(h) for h in heights / dn], "carried_by": list(words)}
                 for j, (heights, words) in enumerate(zip(self.readings, self.carried_by, strict=False), start=1)
             ],
             "settings": placement_table(test),
@@ -210,9 +218,13 @@ class PlacementResult:
     def notes(self):
         """What a reader must know beside the table: one sentence each."""
         found, dn = [], self._dn
-        if not self.stands:
-            absent = ", ".join(str(j + 1) for j in np.flatnonzero(np.isnan(self.heights)))
-            found.append(f"no structure: no plate lies on units that stand in layer {absent}")
+        if self.fallen_layers:
+            layers = ", ".join(map(str, self.fallen_layers))
+            found.append(f"no structure: layer {layers} carries no plate, and most of its units fell, move or hang in the air")
+        absent, known = np.flatnonzero(np.isnan(self.heights)) + 1, np.flatnonzero(np.isfinite(self.heights)) + 1
+        if len(absent):
+            last = f"layer {known[-1]} is {self.heights[known[-1] - 1]:.3f} Dn high" if len(known) else "no layer was read"
+            found.append(f"no height of layer {', '.join(map(str, absent))}: no plate lies on it alone; {last}")
         if (pushed := self.records[0].pushed / dn) >= 5e-4:  # shown as 0.001
             found.append(f"first layer pushed apart by up to {pushed:.3f} Dn: its units are wider than the grid")
         for j, words in enumerate(self.carried_by, start=1):
@@ -230,6 +242,11 @@ class PlacementResult:
 
     def _repr_html_(self):
         return f"<pre>{self.summary().splitlines()[0]}</pre>" + self.to_dataframe().to_html(index=False)
+
+
+def _known(value):
+    """A float, None where it is not finite: what JSON has for it."""
+    return float(value) if np.isfinite(value) else None
 
 
 def or_dash(value, form):

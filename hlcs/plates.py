@@ -77,7 +77,8 @@ def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, m
     rest = world.settle(max_time)
     own, loads = f"layer {len(layers)}", loads_on(world.last_step)
     kind = {unit.name: f"layer {number}" for number, layer in enumerate(layers, start=1) for unit in layer}
-    kind |= {unit.name: f"fallen or loose units of {own}" for unit in set(layers[-1]) - set(standing)}
+    # units that fell, move or hang in the air
+    kind |= {unit.name: f"units out of {own}" for unit in set(layers[-1]) - set(standing)}
     heights, words = np.full(len(plates), np.nan), []
     for number, handle in enumerate(plates):
         axis = mb.rotations.rotate(handle.orientation, np.array([0.0, 0.0, 1.0]))
