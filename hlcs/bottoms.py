@@ -146,6 +146,15 @@ class Survey:
         return (row, column), (s, t), t > s
 
 
+def height_above(bottom, position):
+    """Height of points (.., 3) above the bottom [m]; beyond a survey its rim counts, so that what rolls off it is only far
+    down."""
+    x, y, z = np.moveaxis(np.asarray(position, dtype=float), -1, 0)
+    if isinstance(bottom, Survey):
+        x, y = np.clip(x, bottom.x[0], bottom.x[-1]), np.clip(y, bottom.y[0], bottom.y[-1])
+    return z - bottom.height(x, y)
+
+
 def roughened(bottom, deviation, length, half, generator):
     """A bed like `bottom` but rough, as a Survey: at points `length` apart its height is off by a normal `deviation` [m].
 

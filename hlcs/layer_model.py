@@ -153,7 +153,7 @@ class Simulator:
         self.ran, self.told = 0, []  # how many tests were run; what there was to say of rows that are not used
 
     def __call__(self, tests, words="simulating"):
-        """[k (M,), or None where the physics refused] of tests, each run once."""
+        """[k (M,), nan where no plate found support, or None where the physics refused] of tests, each run once."""
         keyed = {key_of(self._settings(test)): test for test in tests}
         with Store(self.store, _coefficients) as store:
             missing = {key: test for key, test in keyed.items() if key not in store}

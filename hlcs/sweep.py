@@ -106,7 +106,8 @@ def run_sweep(sweep, store_path, workers=None, dask=None, progress=None):
 
 
 def summary_rows(sweep, rows):
-    """Repeats (runs that differ in the seed alone) as one row: the settings, tests, mean and CV of every k, the error."""
+    """Repeats (runs that differ in the seed alone) as one row: the settings, tests, how many of them left no structure, mean and
+    CV of every k of those that did, the error."""
     names = [name for name in sweep.names if name != "seed"]
     cases = {}
     for row, test in zip(rows, sweep.tests, strict=True):
@@ -115,8 +116,10 @@ def summary_rows(sweep, rows):
     found = []
     for members in cases.values():
         first, test = members[0]
-        model = repeated([[row[f"k{j + 1}"] for j in range(test.layers)] for row, _ in members])
-        summary = {name: first[name] for name in names} | {"tests": len(members)}
+        runs = np.array([[row[f"k{j + 1}"] for j in range(test.layers)] for row, _ in members], dtype=float)
+        stand = np.array([row["structure"] for row, _ in members])  # the others are counted, and in no mean
+        model = repeated(np.where(stand[:, None], runs, np.nan))
+        summary = {name: first[name] for name in names} | {"tests": len(members), "no_structure": int((~stand).sum())}
         summary |= {f"k{j + 1}": float(k) for j, k in enumerate(model.mean)}
         summary |= {f"cv{j + 1}": float(cv) for j, cv in enumerate(model.cv)}
         measured = laboratory_for(test)
@@ -138,7 +141,7 @@ def summary_text(sweep, outcome):
     lines += [outcome["told"]] if outcome["told"] else []
     if rows:
         table = pd.DataFrame([{name: value for name, value in row.items() if not name.startswith("cv")} for row in rows])
-        lines.append(table.to_string(index=False, float_format=lambda value: f"{value:.4g}"))
+        lines.append(table.to_string(index=False, na_rep="-", float_format=lambda value: f"{value:.4g}"))
     lines += [f"failed: {', '.join(f'{name} = {row[name]}' for name in sweep.names)}: {row['error']}" for row in failed]
     return "\n".join(lines)
 
@@ -169,7 +172,9 @@ def _row(result):
     if "error" in result:
         return {"error": str(result["error"])}
     layers = result["layers"]
-    return {**{f"k{row['layer']}": row["k"] for row in layers}, "height_over_dn": result["height_over_dn"],
+    return {**{f"k{row['layer']}": row["k"] for row in layers},
+            "structure": result.get("structure", True),  # rows of earlier versions do not say
+            "height_over_dn": result["height_over_dn"],
             "porosity": result["porosity"], "lost": sum(row["lost"] for row in layers),
             "unsettled": sum(row["unsettled"] for row in layers), "max_penetration_over_dn": result["max_penetration_over_dn"],
             "wall_seconds": result["wall_seconds"]}
