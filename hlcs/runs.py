@@ -26,7 +26,8 @@ def run_one(test):
 
 
 def simulate(test):
-    """Layer coefficients and lost units of one test, or the complaint of the physics: plain values for the store."""
+    """Layer coefficients (nan where no plate found support) and lost units of one test, or the complaint of the physics: plain
+    values for the store."""
     _warm()
     units = sum(test.grid.units(test.rows, test.columns, layer) for layer in range(1, test.layers + 1))
     try:
