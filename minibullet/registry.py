@@ -12,6 +12,7 @@ from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.errors import InputError
 from minibullet.geometry import pack
+from minibullet.polyhedra import principal_axes
 from minibullet.scene import PlaneShape, Scene
 
 STATE = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}
@@ -110,7 +111,7 @@ class Registry:
         name = f"plane {len(self.handles)}" if name is None else str(name)
         title = f"plane {name!r}"
         normal = _vector(title, "normal", normal, 3)
-        size = np.sqrt(normal @ normal)
+        size = np.sqrt(rotations.dot(normal, normal))
         if size == 0.0:
             raise InputError(f"{title}: normal = {normal.tolist()}; it needs a direction")
         height = _number(title, "height", height, -np.inf, np.inf)
@@ -283,7 +284,7 @@ def _vector(title, field, value, size):
 
 
 def _unit(title, quaternion):
-    size = np.sqrt(quaternion @ quaternion)
+    size = np.sqrt(rotations.dot(quaternion, quaternion))
     if size == 0.0:
         raise InputError(f"{title}: orientation = {quaternion.tolist()}; a quaternion (w, x, y, z) of length 0 is no rotation")
     return quaternion / size if size != 1.0 else quaternion
@@ -343,8 +344,7 @@ def _principal(title, tensor):
     if np.abs(tensor - np.diag(np.diag(tensor))).max() <= 1e-10 * size:
         moments, frame = np.diag(tensor).copy(), np.array([1.0, 0.0, 0.0, 0.0])
     else:
-        moments, axes = np.linalg.eigh(tensor)
-        axes[:, 2] *= np.sign(np.linalg.det(axes))
+        moments, axes = principal_axes(tensor)
         frame = rotations.from_matrix(axes)
     if not (moments > 0.0).all():
         raise InputError(f"{title}: inertia has the principal moments {moments.tolist()} kg m2; all must be > 0")
