@@ -93,7 +93,7 @@ class _Patch:
     def __init__(self, unit, shape, triangular, size, grade, spacing_x, spacing_y):
         self.unit, self.diameter = unit, unit.nominal_diameter
         normal = np.array([-grade[0], -grade[1], 1.0])
-        self.upright = rotations.between(np.array([0.0, 0.0, 1.0]), normal / np.sqrt(normal @ normal))
+        self.upright = rotations.between(np.array([0.0, 0.0, 1.0]), normal / np.sqrt(rotations.dot(normal, normal)))
         world, solid = mb.World(), unit.shape(shape)
         self.pairs = []
         for column, row in SIDES[triangular]:

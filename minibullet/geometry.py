@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet.kernels import leaf
+from minibullet.rotations import dot
 
 
 class Pieces(NamedTuple):
@@ -36,8 +37,8 @@ def edge_directions(vertices, edges):
     directions, index = [], []
     for first, second in edges:
         line = vertices[second] - vertices[first]
-        line = line / np.sqrt(line @ line)
-        match = next((k for k, known in enumerate(directions) if 1.0 - abs(known @ line) < 1e-12), None)
+        line = line / np.sqrt(dot(line, line))
+        match = next((k for k, known in enumerate(directions) if 1.0 - abs(dot(known, line)) < 1e-12), None)
         if match is None:
             directions.append(line)
             match = len(directions) - 1
@@ -73,7 +74,7 @@ def pack(pieces):
         if len(own_vertices):
             centre = 0.5 * (own_vertices.min(axis=0) + own_vertices.max(axis=0))
             bound = np.sqrt(((own_vertices - centre) ** 2).sum(axis=1).max()) + piece.radius
-            inner = (own_offsets - own_normals @ centre).min() if len(own_offsets) else piece.radius
+            inner = (own_offsets - dot(own_normals, centre)).min() if len(own_offsets) else piece.radius
         else:
             centre, bound, inner = np.zeros(3), np.inf, np.inf
         centres.append(centre)

@@ -18,6 +18,7 @@ import numpy as np
 from minibullet import polyhedra
 from minibullet.convex import ConvexPiece, check_lengths, farthest, swept_ball
 from minibullet.errors import InputError, shown
+from minibullet.rotations import cosine_and_sine
 
 # Parts of a compound may overlap by this part of their size: rounding in a file is no mistake of the user.
 OVERLAP = 1e-5
@@ -163,7 +164,7 @@ class Cylinder(Centred):
     @cached_property
     def pieces(self):
         angle = 2.0 * pi * np.arange(self.sides) / self.sides
-        ring = self.radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)])
+        ring = self.radius * np.column_stack([*cosine_and_sine(angle), np.zeros_like(angle)])
         half = np.array([0.0, 0.0, 0.5 * self.height])
         return (ConvexPiece(np.concatenate([ring - half, ring + half])),)
 
