@@ -23,6 +23,8 @@ def read_bytes(path, name, most_bytes, remedy):
             data = file.read(most_bytes + 1)  # it may grow while it is read
     except OSError as error:
         raise InputError(f"{name}: cannot be read ({error.strerror or error}); looked for {path}") from None
+    except InputError:  # a ValueError too
+        raise
     except ValueError as error:  # a name that no system can have, as one with a zero byte
         raise InputError(f"{name}: cannot be read ({error})") from None
     if len(data) > most_bytes:
