@@ -7,23 +7,49 @@
     print(hlcs.diagnose("drop.toml"))
 """
 
+import importlib
 import os
+import sys
+from types import ModuleType
 
 # Threads of the linear algebra library cost more than they give on matrices of a few hundred rows, and fifty times more on a busy
 # machine; it reads this when NumPy is first imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# Each name is imported when it is first asked for: loading NumPy and the compiler takes a second, and the command must be able to
+# answer Ctrl-C, or a missing folder, before that (`hlcs.net`).
+HOMES = {
+    "Cube": "hlcs.armour", "Cubipod": "hlcs.armour", "compare": "hlcs.compare", "diagnose": "hlcs.diagnose",
+    "PlacementTest": "hlcs.experiment", "RPG": "hlcs.grids", "TPG": "hlcs.grids", "Grid": "hlcs.grids",
+    "PlacementResult": "hlcs.placement_result", "laboratory": "hlcs.tables", "paper_numerical": "hlcs.tables",
+    "InputError": "minibullet.errors", "InputWarning": "minibullet.errors",
+}
+__all__ = sorted(HOMES)
 
-from hlcs.armour import Cube, Cubipod
 
-# the functions, not the modules of the same name: imported here, once and for all, they keep the name
-from hlcs.compare import compare
-from hlcs.diagnose import diagnose
-from hlcs.experiment import PlacementTest
-from hlcs.grids import RPG, TPG, Grid
-from hlcs.placement_result import PlacementResult
-from hlcs.tables import laboratory, paper_numerical
-from minibullet.errors import InputError
+class _Package(ModuleType):
+    """`hlcs.compare` and `hlcs.diagnose` are the functions, whoever imports the modules of the same name, and whenever."""
 
-__all__ = ["RPG", "TPG", "Cube", "Cubipod", "Grid", "InputError", "PlacementResult", "PlacementTest", "compare", "diagnose",
-           "laboratory", "paper_numerical"]
+    def __setattr__(self, name, value):
+        if not (name in HOMES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+def __getattr__(name):
+    if name in HOMES:
+        value = getattr(importlib.import_module(HOMES[name]), name)
+        setattr(sys.modules[__name__], name, value)
+        return value
+    try:
+        return importlib.import_module(f"{__name__}.{name}")
+    except ModuleNotFoundError as problem:
+        if problem.name != f"{__name__}.{name}":
+            raise
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'") from None
+
+
+def __dir__():
+    return [*globals(), *__all__]
+
+
+sys.modules[__name__].__class__ = _Package

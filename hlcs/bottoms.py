@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
+from hlcs.csv_files import read_csv
 from minibullet.errors import InputError
 from minibullet.shapes import ConvexPiece
 
 COLUMNS = ("x_m", "y_m", "z_m")
 MOST_POINTS = 20_000            # two fixed prisms for each point
-MOST_BYTES = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Survey:
     def from_csv(cls, path):
         """Read a CSV with the columns x_m, y_m, z_m: one row for each point of a full rectangular grid, in any order."""
         path = Path(path)
-        points, lines = _read_points(path)
+        points, rows = _read_points(path)
         x, column = np.unique(points[:, 0], return_inverse=True)
         y, row = np.unique(points[:, 1], return_inverse=True)
         cell = row * len(x) + column
@@ -80,8 +80,8 @@ class Survey:
         double = np.flatnonzero(np.diff(cell[order]) == 0)
         if len(double):
             k = order[double[0] + 1]
-            raise InputError(f"bottom '{path.name}', line {lines[k]}: the point x_m = {points[k, 0]:g}, y_m = {points[k, 1]:g} "
-                             f"stands already in line {lines[order[double[0]]]}; leave one of the two out")
+            raise InputError(f"bottom '{path.name}', row {rows[k]}: the point x_m = {points[k, 0]:g}, y_m = {points[k, 1]:g} "
+                             f"stands already in row {rows[order[double[0]]]}; leave one of the two out")
         if len(x) < 2 or len(y) < 2:
             raise InputError(f"bottom '{path.name}': {len(x)} different x_m and {len(y)} different y_m; "
                              "a survey needs a grid of 2 x 2 points at least")
@@ -146,6 +146,15 @@ class Survey:
         return (row, column), (s, t), t > s
 
 
+def height_above(bottom, position):
+    """Height of points (.., 3) above the bottom [m]; beyond a survey its rim counts, so that what rolls off it is only far
+    down."""
+    x, y, z = np.moveaxis(np.asarray(position, dtype=float), -1, 0)
+    if isinstance(bottom, Survey):
+        x, y = np.clip(x, bottom.x[0], bottom.x[-1]), np.clip(y, bottom.y[0], bottom.y[-1])
+    return z - bottom.height(x, y)
+
+
 def roughened(bottom, deviation, length, half, generator):
     """A bed like `bottom` but rough, as a Survey: at points `length` apart its height is off by a normal `deviation` [m].
 
@@ -177,34 +186,8 @@ def parse_bottom(text, folder="."):
 
 
 def _read_points(path):
-    """The points (n, 3) of a survey and the line each stands in, checked number by number."""
-    name = f"bottom '{path.name}'"
-    try:
-        size = path.stat().st_size
-        if size > MOST_BYTES:
-            raise InputError(f"{name}: {size / 1e6:.0f} MB, at most {MOST_BYTES / 1e6:.0f} MB are read; thin the survey out")
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise InputError(f"{name}: cannot be read ({error.strerror}); looked for {path}") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{name}: not a text file; a survey is a CSV with the columns {','.join(COLUMNS)}") from None
-    rows = [(number, [word.strip() for word in line.split(",")]) for number, line in enumerate(text.splitlines(), start=1)
-            if line.strip() and not line.lstrip().startswith("#")]
-    header = rows[0][1] if rows else []
-    if not set(COLUMNS) <= set(header):
-        raise InputError(f"{name}: the first line is '{','.join(header)[:60]}'; it must name the columns {','.join(COLUMNS)}")
-    where = [header.index(column) for column in COLUMNS]
-    points = []
-    for number, words in rows[1:]:
-        for column, index in zip(COLUMNS, where, strict=True):
-            try:
-                value = float(words[index])
-            except (IndexError, ValueError):
-                value = None
-            if value is None or not isfinite(value):
-                raise InputError(f"{name}, line {number}: {column} = '{words[index][:40] if index < len(words) else ''}'; "
-                                 "must be a finite number of metres")
-            points.append(value)
-    if not 4 <= len(rows) - 1 <= MOST_POINTS:
-        raise InputError(f"{name}: {max(0, len(rows) - 1)} points; a survey has 4 to {MOST_POINTS} (thin it out, or add points)")
-    return np.array(points).reshape(-1, 3), [number for number, _ in rows[1:]]
+    """The points (n, 3) of a survey and the row each stands in, checked number by number."""
+    table = read_csv(path, COLUMNS, COLUMNS, name=f"bottom '{path.name}'", others=True, most_rows=MOST_POINTS)
+    if not 4 <= len(table.rows) <= MOST_POINTS:
+        raise InputError(f"{table.name}: {len(table.rows)} points; a survey has 4 to {MOST_POINTS} (thin it out, or add points)")
+    return np.column_stack([table.columns[name] for name in COLUMNS]), table.rows

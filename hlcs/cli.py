@@ -1,18 +1,28 @@
 """The command `hlcs`: thin wrappers round the package's functions. Work and words live elsewhere.
 
-Exit status: 0 done, 2 the user's input is at fault (one line on stderr), 1 anything else. A verdict is a result: 0.
+Exit statuses are the business of `hlcs.net`. A verdict is a result: 0.
 """
 
-import os
-import sys
 from contextlib import nullcontext
 
 import click
 
-from hlcs import files, interrupts
-from hlcs.cli_options import example, output_options, placement_options, progress_bar, publish, workers_option
+from hlcs import files, net
+from hlcs.cli_options import (
+    SEED,
+    allow_outside_option,
+    effects_option,
+    example,
+    json_option,
+    output_options,
+    path_option,
+    placement_options,
+    progress_bar,
+    publish,
+    quiet_option,
+    workers_option,
+)
 from hlcs.experiment import PlacementTest
-from minibullet.errors import InputError
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -38,16 +48,18 @@ def demo(seed, out, json_file, quiet):
 @commands.command()
 @click.argument("file", required=False, metavar="[TEST.toml]")
 @placement_options
+@allow_outside_option
 @output_options
 @example("hlcs place --grid RPG --layers 3 --friction 0.36 --out out", "hlcs place out/settings.toml")
-def place(file, out, json_file, quiet, **settings):
+def place(file, allow_outside, out, json_file, quiet, **settings):
     """One placement test, from a file, options, or both.
 
     TEST.toml has a table [placement] with the names below, such as falling_distance = 0.25. Options win over it.
     """
     from hlcs.placement_files import make_placement, read_placement_file
 
-    _place(read_placement_file(file, **settings) if file else make_placement(settings), out, json_file, quiet)
+    test = read_placement_file(file, allow_outside=allow_outside, **settings) if file else make_placement(settings)
+    _place(test, out, json_file, quiet)
 
 
 def _place(test, out, json_file, quiet):
@@ -60,18 +72,17 @@ def _place(test, out, json_file, quiet):
             result = test.run(progress=lambda layer: bar.update())
         if folder:
             results.write_placement(result, folder)
-    if not quiet:
-        click.echo(result.summary())
-        if measured is not None:
-            click.echo(f"\n{layer_compare.compare_layers(result, measured)}")
-    publish(result.to_dict(), json_file, out, quiet)
+    text = result.summary()
+    if measured is not None:
+        text += f"\n\n{layer_compare.compare_layers(result, measured)}"
+    publish(result.to_dict(), text, json_file, out, quiet)
 
 
 @commands.command()
 @click.argument("table", type=click.Choice(["table1", "table2", "table3", "blind", "figures", "ladder", "all"]))
 @click.option("--repeats", type=click.IntRange(1, 10_000), help="tests a case; 5, for table1 1, for ladder 8")
 @workers_option
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="of the first test; the others follow")
+@click.option("--seed", type=SEED, default=1, show_default=True, help="of the first test; the others follow")
 @click.option("--friction", type=float, help="of a contact; left out: both 0.36, which is what Bullet makes of 0.6, and 0.6")
 @click.option("--margin", type=float, help="collision margin round each unit, in Dn  [default: 0]")
 @click.option("--shape", type=click.Choice(["pieces", "hull"]), help="the true unit or its convex hull  [default: pieces]")
@@ -91,69 +102,71 @@ def reproduce(table, repeats, workers, seed, out, json_file, quiet, **settings):
     from hlcs.reproduce import TABLES, Plan
 
     plan = Plan({name: value for name, value in settings.items() if value is not None}, repeats, seed, workers)
-    documents = {}
+    documents, texts = {}, []
     with files.result_folder(out) if out else nullcontext() as folder:
         for name in TABLES if table == "all" else (table,):
             with progress_bar(name, None, quiet) as bar:
                 documents[name], text = reproduce_files.run(name, plan, folder, None if quiet else bar.start)
-            if not quiet:
-                click.echo(text + "\n")
-    publish(documents if table == "all" else documents[table], json_file, out, quiet)
+            texts.append(text + "\n")
+            if not quiet and not out:  # shown at once where a broken terminal takes no files with it
+                net.say(texts.pop())
+    publish(documents if table == "all" else documents[table], "\n".join(texts), json_file, out, quiet)
 
 
 @commands.command()
 @click.argument("file", metavar="EXPERIMENT.toml")
-@click.option("--effects", "effects_file", metavar="FILE.py", help="a Python file with effects of your own, used under [model]")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of the simulations (layer data)")
+@effects_option(", used under [model]")
+@allow_outside_option
+@click.option("--seed", type=SEED, default=0, show_default=True, help="of the simulations (layer data)")
 @workers_option
 @output_options
 @example("hlcs compare drop.toml --out out")
-def compare(file, effects_file, seed, workers, out, json_file, quiet):
+def compare(file, effects_file, allow_outside, seed, workers, out, json_file, quiet):
     """Where, and by how much, does the model miss the measurement."""
     from hlcs.compare import compare as compare_file
 
     if out:
         files.check_folder(out)  # refused now, not after minutes
-    comparison = compare_file(file, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet)
+    comparison = compare_file(file, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet,
+                              allow_outside=allow_outside)
     if out:
         comparison.save(out)
-    if not quiet:
-        click.echo(comparison.summary())
-    publish(comparison.to_json(), json_file, out, quiet)
+    publish(comparison.to_json(), comparison.summary(), json_file, out, quiet)
 
 
 @commands.command()
 @click.argument("file", metavar="EXPERIMENT.toml")
 @click.option("--candidates", help="names of effects to try, with commas; left out: the file's, or all that fit")
-@click.option("--effects", "effects_file", metavar="FILE.py", help="a Python file with effects of your own")
-@click.option("--plots", metavar="DIR", help="draw residuals, ranking, and the error falling")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="of the simulations (layer data)")
+@effects_option("")
+@allow_outside_option
+@path_option("--plots", metavar="DIR", help="draw residuals, ranking, and the error falling")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="of the simulations (layer data)")
 @workers_option
 @output_options
 @example("hlcs diagnose drop.toml --plots plots --json drop.json")
-def diagnose(file, candidates, effects_file, plots, seed, workers, out, json_file, quiet):
+def diagnose(file, candidates, effects_file, allow_outside, plots, seed, workers, out, json_file, quiet):
     """Which effect is missing, and how sure is that."""
     from hlcs.diagnose import diagnose as diagnose_file
 
     names = [name.strip() for name in candidates.split(",") if name.strip()] if candidates is not None else None
     for folder in filter(None, (out, plots)):
         files.check_folder(folder)  # refused now, not after minutes
-    diagnosis = diagnose_file(file, candidates=names, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet)
-    if not quiet:
-        click.echo(diagnosis.summary())
+    diagnosis = diagnose_file(file, candidates=names, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet,
+                              allow_outside=allow_outside)
     for folder in filter(None, (out, plots)):
         diagnosis.save(folder)
-    publish(diagnosis.to_json(), json_file, out or plots, quiet)
+    publish(diagnosis.to_json(), diagnosis.summary(), json_file, out or plots, quiet)
 
 
 @commands.command()
 @click.argument("file", metavar="SWEEP.toml")
-@click.option("--store", default="runs.sqlite", show_default=True, help="the file of finished runs; a sweep goes on from it")
+@path_option("--store", default="runs.sqlite", show_default=True, help="the file of finished runs; a sweep goes on from it")
 @workers_option
+@allow_outside_option
 @click.option("--dask", metavar="ADDRESS", help="a Dask scheduler such as tcp://host:8786 (extra 'sweep')")
 @output_options
 @example("hlcs sweep friction.toml --store runs.sqlite --workers 4 --out out")
-def sweep(file, store, workers, dask, out, json_file, quiet):
+def sweep(file, store, workers, allow_outside, dask, out, json_file, quiet):
     """Many runs; killed and started again, it goes on.
 
     SWEEP.toml has [placement] with what all runs share, as in `hlcs place`, and [sweep] with lists, such as
@@ -161,15 +174,14 @@ def sweep(file, store, workers, dask, out, json_file, quiet):
     """
     from hlcs import sweep as sweeps
 
-    plan = sweeps.read_sweep_file(file)
+    plan = sweeps.read_sweep_file(file, allow_outside)
+    net.keep(f"finished runs are kept in {store}: the same command goes on from there")
     with files.result_folder(out) if out else nullcontext() as folder:
         with progress_bar("runs", None, quiet) as bar:
             outcome = sweeps.run_sweep(plan, store, workers, dask, bar.start)
         if folder:
             sweeps.write_sweep(plan, outcome, folder)
-    if not quiet:
-        click.echo(sweeps.summary_text(plan, outcome))
-    publish(sweeps.document(plan, outcome), json_file, out, quiet)
+    publish(sweeps.document(plan, outcome), sweeps.summary_text(plan, outcome), json_file, out, quiet)
 
 
 @commands.command()
@@ -183,14 +195,11 @@ def doctor(out, json_file, quiet):
     from hlcs import doctor as examination
 
     report = examination.examine()
-    if not quiet:
-        click.echo(examination.text_of(report))
     with files.result_folder(out) if out else nullcontext() as folder:
         if folder:
             files.write_json(folder / "doctor.json", report)
-    publish(report, json_file, out, quiet)
-    if not report["passed"]:
-        sys.exit(1)
+    publish(report, examination.text_of(report), json_file, out, quiet)
+    return 0 if report["passed"] else 1
 
 
 @commands.group()
@@ -199,24 +208,21 @@ def mystery():
 
 
 @mystery.command("list")
-@click.option("--json", "json_file", metavar="FILE", help="the same for a program")
-@click.option("--quiet", is_flag=True, help="print nothing")
+@json_option
+@quiet_option
 @example("hlcs mystery list")
 def mystery_list(json_file, quiet):
     """One name a line with its title."""
     from hlcs import mystery as mysteries
 
     titles = {name: mysteries.title(name) for name in mysteries.names()}
-    if not quiet:
-        for name, title in titles.items():
-            click.echo(f"{name:18} {title}")
-    publish(titles, json_file, None, quiet)
+    publish(titles, "\n".join(f"{name:18} {title}" for name, title in titles.items()), json_file, None, quiet)
 
 
 @mystery.command("copy")
 @click.argument("name")
-@click.option("--out", metavar="DIR", help="folder for the data set; left out: ./NAME")
-@click.option("--quiet", is_flag=True, help="print nothing")
+@path_option("--out", metavar="DIR", help="folder for the data set; left out: ./NAME")
+@quiet_option
 @example("hlcs mystery copy north-window --out case")
 def mystery_copy(name, out, quiet):
     """Copy a data set into a folder."""
@@ -224,48 +230,26 @@ def mystery_copy(name, out, quiet):
 
     file = mysteries.copy(name, out or name)
     if not quiet:
-        click.echo(f"now: hlcs diagnose {file}")
+        net.say(f"now: hlcs diagnose {file}")
 
 
 @mystery.command("reveal")
 @click.argument("name")
-@click.option("--json", "json_file", metavar="FILE", help="the same for a program")
-@click.option("--quiet", is_flag=True, help="print nothing")
+@json_option
+@quiet_option
 @example("hlcs mystery reveal north-window")
 def mystery_reveal(name, json_file, quiet):
     """Tell the hidden effect."""
     from hlcs import mystery as mysteries
 
-    if not quiet:
-        click.echo(mysteries.reveal(name))
-    publish({"name": name, **mysteries.answer(name)}, json_file, None, quiet)
+    publish({"name": name, **mysteries.answer(name)}, mysteries.reveal(name), json_file, None, quiet)
+
+
+def run(arguments=None):
+    """Run the command; returns what the commands return, raises what they raise."""
+    return commands.main(args=arguments, prog_name="hlcs", standalone_mode=False)
 
 
 def main(arguments=None):
-    """Run the command; returns the exit status."""
-    interrupts.listen()
-    try:
-        status = commands.main(args=arguments, prog_name="hlcs", standalone_mode=False)
-        sys.stdout.flush()
-        return status if isinstance(status, int) else 0
-    except InputError as problem:
-        return _complain(problem, 2)
-    except click.exceptions.NoArgsIsHelpError as problem:
-        click.echo(problem.format_message())
-        return 2
-    except click.UsageError as problem:
-        command = problem.ctx.command_path if problem.ctx else "hlcs"
-        return _complain(f"{problem.format_message()} (see: {command} --help)", 2)
-    except click.ClickException as problem:
-        return _complain(problem.format_message(), 2)
-    except (KeyboardInterrupt, click.Abort):
-        return _complain("interrupted; nothing half done was left behind", 1)
-    except BrokenPipeError:  # the reader of our output went away, as `head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
-
-
-def _complain(what, status):
-    """One line on stderr."""
-    click.echo("hlcs: " + " ".join(str(what).split()), err=True)
-    return status
+    """Run the command under the net; returns the exit status."""
+    return net.under(lambda: run(arguments))

@@ -1,12 +1,16 @@
-"""What the commands of `hlcs` share: options, examples, progress, and the last lines they print."""
+"""What the commands of `hlcs` share: options, examples, progress, and what they print and write at the end."""
 
+import functools
 import inspect
+import json
 import sys
+from contextlib import redirect_stdout
 from dataclasses import fields
+from pathlib import Path
 
 import click
 
-from hlcs import files, interrupts
+from hlcs import files, interrupts, net
 from hlcs.experiment import PlacementTest
 
 CHOICES = {"reference": ["layer", "blind"], "shape": ["pieces", "hull"], "armour": ["cubipod", "cube"],
@@ -53,11 +57,67 @@ def placement_options(command):
     return given
 
 
+class PathName(click.ParamType):
+    """A name that the system can take, of something that is there or not: refused now, not after the work."""
+
+    name = "path"
+
+    def convert(self, value, param, ctx):
+        try:
+            if value.strip():
+                Path(value).expanduser().lstat()
+                return value
+            problem = "it is empty; give a name"
+        except FileNotFoundError:
+            return value
+        except (OSError, ValueError, RuntimeError) as refused:  # RuntimeError: ~ of nobody
+            problem = getattr(refused, "strerror", None) or refused
+        self.fail(f"'{value[:60]}': {problem}", param, ctx)
+
+
+SEED = click.IntRange(0, 2**63 - 1)
+
+
+def path_option(*names, **settings):
+    """An option that names a file or a folder."""
+    return click.option(*names, type=PathName(), **settings)
+
+
+def json_option(command):
+    """--json FILE; with "-" the command gets standard output itself, and all its other words go to standard error."""
+    @functools.wraps(command)
+    def given(json_file=None, **others):
+        if json_file != "-":
+            return command(json_file=json_file, **others)
+        stream = sys.stdout
+        with redirect_stdout(sys.stderr):
+            return command(json_file=stream, **others)
+
+    words = "the result for a program; - is standard output, then all other words go to standard error"
+    return path_option("--json", "json_file", metavar="FILE", help=words)(given)
+
+
+def quiet_option(command):
+    """--quiet."""
+    return click.option("--quiet", "-q", is_flag=True, help="print nothing, show no progress")(command)
+
+
 def output_options(command):
     """--out, --json, --quiet."""
-    command = click.option("--quiet", "-q", is_flag=True, help="print nothing, show no progress")(command)
-    command = click.option("--json", "json_file", metavar="FILE", help="the result for a program")(command)
-    return click.option("--out", metavar="DIR", help="folder for files: tables, pictures, settings")(command)
+    command = json_option(quiet_option(command))
+    return path_option("--out", metavar="DIR", help="folder for files: tables, pictures, settings")(command)
+
+
+def effects_option(words):
+    """--effects; words: what it is good for in this command."""
+    words = f"a Python file with effects of your own{words}. Effects files are run as code: give only files that you trust"
+    return path_option("--effects", "effects_file", metavar="FILE.py", help=words)
+
+
+def allow_outside_option(command):
+    """--allow-outside."""
+    words = "let the file name files outside its own folder"
+    return click.option("--allow-outside", is_flag=True, help=words)(command)
 
 
 def workers_option(command):
@@ -109,9 +169,20 @@ def progress_bar(name, total, quiet):
     return Bar(name, total, quiet)
 
 
-def publish(document, json_file, out, quiet):
-    """The last words of a command: the JSON file, and where things were written."""
-    if json_file:
-        files.write_json(json_file, document)
-    if out and not quiet:
-        click.echo(f"\nwritten to {out}")
+def publish(document, text, json_file, out, quiet):
+    """The last words of a command: its JSON, the report, and where things were written; what fails first does not take the rest.
+
+    json_file: name of a file, a stream, or None; out: the folder that was written, or None.
+    """
+    if out:
+        net.keep(f"{out} is written")
+    try:
+        if hasattr(json_file, "write"):  # in ASCII: the same on every terminal, and nothing in it steers one
+            net.say(json.dumps(json.loads(files.to_json(document)), indent=1).replace("\x7f", "\\u007f"), json_file)
+        elif json_file:
+            files.write_json(json_file, document)
+            net.keep(f"{json_file} is written")
+    finally:
+        words = text + (f"\n\nwritten to {out}" if out else "")
+        if words and not quiet:
+            net.say(words)

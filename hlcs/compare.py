@@ -78,18 +78,18 @@ class Comparison:
         return save_comparison(self, folder)
 
 
-def compare(path, *others, effects_file=None, seed=0, workers=None, progress=False):
+def compare(path, *others, effects_file=None, seed=0, workers=None, progress=False, allow_outside=False):
     """Where and by how much a model misses a measurement: a Comparison of an experiment file.
 
-    effects_file: Python file with effects of your own that the file names under [model]; seed, workers, progress: of the
-    simulations (layer data). With a result and a laboratory table in place of a path, the table of layer coefficients beside
-    each other.
+    effects_file: Python file with effects of your own that the file names under [model], run as code; seed, workers, progress: of
+    the simulations (layer data); allow_outside: let the experiment file name files outside its own folder. With a result and a
+    laboratory table in place of a path, the table of layer coefficients beside each other.
     """
     if others or not isinstance(path, str) and not hasattr(path, "__fspath__"):
         from .layer_compare import compare_layers
 
         return compare_layers(path, *others)
-    file, own = read_experiment_file(path), own_classes(None, effects_file)
+    file, own = read_experiment_file(path, allow_outside), own_classes(None, effects_file)
     if file.kind == "layers":
         from .layer_diagnosis import compare_layer_file
 
@@ -130,18 +130,16 @@ def where_it_fails(problem, table):
     sigma: root mean square of the residual in units of the noise; height, speed and time where the residual is largest.
     """
     found = []
-    phases = table.get("phase")
-    for trial in np.unique(table["trial"]):
-        for channel in range(6):
-            inside = (table["trial"] == trial) & (table["channel"] == channel)
-            for phase in (np.unique(phases[inside]) if phases is not None else ["flight"]):
-                here = inside & (phases == phase) if phases is not None else inside
-                if not here.any():
-                    continue
-                worst = np.flatnonzero(here)[np.argmax(np.abs(table["sigmas"][here]))]
-                found.append({"trial": problem.trials[trial].name, "channel": CHANNELS[channel], "phase": str(phase),
-                              "rms": float(np.sqrt(np.mean(table["residual"][here] ** 2))),
-                              "sigma": float(np.sqrt(np.mean(table["sigmas"][here] ** 2))),
-                              "time": float(table["time"][worst]), "height": float(table["height"][worst]),
-                              "speed": float(table["speed"][worst])})
+    phases = table.get("phase", np.full(len(table["trial"]), "flight"))
+    names, kind = np.unique(phases, return_inverse=True)
+    label = (table["trial"] * 6 + table["channel"]) * len(names) + kind
+    order = np.argsort(label, kind="stable")
+    for here in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
+        worst = here[np.argmax(np.abs(table["sigmas"][here]))]
+        found.append({"trial": problem.trials[table["trial"][worst]].name, "channel": CHANNELS[table["channel"][worst]],
+                      "phase": str(phases[worst]),
+                      "rms": float(np.sqrt(np.mean(table["residual"][here] ** 2))),
+                      "sigma": float(np.sqrt(np.mean(table["sigmas"][here] ** 2))),
+                      "time": float(table["time"][worst]), "height": float(table["height"][worst]),
+                      "speed": float(table["speed"][worst])})
     return tuple(sorted(found, key=lambda row: (-row["sigma"], row["trial"], row["channel"], row["phase"])))

@@ -20,19 +20,21 @@ from .pairs import beside
 from .rivals import rivals
 from .routes import exchanged, reformed, rerouted, submerged
 from .search import Search
+from .thinning import thinned
 from .trajectories import judge, polished, prepare, touches
 
 INTERVAL = 0.90  # of coefficients
 
 
-def diagnose(path, candidates=None, effects_file=None, seed=0, workers=None, progress=False, effects=None):
+def diagnose(path, candidates=None, effects_file=None, seed=0, workers=None, progress=False, effects=None, allow_outside=False):
     """Find what is missing from the model of an experiment file; returns a Diagnosis.
 
     path: experiment file; candidates: names to try (None = the file's list, or all that fit); effects_file: Python file with
-    effects of your own; effects: the same as classes or values; seed, workers: for layer data (paired simulations);
-    progress: print what is being tried. Raises InputError where the input is at fault.
+    effects of your own, run as code; effects: the same as classes or values; seed, workers: for layer data (paired simulations);
+    progress: print what is being tried; allow_outside: let the experiment file name files outside its own folder. Raises
+    InputError where the input is at fault.
     """
-    file = read_experiment_file(path)
+    file = read_experiment_file(path, allow_outside)
     own = own_classes(effects, effects_file)
     if candidates is None:
         candidates = file.candidates
@@ -70,6 +72,7 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     say("fitting the model under test")
     noise = estimate_noise(measurement)
     contact = touches(measurement.trials, noise)
+    whole, measurement = measurement, thinned(measurement, noise)
     few, many, notes = screened(measurement, contact)
     prepared = prepare(few, own, noise)
     if few is not many and prepared.problem is not None and not cut(prepared.problem):  # cheaper than feared
@@ -78,7 +81,9 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     entries, absent = candidates_for(few, prepared.contact, names, own)
     if prepared.problem is None:
         return unknown_noise(measurement, prepared, entries)
-    read = unlike(read_impacts(few, prepared.noise), few.trials[0].surroundings)
+    screening = {trial.name for trial in few.trials}
+    seen = replace(whole, trials=tuple(trial for trial in whole.trials if trial.name in screening))
+    read = unlike(read_impacts(seen, prepared.noise), few.trials[0].surroundings)
 
     def searched(prepared, entries, absent):
         search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say, read)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 import minibullet as mb
-from hlcs import bottoms, placement, plates
+from hlcs import bottoms, placement, plates, plausible
 from hlcs.armour import CONCRETE, UNITS
 from hlcs.grids import TPG, Grid
 from hlcs.placement_result import PlacementResult
@@ -117,6 +117,7 @@ class PlacementTest:
         if self.bottom_roughness and isinstance(self.bottom, bottoms.Survey):
             raise InputError("placement: bottom_roughness on a surveyed bottom; its roughness stands in the survey")
         _ = self.settings  # checked now, not after minutes
+        plausible.tell_unlikely(self)
 
     @property
     def unit(self):
@@ -151,53 +152,63 @@ class PlacementTest:
     def run(self, progress=None):
         """Place and measure all layers; ``progress(layer)`` is called after each. Returns a PlacementResult."""
         started = time.perf_counter()
+        plausible.check_effort(self)
         unit, dn, bed = self.unit, self.unit.nominal_diameter, self.bed
         load = placement.load_of(unit, self)
         generator = np.random.default_rng(self.seed)
         world = mb.World([mb.Gravity(9.81), *self.effects], self.settings)
         bed.add_to(world)
         shift, envelope, level = np.zeros(2), 0.0, -np.inf
-        records, readings, previous, loose = [], [], [], []
+        records, readings, aimed, loose = [], [], [], []
         for layer in range(1, self.layers + 1):
             centres = self.grid.centres(self.rows, self.columns, layer) * dn + shift
             aims = placement.missed(self, centres, layer)
+            lifts, pushed = [], 0.0
             if layer == 1:
                 handles = placement.lay_first_layer(world, unit, load, aims, bed, self, generator)
-                record = placement.settle_layer(world, layer, handles, bed, level, self.settle_time)
+                pushed = _farthest(handles, placement.first_places(unit, aims, bed, self))
+                record = placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time)
             else:
                 handles, record = [], None
-                for row in placement.rows_of(aims, centres) if self.sequential_placement else (aims,):
-                    lowest = bed.height(*row.T) + envelope + self.falling_distance * dn
-                    handles += placement.hang_layer(world, layer, load, row, lowest, generator, len(handles))
-                    record = placement.settle_layer(world, layer, handles, bed, level, self.settle_time).after(record)
+                rows = placement.rows_of(aims, centres) if self.sequential_placement else ()
+                for row in rows or (aims,):  # a layer may have lost all its units
+                    ground = -bottoms.height_above(bed, np.insert(row, 2, 0.0, axis=1))
+                    lowest = ground + envelope + self.falling_distance * dn
+                    hung, lifted = placement.hang_layer(world, layer, load, row, lowest, generator, len(handles))
+                    handles, lifts = handles + hung, [*lifts, *lifted]
+                    record = placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
             loose = [*loose, *handles] if self.loose_lower_layers else handles
             if self.vibration:
                 placement.shake(world, loose, self.vibration, dn)
-                record = placement.settle_layer(world, layer, handles, bed, level, self.settle_time).after(record)
+                record = placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
             if not self.loose_lower_layers:
                 world.freeze(handles)
-            records.append(record)
+            records.append(record.started(lifts, pushed))
+            aimed.append(aims)
             if self.reference == "layer":
-                shift = shift + placement.reference_shift(handles, aims)
-            heights = plates.envelope_heights(
-                [*previous, *handles], bed, plates.plate_centres(centres, dn, self.plates), dn, self.settings
-            )
-            if np.isnan(heights).all():
-                raise InputError(
-                    f"placement: no plate found a place on layer {layer}; too few units stand "
-                    "(grid too wide, or friction too low)"
+                shift = shift + placement.reference_shift(record, aims)
+            readings.append(
+                plates.read_plates(
+                    [one.handles for one in records],
+                    record.standing,
+                    bed,
+                    plates.plate_centres(centres, dn, self.plates),
+                    dn,
+                    self.settings,
                 )
-            readings.append(heights)
-            envelope, previous = float(np.nanmean(heights)), handles
-            level = _level(record, bed)
+            )
+            envelope = _envelope(readings[-1].heights, record.standing, bed, envelope)
+            level = placement.level_of(_heights(handles, bed), level, dn)
             if progress is not None:
                 progress(layer)
         return PlacementResult(
             self,
-            tuple(readings),
+            tuple(reading.heights for reading in readings),
             tuple(_poses(record) for record in records),
-            tuple(replace(record, handles=()) for record in records),
+            tuple(replace(record, handles=(), standing=()) for record in records),
             time.perf_counter() - started,
+            tuple(reading.carried_by for reading in readings),
+            tuple(aimed),
         )
 
 
@@ -219,12 +230,28 @@ def _check(name, value, kind):
         raise InputError(f"placement: effects = {value!r}; each must be a value of minibullet.Effect")
 
 
-def _level(record, bottom):
-    """Median height of a layer's centres above the bottom [m]: units of the next layer that come to lie lower are lost."""
-    place = np.array([handle.position for handle in record.handles])
-    return float(np.median(place[:, 2] - bottom.height(*place[:, :2].T)))
+def _envelope(readings, standing, bottom, below):
+    """Height that the next layer's falling distance starts from [m]: the mean of the plates; where none found support, the
+    mean top of the units that stand; where none stands, the envelope below."""
+    if np.isfinite(readings).any():
+        return float(np.nanmean(readings))
+    if not standing:
+        return below
+    tops = [(*handle.position[:2], plates.top(handle)) for handle in standing]
+    return float(bottoms.height_above(bottom, tops).mean())
+
+
+def _heights(handles, bottom):
+    """Heights of the centres of units above the bottom [m], (n,)."""
+    return bottoms.height_above(bottom, np.reshape([handle.position for handle in handles], (-1, 3)))
+
+
+def _farthest(handles, places):
+    """The longest way from places (n, 3) to where the units are, in plan [m]."""
+    off = np.array([handle.position[:2] for handle in handles]) - places[:, :2]
+    return np.hypot(*off.T).max()
 
 
 def _poses(record):
     """Positions and orientations of a layer's units (n, 7)."""
-    return np.array([np.concatenate([handle.position, handle.orientation]) for handle in record.handles])
+    return np.reshape([np.concatenate([handle.position, handle.orientation]) for handle in record.handles], (-1, 7))

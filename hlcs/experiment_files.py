@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs.toml_files import TomlFile
-from minibullet.errors import InputError
+from hlcs.toml_files import LARGEST, TomlFile
+from minibullet.errors import InputError, shown_value
 
 SECTIONS = {
     "": ["kind", "title", "body", "surroundings", "model", "measurement", "diagnose", "trial", "placement"],
@@ -32,6 +32,7 @@ FOREIGN = {"trajectory": {"placement": '"layers"', "measurement.file": '"outcome
            "layers": {"body": '"trajectory" or "outcomes"', "trial": '"trajectory"', "measurement.static": '"trajectory"',
                       "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV'}}
 SHAPES = {"sphere": "radius", "box": "size", "cubipod": "side", "mesh": "mesh"}
+SIZES = dict(low=1e-6, high=1e3)  # lengths of a body: dust to a hill, so that volumes and inertias are numbers [m]
 START_LENGTHS = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}
 
 
@@ -90,6 +91,7 @@ class ExperimentFile:
     hold_out: str
     trials: tuple[TrialEntry, ...]
     placement: dict  # kind "layers" only, as written
+    allow_outside: bool = False  # whether it may name files outside its own folder
     lines: dict = field(default_factory=dict, compare=False)  # where [model] effects and [diagnose] candidates stand
 
     def place(self, key):
@@ -97,9 +99,12 @@ class ExperimentFile:
         return f"{self.path}" + (f", line {self.lines[key]}" if self.lines.get(key) else "") + f": {key}"
 
 
-def read_experiment_file(path):
-    """Read and check an experiment file; raises InputError naming file, line, key, value and remedy."""
-    reader = TomlFile(path, SECTIONS)
+def read_experiment_file(path, allow_outside=False):
+    """Read and check an experiment file; raises InputError naming file, line, key, value and remedy.
+
+    allow_outside: let it name files outside its own folder; otherwise they are refused, links followed.
+    """
+    reader = TomlFile(path, SECTIONS, allow_outside)
     values = reader.values
     reader.known(values, "")
     if "kind" not in values:
@@ -116,15 +121,14 @@ def read_experiment_file(path):
     if kind != "trajectory" and "file" not in measurement:
         raise InputError(f"{reader.path}: measurement.file is missing; \"{kind}\" needs file = \"....csv\" in [measurement]")
     _belongs(reader, values, kind)
-    folder = reader.path.parent
     return ExperimentFile(
-        path=reader.path, kind=kind, title=reader.words(values, "title", "", default=reader.path.stem), body=body,
+        path=reader.path, kind=kind, title=reader.title(), body=body,
         surroundings=surroundings, effects=_effect_entries(reader, model), noise=_noise(reader, measurement, kind),
         time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1, default=1 / 240),
-        static=_path(reader, folder, measurement, "static", "measurement"),
-        data_file=_path(reader, folder, measurement, "file", "measurement"), candidates=_candidates(reader, diagnose),
+        static=_path(reader, measurement, "static", "measurement"),
+        data_file=_path(reader, measurement, "file", "measurement"), candidates=_candidates(reader, diagnose),
         hold_out=reader.words(diagnose, "hold_out", "diagnose", ("group", "none", "campaign", "grid"), default="group"),
-        trials=trials, placement=dict(values.get("placement", {})),
+        trials=trials, placement=_placement(reader, values), allow_outside=allow_outside,
         lines={f"{section}.{key}": reader.line_of(key, section) for section, key in (("model", "effects"),
                                                                                      ("diagnose", "candidates"))})
 
@@ -138,14 +142,17 @@ def _belongs(reader, values, kind):
             reader.fail(key, f"has no place where kind = \"{kind}\"; it belongs to kind = {keys}", section)
 
 
-def _path(reader, folder, table, key, section):
+def _path(reader, table, key, section):
     value = reader.words(table, key, section)
-    if value is None:
-        return None
-    path = folder / value
-    if not path.is_file():
-        reader.fail(key, f"file '{value}' is not there (looked for {path})", section)
-    return path
+    return None if value is None else reader.file_of(value, key, section)
+
+
+def _placement(reader, values):
+    """[placement] as it stands; what is in it is checked where layers are read."""
+    table = values.get("placement", {})
+    if not isinstance(table, dict):
+        reader.fail("placement", f"must be a table, got {shown_value(table)}")
+    return dict(table)
 
 
 def _trial_list(reader, values):
@@ -156,19 +163,17 @@ def _trial_list(reader, values):
 
 
 def _body(reader, table, section, base, index=None):
-    numbers = {key: reader.number(table, key, section, above=0.0, index=index) for key in ("radius", "side", "mass")}
+    numbers = {key: reader.number(table, key, section, index=index, **SIZES) for key in ("radius", "side")}
+    numbers["mass"] = reader.number(table, "mass", section, above=0.0, low=1e-12, high=1e9, index=index)
     changes = {key: value for key, value in numbers.items() if value is not None}
-    for key in ("size", "inertia"):
-        value = reader.vector(table, key, section, 3, above=0.0, index=index)
+    for key, bounds in (("size", SIZES), ("inertia", dict(low=1e-30))):
+        value = reader.vector(table, key, section, 3, index=index, **bounds)
         changes |= {} if value is None else {key: value}
     for key, allowed in (("shape", tuple(SHAPES)), ("mesh", None)):
         value = reader.words(table, key, section, allowed, index=index)
         changes |= {} if value is None else {key: value}
     if "mesh" in changes:
-        mesh = reader.path.parent / changes["mesh"]
-        if not mesh.is_file():
-            reader.fail("mesh", f"file '{changes['mesh']}' is not there (looked for {mesh})", section, index)
-        changes["mesh"] = str(mesh)
+        changes["mesh"] = str(reader.file_of(changes["mesh"], "mesh", section, index))
     body = replace(base, **changes)
     for shape, key in SHAPES.items():
         if key in changes and shape != body.shape:
@@ -221,12 +226,10 @@ def _trial(reader, entry, index, body, surroundings):
     if "file" not in entry:
         raise InputError(f"{reader.path}: [[trial]] number {index + 1} has no file; add file = \"....csv\"")
     name = reader.words(entry, "file", "trial", index=index)
-    file = reader.path.parent / name
-    if not file.is_file():
-        reader.fail("file", f"file '{name}' is not there (looked for {file})", "trial", index)
+    file = reader.file_of(name, "file", "trial", index)
     group = entry.get("group", name)
     if not isinstance(group, str | int | float):
-        reader.fail("group", f"must be a name, got {group!r}", "trial", index)
+        reader.fail("group", f"must be a name, got {shown_value(group)}", "trial", index)
     given = entry.get("start", {})
     reader.known(given, "trial.start", index)
     start = {key: reader.vector(given, key, "trial.start", length, index=index)
@@ -234,7 +237,7 @@ def _trial(reader, entry, index, body, surroundings):
     if "orientation" in start and abs(np.linalg.norm(start["orientation"]) - 1) > 1e-2:
         reader.fail("orientation", f"must be a unit quaternion (w, x, y, z), got {list(start['orientation'])}",
                     "trial.start", index)
-    return TrialEntry(file=file, group=str(group), start=start, body=_body(reader, entry, "trial", body, index),
+    return TrialEntry(file=file, group=" ".join(str(group).split()), start=start, body=_body(reader, entry, "trial", body, index),
                       surroundings=_surroundings(reader, entry, "trial", surroundings, index))
 
 
@@ -245,7 +248,10 @@ def _effect_entries(reader, model):
     entries = [{"name": entry} if isinstance(entry, str) else entry for entry in entries]
     for entry in entries:
         if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
-            reader.fail("effects", f"every entry needs a name, got {entry!r}", "model")
+            reader.fail("effects", f"every entry needs a name, got {shown_value(entry)}", "model")
+        for key, value in entry.items():
+            if isinstance(value, int | float) and not abs(value) <= LARGEST:
+                reader.fail(key, f"must be a number of at most {LARGEST:g}, got {shown_value(value)}", "model")
     return tuple(dict(entry) for entry in entries)
 
 
@@ -261,7 +267,7 @@ def _noise(reader, measurement, kind):
         if (key in ("position", "orientation")) != (kind == "trajectory"):
             right = "position [m] and orientation [rad]" if kind == "trajectory" else "noise = 0.003, one sigma of the outcome"
             reader.fail(key, f"has no place where kind = \"{kind}\"; write {right}", "measurement.noise")
-    return {key: reader.number(noise, key, "measurement.noise", above=0.0) for key in noise}
+    return {key: reader.number(noise, key, "measurement.noise", above=0.0, low=1e-12, high=1e6) for key in noise}
 
 
 def _candidates(reader, diagnose):
@@ -269,5 +275,5 @@ def _candidates(reader, diagnose):
     if names is None:
         return None
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        reader.fail("candidates", f"must be a list of effect names, got {names!r}", "diagnose")
+        reader.fail("candidates", f"must be a list of effect names, got {shown_value(names)}", "diagnose")
     return tuple(names)

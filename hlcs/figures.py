@@ -33,7 +33,7 @@ def figure_bytes(result):
 
 
 def _plain(ax, title, x, y):
-    ax.set_title(title, loc="left", fontsize=10, color=INK)
+    ax.set_title(title, loc="left", fontsize=10, color=INK, parse_math=False)  # words of a file, no formula
     ax.set_xlabel(x, fontsize=9)
     ax.set_ylabel(y, fontsize=9)
     ax.tick_params(labelsize=8)
@@ -50,7 +50,7 @@ def diagnosis_panels(diagnosis, ax=None):
     ranking_panel(axes[2], diagnosis)
     error_panel(axes[3], diagnosis)
     found = f" ({', then '.join(diagnosis.effects)})" if diagnosis.effects else ""
-    axes[0].figure.suptitle(f"{diagnosis.title}: {diagnosis.verdict}{found}", fontsize=12, x=0.01, ha="left")
+    axes[0].figure.suptitle(f"{diagnosis.title}: {diagnosis.verdict}{found}", fontsize=12, x=0.01, ha="left", parse_math=False)
     return axes
 
 
@@ -150,5 +150,5 @@ def comparison_panels(comparison, ax=None):
         _plain(panel, f"Residuals against {label.split(' [')[0].split(':')[0]}", label, "measured - model [sigma]")
     for panel in axes[1 + len(comparison.against):]:
         panel.set_axis_off()
-    axes[0].figure.suptitle(comparison.title, fontsize=12, x=0.01, ha="left")
+    axes[0].figure.suptitle(comparison.title, fontsize=12, x=0.01, ha="left", parse_math=False)
     return axes

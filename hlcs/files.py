@@ -4,24 +4,26 @@ Everything is first written under a temporary name beside its target and then re
 the old result, nothing, or the whole new one. No pickle anywhere.
 """
 
-import dataclasses
+import hashlib
 import importlib.metadata
-import json
-import math
 import os
 import platform
 import secrets
 import shutil
-from contextlib import contextmanager
-from pathlib import Path
-
-import numpy as np
+import stat
+import tempfile
+from contextlib import contextmanager, suppress
+from pathlib import Path, PurePosixPath
 
 from hlcs import interrupts
-from minibullet.errors import InputError
-from minibullet.whole_files import whole
+from hlcs.documents import to_json, to_toml
+from minibullet.errors import InputError, RunError
+from minibullet.user_files import read_text
+from minibullet.whole_files import refused, whole
 
-CONTENTS = ".hlcs"  # in every result folder: the names this program wrote, so that a later run replaces those and nobody else's
+# in every result folder: hash, size and name of each file this program wrote, so that a later run replaces those and no others
+CONTENTS = ".hlcs"
+MOST_LISTED = 1_000_000  # bytes of that list; a line takes about a hundred
 REPORTED = ("hlcs", "numpy", "numba", "python-fcl", "trimesh", "matplotlib", "scipy", "pandas", "tqdm", "click")
 
 
@@ -29,11 +31,12 @@ REPORTED = ("hlcs", "numpy", "numba", "python-fcl", "trimesh", "matplotlib", "sc
 def result_folder(path):
     """Context manager: yields a `Path` to an empty temporary folder that becomes `path` when the block ends well.
 
-    An earlier result at `path` is replaced; a folder that holds anything else is refused (InputError) before any work is
-    done, as are a file in the way and a place where nothing can be written. If the block raises or is interrupted, `path`
-    is left as it was.
+    An earlier result at `path` is replaced where every file in it is as it was written; a folder that holds anything else is
+    refused (InputError) before any work is done, as are a file in the way and a place where nothing can be written. If the
+    block raises or is interrupted, `path` is left as it was. Where `path` cannot be replaced at the end, the result is kept
+    beside it or in the temporary folder, and the error says where. A link to a folder stays; the folder is replaced.
     """
-    target = Path(path).expanduser().absolute()
+    target = _real(path)
     _refuse_foreign(target)
     partial = target.with_name(f".{target.name}.{os.getpid()}.{secrets.token_hex(4)}.partial")
     try:
@@ -43,33 +46,79 @@ def result_folder(path):
             partial.mkdir()
         yield partial
         interrupts.check()
-        names = sorted(entry.name for entry in partial.iterdir())
-        write_text(partial / CONTENTS, "\n".join([*names, ""]))
-        with _explained(target):
-            _put_in_place(partial, target)
-    except BaseException:
+        try:
+            with _explained(target):
+                _list_contents(partial)
+                _put_in_place(partial, target)
+        except (InputError, RunError) as problem:
+            if (place := _elsewhere(partial, target)) is None:
+                raise
+            raise type(problem)(f"{problem}; the result is in '{place}'") from None
+    finally:
         shutil.rmtree(partial, ignore_errors=True)
-        raise
 
 
 def check_folder(path):
-    """InputError where a file stands in a folder's place; returns the folder's Path."""
-    target = Path(path).expanduser()
-    if target.exists() and not target.is_dir():
-        raise InputError(f"'{target}' is a file, not a folder; give another folder for the results")
-    return target
-
-
-def make_folder(path):
-    """A folder that may hold other files already, made where it is not there; returns its Path. InputError where it cannot be."""
-    target = check_folder(path)
+    """InputError where no folder can be: a file in its place, or a link to nothing; returns the folder's Path."""
+    target = _real(path)
     with _explained(target):
-        target.mkdir(parents=True, exist_ok=True)
+        if target.exists() and not target.is_dir():
+            raise InputError(f"'{target}' is a file, not a folder; give another folder for the results")
+    return Path(path).expanduser()
+
+
+def save_files(folder, found):
+    """Write `found`, a dictionary {name: bytes}, into a folder that may hold other files; made where it is not there.
+
+    Earlier files of this program are replaced; where a file of the same name is not as this program wrote it, nothing is
+    touched and all goes elsewhere, see `keep`. Returns the folder's Path.
+    """
+    target = check_folder(folder)
+
+    def write(place):
+        with _explained(place):
+            place.mkdir(parents=True, exist_ok=True)
+            listed = _listed(place)
+            for name in found:
+                if os.path.lexists(place / name) and not _as_written(place / name, listed.get(name, ())):
+                    raise InputError(f"folder '{place}' holds '{name}', which is not as this program wrote it; give another one")
+        new = {name: {_mark(content)} for name, content in found.items()}
+        either = {name: listed.get(name, set()) | new.get(name, set()) for name in {*listed, *new}}
+        write_text(place / CONTENTS, _list_text(either))  # before the files: a killed run must know its own again
+        for name, content in found.items():
+            write_bytes(place / name, content)
+        write_text(place / CONTENTS, _list_text(listed | new))
+
+    keep(write, target)
     return target
+
+
+def keep(write, folder, document=None):
+    """write(folder); where that is refused, once more into a new folder under the temporary one.
+
+    Raises the InputError or RunError of the first try with the place where everything is; where not even that can be written
+    and a document is given, a RunError that carries it as JSON text.
+    """
+    try:
+        with _explained(folder):
+            write(folder)
+    except (InputError, RunError) as problem:
+        spare = None
+        try:
+            spare = Path(tempfile.mkdtemp(prefix="hlcs-"))
+            write(spare)
+            _list_contents(spare)
+        except (InputError, RunError, OSError):
+            if spare is not None:
+                shutil.rmtree(spare, ignore_errors=True)
+            if document is None:
+                raise problem from None
+            raise RunError(f"{problem}; the result is printed", to_json(document)) from None
+        raise type(problem)(f"{problem}; the result is in '{spare}'") from None
 
 
 def write_bytes(path, data):
-    """Write a file whole or not at all; `data` is bytes. Raises InputError where it cannot be written."""
+    """Write a file whole or not at all; `data` is bytes. Raises InputError or RunError where it cannot be written."""
     target = Path(path).expanduser().absolute()
     with _explained(target):
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -83,29 +132,14 @@ def write_text(path, text):
 
 
 def write_json(path, value):
-    """Write `value` as strict JSON, see `to_json`."""
-    write_text(path, to_json(value))
+    """Write `value` as strict JSON, see `to_json`; where `path` refuses it, it is kept elsewhere, see `keep`."""
+    target = Path(path).expanduser().absolute()
+    keep(lambda folder: write_text(folder / target.name, to_json(value)), target.parent, value)
 
 
 def write_toml(path, table):
     """Write the nested dictionary `table` as TOML, see `to_toml`."""
     write_text(path, to_toml(table))
-
-
-def to_json(value):
-    """Strict JSON text of dictionaries, sequences, NumPy values, dataclasses, named tuples and paths.
-
-    NaN, the absence of a number, becomes null. An infinite number has no place in JSON and is refused with the key where it
-    stands, as is a value of any other type (ValueError, TypeError): both are mistakes of the program, not of its user.
-    """
-    return json.dumps(_plain(value, ""), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-
-
-def to_toml(table):
-    """TOML text of a nested dictionary: tables, arrays, arrays of tables. TOML knows no null, so keys whose value is None
-    are left out.
-    """
-    return "\n".join(_toml_lines(_plain(table, "", finite=False), ())).lstrip("\n") + "\n"
 
 
 def versions():
@@ -120,34 +154,118 @@ def versions():
 
 
 # ------------------------------------------------------------------------------------------------------------- folders
-def _refuse_foreign(target):
-    """InputError if `target` is a file or a folder that holds what this program did not write."""
-    if not target.exists() and not target.is_symlink():
-        return
-    if not target.is_dir():
-        raise InputError(f"'{target}' is a file, not a folder; give another folder for the results")
-    contents = target / CONTENTS
+def _real(path):
+    """The folder itself where `path` is a link to one; InputError where it is a link to nothing."""
+    target = Path(path).expanduser().absolute()
     with _explained(target):
-        ours = {CONTENTS, *contents.read_text(encoding="utf-8").splitlines()} if contents.is_file() else set()
-        foreign = sorted(entry.name for entry in target.iterdir() if entry.name not in ours)
+        if target.is_symlink() and not target.exists():
+            raise InputError(f"'{target}' is a link to '{os.readlink(target)}', which is not there; make that folder first")
+        return target.resolve()
+
+
+def _refuse_foreign(target):
+    """InputError if `target` is a file or a folder that holds what this program did not write, or not so."""
+    with _explained(target):
+        if not target.exists():
+            return
+        if not target.is_dir():
+            raise InputError(f"'{target}' is a file, not a folder; give another folder for the results")
+        foreign = _foreign(target)
     if foreign:
         raise InputError(
-            f"folder '{target}' holds '{foreign[0]}', which is no earlier result; give an empty or a new folder for the results"
+            f"folder '{target}' holds '{foreign}', which is no earlier result as this program wrote it; give an empty or a new "
+            "folder for the results, or move that away"
         )
 
 
+def _list_contents(folder):
+    """Write the list of a folder's files, with their marks."""
+    paths = (path for path in folder.rglob("*") if path.is_file())
+    write_text(folder / CONTENTS, _list_text({path.relative_to(folder).as_posix(): {_mark(path.read_bytes())} for path in paths}))
+
+
+def _mark(content):
+    """Size and hash of a file: what tells whether it is still as it was written."""
+    return len(content), hashlib.sha256(content).hexdigest()
+
+
+def _list_text(listed):
+    lines = [f"{mark} {size} {name}\n" for name in sorted(listed) if name != CONTENTS for size, mark in sorted(listed[name])]
+    return "".join(lines)
+
+
+def _listed(folder):
+    """{name: marks} of the list in a folder; nothing where there is none, or one that this program did not write.
+
+    A name has two marks while it is being replaced.
+    """
+    found = {}
+    try:
+        for line in read_text(folder / CONTENTS, CONTENTS, MOST_LISTED, "").splitlines():
+            mark, size, name = line.split(" ", 2)
+            found.setdefault(name, set()).add((int(size), mark))
+    except ValueError:  # an InputError among them
+        return {}
+    return found
+
+
+def _as_written(path, marks):
+    """Whether a file is one whose mark was listed."""
+    found = path.lstat()
+    return stat.S_ISREG(found.st_mode) and any(size == found.st_size for size, _ in marks) and _mark(path.read_bytes()) in marks
+
+
+def _foreign(folder):
+    """The name of something in a folder that this program did not write, or not so; None where all is its own."""
+    listed = _listed(folder)
+    inside = {parent.as_posix() for name in listed for parent in PurePosixPath(name).parents}
+    for place, folders, names in os.walk(folder, onerror=_fail):
+        for name in sorted(folders + names):
+            path = Path(place, name)
+            known = path.relative_to(folder).as_posix()
+            if path.is_dir() and not path.is_symlink():
+                own = known in inside
+            else:
+                own = (known == CONTENTS and bool(listed) and not path.is_symlink()) or _as_written(path, listed.get(known, ()))
+            if not own:
+                return known
+    return None
+
+
+def _fail(error):
+    raise error
+
+
+def _remove(folder):
+    """Remove the files of an earlier result, one by one: what somebody adds meanwhile stays, and so does its folder."""
+    for name in [*_listed(folder), CONTENTS]:
+        (folder / name).unlink(missing_ok=True)
+    for place, _, _ in os.walk(folder, topdown=False):
+        os.rmdir(place)
+
+
 def _clear_up(target):
-    """Remove what runs that were killed (kill -9, power) left beside `target`; their process is no more."""
-    for entry in target.parent.iterdir() if os.name == "posix" else ():
-        start, end = f".{target.name}.", ".partial"
-        if entry.name.startswith(start) and entry.name.endswith(end) and entry.is_dir():
-            process = entry.name[len(start) :].split(".")[0]
-            if process.isdecimal() and not _runs(int(process)):
-                shutil.rmtree(entry, ignore_errors=True)
+    """Settle what runs that were killed (kill -9, power) left beside `target`; their process is no more.
+
+    Half a new result is removed; an old one that had stepped aside comes back, or goes where a new one has taken its place.
+    """
+    for entry in target.parent.iterdir():
+        words = entry.name.removeprefix(f".{target.name}.").split(".")
+        if not entry.name.startswith(f".{target.name}.") or len(words) != 3 or not words[0].isdecimal() or runs(int(words[0])):
+            continue
+        if words[2] == "partial" and entry.is_dir():
+            shutil.rmtree(entry, ignore_errors=True)
+        elif words[2] == "old" and entry.is_dir() and not target.exists():
+            os.rename(entry, target)
+            _refuse_foreign(target)
+        elif words[2] == "old" and entry.is_dir() and not _foreign(entry):
+            _remove(entry)
 
 
-def _runs(process):
-    """Whether a process of that number runs."""
+def runs(process):
+    """Whether a process of that number runs on this computer; where it cannot be asked without harm (Windows), True."""
+    if os.name != "posix":
+        return True
     try:
         os.kill(process, 0)
     except ProcessLookupError:
@@ -158,93 +276,47 @@ def _runs(process):
 
 
 def _put_in_place(partial, target):
-    """Rename `partial` to `target`, an earlier result stepping aside first and coming back if that fails."""
+    """Rename `partial` to `target`, an earlier result stepping aside first and coming back if that fails.
+
+    Aside, where no other program finds it, it is looked at once more: minutes have gone by, and somebody may have put his own
+    file there.
+    """
     if not target.exists():
         os.rename(partial, target)
         return
-    aside = target.with_name(f".{target.name}.{secrets.token_hex(4)}.old")
+    aside = target.with_name(partial.name.removesuffix("partial") + "old")
     os.rename(target, aside)
     try:
+        _refuse_foreign(aside)
         os.rename(partial, target)
     except BaseException:
-        os.rename(aside, target)
+        with suppress(OSError):  # a new one has come meanwhile
+            os.rename(aside, target)
         raise
-    shutil.rmtree(aside, ignore_errors=True)
+    with suppress(OSError):
+        _remove(aside)
+
+
+def _elsewhere(partial, target):
+    """Keep a finished folder beside `target`, or failing that under the temporary folder; returns where, None if nowhere."""
+    for number in range(2, 100):
+        beside = target.with_name(f"{target.name}-{number}")
+        if not os.path.lexists(beside):
+            with suppress(OSError):
+                os.rename(partial, beside)
+                return beside
+            break
+    with suppress(OSError):
+        return shutil.copytree(partial, tempfile.mkdtemp(prefix="hlcs-"), dirs_exist_ok=True)
 
 
 @contextmanager
 def _explained(target):
-    """Turn the operating system's refusal to write `target` into one line."""
+    """Turn the operating system's refusal to write `target` into one line, under the name that it is to have in the end."""
     try:
         yield
-    except OSError as error:
-        place = error.filename if isinstance(error.filename, str) and not error.filename.endswith(".partial") else target.parent
-        raise InputError(f"cannot write '{target}': {error.strerror or error} ('{place}')") from error
-
-
-# -------------------------------------------------------------------------------------------------------------- values
-def _plain(value, key, finite=True):
-    """`value` in Python's own types; `key` is where it stands, for messages."""
-    if isinstance(value, np.generic):
-        value = value.item()
-    if value is None or isinstance(value, bool | int | str):
-        return value
-    if isinstance(value, float):
-        if finite and math.isnan(value):
-            return None
-        if finite and math.isinf(value):
-            raise ValueError(f"{key or 'value'} = {value}: JSON has no infinite numbers")
-        return value
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist(), key, finite)
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
-    elif hasattr(value, "_asdict"):
-        value = value._asdict()
-    if isinstance(value, dict):
-        return {str(name): _plain(item, f"{key}.{name}" if key else str(name), finite) for name, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item, f"{key}[{index}]", finite) for index, item in enumerate(value)]
-    raise TypeError(f"{key or 'value'} is a {type(value).__name__}, which cannot be written to a file")
-
-
-def _toml_lines(table, path):
-    """Lines of one table: its own values first, then its sub-tables, each under its full name."""
-    lines, tables = [], []
-    for name, value in table.items():
-        if isinstance(value, dict) or (isinstance(value, list) and value and all(isinstance(item, dict) for item in value)):
-            tables.append((name, value))
-        elif value is not None:
-            lines.append(f"{_toml_key(name)} = {_toml_value(value)}")
-    for name, value in tables:
-        full = (*path, name)
-        title = ".".join(_toml_key(part) for part in full)
-        for item, header in ((value, f"[{title}]"),) if isinstance(value, dict) else ((item, f"[[{title}]]") for item in value):
-            lines += ["", header, *_toml_lines(item, full)]
-    return lines
-
-
-def _toml_key(name):
-    bare = name and all(character.isascii() and (character.isalnum() or character in "-_") for character in name)
-    return name if bare else _toml_value(name)
-
-
-def _toml_value(value):
-    """One value on one line; strings as basic strings, which share JSON's escapes except for the delete character."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, float):
-        return repr(value)
-    if isinstance(value, int):
-        return str(value)
-    if isinstance(value, dict):
-        return (
-            "{ "
-            + ", ".join(f"{_toml_key(name)} = {_toml_value(item)}" for name, item in value.items() if item is not None)
-            + " }"
-        )
-    return "[" + ", ".join(_toml_value(item) for item in value if item is not None) + "]"
+    except (InputError, RunError):
+        raise
+    except (OSError, ValueError) as error:  # ValueError: a name that no system can have, as one with a zero byte
+        names = (part[1:].rsplit(".", 3)[0] if part.endswith(".partial") else part for part in Path(target).parts)
+        raise refused(error, f"cannot write '{Path(*names)}'") from error

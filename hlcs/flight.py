@@ -26,7 +26,7 @@ class Track(NamedTuple):
     spin: np.ndarray  # angular velocity, world frame (T, B, 3) [rad/s]
 
     def of(self, bodies):
-        """The Track of some of the bodies (a slice)."""
+        """The Track of some of the bodies (a slice or indices)."""
         return Track(self.times, *(part[:, bodies] for part in self[1:]))
 
     def look(self, times):

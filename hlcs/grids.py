@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from math import isfinite
 
 import numpy as np
+from scipy.spatial import ConvexHull, Delaunay, QhullError, Voronoi
 
 from minibullet.errors import InputError
 
@@ -108,6 +109,24 @@ class Grid:
         if layer > min(rows, columns):
             raise InputError(f"grid '{self.name}': layer {layer} of {rows} rows and {columns} columns has no units; "
                              f"at most {min(rows, columns)} layers, or more rows and columns")
+
+
+def interior_density(places):
+    """Units per unit area in the inner part of a layer, by where they are in plan (n, 2): NaN where it has no inner part.
+
+    Each inner unit has the area that is nearer to it than to any other (its Voronoi cell); a cell that reaches beyond the
+    outermost units belongs to an edge unit and is left out.
+    """
+    try:
+        cells, outline = Voronoi(places), Delaunay(places)
+    except (QhullError, ValueError):  # fewer than three units, or all in one row
+        return np.nan
+    areas = []
+    for region in (cells.regions[index] for index in cells.point_region):
+        corners = cells.vertices[region]
+        if region and -1 not in region and np.all(outline.find_simplex(corners, tol=1e-6) >= 0):
+            areas.append(ConvexHull(corners).volume)
+    return len(areas) / sum(areas) if areas else np.nan
 
 
 RPG = Grid("RPG", 1.40, 1.30)

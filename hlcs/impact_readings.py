@@ -12,6 +12,7 @@ import numpy as np
 LEAST = 5  # samples on each side [-]
 LONGEST = 0.15  # how far from an impact samples are used, drag being left out [s]
 UNSURE = 0.1  # standard error of a reading beyond which it tells no number to begin with [-]
+MOST_AT_ONCE = 2_000_000  # numbers of overlapping lines that are held at a time (16 MB each)
 CERTAIN = 6.0  # kinks below this many standard errors are no impacts [-]
 
 
@@ -36,18 +37,36 @@ def line(times, values, moment):
     return (*(inverse @ (design.T @ values)), inverse)
 
 
+def slopes(times, values, width):
+    """Slopes, and their errors for unit noise, of the lines through each `width` samples in a row, (2, n + 1 - width)."""
+    times, values = (np.lib.stride_tricks.sliding_window_view(part, width) for part in (times, values))
+    found = []
+    for rows in np.array_split(np.arange(len(times)), 1 + len(times) * width // MOST_AT_ONCE):
+        away = times[rows] - times[rows].mean(axis=1, keepdims=True)
+        spread = np.sum(away**2, axis=1)
+        found.append((np.sum(away * values[rows], axis=1) / spread, 1 / np.sqrt(spread)))
+    return np.concatenate(found, axis=1)
+
+
 def kinks(times, height, sigma, width):
     """Places k where a line up to sample k and one from k + 1 on differ most in slope, upwards, by more than CERTAIN errors."""
-    found = []
-    for k in range(LEAST - 1, len(times) - LEAST):
-        before, after = slice(max(0, k + 1 - width), k + 1), slice(k + 1, k + 1 + width)
-        moment = (times[k] + times[k + 1]) / 2
-        low, high = line(times[before], height[before], moment), line(times[after], height[after], moment)
-        found.append((k, (high[1] - low[1]) / (sigma * np.sqrt(low[2][1, 1] + high[2][1, 1]))))
-    chosen = []
-    for k, strength in sorted(found, key=lambda entry: -entry[1]):
-        if strength > CERTAIN and all(abs(k - other) > width for other in chosen):  # its neighbours see the same kink
-            chosen.append(k)
+    count, places = len(times), np.arange(LEAST - 1, len(times) - LEAST)
+    before, after = np.empty((2, 2, count))  # slope and error of the line that ends at, and that follows after, each sample
+    longest = min(width, count - LEAST)
+    for size in range(LEAST, longest):  # near the ends
+        before[:, size - 1:size] = slopes(times[:size], height[:size], size)
+        after[:, count - size - 1:count - size] = slopes(times[-size:], height[-size:], size)
+    every = slopes(times, height, longest)
+    before[:, longest - 1:], after[:, :count - longest] = every, every[:, 1:]
+    before, after = before[:, places], after[:, places]
+    strength = (after[0] - before[0]) / (sigma * np.hypot(after[1], before[1]))
+    free, chosen = np.ones(count, bool), []
+    for place in np.argsort(-strength, kind="stable"):
+        if not strength[place] > CERTAIN:
+            break
+        if free[places[place]]:  # its neighbours see the same kink
+            chosen.append(int(places[place]))
+            free[max(chosen[-1] - width, 0):chosen[-1] + width + 1] = False
     return sorted(chosen)
 
 

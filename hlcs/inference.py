@@ -2,38 +2,94 @@
 
 Noise is AR(1) in time within each channel of each recording, plus a share w that is not correlated (rounding):
 cov(e_k, e_l) = sigma^2 ((1 - w) rho^(|t_k - t_l| / step) + w delta_kl). White, unit-variance combinations are L^-1 e with
-L L^T that covariance.
+L L^T that covariance, L its lower Cholesky factor. Such noise is a scalar state that decays between samples, seen through
+white noise: what a Kalman filter does not foresee of each sample, over its standard deviation, is exactly L^-1 e (R. E. Kalman,
+J. Basic Eng. 82 (1960) 35; the factor is unique), at a cost and a memory that grow with the number of samples alone.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from scipy import linalg, optimize, sparse
+from scipy import optimize, sparse
+
+from minibullet.kernels import leaf
 
 QUANTILE = 0.98  # of the statistic under noise alone: the share of good models that pass the adequacy test
 LEAST_FREEDOM = 0.25  # of a block sum of unit variance: what the fit must leave of it for the block to be tested
 CLIP = 3.5  # whitened residuals are cut here in the adequacy test, so that a few outliers cannot fail a good model
+MOST_DRAWN = 10_000_000  # numbers of noise held at a time (80 MB): draws of more observations are made some at a time
+
+
+class Filter(NamedTuple):
+    """Correlation of the samples of one channel, as what is foreseen of each from those before it; (n,) each, variance 1."""
+
+    decay: np.ndarray  # of the correlated part from this sample to the next [-]
+    gain: np.ndarray  # part of what was not foreseen of this sample that belongs to the correlated part [-]
+    root: np.ndarray  # standard deviation of what is not foreseen of this sample: the diagonal of L [-]
 
 
 class Chain(NamedTuple):
     """How the n observations of one recording hang together, channel by channel."""
 
-    blocks: tuple  # (slice of the observations, lower Cholesky factor of their covariance, its inverse) of every channel
+    blocks: tuple  # (slice of the observations, Filter) of every channel
     sigma: np.ndarray  # standard deviation of each observation [unit of the channel], (n,)
 
 
+@leaf
+def _foresee(decay, rest, white, gain, root):
+    """Fill in gain and root (n,); rest: 1 - decay^2."""
+    unknown = 1.0 - white  # variance of the correlated part before its sample is seen
+    for k in range(len(root)):
+        variance = unknown + white
+        gain[k] = unknown / variance
+        root[k] = np.sqrt(variance)
+        unknown = decay[k] ** 2 * white * gain[k] + (1.0 - white) * rest[k]
+
+
+@leaf
+def _whiten(decay, gain, root, values, foreseen):
+    """Turn values (n, k) into L^-1 values, in place; foreseen: zeros (k,)."""
+    for row in range(len(root)):
+        for column in range(len(foreseen)):
+            new = values[row, column] - foreseen[column]
+            values[row, column] = new / root[row]
+            foreseen[column] = decay[row] * (foreseen[column] + gain[row] * new)
+
+
+@leaf
+def _colour(decay, gain, root, values, foreseen):
+    """Turn values (n, k) into L values, in place; foreseen: zeros (k,)."""
+    for row in range(len(root)):
+        for column in range(len(foreseen)):
+            new = values[row, column] * root[row]
+            values[row, column] = foreseen[column] + new
+            foreseen[column] = decay[row] * (foreseen[column] + gain[row] * new)
+
+
 def correlation(times, rho, white, step):
-    """Correlation matrix of noise at the times (n,): AR(1) with rho per step, and a share `white` that is not correlated."""
-    lag = np.abs(times[:, None] - times[None]) / step
-    matrix = (1 - white) * np.power(max(rho, 1e-12), lag)
-    matrix[np.diag_indices(len(times))] = 1.0
-    return matrix
+    """Filter of noise of variance 1 at the times (n,), increasing: AR(1) with rho per step, and a share `white` of its own."""
+    exponent = np.diff(times, append=times[-1:]) / step * np.log(max(rho, 1e-12))
+    found = Filter(np.exp(exponent), np.empty(len(times)), np.empty(len(times)))
+    _foresee(found.decay, -np.expm1(2 * exponent), float(white), found.gain, found.root)
+    return found
 
 
-def factor(times, rho, white, step):
-    """(L, inverse of L) with L L^T the correlation matrix."""
-    lower = np.linalg.cholesky(correlation(times, rho, white, step))
-    return lower, linalg.solve_triangular(lower, np.eye(len(times)), lower=True, check_finite=False)
+def _filtered(kernel, filter, values):
+    """L or L^-1 times values, (n,) or (n, k) -> same shape."""
+    result = np.array(values, dtype=float, order="C")
+    columns = result.reshape(len(result), -1)
+    kernel(*filter, columns, np.zeros(columns.shape[1]))
+    return result
+
+
+def whitened(filter, values):
+    """L^-1 values for correlated values of variance 1, (n,) or (n, k) -> same shape."""
+    return _filtered(_whiten, filter, values)
+
+
+def coloured(filter, white):
+    """L white: the inverse of `whitened`."""
+    return _filtered(_colour, filter, white)
 
 
 def chain(channel, times, sigma, correlations, step):
@@ -48,27 +104,26 @@ def chain(channel, times, sigma, correlations, step):
         part = slice(int(inside[0]), int(inside[-1]) + 1)
         key = (times[part].tobytes(), correlations[int(name)])
         if key not in known:
-            known[key] = factor(times[part], *correlations[int(name)], step)
-        lower, inverse = known[key]
-        blocks.append((part, sigma[part][:, None] * lower, inverse / sigma[part][None]))
+            known[key] = correlation(times[part], *correlations[int(name)], step)
+        blocks.append((part, known[key]))
     return Chain(tuple(blocks), sigma)
 
 
 def whiten(links, values):
     """White, unit-variance combinations of correlated observations: (n,) or (n, k) -> same shape."""
     values = np.asarray(values, dtype=float)
-    result = np.empty_like(values)
-    for part, _, inverse in links.blocks:
-        result[part] = inverse @ values[part]
-    return result
+    values = values / links.sigma.reshape(-1, *[1] * (values.ndim - 1))
+    for part, filter in links.blocks:
+        values[part] = whitened(filter, values[part])
+    return values
 
 
 def colour(links, white):
     """The inverse of whitening: (n,) or (n, k) -> same shape, in the units of the channels."""
     result = np.empty_like(np.asarray(white, dtype=float))
-    for part, lower, _ in links.blocks:
-        result[part] = lower @ white[part]
-    return result
+    for part, filter in links.blocks:
+        result[part] = coloured(filter, white[part])
+    return result * links.sigma.reshape(-1, *[1] * (result.ndim - 1))
 
 
 def basis(columns):
@@ -144,10 +199,10 @@ def fit_noise(series, step, sigma=None, white=None):
         for times, values, columns in series:
             key = np.round((times - times[0]) / step, 3).tobytes()
             if key not in known:
-                lower, inverse = factor(times, rho, share, step)
-                known[key] = inverse, 2 * np.sum(np.log(np.diag(lower)))
-            inverse, log_size = known[key]
-            r, x = inverse @ values, inverse @ columns
+                known[key] = correlation(times, rho, share, step)
+            white = whitened(known[key], np.column_stack([values, columns]))
+            r, x = white[:, 0], white[:, 1:]
+            log_size = 2 * np.sum(np.log(known[key].root))
             q, upper = np.linalg.qr(x)
             squares += float(np.sum(project_out(q, r) ** 2))
             logs += log_size + 2 * np.sum(np.log(np.abs(np.diag(upper)) + 1e-300))
@@ -279,25 +334,27 @@ def adequacy(residuals, columns, shared, partitions, draw, draws=600):
     statistic is a mean of squares, so its cube root is nearly normal (Wilson and Hilferty, PNAS 17 (1931) 684) and the
     largest of the standardised roots treats all of them alike.
     """
-    parts = [project_out(basis(column), draw(k, draws)) for k, column in enumerate(columns)]
-    drawn = project_out(basis(np.concatenate(shared)), np.concatenate(parts))
-    matrices = {}
-    for name, labels in partitions.items():
-        matrix = block_matrix(labels)
-        open_blocks = np.flatnonzero(np.mean((matrix @ drawn) ** 2, axis=1) > LEAST_FREEDOM)
-        if len(open_blocks):
-            matrices[name] = matrix[open_blocks]
+    own, common = [basis(column) for column in columns], basis(np.concatenate(shared))
     observed = np.concatenate(residuals)[:, None]
+    matrices = {name: block_matrix(labels) for name, labels in partitions.items()}
+    null, freedom = [], 0.0
+    for some in np.array_split(np.arange(draws), -(-draws * len(observed) // MOST_DRAWN)):
+        drawn = np.concatenate([project_out(q, draw(k, len(some))) for k, q in enumerate(own)])
+        drawn -= common @ (common.T @ drawn)
+        if not null:
+            matrices = {name: matrix[np.mean((matrix @ drawn) ** 2, axis=1) > LEAST_FREEDOM] for name, matrix in matrices.items()}
+            matrices = {name: matrix for name, matrix in matrices.items() if matrix.shape[0]}
+        freedom += float(np.sum(drawn**2)) / (draws * len(observed))
+        null.append(_statistics(drawn, matrices))
     names = ["variance", *matrices]
-    null, seen = np.cbrt(_statistics(drawn, matrices)), np.cbrt(_statistics(observed, matrices))[:, 0]
+    null, seen = np.cbrt(np.concatenate(null, axis=1)), np.cbrt(_statistics(observed, matrices))[:, 0]
     centre, spread = null.mean(axis=1), null.std(axis=1) + 1e-12
     largest = ((null - centre[:, None]) / spread[:, None]).max(axis=0)
     z = (seen - centre) / spread
-    freedom = max(np.mean(drawn**2), 1e-12)
     threshold = float(np.quantile(largest, QUANTILE))
     p = (1 + int(np.sum(largest >= z.max()))) / (1 + draws)
     return Adequacy(bool(z.max() <= threshold), float(z.max()), float(p), threshold, names[int(np.argmax(z))],
-                    float(np.mean(observed**2) / freedom))
+                    float(np.mean(observed**2) / max(freedom, 1e-12)))
 
 
 def _statistics(values, matrices):

@@ -1,13 +1,14 @@
 """Ctrl-C that is never lost.
 
 Python raises KeyboardInterrupt wherever the program happens to be. Inside a callback that a C library makes, such as the
-compiler's as it reads its cache, nobody can pass it on: it is printed and forgotten, and the run goes on. So the command
-remembers it here, and long work asks at safe places.
+compiler's as it reads its cache, nobody can pass it on: it is printed and forgotten, and the run goes on; in an import it may
+come out as an error of another name. So the command remembers it here, and long work asks at safe places.
 """
 
 import signal
 import sys
 import threading
+from contextlib import contextmanager
 
 _seen = threading.Event()
 
@@ -18,6 +19,40 @@ def listen():
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, _interrupt)
         sys.unraisablehook = _unraisable
+
+
+def seen():
+    """Whether Ctrl-C came since `listen`."""
+    return _seen.is_set()
+
+
+@contextmanager
+def held_off():
+    """No Ctrl-C while the last words are said: the first one is being answered, a second would only garble it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def kept_from_children():
+    """Processes that are started in this block never hear of Ctrl-C, from their first moment on; here it comes a little later."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # as it starts it would take the mask away
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def check():

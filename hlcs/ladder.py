@@ -15,6 +15,7 @@ from hlcs.layer_data import read_layer_sets
 from hlcs.layer_diagnosis import diagnose_layers
 from hlcs.layer_model import LayerModel, Simulator, coefficients
 from hlcs.placement_files import placement_table
+from hlcs.spreadsheets import csv_text
 from hlcs.tables import laboratory
 
 NAIVE = {"shape": "hull", "friction": 0.6, "margin": 0.008}
@@ -28,7 +29,7 @@ def write_case(folder, settings):
 
     for name, tables in (("flat", FLAT), ("slope", SLOPE), ("all", FLAT + SLOPE)):
         frame = pd.concat([laboratory(table, grid=grid).to_dataframe() for table, grid in tables])
-        files.write_text(folder / f"{name}.csv", frame.to_csv(index=False))
+        files.write_text(folder / f"{name}.csv", csv_text(frame))
         title = {"flat": "Table 2", "slope": "Table 3", "all": "Tables 2 and 3"}[name] + " against the naive model"
         document = {"kind": "layers", "title": title, "placement": {**NAIVE, **settings},
                     "measurement": {"file": f"{name}.csv"}, "diagnose": {"hold_out": "campaign"}}

@@ -9,7 +9,7 @@ import numpy as np
 
 from hlcs import statistics
 from hlcs.bottoms import Flat, Slope
-from hlcs.placement_result import PlacementResult
+from hlcs.placement_result import PlacementResult, or_dash
 from hlcs.statistics import Sample
 from hlcs.tables import LayerTable, laboratory
 from minibullet.errors import InputError
@@ -28,24 +28,36 @@ class LayerComparison:
     notes: tuple[str, ...] = ()
 
     @property
+    def known(self):
+        """Layers that both have a coefficient of, boolean (M,): on the others a run found no support for a plate."""
+        return np.isfinite(self.model.mean) & np.isfinite(self.measured.mean)
+
+    @property
     def signed_errors(self):
-        """(model - measured) / measured of each layer (M,) [-]."""
-        return statistics.signed_error(self.measured.mean, self.model.mean)
+        """(model - measured) / measured of each layer (M,) [-]; nan where one of them is not known."""
+        errors = np.full(self.known.shape, np.nan)
+        errors[self.known] = statistics.signed_error(*self._both)
+        return errors
 
     @property
     def mean_relative_error(self):
-        """The paper's eps_R, Eq. 11 [-]."""
-        return statistics.mean_relative_error(self.measured.mean, self.model.mean)
+        """The paper's eps_R, Eq. 11 [-], of the known layers; nan where none is."""
+        return statistics.mean_relative_error(*self._both) if self.known.any() else np.nan
 
     @property
     def signed_bias(self):
-        """Mean of the signed errors [-]."""
-        return statistics.signed_bias(self.measured.mean, self.model.mean)
+        """Mean of the signed errors of the known layers [-]; nan where none is."""
+        return statistics.signed_bias(*self._both) if self.known.any() else np.nan
 
     @property
     def height_error(self):
-        """Signed relative error of the whole height [-]."""
-        return statistics.height_error(self.measured.mean, self.model.mean)
+        """Signed relative error of the whole height [-]; nan where a layer is not known."""
+        return statistics.height_error(*self._both) if self.known.all() else np.nan
+
+    @property
+    def _both(self):
+        """The known coefficients, measured and of the model."""
+        return self.measured.mean[self.known], self.model.mean[self.known]
 
     @property
     def z(self):
@@ -55,8 +67,8 @@ class LayerComparison:
         """
         measured = self.measured.mean * self.measured.cv
         own = np.where(self.model.tests > 1, self.model.mean * self.model.cv, measured)
-        error = np.sqrt(measured**2 / self.measured.tests + own**2 / self.model.tests)
         with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.sqrt(measured**2 / self.measured.tests + own**2 / self.model.tests)
             return np.where(error > 0.0, (self.model.mean - self.measured.mean) / error, np.nan)
 
     def to_dict(self):
@@ -82,14 +94,14 @@ class LayerComparison:
         lines = [self.title,
                  f"{'layer':>5} {'model':>8} {'CV':>6} {'N':>3} {'measured':>10} {'CV':>6} {'N':>3} {'error %':>9} {'z':>6}"]
         for row in self.to_dataframe().itertuples():
-            own = f"{row.mean:>8.3f} {_or_dash(row.cv, '.3f'):>6} {_or_dash(row.tests, '.0f'):>3}"
-            other = f"{row.measured_mean:>10.3f} {_or_dash(row.measured_cv, '.3f'):>6} {_or_dash(row.measured_tests, '.0f'):>3}"
-            lines.append(f"{row.layer:>5} {own} {other} "
-                         f"{100 * row.signed_error:>+9.2f} {_or_dash(row.z, '+.1f'):>6}")
-        lines.append(f"{'sum':>5} {self.model.mean.sum():>8.3f} {'':>10} {self.measured.mean.sum():>10.3f} {'':>10} "
-                     f"{100 * self.height_error:>+9.2f}")
-        lines.append(f"mean relative error {100 * self.mean_relative_error:.2f} %, signed bias {100 * self.signed_bias:+.2f} %, "
-                     f"height error {100 * self.height_error:+.2f} % (positive: the model is too thick)")
+            own = f"{or_dash(row.mean, '.3f'):>8} {or_dash(row.cv, '.3f'):>6} {or_dash(row.tests, '.0f'):>3}"
+            other = f"{row.measured_mean:>10.3f} {or_dash(row.measured_cv, '.3f'):>6} {or_dash(row.measured_tests, '.0f'):>3}"
+            lines.append(f"{row.layer:>5} {own} {other} {percent(row.signed_error, '+.2f'):>9} {or_dash(row.z, '+.1f'):>6}")
+        lines.append(f"{'sum':>5} {or_dash(self.model.mean.sum(), '.3f'):>8} {'':>10} {self.measured.mean.sum():>10.3f} {'':>10} "
+                     f"{percent(self.height_error, '+.2f'):>9}")
+        lines.append(f"mean relative error {percent(self.mean_relative_error)} %, signed bias "
+                     f"{percent(self.signed_bias, '+.2f')} %, height error {percent(self.height_error, '+.2f')} % "
+                     "(positive: the model is too thick)")
         return "\n".join([*lines, *self.notes])
 
     __str__ = summary
@@ -116,6 +128,9 @@ def compare_layers(model, measured):
         notes.append(f"layers 1 to {layers} only: the model has {first.mean.size}, the measurement {second.mean.size}")
     if np.any(np.asarray(first.tests) == 1):
         notes.append("one model test: its z takes the measurement's scatter between tests as its own")
+    absent = np.flatnonzero(np.isnan(first.mean[:layers])) + 1
+    if len(absent):
+        notes.append(f"no plate found support on layer {', '.join(map(str, absent))} of the model: left out of the errors")
     return LayerComparison(f"{name} beside {other}", _cut(first, layers), _cut(second, layers), tuple(notes))
 
 
@@ -139,15 +154,23 @@ def sample_of(thing):
 
 
 def repeated(coefficients):
-    """The Sample of repeated tests, coefficients (tests, M): mean, CV of single tests about it (nan for one test), number."""
+    """The Sample of repeated tests, coefficients (tests, M): mean, CV of single tests about it (nan for one test), number.
+
+    A coefficient that a test does not have (nan) is left out of its layer; a layer that none has is nan, of 0 tests.
+    """
     coefficients = np.atleast_2d(np.asarray(coefficients, dtype=float))
-    tests, mean = len(coefficients), coefficients.mean(axis=0)
-    cv = coefficients.std(axis=0, ddof=1) / mean if tests > 1 else np.full(mean.shape, np.nan)
-    return Sample(mean, cv, np.full(mean.shape, float(tests)))
+    tests = np.isfinite(coefficients).sum(axis=0)
+    mean, cv = np.full((2, len(tests)), np.nan)
+    some, more = tests > 0, tests > 1
+    mean[some] = np.nanmean(coefficients[:, some], axis=0)
+    cv[more] = np.nanstd(coefficients[:, more], axis=0, ddof=1) / mean[more]
+    return Sample(mean, cv, tests.astype(float))
 
 
 def laboratory_for(test):
-    """The laboratory's table of the same grid and bottom as a PlacementTest, None where it measured no such thing."""
+    """The laboratory's table of the same unit, grid and bottom as a PlacementTest, None where it measured no such thing."""
+    if test.armour != "cubipod":
+        return None
     if isinstance(test.bottom, Flat) and test.grid.name in ("TPG", "RPG"):
         return laboratory("table2", grid=test.grid.name)
     if isinstance(test.bottom, Slope) and test.bottom.grade == 0.04 and test.grid.name == "TPG":
@@ -159,5 +182,6 @@ def _cut(sample, layers):
     return Sample(*(part[:layers] for part in sample))
 
 
-def _or_dash(value, form):
-    return format(value, form) if np.isfinite(value) else "-"
+def percent(value, form=".2f"):
+    """A share as a percentage, "-" where there is none."""
+    return or_dash(100 * value if value is not None else None, form)

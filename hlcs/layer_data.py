@@ -4,13 +4,13 @@ Columns: grid, spacing_x, spacing_y [Dn], bottom_slope [-], layer, mean [-], cv 
 grid, slope and campaign are one `LayerSet`. Every complaint names file, row and column; nothing is dropped silently.
 """
 
-import csv
 from dataclasses import dataclass, field, replace
 from math import isfinite, nan
 
 import numpy as np
 
 from hlcs.bottoms import Flat, Slope
+from hlcs.csv_files import read_csv
 from hlcs.experiment import PlacementTest
 from hlcs.grids import RPG, TPG, Grid
 from hlcs.placement_files import KEYS, checked_table, make_placement
@@ -84,7 +84,7 @@ class LayerMeasurement:
 
 def read_layers(file):
     """The LayerMeasurement of an ExperimentFile of kind "layers"; InputError names file, line or row, key or column, remedy."""
-    reader = TomlFile(file.path, {"": list(file_keys()), "placement": list(KEYS)})
+    reader = TomlFile(file.path, {"": list(file_keys()), "placement": list(KEYS)}, file.allow_outside)
     table = dict(checked_table(reader))
     notes = [
         f"[placement] {key} is not used: grids and bottoms stand in the CSV, seeds come with the command"
@@ -159,56 +159,28 @@ def read_layer_sets(path):
 
 
 def _rows(path):
-    """[(row number in the file, checked values)]"""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as problem:
-        raise InputError(f"{path}: cannot be read ({problem}); give a CSV with the columns {','.join(COLUMNS)}") from None
-    reader = csv.DictReader(text.splitlines(), skipinitialspace=True)
-    header = [name.strip() for name in reader.fieldnames or ()]
-    reader.fieldnames = header
-    for name in ("grid", "layer", "mean"):
-        if name not in header:
-            raise InputError(f"{path}, row 1: column '{name}' is missing; the columns are {','.join(COLUMNS)}")
-    for name in header:
-        if name not in COLUMNS:
-            raise InputError(f"{path}, row 1: unknown column '{name}'; the columns are {','.join(COLUMNS)}")
-    if len(set(header)) != len(header):
-        raise InputError(f"{path}, row 1: a column stands twice")
-    rows = [
-        (reader.line_num, _checked(path, reader.line_num, row))
-        for row in reader
-        if any((value or "").strip() for value in row.values() if not isinstance(value, list))
-    ]
-    if not rows:
-        raise InputError(f"{path}: has no rows; write one row a layer")
-    return rows
+    """[(row of the file, checked values)]"""
+    table = read_csv(path, COLUMNS, ("grid", "layer", "mean"), words=("grid", "campaign"), blank=MAY_BE_BLANK, short=True)
+    if not len(table.rows):
+        raise InputError(f"{table.name}: has no rows; write one row a layer")
+    return [(int(row), _checked(table, index)) for index, row in enumerate(table.rows)]
 
 
-def _checked(path, line, row):
+def _checked(table, index):
     """The values of a row: words and numbers, nan where blank."""
-    if None in row:
-        raise InputError(f"{path}, row {line}: has more values than the header has columns")
-    values = {"grid": (row.get("grid") or "").strip(), "campaign": (row.get("campaign") or "").strip()}
+    values = {name: str(table.columns[name][index]) if name in table.columns else "" for name in ("grid", "campaign")}
     if not values["grid"]:
-        raise InputError(f"{path}, row {line}, column grid: is blank; give TPG, RPG or a name of your own")
+        raise InputError(f"{table.place(index, 'grid')}: is blank; give TPG, RPG or a name of your own")
     for name, (low, high, what) in LIMITS.items():
-        text = (row.get(name) or "").strip()
-        if not text and name in MAY_BE_BLANK:
-            values[name] = 0.0 if name == "bottom_slope" else nan
-            continue
-        try:
-            value = float(text)
-        except ValueError:
-            value = nan
-        if not (isfinite(value) and low <= value <= high) or (name in ("layer", "tests") and value != int(value)):
-            raise InputError(f"{path}, row {line}, column {name}: '{text[:40]}'; it must be {what}, from {low:g} to {high:g}")
-        values[name] = value
+        value = float(table.columns[name][index]) if name in table.columns else nan
+        if isfinite(value) and (not low <= value <= high or name in ("layer", "tests") and value != int(value)):
+            raise InputError(f"{table.place(index, name)}: '{value:g}'; it must be {what}, from {low:g} to {high:g}")
+        values[name] = 0.0 if name == "bottom_slope" and not isfinite(value) else value
     known = {"TPG": TPG, "RPG": RPG}.get(values["grid"].upper())
     for name in ("spacing_x", "spacing_y"):
         if not isfinite(values[name]):
             if known is None:
-                raise InputError(f"{path}, row {line}, column {name}: is blank; only TPG and RPG have spacings of their own")
+                raise InputError(f"{table.place(index, name)}: is blank; only TPG and RPG have spacings of their own")
             values[name] = getattr(known, name)
     return values
 

@@ -5,38 +5,26 @@ known better than the layer coefficients themselves. Finished runs stay in one S
 the code that made them: a second diagnosis of the same tables reads them back.
 """
 
-import hashlib
 import os
-import signal
+import sys
 import tempfile
-import threading
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from hlcs import files, parallel
+from hlcs import files, work
 from hlcs.experiment import PlacementTest
 from hlcs.layer_candidates import LayerCandidate, named
 from hlcs.placement_files import placement_table
+from hlcs.runs import simulate
 from hlcs.store import Store, key_of
 from hlcs.sweep import settings_of
 from minibullet.errors import InputError
+from minibullet.user_files import read_bytes
 
-CODE = (
-    "minibullet/*.py",
-    "minibullet/effects/*.py",
-    "hlcs/experiment.py",
-    "hlcs/placement.py",
-    "hlcs/plates.py",
-    "hlcs/armour.py",
-    "hlcs/grids.py",
-    "hlcs/bottoms.py",
-)  # what the layer coefficients of a test depend on
-# processor time for a test of 190 units, ten times what one takes: a candidate that stalls the physics is given up [s]
-LIMIT = 40.0
+MEASURED = "measured.csv"  # copy of the data in a folder of results
+MOST_BYTES = 10_000_000  # of such a copy; a table of layers has some kilobytes
 CASE = ("grid", "bottom", "layers", "seed", "stacking")  # settings that come with a measured set, not with the model
 
 
@@ -96,8 +84,11 @@ class LayerModel:
         """Run the mended placement test; returns a PlacementResult (readings that only the measurement changes are as placed)."""
         return replace(self.placement, seed=seed).run(progress)
 
-    def to_toml(self):
-        """An experiment file of this model: the settings under [placement], what acts on the reading or the grid in [model]."""
+    def to_toml(self, data=None):
+        """An experiment file of this model: the settings under [placement], what acts on the reading or the grid in [model].
+
+        data: how it names its CSV; left out: the full path, which is read from elsewhere with --allow-outside alone.
+        """
         settings, effects = self.base, []
         for term in self.terms:
             changed = term.candidate.applied(settings, term.value)
@@ -105,7 +96,7 @@ class LayerModel:
                 settings = changed
             else:
                 effects.append({"name": term.name, term.candidate.number: term.value})
-        title, data = self.source or ("layers", None)
+        title, source = self.source or ("layers", None)
         default = PlacementTest()
         table = {
             key: value
@@ -115,8 +106,20 @@ class LayerModel:
         document = {"kind": "layers", "title": title, "placement": table}
         if effects:
             document["model"] = {"effects": effects}
-        document["measurement"] = {"file": str(data)}
+        document["measurement"] = {"file": str(data or source)}
         return files.to_toml(document)
+
+    def files(self, folder):
+        """{name: bytes} of what keeps the model in a folder of results: its experiment file, and its data where they lie
+        elsewhere, so that the file can be used as it is."""
+        data = Path(self.source[1]) if self.source else Path()
+        below = Path(os.path.realpath(folder))
+        if not data.is_absolute():
+            return {"model.toml": self.to_toml().encode()}
+        if data.is_relative_to(below):
+            return {"model.toml": self.to_toml(data.relative_to(below).as_posix()).encode()}
+        content = read_bytes(data, str(data), MOST_BYTES, "thin the file out")
+        return {MEASURED: content, "model.toml": self.to_toml(MEASURED).encode()}
 
 
 def model_of(measurement):
@@ -138,50 +141,6 @@ def model_of(measurement):
 
 
 # -------------------------------------------------------------------------------------------------------- simulations
-def simulate(test):
-    """Layer coefficients and lost units of one test, or the complaint of the physics: plain values for the store."""
-    _warm()
-    units = sum(test.grid.units(test.rows, test.columns, layer) for layer in range(1, test.layers + 1))
-    try:
-        with _at_most(LIMIT * max(1.0, units / 190.0)):
-            result = test.run()
-    except InputError as problem:
-        return {"error": str(problem)}
-    return {"k": [float(k) for k in result.layer_coefficients], "lost": int(np.sum(result.lost))}
-
-
-@cache
-def _warm():
-    """Compile, once a process, before time is taken."""
-    PlacementTest(layers=2, rows=2, columns=2, time_step=1.0 / 60.0, settle_time=0.5).run()
-
-
-@contextmanager
-def _at_most(seconds):
-    """InputError when the block has taken so much processor time; where that cannot be had (no POSIX, a thread), no limit."""
-    if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    over = []
-
-    def stop(number, frame):
-        over.append(InputError(f"took more than {seconds:.0f} s of processor time"))
-        raise over[0]
-
-    before = signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    try:
-        yield
-    except SystemError:  # as which compiled code may hand on what a signal raised inside of it
-        if over:
-            raise over[0] from None
-        raise
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-        signal.signal(signal.SIGPROF, before)
-
-
 class Simulator:
     """Runs tests that are not yet in the store.
 
@@ -191,39 +150,35 @@ class Simulator:
 
     def __init__(self, store=None, workers=None, progress=False, function=simulate):
         self.store, self.workers, self.progress, self.function = store or default_store(), workers, progress, function
-        self.ran = 0
+        self.ran, self.told = 0, []  # how many tests were run; what there was to say of rows that are not used
 
     def __call__(self, tests, words="simulating"):
-        """[k (M,), or None where the physics refused] of tests, each run once."""
-        keys = [key_of(self._settings(test)) for test in tests]
-        with Store(self.store) as store:
-            waiting = {key: test for key, test in zip(keys, tests, strict=True) if key not in store}
-            if waiting:
-                self._run(list(waiting.values()), store, words)
-            found = [store.result(key) for key in keys]
-        return [None if "error" in row else np.array(row["k"]) for row in found]
+        """[k (M,), nan where no plate found support, or None where the physics refused] of tests, each run once."""
+        keyed = {key_of(self._settings(test)): test for test in tests}
+        with Store(self.store, _coefficients) as store:
+            missing = {key: test for key, test in keyed.items() if key not in store}
+            if missing:
+                self._run(missing, store, words, len(keyed) - len(missing))
+            found = [store.result(key_of(self._settings(test))) for test in tests]
+        return [row["k"] for row in found]
 
-    def _run(self, tests, store, words):
+    def _run(self, missing, store, words, held):
         from tqdm import tqdm
 
-        with tqdm(total=len(tests), desc=words, unit="test", leave=False, disable=None if self.progress else True) as bar:
-            for index, result in parallel.each(self.function, tests, self.workers):
-                store.add(self._settings(tests[index]), result)
-                self.ran += 1
-                bar.update()
+        told = work.told(store, missing)
+        if self.progress and told:
+            tqdm.write(told, file=sys.stderr)
+        self.told += [told] if told else []
+        with tqdm(total=len(missing), desc=words, unit="test", leave=False, disable=None if self.progress else True) as bar:
+            self.ran += work.finish(store, missing, self.function, self._settings, self.workers, done=bar.update, held=held)
 
     def _settings(self, test):
-        return {**settings_of(test), "made_by": f"{self.function.__module__}.{self.function.__name__} {code_digest()}"}
+        return {**settings_of(test), "made_by": f"{self.function.__module__}.{self.function.__name__}"}
 
 
-@cache
-def code_digest():
-    """Hash of the code that a layer coefficient depends on."""
-    root, digest = Path(__file__).resolve().parent.parent, hashlib.sha256()
-    for pattern in CODE:
-        for path in sorted(root.glob(pattern)):
-            digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+def _coefficients(row):
+    """A stored row with its layer coefficients as an array, None where the physics refused."""
+    return {"k": None if "error" in row else np.array(row["k"], dtype=float)}
 
 
 def default_store():

@@ -4,8 +4,7 @@ What cannot be used is refused by file, row and column (rows count from 1, the h
 is reported in `notes`, never dropped in silence. This room knows no physics beyond plausible units.
 """
 
-import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +12,8 @@ import numpy as np
 from minibullet.errors import InputError
 
 from . import plausible
+from .csv_files import MOST_ROWS, read_csv
 from .experiment_files import Body, ExperimentFile, Surroundings, read_experiment_file
-from .toml_files import nearest
 
 COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 OUTCOMES = ("fall_time_s", "rebound_height_m", "stop_distance_m", "slide_time_s", "rest_height_m")
@@ -35,6 +34,7 @@ class Trial:
     body: Body
     surroundings: Surroundings
     recording: str = ""  # name of the recording where this is a piece of one
+    rows: np.ndarray | None = None  # of the file, of each sample (n,); None where it is from no file
     first_row: int = 0  # samples of the recording before this piece
 
     @property
@@ -43,6 +43,13 @@ class Trial:
         seen = np.isfinite(self.position).any(axis=0)
         return [name for name, there in zip("xyz", seen, strict=True) if there] + (
             ["rx", "ry", "rz"] if np.isfinite(self.orientation).any() else [])
+
+
+    def at(self, which, **changes):
+        """The trial with some of its samples (a slice or indices), and other fields changed."""
+        rows = None if self.rows is None else self.rows[which]
+        return replace(self, times=self.times[which], position=self.position[which], orientation=self.orientation[which],
+                       rows=rows, **changes)
 
 
 @dataclass(frozen=True)
@@ -77,17 +84,21 @@ def read_measurement(path):
     notes, trials = [], []
     names = _short_names([entry.file for entry in file.trials])
     for entry, name in zip(file.trials, names, strict=True):
-        times, position, orientation = read_recording(entry.file)
-        trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings)
+        times, position, orientation, rows = read_recording(entry.file)
+        trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings, rows=rows)
         for check in (plausible.check_clock, plausible.check_units, plausible.check_length, plausible.check_axes,
                       plausible.check_quaternions):
             check(trial, entry.file)
         notes += plausible.describe(trial, entry.file) + plausible.check_floor(trial, entry.file)
         trials.append(trial)
+        if sum(len(one.times) for one in trials) > MOST_ROWS:
+            raise InputError(f"{file.path}: more than {MOST_ROWS:,} rows in its recordings up to {name}; keep every n-th row of "
+                             "each, or leave recordings out")
+    plausible.check_duration(trials, file.time_step)
     plausible.refuse_copies(trials, [entry.file for entry in file.trials])
     static = None
     if file.static:
-        times, position, orientation = read_recording(file.static)
+        times, position, orientation, _ = read_recording(file.static)
         static = Trial(file.static.name, "static", times, position, orientation, {}, file.body, file.surroundings)
         if len(times) < 20:
             raise InputError(f"{file.static}: {len(times)} samples at rest; at least 20 are needed to know the noise")
@@ -95,113 +106,55 @@ def read_measurement(path):
     return Measurement(file, tuple(trials), static, None, tuple(notes))
 
 
-def read_rows(path, known, required):
-    """Header and rows of a CSV: list of column names, list of (row number, list of texts); refuses unknown columns by name."""
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except OSError as problem:
-        raise InputError(f"{path}: cannot be read ({problem.strerror or problem})") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: is not text; give a CSV file in UTF-8") from None
-    if "\0" in text:
-        raise InputError(f"{path}: is not text; give a CSV file in UTF-8")
-    rows = [(number, [cell.strip() for cell in row]) for number, row in enumerate(csv.reader(text.splitlines()), start=1)
-            if any(cell.strip() for cell in row) and not row[0].lstrip().startswith("#")]
-    if not rows:
-        raise InputError(f"{path}: is empty; the first row names the columns")
-    header_row, header = rows[0]
-    for sign, word in ((";", "semicolons"), ("\t", "tabs")):
-        if any(sign in name for name in header):
-            raise InputError(f"{path}, row {header_row}: columns are separated by {word}; write commas between columns, and "
-                             "points, not commas, in decimals")
-    for place, name in enumerate(header, start=1):
-        if not name:
-            raise InputError(f"{path}, row {header_row}: column {place} has no name; is there a comma too many?")
-        if name not in known:
-            raise InputError(f"{path}, row {header_row}: unknown column '{name[:40]}'; the nearest known column is "
-                             f"'{nearest(name, known)}'")
-        if header.count(name) > 1:
-            raise InputError(f"{path}, row {header_row}: column '{name}' stands twice; keep one")
-    for name in required:
-        if name not in header:
-            raise InputError(f"{path}, row {header_row}: column '{name}' is missing")
-    for number, row in rows[1:]:
-        if len(row) != len(header):
-            hint = "; decimals are written with a point, 0.5, not 0,5" if len(row) == 2 * len(header) else ""
-            raise InputError(f"{path}, row {number}: {len(row)} cells for {len(header)} columns{hint}")
-    return header, rows[1:]
-
-
-def read_number(path, row, column, text, blank_allowed=True):
-    """One cell as a finite number; blank is NaN where allowed."""
-    if text == "":
-        if blank_allowed:
-            return np.nan
-        raise InputError(f"{path}, row {row}, column {column}: blank; every row needs this value")
-    try:
-        value = float(text)
-    except ValueError:
-        hint = "write decimals with a point, 0.5" if "," in text else "leave a missing sample blank"
-        raise InputError(f"{path}, row {row}, column {column}: '{text}' is not a number; {hint}") from None
-    if not np.isfinite(value):
-        raise InputError(f"{path}, row {row}, column {column}: '{text}' is not finite; leave a missing sample blank")
-    return value
-
-
 def read_recording(path):
-    """Times (n,), positions (n, 3) and orientations (n, 4) of one recording; NaN where blank or not recorded."""
-    header, rows = read_rows(path, COLUMNS, ["t_s"])
-    if len(header) == 1:
-        raise InputError(f"{path}: only times; at least one of {', '.join(COLUMNS[1:])} is needed")
-    quaternion = [name for name in COLUMNS[4:] if name in header]
+    """Times (n,), positions (n, 3), orientations (n, 4), NaN where blank or not recorded, and rows (n,) of one recording."""
+    table = read_csv(path, COLUMNS, ["t_s"], blank=COLUMNS[1:])
+    count, name = len(table.rows), table.name
+    if len(table.columns) == 1:
+        raise InputError(f"{name}: only times; at least one of {', '.join(COLUMNS[1:])} is needed")
+    quaternion = [column for column in COLUMNS[4:] if column in table.columns]
     if quaternion and len(quaternion) < 4:
-        raise InputError(f"{path}: columns {', '.join(quaternion)} without the rest; a quaternion needs qw, qx, qy, qz")
-    table = np.full((len(rows), len(COLUMNS)), np.nan)
-    for index, (row, cells) in enumerate(rows):
-        for name, text in zip(header, cells, strict=True):
-            table[index, COLUMNS.index(name)] = read_number(path, row, name, text, blank_allowed=name != "t_s")
-    numbers = [row for row, _ in rows]
-    times, position, orientation = table[:, 0], table[:, 1:4], table[:, 4:]
-    if len(rows) < 2:
-        raise InputError(f"{path}: {len(rows)} samples; a recording needs at least 2")
+        raise InputError(f"{name}: columns {', '.join(quaternion)} without the rest; a quaternion needs qw, qx, qy, qz")
+    if count < 2:
+        raise InputError(f"{name}: {count} samples; a recording needs at least 2")
+    values = np.column_stack([table.columns.get(column, np.full(count, np.nan)) for column in COLUMNS])
+    times, position, orientation = values[:, 0], values[:, 1:4], values[:, 4:]
     steps = np.diff(times)
     if np.any(steps <= 0):
         worst = int(np.argmax(steps <= 0)) + 1
         what = "the same time twice (duplicate sample)" if steps[worst - 1] == 0 else "time goes backwards (unsorted)"
-        raise InputError(f"{path}, row {numbers[worst]}, column t_s: {times[worst]:g} s after {times[worst - 1]:g} s: {what}")
-    for index in range(len(rows)):
-        there = np.isfinite(orientation[index])
-        if there.any() and not there.all():
-            raise InputError(f"{path}, row {numbers[index]}, columns qw..qz: partly blank; give all four numbers or none")
-        length = np.linalg.norm(orientation[index]) if there.all() else 1.0
-        if length < 1e-6:
-            raise InputError(f"{path}, row {numbers[index]}, columns qw..qz: quaternion of zero length; blank if missing")
-        if not 0.8 < length < 1.25:
-            raise InputError(f"{path}, row {numbers[index]}, columns qw..qz: quaternion of length {length:.3g}, must be 1")
-        orientation[index] /= length
-    return times, position, orientation
+        raise InputError(f"{table.place(worst, 't_s')}: {times[worst]:g} s after {times[worst - 1]:g} s: {what}")
+    there, length = np.isfinite(orientation), np.linalg.norm(orientation, axis=1)
+    partly, wrong = there.any(axis=1) & ~there.all(axis=1), ~((length > 0.8) & (length < 1.25)) & there.all(axis=1)
+    if np.any(partly | wrong):
+        worst = int(np.argmax(partly | wrong))
+        place = f"{name}, row {table.rows[worst]}, columns qw..qz"
+        if partly[worst]:
+            raise InputError(f"{place}: partly blank; give all four numbers or none")
+        if length[worst] < 1e-6:
+            raise InputError(f"{place}: quaternion of zero length; blank if missing")
+        raise InputError(f"{place}: quaternion of length {length[worst]:.3g}, must be 1")
+    return times, position, orientation / length[:, None], table.rows
 
 
 def read_outcomes(path):
     """An OutcomeTable and notes from a CSV of inputs and one outcome column."""
-    header, rows = read_rows(path, INPUTS + OUTCOMES, [])
-    outcomes = [name for name in header if name in OUTCOMES]
+    read = read_csv(path, INPUTS + OUTCOMES, words=("group",))
+    columns, rows = read.columns, read.rows
+    outcomes = [name for name in columns if name in OUTCOMES]
     if len(outcomes) != 1:
-        raise InputError(f"{path}: {len(outcomes)} outcome columns; exactly one of {', '.join(OUTCOMES)} is needed")
+        raise InputError(f"{read.name}: {len(outcomes)} outcome columns; exactly one of {', '.join(OUTCOMES)} is needed")
     if len(rows) < 3:
-        raise InputError(f"{path}: {len(rows)} rows; at least 3 experiments are needed")
-    columns = {name: np.array([cells[header.index(name)] if name == "group" else
-                               read_number(path, row, name, cells[header.index(name)], blank_allowed=False)
-                               for row, cells in rows]) for name in header}
+        raise InputError(f"{read.name}: {len(rows)} rows; at least 3 experiments are needed")
     limits = {"height_m": (0, 1e3), "speed_m_s": (0, 400), "angle_deg": (-90, 90), "mass_kg": (1e-9, 1e7),
               "radius_m": (1e-6, 1e2), "distance_m": (0, 1e4), outcomes[0]: (0 if outcomes[0].endswith("_s") else -10, 1e4)}
     for name, (low, high) in limits.items():
         if name in columns and (np.any(columns[name] < low) or np.any(columns[name] > high)):
             worst = int(np.argmax((columns[name] < low) | (columns[name] > high)))
-            raise InputError(f"{path}, row {rows[worst][0]}, column {name}: {columns[name][worst]:g} cannot be right; it must be "
+            raise InputError(f"{read.place(worst, name)}: {columns[name][worst]:g} cannot be right; it must be "
                              f"between {low:g} and {high:g} (m, s, kg; angles in degrees)")
     inputs = {name: values for name, values in columns.items() if name not in (*outcomes, "group")}
-    groups = columns.get("group", np.array([f"row {row}" for row, _ in rows]))
+    groups = columns.get("group", np.array([f"row {row}" for row in rows]))
     table = np.column_stack(list(inputs.values())) if inputs else np.zeros((len(rows), 1))
     setting = np.unique(table, axis=0, return_inverse=True)[1].reshape(-1)
     values = columns[outcomes[0]]
@@ -210,7 +163,7 @@ def read_outcomes(path):
     if len(np.unique(pairs, axis=0)) < len(pairs):
         _, first = np.unique(pairs, axis=0, return_index=True)
         repeat = sorted(set(range(len(pairs))) - set(first.tolist()))
-        notes.append(f"{path.name}, row {rows[repeat[0]][0]}: repeats inputs and outcome of an earlier row digit for digit "
+        notes.append(f"{path.name}, row {rows[repeat[0]]}: repeats inputs and outcome of an earlier row digit for digit "
                      f"({len(repeat)} such rows): a true repeat, or a copy?")
     return OutcomeTable(Path(path), outcomes[0], values, inputs, groups.astype(str), setting), notes
 

@@ -81,6 +81,10 @@ class Model:
                                     for key, value in entry.items()) + " }" for entry in entries]
         return "[model]\neffects = [" + ", ".join(written) + "]\n" + f"time_step = {self.time_step!r}\n"
 
+    def files(self, folder):
+        """{name: bytes} of what keeps the model in a folder of results."""
+        return {"model.toml": self.to_toml().encode()}
+
     def run(self, trial, start, times):
         """Positions (n, 3) and orientations (n, 4) of one trial at the times (n,), from a start (13,): x, v, q, w."""
         trial = replace(trial, times=np.asarray(times, dtype=float))

@@ -10,7 +10,7 @@ from . import inference
 from .inference import Correlated
 from .plausible import quantisation
 
-MOST_PIECES = 48  # of a flexible curve: some 900 degrees of freedom know rho to 0.03
+MOST_PIECES = 48  # of a flexible curve: some 900 degrees of freedom know rho to 0.03; of a body at rest: 7,000 know it to 0.01
 PERTURBATIONS = 16  # sets of noise parameters that the adequacy test draws from their uncertainty
 
 
@@ -48,30 +48,31 @@ class Noise:
         correlations = {k: (kind.rho, kind.white) if kind else (0.0, 0.0) for k, kind in enumerate(kinds)}
         return inference.chain(channel, times, sigma, correlations, self.step)
 
-    def drawer(self, recordings, draws=400):
+    def drawer(self, recordings):
         """Function (index, count) -> white noise of a recording (n, count) as it may be, given what is not known of the noise."""
         generator = np.random.default_rng(12345)  # a fixed stream of its own: the verdict never depends on the user's seed
         known = [kind or Correlated(1.0, 0.0, 0.0, 1.0, np.zeros((3, 3))) for kind in (self.positions, self.orientations)]
         shifts = [generator.multivariate_normal(np.zeros(3), kind.covariance, size=PERTURBATIONS, method="svd") for kind in known]
 
+        filters = {}  # (kind, set of noise parameters, times) -> Filter
+
         def draw(index, count):
             recording = recordings[index]
             n = len(recording.channel)
             white = generator.choice(self.pool, (n, count)) if self.pool is not None else generator.standard_normal((n, count))
-            factors = {}
-            for part, _, inverse in recording.links.blocks:
+            for part, filter in recording.links.blocks:
                 which = int(recording.channel[part.start] >= 3)
-                times, sigma = recording.times[part], recording.links.sigma[part]
+                times = recording.times[part]
                 for k, columns in enumerate(np.array_split(np.arange(count), PERTURBATIONS)):
                     log_sigma, rho, share = shifts[which][k]
-                    if not shifts[which][k].any():
+                    if not shifts[which][k].any() or len(columns) == 0:
                         continue
                     key = (which, k, times.tobytes())
-                    if key not in factors:
-                        factors[key] = inference.factor(times, float(np.clip(known[which].rho + rho, 0.0, 0.98)),
-                                                        float(np.clip(known[which].white + share, 0.0, 0.9)), self.step)[0]
-                    coloured = np.exp(log_sigma) * sigma[:, None] * (factors[key] @ white[part][:, columns])
-                    white[part, columns[0]:columns[-1] + 1] = inverse @ coloured
+                    if key not in filters:
+                        filters[key] = inference.correlation(times, float(np.clip(known[which].rho + rho, 0.0, 0.98)),
+                                                             float(np.clip(known[which].white + share, 0.0, 0.9)), self.step)
+                    there = part, slice(columns[0], columns[-1] + 1)
+                    white[there] = inference.whitened(filter, inference.coloured(filters[key], np.exp(log_sigma) * white[there]))
             return white
         return draw
 
@@ -132,6 +133,11 @@ def _values(trial, what):
     return [(trial.times[good], table[good, axis]) for axis in range(3) if (good := np.isfinite(table[:, axis])).sum() >= 8]
 
 
+def _spread(pieces):
+    """At most MOST_PIECES of them, from beginning to end: what is known of the noise grows slowly beyond, the work does not."""
+    return [pieces[k] for k in np.unique(np.linspace(0, len(pieces) - 1, min(len(pieces), MOST_PIECES)).astype(int))]
+
+
 def _cleaned(times, values):
     keep = ~inference.isolated_outliers(values)
     return times[keep], values[keep]
@@ -154,7 +160,7 @@ def _flexible(trials, step, what, sigma=None, length=24, degree=5):
     left, pieces = (left[seen], [piece for piece, has in zip(pieces, seen, strict=True) if has]) if seen.any() else (left, pieces)
     calm = np.quantile(left, 0.25)  # an impact leaves many times the noise, and most pieces of a bouncing ball may hold one
     pieces = [piece for piece, size in zip(pieces, left, strict=True) if size <= 2.0 * calm]
-    pieces = [pieces[k] for k in np.unique(np.linspace(0, len(pieces) - 1, min(len(pieces), MOST_PIECES)).astype(int))]
+    pieces = _spread(pieces)
     scale = sigma or float(calm)
     white = min(np.median(rounding) ** 2 / 12 / scale**2, 0.5) if scale > 0 else 0.0
     return inference.fit_noise(pieces, step, sigma=sigma, white=float(white))
@@ -171,11 +177,12 @@ def _of_static(static, step, what, pool, length=150):
         return None, pool
     if all(np.ptp(values) == 0 for _, values, _ in series):
         return None, pool
+    series = _spread(series)
     found = inference.fit_noise(series, step)
     white = []
     for times, values, ones in series:
-        inverse = inference.factor(times, found.rho, found.white, step)[1]
-        white.append(inference.project_out(inference.basis(inverse @ ones), inverse @ values))
+        filter = inference.correlation(times, found.rho, found.white, step)
+        white.append(inference.project_out(inference.basis(inference.whitened(filter, ones)), inference.whitened(filter, values)))
     white = np.concatenate(white)
     return found, pool if pool is not None or len(white) < 200 else white / np.std(white)
 

@@ -3,21 +3,25 @@
 The first layer is laid at rest: every unit in its lowest pose with an edge on the bottom, heading free on a triangular grid;
 on a rectangular one, where free headings collide, with its horizontal tip axis along x. Units of the next layers are oriented
 at random, their lowest point a falling distance above the mean height of the layers below, over the hollows, all dropped at
-once. Overlaps at the start: headings of the first layer are drawn again, and what no drawing can free (tips longer than the
-spacing) is pushed apart; hanging units keep the orientation that was drawn and are lifted.
+once. Overlaps at the start: headings of the first layer are drawn again, then chosen; what is left (tips longer than the
+spacing, margins) is pushed apart; hanging units keep the orientation that was drawn and are lifted.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.bottoms import Flat
+from hlcs.bottoms import height_above
+from hlcs.footprints import first_headings
+from hlcs.plates import loads_on
 from minibullet import rotations
 from minibullet.errors import InputError
 
 MOST_DRAWS = 400  # redraws of overlapping orientations before units are pushed apart
 SHAKES = 10  # periods of a vibration
 MOST_DRAWS_IN_VAIN = 40  # so many in a row that leave no fewer overlaps, and the grid is too narrow for chance
+ABOVE = 0.5  # [Dn] by which a unit of a layer stands above the middle of the layer under it, or it lies among that one's
+# units: the layers are about 1 Dn apart, and a unit on the same ground as others is about as high as they
 
 
 @dataclass(frozen=True)
@@ -27,11 +31,15 @@ class LayerRecord:
     layer: int  # from 1
     handles: tuple  # of its units
     reason: str  # "at_rest" or "time_limit"
-    unsettled: int  # units still moving when the layer was frozen
+    unsettled: int  # units of the layer still moving, or carried by nothing, when it was frozen
     penetration: float  # deepest overlap where the layer came to rest [m]
     transient_penetration: float  # deepest overlap in any step on the way [m]
     steps: int  # steps it took
     unsolved_steps: int  # steps whose residual stayed above the tolerance
+    lifted: int = 0  # units that started higher than the falling distance, so as not to overlap
+    mean_lift: float = 0.0  # of those units [m]
+    pushed: float = 0.0  # how far, at most, a unit of the first layer was pushed aside so as not to overlap [m]
+    standing: tuple = ()  # handles of those units that stand in the layer, at rest and carried
 
     def after(self, earlier):
         """The same layer come to rest again, after an `earlier` record of it or of its first rows (or None)."""
@@ -44,6 +52,12 @@ class LayerRecord:
             steps=self.steps + earlier.steps,
             unsolved_steps=self.unsolved_steps + earlier.unsolved_steps,
         )
+
+    def started(self, lifts=(), pushed=0.0):
+        """The same layer, with how its units were freed from overlaps at the start: lifts (n,), pushed [m]."""
+        lifts = np.asarray(lifts, dtype=float)
+        raised = lifts[lifts > 0.0]
+        return replace(self, lifted=len(raised), mean_lift=float(raised.mean()) if len(raised) else 0.0, pushed=float(pushed))
 
 
 def load_of(unit, test):
@@ -74,51 +88,58 @@ def rows_of(aims, centres):
 
 
 def lay_first_layer(world, unit, load, centres, bottom, test, generator):
-    """Lay units at rest on the bottom; load: as by `load_of`; centres (n, 2) [m]. Returns the handles; overlaps are redrawn,
-    then pushed apart sideways."""
+    """Lay units at rest on the bottom; load: as by `load_of`; centres (n, 2) [m]. Returns the handles.
+
+    InputError, with the narrowest grid on which they can, where the units cannot stand side by side. Overlaps are redrawn
+    where headings are free, then the units take a heading at which they stand side by side, then they are pushed apart.
+    """
+    headings = first_headings(test, centres)
     handles, triangular, concentration = [], test.grid.triangular, test.yaw_constraint
-    margin = test.margin * unit.nominal_diameter
-    for x, y in centres:
-        normal = np.asarray(bottom.normal(x, y), dtype=float)
-        orientation = _first_pose(unit, normal, triangular, generator, concentration)
-        foot = np.array([x, y, float(bottom.height(x, y))])
-        # with a margin the unit rests that much above the bottom
-        handles.append(
-            world.add(
-                **load,
-                position=foot + (unit.rest_height + margin) * normal,
-                orientation=orientation,
-                name=f"1.{len(handles) + 1}",
-            )
-        )
+    normals = np.asarray(bottom.normal(*centres.T), dtype=float)
+
+    def draw(normal):
+        if triangular:
+            heading = generator.vonmises(0.0, concentration) if concentration else generator.uniform(0.0, 2.0 * np.pi)
+        else:
+            heading = headings[generator.integers(2) % len(headings)]
+        return _first_pose(unit, normal, heading)
+
+    for number, place in enumerate(first_places(unit, centres, bottom, test)):
+        handles.append(world.add(**load, position=place, orientation=draw(normals[number]), name=f"1.{number + 1}"))
 
     def redraw(handle):
-        handle.orientation = _first_pose(
-            unit, np.asarray(bottom.normal(*handle.position[:2]), dtype=float), triangular, generator, concentration
-        )
+        handle.orientation = draw(np.asarray(bottom.normal(*handle.position[:2]), dtype=float))
 
-    _free(world, handles, redraw if triangular else None)
+    if triangular and not _redrawn(world, handles, redraw):
+        for handle, normal in zip(handles, normals, strict=True):
+            handle.orientation = _first_pose(unit, normal, headings[0])
+    _push_apart(world, handles)
     return handles
 
 
-def _first_pose(unit, normal, triangular, generator, concentration=0.0):
-    if triangular:
-        heading = generator.vonmises(0.0, concentration) if concentration else generator.uniform(0.0, 2.0 * np.pi)
-    else:
-        heading = np.pi * generator.integers(2)
+def first_places(unit, centres, bottom, test):
+    """Where the centres of units at rest on the bottom are, over (n, 2) [m]: (n, 3); with a margin they rest that much higher."""
+    foot = np.column_stack([centres, bottom.height(*centres.T)])
+    rest = unit.rest_height + test.margin * unit.nominal_diameter
+    return foot + rest * np.asarray(bottom.normal(*centres.T), dtype=float)
+
+
+def _first_pose(unit, normal, heading):
     return rotations.product(rotations.between(np.array([0.0, 0.0, 1.0]), normal), unit.first_layer_orientation(heading))
 
 
 def hang_layer(world, layer, load, centres, lowest, generator, first=0):
     """Units at uniformly random orientations over centres (n, 2), their lowest points at height ``lowest`` (n,) or above [m].
 
-    load: as by `load_of`; first: how many units of the layer stand already, which gives the next ones their names.
+    Returns their handles, and by how much each was lifted (n,) [m]. load: as by `load_of`; first: how many units of the layer
+    stand already, which gives the next ones their names.
 
     On a close grid about half of such units would overlap a neighbour. Drawing again until none does would prefer the
     orientations that fit side by side; so the orientation stays as drawn and the later of the two is lifted, a twentieth of
     its radius at a time, until it is free.
     """
     shape, handles = load["shape"], []
+    lifts = np.zeros(len(centres))
     vertices = np.concatenate([piece.vertices for piece in shape.pieces])
     for (x, y), z in zip(centres, lowest, strict=True):
         orientation = rotations.random(generator, 1)[0]
@@ -130,40 +151,49 @@ def hang_layer(world, layer, load, centres, lowest, generator, first=0):
     for _ in range(MOST_DRAWS):
         later = {max(rank.get(a, -1), rank.get(b, -1)) for a, b, _ in world.overlaps()} - {-1}
         if not later:
-            return handles
+            return handles, lifts
         for number in sorted(later):
             handles[number].position = handles[number].position + rise
+            lifts[number] += rise[2]
     raise InputError(f"placement: the units of layer {layer} overlap however far they are lifted; widen the grid")
 
 
-def _free(world, handles, redraw):
-    """Redraw units of this layer until none overlaps; where there is nothing to draw or it does not help, push them apart."""
+def _redrawn(world, handles, redraw):
+    """Redraw units of this layer until none overlaps; whether that was reached."""
     own, fewest, stalled = set(handles), len(handles) + 1, 0
-    for _ in range(MOST_DRAWS if redraw else 0):
+    for _ in range(MOST_DRAWS):
         bad = sorted({handles.index(b if b in own else a) for a, b, _ in world.overlaps() if a in own or b in own})
         if not bad:
-            return
+            return True
         stalled = 0 if len(bad) < fewest else stalled + 1
         fewest = min(fewest, len(bad))
         if stalled > MOST_DRAWS_IN_VAIN:
-            break
+            return False
         for index in bad:
             redraw(handles[index])
+    return False
+
+
+def _push_apart(world, handles):
+    """Push overlapping units of this layer apart sideways."""
     world.separate(handles)
     # what the library measures on touching edges is good to some 1e-5 of a unit; less than 1e-4 does no harm
+    own = set(handles)
     left = [(a, b, d) for a, b, d in world.overlaps(1e-4) if a in own or b in own]
     if left:
         a, b, depth = left[0]
         raise InputError(
-            f"placement: units {a.name!r} and {b.name!r} overlap by {depth:.3g} m and cannot be freed; widen the grid"
+            f"placement: units {a.name!r} and {b.name!r} overlap by {depth:.3g} m and cannot be freed; widen the grid, or "
+            "make the margin smaller"
         )
 
 
-def settle_layer(world, layer, handles, bottom, level, max_time):
+def settle_layer(world, layer, handles, bottom, level, nominal_diameter, max_time):
     """Run until the layer is at rest or the time is up, and say how it went.
 
-    Units whose centres have sunk below height ``level`` above the bottom [m] are lost: they may roll on without the layer
-    waiting for them.
+    level: `level_of` the layer below [m]. Units that have sunk below it are lost: they may roll on without the layer waiting
+    for them. Of the units that are still in the layer, unsettled are those that move and those that no contact carries: a
+    damping that stops all motion leaves units in the air.
     """
     first, unsolved, deepest = world.steps, world.unsolved_steps, [0.0]
 
@@ -171,19 +201,46 @@ def settle_layer(world, layer, handles, bottom, level, max_time):
         deepest[0] = max(deepest[0], world.last_step.penetration)
 
     def in_layer(bodies):
-        x, y, z = bodies.position.T
-        return z > level if is_flat(bottom) else z - bottom.height(x, y) > level
+        return height_above(bottom, bodies.position) > level
 
     reason = world.settle(max_time, watch=watch, heed=in_layer)
-    unsettled, rest = 0, world.last_step.penetration
-    for handle in handles if reason != "at_rest" else ():
+    rest, loads, standing, unsettled = world.last_step.penetration, loads_on(world.last_step), [], 0
+    heights = height_above(bottom, np.reshape([handle.position for handle in handles], (-1, 3)))
+    inside = in_place(heights, level, nominal_diameter)
+    for handle in (handle for handle, there in zip(handles, inside, strict=True) if there):
         radius = handle.shape.bounding_radius
         speed = np.linalg.norm(handle.velocity) + np.linalg.norm(handle.angular_velocity) * radius
-        x, y, z = handle.position
-        unsettled += int(speed > 5e-3 * np.sqrt(9.81 * radius) and z - float(bottom.height(x, y)) > level)
+        moves = reason != "at_rest" and speed > 5e-3 * np.sqrt(9.81 * radius)
+        if moves or sum(loads.get(handle.name, {}).values()) <= 0.0:
+            unsettled += 1
+        else:
+            standing.append(handle)
     return LayerRecord(
-        layer, tuple(handles), str(reason), unsettled, rest, deepest[0], world.steps - first, world.unsolved_steps - unsolved
+        layer,
+        tuple(handles),
+        str(reason),
+        unsettled,
+        rest,
+        deepest[0],
+        world.steps - first,
+        world.unsolved_steps - unsolved,
+        standing=tuple(standing),
     )
+
+
+def in_place(heights, level, nominal_diameter):
+    """Which units are in their layer, by the heights of their centres above the bottom (n,) and the `level_of` the layer below
+    [m]: the others fell out of it."""
+    return np.asarray(heights) > level + ABOVE * nominal_diameter
+
+
+def level_of(heights, level, nominal_diameter):
+    """Median height of the centres of a layer's units [m]. It does not mind a few that fell out of the layer; where most did, it
+    is that of the units that are in it, and where none is, the `level` of the layer below."""
+    inside = in_place(heights, level, nominal_diameter)
+    if 2 * inside.sum() < len(inside):
+        heights = heights[inside]
+    return float(np.median(heights)) if inside.any() else level
 
 
 def shake(world, handles, acceleration, nominal_diameter):
@@ -201,17 +258,15 @@ def shake(world, handles, acceleration, nominal_diameter):
         world.run(0.5 / frequency)
 
 
-def reference_shift(handles, centres):
-    """How far the unit nearest the middle of a layer came to rest from its aim, in plan [m]: what "layer reference" passes on."""
-    middle = nearest_the_middle(centres)
-    return handles[middle].position[:2] - centres[middle]
+def reference_shift(record, aims):
+    """How far the unit nearest the middle of a layer came to rest from its aim, in plan [m]: what "layer reference" passes on.
 
-
-def nearest_the_middle(centres):
-    """Index of the centre (n, 2) nearest the middle of them all."""
-    return int(np.argmin(((centres - centres.mean(axis=0)) ** 2).sum(axis=1)))
-
-
-def is_flat(bottom):
-    """Whether the bottom is the plane z = 0."""
-    return isinstance(bottom, Flat)
+    Only a unit that stands in its layer can be referred to; where none does, nothing is passed on.
+    """
+    standing = set(record.standing)
+    stands = np.array([handle in standing for handle in record.handles])
+    if not stands.any():
+        return np.zeros(2)
+    distance = ((aims - aims.mean(axis=0)) ** 2).sum(axis=1)
+    middle = int(np.argmin(np.where(stands, distance, np.inf)))
+    return record.handles[middle].position[:2] - aims[middle]

@@ -24,8 +24,7 @@ def layer_axes(samples, ax=None, title=None):
         colour, marker = next((style for word, style in STYLES.items() if word in label), (None, "o"))
         line = "none" if "laboratory" in label or "measured" in label else "-"
         layers = np.arange(1, len(sample.mean) + 1)
-        known = np.all(np.isfinite(sample.cv)) and np.all(np.asarray(sample.tests) >= 2)
-        half = sample.mean - statistics.confidence_interval(sample)[0] if known else None
+        half = _half_interval(sample)
         ax.errorbar(layers + shift, sample.mean, yerr=half, label=label, color=colour, marker=marker, markersize=5,
                     linestyle=line, linewidth=1, capsize=2.5)
     ax.set_xticks(np.arange(1, max(len(sample.mean) for _, sample in samples) + 1))
@@ -36,6 +35,17 @@ def layer_axes(samples, ax=None, title=None):
     ax.spines[["top", "right"]].set_visible(False)
     ax.legend(frameon=False, fontsize=9)
     return ax
+
+
+def _half_interval(sample):
+    """Half the 95 % interval of each mean (M,), nan for a layer of unknown scatter; None where it is known of none."""
+    mean, cv, tests = (np.broadcast_to(np.asarray(part, dtype=float), np.shape(sample.mean)) for part in sample)
+    known = (mean > 0.0) & (cv >= 0.0) & (tests >= 2)
+    if not known.any():
+        return None
+    half = np.full(mean.shape, np.nan)
+    half[known] = mean[known] - statistics.confidence_interval(statistics.Sample(mean[known], cv[known], tests[known]))[0]
+    return half
 
 
 def grid_figure(panels):
@@ -54,14 +64,17 @@ def grid_figure(panels):
 def sensitivity_figure(rows):
     """eps_R of every parameter value of Table 1 as bars; returns the Figure.
 
-    rows: dictionaries with parameter, value, mean_relative_error.
+    rows: dictionaries with parameter, value, mean_relative_error (nan where no test left a structure: said so, no bar).
     """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8, 0.28 * len(rows) + 1.2), layout="constrained")
     ax = figure.add_subplot()
     names = [f"{row['parameter'].replace('_', ' ')} = {row['value']:g}" for row in rows]
-    ax.barh(names, [100 * row["mean_relative_error"] for row in rows], color=STYLES["model"][0], height=0.6)
+    errors = np.array([row["mean_relative_error"] for row in rows], dtype=float)  # None, as JSON has it, is nan
+    ax.barh(names, 100 * np.nan_to_num(errors), color=STYLES["model"][0], height=0.6)
+    for place in np.flatnonzero(np.isnan(errors)):
+        ax.text(0.0, place, " no structure", va="center", fontsize=9)
     ax.axvspan(1.9, 7.6, color="#eeeae0", zorder=0, label="the paper's range, 1.9 to 7.6 %")
     ax.invert_yaxis()
     ax.set_xlabel("mean relative error of three layers, %")

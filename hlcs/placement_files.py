@@ -9,20 +9,20 @@
     effects = [{ name = "rolling_friction", arm = 0.02 }]   # of the engine's library, beside gravity
 """
 
-import difflib
 from dataclasses import fields
 from math import isfinite
 from pathlib import Path
 
 import minibullet as mb
+from hlcs import plausible
 from hlcs.armour import UNITS
 from hlcs.bottoms import Flat, Slope, Survey, parse_bottom
 from hlcs.experiment import PlacementTest
 from hlcs.grids import RPG, TPG, Grid
-from hlcs.toml_files import TomlFile
+from hlcs.toml_files import LARGEST, TomlFile, nearest
 from minibullet.effects import library
 from minibullet.effects.contract import name_of, parameters
-from minibullet.errors import InputError
+from minibullet.errors import InputError, shown_value
 
 FIELDS = tuple(field.name for field in fields(PlacementTest))
 KEYS = (*FIELDS, "nominal_diameter", "stacking")
@@ -32,9 +32,12 @@ SURVEY_FILE = "bottom.csv"
 EXAMPLE = '[{ name = "rolling_friction", arm = 0.02 }]'
 
 
-def read_placement_file(path, **overrides):
-    """The PlacementTest of a TOML file; overrides (keys as in the file) win. InputError names file, line, key and remedy."""
-    file = TomlFile(path, SECTIONS)
+def read_placement_file(path, allow_outside=False, **overrides):
+    """The PlacementTest of a TOML file; overrides (keys as in the file) win. InputError names file, line, key and remedy.
+
+    allow_outside: let it name a survey outside its own folder.
+    """
+    file = TomlFile(path, SECTIONS, allow_outside)
     file.known(file.values, "")
     if "placement" not in file.values:
         raise InputError(f"{file.path}: [placement] is missing; write the settings of the test under it")
@@ -54,35 +57,52 @@ def checked_table(file, skipped=()):
         file.fail("placement", "must be a table: [placement]")
     for key in table:
         if key not in KEYS:
-            file.fail(key, f"unknown key; the nearest known key is '{nearest(key)}'", "placement")
+            file.fail(key, f"unknown key; the nearest known key is '{nearest(key, KEYS)}'", "placement")
     if "nominal_diameter" in skipped or "side" in skipped:
         table = {key: value for key, value in table.items() if key not in ("nominal_diameter", "side")}
-    if "bottom" in table and "bottom" not in skipped and isinstance(table["bottom"], str):
-        table = {**table, "bottom": _at(file, "bottom", parse_bottom, table["bottom"], file.path.parent)}
+    if "bottom" not in skipped:
+        table = with_bottom(table, file, "placement")
     for key in table:  # one by one first, so that the complaint can name the line
         if key not in skipped:
             check_value(file, "placement", key, table[key], _size(table))
     return table
 
 
+def with_bottom(table, file, section):
+    """A table under `section` of a TomlFile with its bottom, where it has one, read: a survey lies beside the file."""
+    text = table.get("bottom")
+    if not isinstance(text, str):
+        return table
+    if text.strip().lower().endswith(".csv"):
+        file.file_of(text.strip(), "bottom", section)
+    return {**table, "bottom": _at(file, "bottom", parse_bottom, text, file.path.parent, section=section)}
+
+
 def check_value(file, section, key, value, size=None):
     """InputError that names the line where a value under `section` of a TomlFile can be no setting; size: rows and columns."""
     others = size or {} if key == "layers" else {"layers": 1}
-    _at(file, key, make_placement, {**others, key: value}, section=section)
+    _at(file, key, _made, {**others, key: value}, section=section)
 
 
 def make_placement(table):
     """The PlacementTest of a flat dictionary with the keys of [placement]; InputError names the field."""
+    test = _made(table)
+    plausible.check_effort(test)
+    return test
+
+
+def _made(table):
+    """The PlacementTest, each setting judged by itself."""
     table = dict(table)
     for key in table:
         if key not in KEYS:
-            raise InputError(f"placement: unknown key '{key}'; the nearest known key is '{nearest(key)}'")
+            raise InputError(f"placement: unknown key '{key}'; the nearest known key is '{nearest(key, KEYS)}'")
     if "nominal_diameter" in table:
         if "side" in table:
             raise InputError("placement: both side and nominal_diameter are given; leave one of the two out")
         table["side"] = _side(table.pop("nominal_diameter"), table.get("armour", "cubipod"))
     if "grid" in table and not isinstance(table["grid"], str | Grid):
-        raise InputError(f"placement: grid = {table['grid']!r}; it must be text such as \"TPG\" or \"1.5,1.3\"")
+        raise InputError(f"placement: grid = {shown_value(table['grid'])}; it must be text such as \"TPG\" or \"1.5,1.3\"")
     if "stacking" in table:
         table["grid"] = Grid.parse(table.get("grid", TPG)).stacked(table.pop("stacking"))
     for key, value in table.items():
@@ -92,9 +112,9 @@ def make_placement(table):
         if key == "effects":
             table[key] = _effects(value)
         if TYPES[key] in (float, int) and (isinstance(value, bool) or not isinstance(value, int | float)):
-            raise InputError(f"placement: {key} = {value!r}; it must be a number")
+            raise InputError(f"placement: {key} = {shown_value(value)}; it must be a number")
         if key in ("reference", "shape", "armour", "solver") and not isinstance(value, str):
-            raise InputError(f"placement: {key} = {value!r}; it must be text")
+            raise InputError(f"placement: {key} = {shown_value(value)}; it must be text")
     return PlacementTest(**table)
 
 
@@ -136,15 +156,10 @@ def survey_csv(bottom):
     return "\n".join(["x_m,y_m,z_m", *rows, ""])
 
 
-def nearest(key):
-    """The known key that looks most like this one."""
-    return difflib.get_close_matches(str(key), KEYS, n=1, cutoff=0.0)[0]
-
-
 def _effects(entries):
     """Values of the engine's effects from [{"name": ..., parameter: number, ...}]; such values themselves pass."""
     if not isinstance(entries, list | tuple):
-        raise InputError(f"placement: effects = {entries!r}; it must be a list such as {EXAMPLE}")
+        raise InputError(f"placement: effects = {shown_value(entries)}; it must be a list such as {EXAMPLE}")
     found = []
     for entry in entries:
         if isinstance(entry, mb.Effect):
@@ -152,17 +167,21 @@ def _effects(entries):
             continue
         name = entry.get("name") if isinstance(entry, dict) else None
         if not isinstance(name, str):
-            raise InputError(f"placement: effects: {entry!r} has no name; write {EXAMPLE}")
+            raise InputError(f"placement: effects: {shown_value(entry)} has no name; write {EXAMPLE}")
         kinds = library()
         if name not in kinds:
-            near = difflib.get_close_matches(name, kinds, n=1, cutoff=0.0)[0]
-            raise InputError(f"placement: effects: unknown effect '{name}'; the nearest known effect is '{near}'")
+            near = nearest(name, kinds)
+            raise InputError(f"placement: effects: unknown effect {shown_value(name)}; the nearest known effect is '{near}'")
         numbers = {key: value for key, value in entry.items() if key != "name"}
-        for key in numbers:
+        for key, value in numbers.items():
             known = parameters(kinds[name])
+            if not known:
+                raise InputError(f"placement: effects: {name} has no numbers; write {{ name = \"{name}\" }}")
             if key not in known:
-                near = difflib.get_close_matches(key, known, n=1, cutoff=0.0)[0]
-                raise InputError(f"placement: effects: {name} has no number '{key}'; the nearest is '{near}'")
+                near = nearest(key, known)
+                raise InputError(f"placement: effects: {name} has no number {shown_value(key)}; the nearest is '{near}'")
+            if isinstance(value, int | float) and not abs(value) <= LARGEST:
+                raise InputError(f"placement: effects: {name}: {key} = {shown_value(value)}; it must be at most {LARGEST:g}")
         found.append(kinds[name](**numbers))
     return tuple(found)
 
@@ -171,7 +190,7 @@ def _side(nominal_diameter, armour):
     """The cube side [m] of a unit of this nominal diameter [m]."""
     value = nominal_diameter
     if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value) or value <= 0:
-        raise InputError(f"placement: nominal_diameter = {value!r}; it must be a finite number > 0 (metres)")
+        raise InputError(f"placement: nominal_diameter = {shown_value(value)}; it must be a finite number > 0 (metres)")
     return value / UNITS.get(armour, UNITS["cubipod"])(side=1.0).nominal_diameter
 
 

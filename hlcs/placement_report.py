@@ -4,8 +4,9 @@ import base64
 import html
 
 from hlcs import files, placement_figures
-from hlcs.layer_compare import compare_layers, laboratory_for, sample_of
+from hlcs.layer_compare import compare_layers, laboratory_for, percent, sample_of
 from hlcs.placement_files import placement_table
+from hlcs.placement_result import or_dash
 from hlcs.tables import paper_numerical
 from minibullet import drawing
 
@@ -33,9 +34,10 @@ def write_report(result, folder):
 def report_page(result):
     """The text of the page."""
     test, data = result.test, result.to_dict()
-    title = f"Placement test: {data['grid']} grid, {len(result.poses)} layers of Cubipods"
+    title = f"Placement test: {data['grid']} grid, {len(result.poses)} layers of {test.unit.name}s"
     measured = laboratory_for(test)
     parts = [f"<h1>{html.escape(title)}</h1>", f"<p>{html.escape(headline(result, measured))}</p>"]
+    parts += [f'<p class="note">{html.escape(note[0].upper() + note[1:])}.</p>' for note in result.notes()]
     samples = [("model", sample_of(result)[1])]
     if measured is None:
         parts.append(layer_table(data))
@@ -63,31 +65,36 @@ def headline(result, measured):
     lost = sum(row["lost"] for row in data["layers"])
     unsettled = sum(row["unsettled"] for row in data["layers"])
     units, rest = sum(row["units"] for row in data["layers"]), f"{unsettled} had not" if unsettled else "all had"
-    text = (f"{units} units stand {data['height_over_dn']:.3f} Dn high with a porosity of {data['porosity']:.3f}; "
-            f"{lost or 'none'} fell out of their layer, {rest} come to rest, and the deepest overlap was "
-            f"{data['max_penetration_over_dn']:.1e} Dn.")
+    stand = (f"{units} units stand {data['height_over_dn']:.3f} Dn high" if data["structure"]
+             else f"{units} units were placed and left no structure that could be measured to its top")
+    text = (f"{stand}; {lost or 'none'} fell out of their layer, {rest} come to rest, and the deepest overlap was "
+            f"{data['max_penetration_over_dn']:.1e} Dn. Porosity {or_dash(data['achieved_porosity'], '.3f')} and packing "
+            f"density {or_dash(data['achieved_packing_density'], '.3f')} where the units came to rest, "
+            f"{or_dash(data['porosity'], '.3f')} and {data['packing_density']:.3f} nominal.")
     if measured is not None:
         comparison = compare_layers(result, measured)
-        text += (f" Against the laboratory the layer coefficients miss by {100 * comparison.mean_relative_error:.2f} % "
-                 f"on average, the height by {100 * comparison.height_error:+.2f} %.")
+        text += (f" Against the laboratory the layer coefficients miss by {percent(comparison.mean_relative_error)} % "
+                 f"on average, the height by {percent(comparison.height_error, '+.2f')} %.")
     return text
 
 
 def layer_table(data):
     """The layers as an HTML table."""
-    rows = [(row["layer"], f"{row['k']:.3f}", row["readings"], row["units"], row["lost"], row["unsettled"])
-            for row in data["layers"]]
-    return _table(("layer", "k", "plates", "units", "lost", "unsettled"), rows)
+    rows = [(row["layer"], or_dash(row["k"], ".3f"), row["readings"], row["unsupported_readings"], row["units"], row["lost"],
+             row["unsettled"]) for row in data["layers"]]
+    return _table(("layer", "k", "plates", "plates left out", "units", "lost", "unsettled"), rows)
 
 
 def comparison_table(comparison, data):
     """The layers beside the measurement as an HTML table."""
-    rows = [(row.layer, f"{row.mean:.3f}", f"{row.measured_mean:.3f}", f"{100 * row.signed_error:+.2f}", f"{row.z:+.1f}",
-             layer["units"], layer["lost"], layer["unsettled"])
+    rows = [(row.layer, or_dash(row.mean, ".3f"), f"{row.measured_mean:.3f}", percent(row.signed_error, "+.2f"),
+             or_dash(row.z, "+.1f"), layer["readings"], layer["unsupported_readings"], layer["units"], layer["lost"],
+             layer["unsettled"])
             for row, layer in zip(comparison.to_dataframe().itertuples(), data["layers"], strict=False)]
-    rows.append(("sum", f"{comparison.model.mean.sum():.3f}", f"{comparison.measured.mean.sum():.3f}",
-                 f"{100 * comparison.height_error:+.2f}", "", "", "", ""))
-    return _table(("layer", "k, model", "k, laboratory", "error %", "z", "units", "lost", "unsettled"), rows)
+    rows.append(("sum", or_dash(comparison.model.mean.sum(), ".3f"), f"{comparison.measured.mean.sum():.3f}",
+                 percent(comparison.height_error, "+.2f"), "", "", "", "", "", ""))
+    return _table(("layer", "k, model", "k, laboratory", "error %", "z", "plates", "plates left out", "units", "lost",
+                   "unsettled"), rows)
 
 
 def settings_table(test, data):

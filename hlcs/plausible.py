@@ -4,13 +4,79 @@ What no body does is refused by file and column; what is merely odd is described
 effects: only gravity, the floor and the size of the body as the file states them.
 """
 
+import warnings
+from math import sqrt
+
 import numpy as np
 
-from minibullet.errors import InputError
+from minibullet.errors import InputError, InputWarning
+
+# Numbers that can be computed with but are hardly meant outside of these: lowest, highest, unit, why.
+USUAL = {
+    "side": (5e-3, 10.0, "m", "models have sides of centimetres, the largest armour units of 4 m: lengths are in m"),
+    "radius": (1e-4, 10.0, "m", "shot and grains have a radius of a millimetre, boulders of some metres: lengths are in m"),
+    "mass": (1e-6, 1e5, "kg", "a grain of sand has 1e-6 kg, the largest armour units 150 t: masses are in kg"),
+    "density": (500.0, 12000.0, "kg/m3", "wood has 500, concrete 2400, lead 11300: 2.4 t/m3 are 2400 kg/m3"),
+    "friction": (0.0, 2.0, "1", "rubber on concrete has 1.2: of an angle write the tangent, 0.6 for 31 degrees"),
+    "gravity": (0.0, 25.0, "m/s2", "Jupiter has 24.8, the Earth 9.81: lengths are in m, not in feet or cm"),
+    "fluid_density": (0.0, 14000.0, "kg/m3", "water has 1000, mercury 13600"),
+    "fluid_viscosity": (0.0, 100.0, "Pa s", "water has 0.001, honey 10"),
+    "falling_distance": (0.0, 5.0, "Dn", "units are let go at 0.25 Dn: a distance in nominal diameters, not in m or cm"),
+    "settle_time": (0.1, 600.0, "s", "a layer comes to rest within some seconds"),
+}
+FEET = 0.3048  # m
+TOO_FAST = 1.5  # free falls faster than so many g are told: no shipped effect makes a body fall so fast
+MOST_STEPS = 10_000_000  # of a layer, or of all recordings: a step of the smallest test takes 0.1 ms, so 20 minutes at the least
+MOST_UNITS = 100_000  # of a test: 1,500 units take a minute or more, so a day
+STRIDE = 0.5  # of its size that a body may fall through in a step: beyond that two can pass through each other unseen
 
 LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
+SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
 ALOFT = 5.0  # times as long as a throw of that height can last
+
+
+def unlikely(name, value):
+    """What is odd about a number of that name, in words; "" where nothing is."""
+    if name not in USUAL:
+        return ""
+    low, high, unit, why = USUAL[name]
+    unit = "" if unit == "1" else f" {unit}"
+    return "" if low <= value <= high else f"{value:g}{unit} is hardly meant; usual is {low:g} to {high:g}: {why}"
+
+
+def tell_unlikely(test):
+    """Warn of settings of a PlacementTest that are hardly meant."""
+    for name, value in vars(test).items():
+        if said := unlikely(name, value):
+            warnings.warn(f"placement: {name} = {said}", InputWarning, stacklevel=4)  # where the test is made
+
+
+def check_effort(test):
+    """InputError for a PlacementTest that would compute for weeks, or whose units fall through each other in one step."""
+    steps = test.settle_time / test.time_step
+    if steps > MOST_STEPS:
+        raise InputError(f"placement: time_step = {test.time_step:g} s makes {steps:.3g} steps of a layer with settle_time = "
+                         f"{test.settle_time:g} s, at most {MOST_STEPS:.0e} are computed; take time_step >= "
+                         f"{test.settle_time / MOST_STEPS:.2g} s, or a shorter settle_time")
+    units = sum((test.rows - below) * (test.columns - below) for below in range(test.layers))
+    if units > MOST_UNITS:
+        raise InputError(f"placement: {test.rows} rows, {test.columns} columns and {test.layers} layers are {units} units; at "
+                         f"most {MOST_UNITS} are placed: take fewer")
+    size = test.side
+    speed = sqrt(2 * 9.81 * (test.falling_distance + 1) * size)  # after its fall, and down into a gap of its own size
+    if speed * test.time_step > STRIDE * size:
+        raise InputError(f"placement: a unit of side = {size:g} m falls by {speed * test.time_step:.2g} m in one time_step = "
+                         f"{test.time_step:g} s, more than half its size, and would pass through others; take time_step <= "
+                         f"{STRIDE * size / speed:.2g} s")
+
+
+def check_duration(trials, step):
+    """InputError where recordings are longer than can be computed in steps of that many seconds."""
+    seconds = sum(float(trial.times[-1] - trial.times[0]) for trial in trials)
+    if seconds / step > MOST_STEPS:
+        raise InputError(f"model.time_step = {step:g} s: the recordings last {seconds:.4g} s, {seconds / step:.3g} steps, "
+                         f"at most {MOST_STEPS:.0e} are computed; take time_step >= {seconds / MOST_STEPS:.2g} s or cut them")
 
 
 def acceleration(trial, axis, pieces=8, least=6):
@@ -53,6 +119,10 @@ def check_units(trial, path):
         if a + (4 * error if floor is not None else 0.0) < -6 * gravity:
             raise InputError(f"{path}, column z_m: apparent acceleration {-a:.3g} m/s2 in free flight; units that cannot be "
                              "right: lengths in m, times in s")
+        if a + 4 * error < -TOO_FAST * gravity:
+            in_feet = 0.8 * gravity <= -a * FEET <= 1.05 * gravity  # air may brake it by a fifth
+            warnings.warn(f"{path}, column z_m: falls with {-a:.3g} m/s2 where gravity is {gravity:.3g} m/s2; lengths are in m"
+                          + (", are these in feet?" if in_feet else ", times in s"), InputWarning, stacklevel=2)
         if floor is None and duration > 120 and trial.surroundings.fluid_density < LIQUID:
             raise InputError(f"{path}, column t_s: free flight of {duration:.4g} s; units that cannot be right: times in s")
 
@@ -240,19 +310,26 @@ def quantisation(values):
 
 
 def refuse_copies(trials, paths):
-    """Refuse a recording that stands twice, shifted or rotated copies included: copies leak from training into test."""
-    for second in range(len(trials)):
-        for first in range(second):
-            a, b = trials[first], trials[second]
-            if len(a.times) != len(b.times) or not np.allclose(np.diff(a.times), np.diff(b.times), rtol=1e-6, atol=1e-9):
-                continue
-            moved_a = np.linalg.norm(np.diff(a.position[:, np.isfinite(a.position).any(axis=0)], axis=0), axis=1)
-            moved_b = np.linalg.norm(np.diff(b.position[:, np.isfinite(b.position).any(axis=0)], axis=0), axis=1)
-            there = np.isfinite(moved_a) & np.isfinite(moved_b)
-            if np.array_equal(np.isfinite(moved_a), np.isfinite(moved_b)) and there.sum() > 3 and np.ptp(moved_a[there]) > 0 and (
-                    np.max(np.abs(moved_a[there] - moved_b[there])) < 1e-6 * np.max(moved_a[there])):
-                same = np.allclose(a.position, b.position, rtol=0, atol=1e-9, equal_nan=True)
-                kind = "the same recording" if same else "a shifted or rotated copy"
-                raise InputError(f"{paths[second]}: {kind} as {paths[first].name}; copies may not stand as separate trials")
+    """Refuse a recording that stands twice, shifted or rotated copies included: copies leak from training into test.
 
-
+    Copies move as far from sample to sample, so their whole ways are alike: only neighbours in a list sorted by it are compared.
+    """
+    seen = {}  # number of samples and which steps are known -> [(whole way, index, steps)]
+    for index, trial in enumerate(trials):
+        steps = np.linalg.norm(np.diff(trial.position[:, np.isfinite(trial.position).any(axis=0)], axis=0), axis=1)
+        there = np.isfinite(steps)
+        if there.sum() > 3 and np.ptp(steps[there]) > 0:
+            seen.setdefault((len(steps), there.tobytes()), []).append((float(steps[there].sum()), index, steps[there]))
+    for alike in seen.values():
+        alike.sort(key=lambda one: one[:2])
+        for place, (way, index, steps) in enumerate(alike):
+            near = SAME * steps.max()
+            for other_way, other, others in alike[place + 1:]:
+                if other_way - way > len(steps) * max(near, SAME * others.max()):
+                    break
+                first, second = sorted((index, other))
+                if np.max(np.abs(steps - others)) < SAME * max(steps.max(), others.max()) and np.allclose(
+                        np.diff(trials[first].times), np.diff(trials[second].times), rtol=SAME, atol=1e-9):
+                    same = np.allclose(trials[first].position, trials[second].position, rtol=0, atol=1e-9, equal_nan=True)
+                    kind = "the same recording" if same else "a shifted or rotated copy"
+                    raise InputError(f"{paths[second]}: {kind} as {paths[first].name}; copies may not stand as separate trials")

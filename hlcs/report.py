@@ -2,12 +2,12 @@
 
 import base64
 import html
-import io
 
 from hlcs import files
 
 from .diagnosis import VERDICTS, dumps
 from .impact_readings import impact_lines
+from .spreadsheets import csv_text
 
 
 def number(value, unit="", digits=3):
@@ -157,36 +157,26 @@ def _picture(result):
 
 def save_diagnosis(diagnosis, folder):
     """Write the files of a diagnosis into a folder; returns the folder."""
-    folder = files.make_folder(folder)
     picture = _picture(diagnosis)
-    found = {"candidates.csv": diagnosis.to_dataframe().to_csv(index=False).encode(),
+    found = {"candidates.csv": csv_text(diagnosis.to_dataframe()).encode(),
              "report.txt": (diagnosis.summary() + "\n").encode(),
              "report.html": as_html(diagnosis.title, diagnosis.summary(), picture).encode()}
     if picture is not None:
         found["diagnosis.png"] = picture
-    if diagnosis.model is not None and hasattr(diagnosis.model, "to_toml"):
-        found["model.toml"] = diagnosis.model.to_toml().encode()
+    if diagnosis.model is not None and hasattr(diagnosis.model, "files"):
+        found |= diagnosis.model.files(folder)
     found["result.json"] = dumps(diagnosis).encode()  # last: where it stands, the others stand too
-    return _written(folder, found)
+    return files.save_files(folder, found)
 
 
 def save_comparison(comparison, folder):
     """Write the files of a comparison into a folder; returns the folder."""
     import json
 
-    folder = files.make_folder(folder)
-    buffer = io.StringIO()
-    comparison.to_dataframe().to_csv(buffer, index=False)
-    found = {"residuals.csv": buffer.getvalue().encode(), "comparison.txt": (comparison.summary() + "\n").encode()}
+    found = {"residuals.csv": csv_text(comparison.to_dataframe()).encode(),
+             "comparison.txt": (comparison.summary() + "\n").encode()}
     picture = _picture(comparison)
     if picture is not None:
         found["comparison.png"] = picture
     found["comparison.json"] = json.dumps(comparison.to_json(), indent=1).encode()  # last, see above
-    return _written(folder, found)
-
-
-def _written(folder, found):
-    """Each file under a temporary name first, then renamed: a killed run leaves no half file."""
-    for name, content in found.items():
-        files.write_bytes(folder / name, content)
-    return folder
+    return files.save_files(folder, found)

@@ -12,8 +12,7 @@ from hlcs import files, parallel
 from hlcs.bottoms import Flat, Slope
 from hlcs.experiment import PlacementTest
 from hlcs.grids import RPG, TPG
-from hlcs.layer_compare import compare_layers, repeated, sample_of
-from hlcs.placement import nearest_the_middle
+from hlcs.layer_compare import compare_layers, repeated
 from hlcs.placement_files import placement_table
 from hlcs.tables import laboratory, sensitivity_values
 
@@ -72,13 +71,12 @@ def blind(plan, progress=None):
     rows = []
     for number, (bottom, reference) in enumerate(cases):
         own = results[number * len(seeds):(number + 1) * len(seeds)]
-        missed = [miss(result) for result in own]
-        drift = [[np.linalg.norm(layer.mean(axis=0)) for layer in one] for one in missed]
+        far = [int((np.linalg.norm(layer, axis=1) > 0.5).sum()) for result in own for layer in result.misses]
         rows.append({"bottom_slope": getattr(bottom, "grade", 0.0), "reference": reference,
-                     "layers": [float(k) for k in sample_of(own)[1].mean],
-                     "height_over_dn": float(np.mean([result.height_over_dn for result in own])),
-                     "drift_over_dn": [float(d) for d in np.mean(drift, axis=0)],
-                     "misplaced_units": sum(int((np.linalg.norm(layer, axis=1) > 0.5).sum()) for one in missed for layer in one),
+                     "layers": [float(k) for k in _mean(own, lambda result: result.layer_coefficients).mean],
+                     "height_over_dn": float(_mean(own, lambda result: [result.height_over_dn]).mean[0]),
+                     "drift_over_dn": [float(d) for d in _mean(own, lambda result: result.drift).mean],
+                     "misplaced_units": sum(far),
                      **_counts(own)})
     return _document("blind", plan, seeds) | {"cases": rows}
 
@@ -100,7 +98,7 @@ def table1(plan, progress=None):
         own = [found[replace(base, **{name: value, "seed": seed})] for seed in seeds]
         summary = _summary(own, measured)
         rows.append({"parameter": name, "value": value, **summary})
-    errors = [row["mean_relative_error"] for row in rows]
+    errors = [row["mean_relative_error"] for row in rows if np.isfinite(row["mean_relative_error"])] or [np.nan]
     return _document("table1", plan, seeds) | {"rows": rows, "lowest_error": min(errors), "highest_error": max(errors),
                                                "units": sum(base.grid.units(10, 10, layer) for layer in (1, 2, 3))}
 
@@ -118,18 +116,6 @@ def figures(plan, progress=None):
         own = results[number * len(seeds):(number + 1) * len(seeds)]
         shapes[shape][grid.name] = _summary(own, laboratory("table2", grid=grid))
     return _document("figures", plan, seeds) | {"shapes": shapes}, results[2 * len(seeds)]
-
-
-def miss(result):
-    """How far every unit came to rest from its aim, in plan: per layer (n, 2) [Dn]."""
-    test, dn = result.test, result.test.unit.nominal_diameter
-    shift, found = np.zeros(2), []
-    for layer, poses in enumerate(result.poses, start=1):
-        centres = test.grid.centres(test.rows, test.columns, layer) * dn + shift
-        found.append((poses[:, :2] - centres) / dn)
-        if test.reference == "layer":
-            shift = shift + dn * found[-1][nearest_the_middle(centres)]
-    return found
 
 
 # -------------------------------------------------------------------------------------------------------------- pieces
@@ -153,15 +139,27 @@ def _document(name, plan, seeds):
 
 
 def _summary(results, measured):
-    """What the contract says of one grid: layers, errors against the measurement, height, porosity, lost and unsettled units."""
-    model = repeated([result.layer_coefficients for result in results])
+    """What the contract says of one grid: layers, errors against the measurement, height, porosity, lost and unsettled units.
+
+    "tests" of a layer are those that left a structure and read it; where none did, its numbers are nan.
+    """
+    model = _mean(results, lambda result: result.layer_coefficients)
     layers = len(model.mean)
     comparison = compare_layers(model, measured)
-    rows = [{"layer": j + 1, "mean": float(model.mean[j]), "cv": float(model.cv[j]), "tests": len(results),
+    rows = [{"layer": j + 1, "mean": float(model.mean[j]), "cv": float(model.cv[j]), "tests": int(model.tests[j]),
              "relative_error": float(abs(comparison.signed_errors[j]))} for j in range(layers)]
     return {"layers": rows, "mean_relative_error": comparison.mean_relative_error, "signed_bias": comparison.signed_bias,
             "height_over_dn": float(model.mean.sum()), "height_error": comparison.height_error,
-            "porosity": float(np.mean([result.porosity for result in results])), **_counts(results)}
+            "porosity": float(_mean(results, lambda result: [result.porosity]).mean[0]), **_counts(results)}
+
+
+def _mean(results, numbers):
+    """The Sample of some numbers of repeated tests, `numbers`(result) -> (n,), by those that left a structure.
+
+    What a run that left none reads is no layer coefficient: its units move, hang in the air, or lie about. It stays out of
+    every mean and range. Where no run is left the numbers are nan, of 0 tests.
+    """
+    return repeated([np.where(result.stands, numbers(result), np.nan) for result in results])
 
 
 def _counts(results):

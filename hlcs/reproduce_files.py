@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from hlcs import files, ladder, placement_figures, reproduce
-from hlcs.layer_compare import sample_of
+from hlcs.layer_compare import percent, sample_of
 from hlcs.reproduce_text import text_of
 from hlcs.statistics import Sample
 from hlcs.tables import laboratory, paper_numerical
@@ -66,7 +66,7 @@ def _panels(table, variants):
         layers = len(variants[0][1][grid]["layers"])
         samples = [("laboratory", _cut(laboratory(table, grid=grid), layers)),
                    ("paper's numerical model", _cut(paper_numerical(table, grid=grid), layers))]
-        samples += [(f"{name}: {100 * grids[grid]['mean_relative_error']:.2f} %", _sample(grids[grid]))
+        samples += [(f"{name}: {percent(grids[grid]['mean_relative_error'])} %", _sample(grids[grid]))
                     for name, grids in variants]
         panels[f"{grid}: layer coefficients, and mean error to the laboratory"] = samples
     return placement_figures.grid_figure(panels)

@@ -3,12 +3,17 @@
 import numpy as np
 
 from hlcs import statistics
+from hlcs.layer_compare import percent
+from hlcs.placement_result import or_dash
 from hlcs.tables import laboratory, paper_numerical
 
 FRICTION_NOTE = """\
 Two contact frictions stand side by side. Bullet multiplies the values of two bodies, so the 0.6 that the paper calibrated,
 typed on every body, acted as 0.36 between them. 0.36 is the default, because it is what the paper's model ran with and was
 tuned by; 0.6 is what the same number means as Coulomb's coefficient of the contact (Eq. 9)."""
+NO_STRUCTURE = "no structure"
+WHAT_IS_NONE = """a layer carries no plate, and most of its units fell out of it, move or hang in the air; such tests are
+left out of means and ranges (lost and moving units are of all tests)."""
 
 
 def text_of(document):
@@ -43,12 +48,26 @@ def blind_text(document):
     lines = [f"Blind placement on TPG, {document['repeats']} tests each", head]
     for row in document["cases"]:
         bottom = f"{row['bottom_slope']:.0%}" if row["bottom_slope"] else "flat"
-        drift = " ".join(f"{value:.2f}" for value in row["drift_over_dn"])
-        lines.append(f"{bottom:>8} {row['reference']:>10} {row['height_over_dn']:>10.3f} {row['lost_units']:>5} "
+        drift = " ".join(or_dash(value, ".2f") for value in row["drift_over_dn"])
+        lines.append(f"{bottom:>8} {row['reference']:>10} {or_dash(row['height_over_dn'], '.3f'):>10} {row['lost_units']:>5} "
                      f"{row['misplaced_units']:>10}  {drift}")
-    lines += ["drift: how far the mean of a layer lies from its aim, mean of the tests; misplaced: over 0.5 Dn from the aim;",
-              "lost: fell below the layer under theirs; both of all tests together."]
+    lines += ["drift: how far the middle of the units in a layer lies from its aim, mean of the tests; misplaced: over 0.5 Dn",
+              "from the aim; lost: fell to the level of the layer under theirs or deeper; both of all tests together, of "
+              f"{document['repeats'] * document['cases'][0]['units']}.", *_blind_findings(document)]
     return "\n".join([*lines, "", _settings_line(document)])
+
+
+def _blind_findings(document):
+    """One line a bottom: what blind reference changes against layer reference."""
+    rows = {(row["bottom_slope"], row["reference"]): row for row in document["cases"]}
+    lines = []
+    for slope in dict.fromkeys(row["bottom_slope"] for row in document["cases"]):
+        before, after = rows[slope, "layer"], rows[slope, "blind"]
+        drift = [or_dash(row["drift_over_dn"][-1], ".2f") for row in (before, after)]
+        lines.append(f"{f'{slope:.0%}' if slope else 'flat'}, from layer to blind reference: misplaced "
+                     f"{before['misplaced_units']} -> {after['misplaced_units']}, lost {before['lost_units']} -> "
+                     f"{after['lost_units']}, drift of the last layer {drift[0]} -> {drift[1]} Dn")
+    return lines
 
 
 def table1_text(document):
@@ -57,13 +76,19 @@ def table1_text(document):
     lines = [f"Table 1, three layers on RPG, {document['units']} units, {document['repeats']} test(s) each: sensitivity",
              f"{'parameter':>18} {'value':>6}{head}"]
     for row in document["rows"]:
-        k = "".join(f"{layer['mean']:>8.3f}" for layer in row["layers"])
-        lines.append(f"{row['parameter'].replace('_', ' '):>18} {row['value']:>6g}{k}{100 * row['mean_relative_error']:>8.2f}"
-                     f"{100 * row['signed_bias']:>+8.2f}{row['lost_units']:>8}{row['unsettled_units']:>8}")
+        k = "".join(f"{or_dash(layer['mean'], '.3f'):>8}" for layer in row["layers"])
+        errors = f"{percent(row['mean_relative_error']):>8}{percent(row['signed_bias'], '+.2f'):>8}"
+        failed = _failed(row, document["repeats"])
+        note = f"   {failed} of {document['repeats']} left no structure" if 0 < failed < document["repeats"] else ""
+        lines.append(f"{row['parameter'].replace('_', ' '):>18} {row['value']:>6g}{k}"
+                     f"{errors if failed < document['repeats'] else f'{NO_STRUCTURE:>16}'}"
+                     f"{row['lost_units']:>8}{row['unsettled_units']:>8}{note}")
     printed = paper_numerical("table2", grid="RPG").mean[:3]
     own = statistics.mean_relative_error(laboratory("table2", grid="RPG").mean[:3], printed)
-    low, high = 100 * document["lowest_error"], 100 * document["highest_error"]
-    lines += [f"mean relative error from {low:.2f} to {high:.2f} %; the paper prints 1.9 to 7.6 %,",
+    low, high = percent(document["lowest_error"]), percent(document["highest_error"])
+    if any(_failed(row, document["repeats"]) for row in document["rows"]):
+        lines.append(f"{NO_STRUCTURE}: {WHAT_IS_NONE}")
+    lines += [f"mean relative error from {low} to {high} %; the paper prints 1.9 to 7.6 %,",
               f"though its Table 2 gives {100 * own:.2f} % for these three layers.",
               "friction is the contact's: 0.36, 0.49, 0.64 are what Bullet makes of the printed 0.6, 0.7, 0.8 on both bodies.",
               "side = 2 m is the printed Dn = 2.14 m; side = 1.5 m, printed beside it, is Dn = 1.60 m: both are run.",
@@ -82,22 +107,33 @@ def _block(title, table, grid, columns, tests):
         cells += [_cell(found["layers"][j]["mean"], found["layers"][j]["cv"]) for _, found in columns]
         lines.append(_row(f"k{j + 1}", cells))
     heights = [physical.mean[:layers].sum(), numerical.mean[:layers].sum(), *(found["height_over_dn"] for _, found in columns)]
-    lines.append(_row("height / Dn", [f"{value:.3f}" for value in heights]))
+    lines.append(_row("height / Dn", [or_dash(value, ".3f") for value in heights]))
     error = statistics.mean_relative_error(physical.mean[:layers], numerical.mean[:layers])
     bias = statistics.signed_bias(physical.mean[:layers], numerical.mean[:layers])
     height = statistics.height_error(physical.mean[:layers], numerical.mean[:layers])
     for label, own, key in (("eps_R %", error, "mean_relative_error"), ("bias %", bias, "signed_bias"),
                             ("height error %", height, "height_error")):
-        sign = "" if key == "mean_relative_error" else "+"
-        lines.append(_row(label, ["", f"{100 * own:{sign}.2f}", *(f"{100 * found[key]:{sign}.2f}" for _, found in columns)]))
-    to_paper = [100 * statistics.mean_relative_error(numerical.mean[:layers], [row["mean"] for row in found["layers"]])
-                for _, found in columns]
-    lines.append(_row("to paper %", ["", "", *(f"{value:.2f}" for value in to_paper)]))
+        form = ".2f" if key == "mean_relative_error" else "+.2f"
+        lines.append(_row(label, ["", percent(own, form), *(percent(found[key], form) for _, found in columns)]))
+    means = [np.array([row["mean"] for row in found["layers"]], dtype=float) for _, found in columns]
+    to_paper = [statistics.mean_relative_error(numerical.mean[:layers], mean) if np.isfinite(mean).all() else None
+                for mean in means]
+    lines.append(_row("to paper %", ["", "", *(percent(value) for value in to_paper)]))
+    failed = [_failed(found, tests) for _, found in columns]
+    if any(failed):
+        lines.append(_row(NO_STRUCTURE, ["", "", *(f"{count} of {tests}" for count in failed)]))
     lines.append(_row("units lost", ["", "", *(f"{found['lost_units']} of {found['units'] * tests}" for _, found in columns)]))
     lines.append(_row("unsettled", ["", "", *(str(found["unsettled_units"]) for _, found in columns)]))
     lines.append(_row("overlap / Dn", ["", "", *(f"{found['max_penetration_over_dn']:.1e}" for _, found in columns)]))
     lines.append(_row("seconds a test", ["", "", *(f"{found['wall_seconds_per_test']:.1f}" for _, found in columns)]))
+    if any(failed):
+        lines.append(f"{NO_STRUCTURE}: {WHAT_IS_NONE}")
     return "\n".join(lines)
+
+
+def _failed(found, tests):
+    """How many of the tests of a case left no structure."""
+    return tests - max(layer["tests"] for layer in found["layers"])
 
 
 def _row(label, cells):
@@ -105,7 +141,9 @@ def _row(label, cells):
 
 
 def _cell(mean, cv):
-    return f"{mean:.3f} ({cv:.3f})" if np.isfinite(cv) else f"{mean:.3f}        "
+    if mean is None or not np.isfinite(mean):
+        return "-"
+    return f"{mean:.3f} ({cv:.3f})" if cv is not None and np.isfinite(cv) else f"{mean:.3f}        "
 
 
 def _name(document):

@@ -15,6 +15,8 @@ from .together import asker
 
 A_STEP = 300  # bodies that cost as much as one step in flight costs however few fly
 MOST_TOGETHER = 600  # runs in one World: more are no cheaper together, and need more memory
+MOST_FLOWN = 2_000_000  # steps of bodies in one flight: what is recorded of them takes 200 MB
+MOST_LOOKED_AT = 250_000  # samples looked at in one go: what that takes on the way is some 300 MB
 
 
 class Shots:
@@ -33,7 +35,7 @@ class Shots:
         heights = np.concatenate(heights) if heights else np.zeros(0)
         self.range = (float(heights.min()), float(heights.max())) if len(heights) else (0.0, 1.0)
         self.step = step or (model.time_step if contact else 1 / 30)
-        spans = np.array([trial.times[-1] for trial in self.trials]) - self.start_time
+        self.spans = spans = np.array([trial.times[-1] for trial in self.trials]) - self.start_time
         self.class_of = np.zeros(len(spans), int)  # runs of one class share a World: there all go on as long as the longest
         if any(trial.recording for trial in self.trials):
             self.class_of = np.ceil(np.log2(spans / spans.min()) - 1e-9).astype(int)
@@ -113,7 +115,8 @@ class Shots:
             surroundings = self.trials[who].surroundings
             key = surroundings if floors_matter else replace(surroundings, floor_height=None, floor_normal=())
             kinds.setdefault(key, []).append(b)
-        return kinds.values()
+        steps = np.ceil(self.spans / self.step).astype(int) + 1
+        return [part for members in kinds.values() for part in parted(members, steps[owner], MOST_FLOWN)]
 
     def _batch(self, requests):
         """Answers to requests that share a time step, all runs in one simulation."""
@@ -144,19 +147,21 @@ class Shots:
         self.spent += (len(runs) + (0 if self.contact else A_STEP)) * (len(track.times) - 1)
         answers = []
         for span, changes in zip(spans, looks, strict=True):
-            part = track if len(requests) == 1 else track.of(span)
-            look = part.look
-            if changes:
-                mine = self.trials[owner[span.start]].surroundings
-                still = np.all(starts[span, 3:6] == 0, axis=1) & np.array(
-                    ["velocity" in self.trials[who].start for who in owner[span]])
-                scene = Scene(starts[span, :3], still, mine.floor_height, *self.range)
-                for change in changes:
-                    look = change.look(look, scene)
-            its = samples[span]
-            longest = max(len(times) for times in its)
-            position, orientation = look(np.stack([np.pad(t, (0, longest - len(t)), mode="edge") for t in its]))
-            answers.append([(position[b, :len(t)], orientation[b, :len(t)]) for b, t in enumerate(its)])
+            mine, answer = self.trials[owner[span.start]].surroundings, [None] * (span.stop - span.start)
+            lengths = np.array([len(times) for times in samples])
+            for some in parted(range(span.start, span.stop), lengths, MOST_LOOKED_AT):
+                look = (track if len(some) == len(runs) else track.of(some)).look
+                if changes:
+                    still = np.all(starts[some, 3:6] == 0, axis=1) & np.array(
+                        ["velocity" in self.trials[who].start for who in owner[some]])
+                    scene = Scene(starts[some, :3], still, mine.floor_height, *self.range)
+                    for change in changes:
+                        look = change.look(look, scene)
+                longest = max(lengths[some])
+                position, orientation = look(np.stack([np.pad(samples[b], (0, longest - lengths[b]), mode="edge") for b in some]))
+                for place, b in enumerate(some):
+                    answer[b - span.start] = position[place, :lengths[b]], orientation[place, :lengths[b]]
+            answers.append(answer)
         return answers
 
     def _move(self, setups, starts, owner, effects, duration, step):
@@ -196,6 +201,22 @@ class Shots:
             arms = rotations.rotate(track.orientation, centres[None])
             track = track._replace(position=track.position - arms, velocity=track.velocity - np.cross(track.spin, arms))
         return track
+
+
+def parted(members, sizes, most):
+    """Members in lists, each as long as its largest size times its length stays within `most`; sorted by size where they do not.
+
+    members: indices into sizes. All are treated as the largest of their list is, so that like goes with like.
+    """
+    members = list(members)
+    if len(members) * max(sizes[b] for b in members) <= most:
+        return [members]
+    found = [[]]
+    for b in sorted(members, key=lambda b: sizes[b]):
+        if found[-1] and (len(found[-1]) + 1) * sizes[b] > most:
+            found.append([])
+        found[-1].append(b)
+    return found
 
 
 def carried_on(coarse, fine):

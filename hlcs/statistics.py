@@ -51,7 +51,7 @@ def mean_relative_error(measured, model):
 
 def signed_error(measured, model):
     """(model - measured) / measured of each layer [-]; positive: the model is too thick."""
-    measured, model = _means(measured), _means(model)
+    measured, model = _means(measured), _means(model, least=-np.inf)  # a layer of a model may sink: not thick, but a number
     if measured.shape != model.shape:
         raise InputError(f"measured has {measured.size} layers, the model {model.size}: give both the same layers")
     return (model - measured) / measured
@@ -233,12 +233,14 @@ def chi_squared(measured, model, common=0.0, individual=0.0, draws=50_000, seed=
 
 
 # -------------------------------------------------------------------------------------------------------------- checks
-def _means(values):
-    """Layer coefficients as a float array (M,), refused where they are not positive numbers."""
+def _means(values, least=0.0):
+    """Layer coefficients as a float array (M,), refused where they are not finite numbers above ``least``."""
     values = np.atleast_1d(np.asarray(values, dtype=float))
-    if not np.all(np.isfinite(values) & (values > 0.0)):
-        layer = int(np.flatnonzero(~(np.isfinite(values) & (values > 0.0)))[0])
-        raise InputError(f"layer {layer + 1}: mean = {values[layer]}; a layer coefficient is a positive number")
+    good = np.isfinite(values) & (values > least)
+    if not np.all(good):
+        layer = int(np.flatnonzero(~good)[0])
+        kind = "a positive" if least == 0.0 else "a finite"
+        raise InputError(f"layer {layer + 1}: mean = {values[layer]}; a layer coefficient is {kind} number")
     return values
 
 

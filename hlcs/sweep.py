@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hlcs import files, parallel
-from hlcs.bottoms import parse_bottom
+from hlcs import files, work
 from hlcs.experiment import PlacementTest
 from hlcs.layer_compare import compare_layers, laboratory_for, repeated
 from hlcs.placement_files import (
@@ -27,10 +26,13 @@ from hlcs.placement_files import (
     make_placement,
     placement_table,
     survey_csv,
+    with_bottom,
 )
+from hlcs.runs import run_one
+from hlcs.spreadsheets import csv_text
 from hlcs.store import Store, key_of
 from hlcs.toml_files import TomlFile
-from minibullet.errors import InputError
+from minibullet.errors import InputError, shown_value
 
 MOST_RUNS = 100_000
 SECTIONS = {"": ["title", "placement", "sweep"], "placement": list(KEYS), "sweep": list(KEYS)}
@@ -46,9 +48,9 @@ class Sweep:
     tests: tuple[PlacementTest, ...]
 
 
-def read_sweep_file(path):
-    """The Sweep of a TOML file; InputError names file, line, key and remedy."""
-    file = TomlFile(path, SECTIONS)
+def read_sweep_file(path, allow_outside=False):
+    """The Sweep of a TOML file; InputError names file, line, key and remedy. allow_outside: surveys elsewhere are read."""
+    file = TomlFile(path, SECTIONS, allow_outside)
     file.known(file.values, "")
     table = file.values.get("sweep")
     if not table:
@@ -56,11 +58,11 @@ def read_sweep_file(path):
     file.known(table, "sweep")
     for name, values in table.items():
         if not isinstance(values, list) or not values:
-            file.fail(name, f"must be a list of one value or more, got {values!r}", "sweep")
+            file.fail(name, f"must be a list of one value or more, got {shown_value(values)}", "sweep")
         if name in file.values.get("placement", {}):
             file.fail(name, "stands under [placement] too; leave one of the two out", "sweep")
         for value in values if name != "layers" else ():
-            check_value(file, "sweep", name, _with_bottom({name: value}, file)[name])
+            check_value(file, "sweep", name, with_bottom({name: value}, file, "sweep")[name])
     count = int(np.prod([len(values) for values in table.values()], dtype=float))
     if count > MOST_RUNS:
         raise InputError(f"{file.path}: {count} runs; at most {MOST_RUNS}: shorten a list of [sweep]")
@@ -69,11 +71,11 @@ def read_sweep_file(path):
     tests = []
     for run in runs:
         try:
-            tests.append(make_placement({**base, **_with_bottom(dict(zip(table, run, strict=True)), file)}))
+            tests.append(make_placement({**base, **with_bottom(dict(zip(table, run, strict=True)), file, "sweep")}))
         except InputError as problem:
-            words = ", ".join(f"{name} = {value!r}" for name, value in zip(table, run, strict=True))
+            words = ", ".join(f"{name} = {shown_value(value)}" for name, value in zip(table, run, strict=True))
             raise InputError(f"{file.path}: the run with {words}: {problem}") from None
-    return Sweep(file.words(file.values, "title", "", default=file.path.stem), tuple(table), tuple(runs), tuple(tests))
+    return Sweep(file.title(), tuple(table), tuple(runs), tuple(tests))
 
 
 def settings_of(test):
@@ -84,44 +86,28 @@ def settings_of(test):
     return table
 
 
-def run_one(test):
-    """The result of one run as a dictionary; a run that physics refuses gives its complaint under "error"."""
-    try:
-        return test.run().to_dict()
-    except InputError as problem:
-        return {"error": str(problem)}
-
-
 def run_sweep(sweep, store_path, workers=None, dask=None, progress=None):
-    """Run what is not yet in the store; returns {"rows": one dictionary a run, "ran": how many now, "kept": found there}.
+    """Run what is not yet in the store; returns {"rows": one dictionary a run, "ran": how many now, "kept": found there or run
+    by another sweep meanwhile, "told": one line on rows of the store that are not used, or nothing}.
 
     workers: processes; dask: address of a Dask scheduler in their place; progress(total, kept) gives the function to be
-    called as each run ends.
+    called as each run ends. Several sweeps may work on one store at once; each run is done by one of them.
     """
-    keys = [key_of(settings_of(test)) for test in sweep.tests]
-    with Store(store_path) as store:
-        waiting = {key: test for key, test in zip(keys, sweep.tests, strict=True) if key not in store}
-        kept = len(set(keys)) - len(waiting)
-        tests = list(waiting.values())
-        done = progress(len(set(keys)), kept) if progress else None
-        each = parallel.each(run_one, tests, workers) if dask is None else _on_dask(run_one, tests, dask)
-        failed = {}
-        for index, result in each:
-            if "error" in result:
-                failed[key_of(settings_of(tests[index]))] = result["error"]
-            else:
-                store.add(settings_of(tests[index]), result)
-            if done is not None:
-                done()
-        rows = []
-        for key, values in zip(keys, sweep.values, strict=True):
-            found = {"error": failed[key]} if key in failed else _row(store.result(key))
-            rows.append(dict(zip(sweep.names, values, strict=True)) | found)
-    return {"rows": rows, "ran": len(tests), "kept": kept}
+    tests = {key_of(settings_of(test)): test for test in sweep.tests}
+    with Store(store_path, _row) as store:
+        missing = {key: test for key, test in tests.items() if key not in store}
+        told = work.told(store, missing)
+        held = len(tests) - len(missing)
+        done = progress(len(tests), held) if progress else None
+        ran = work.finish(store, missing, run_one, settings_of, workers, dask, done, held)
+        rows = [dict(zip(sweep.names, values, strict=True)) | store.result(key_of(settings_of(test)))
+                for test, values in zip(sweep.tests, sweep.values, strict=True)]
+    return {"rows": rows, "ran": ran, "kept": len(tests) - ran, "told": told}
 
 
 def summary_rows(sweep, rows):
-    """Repeats (runs that differ in the seed alone) as one row: the settings, tests, mean and CV of every k, the error."""
+    """Repeats (runs that differ in the seed alone) as one row: the settings, tests, how many of them left no structure, mean and
+    CV of every k of those that did, the error."""
     names = [name for name in sweep.names if name != "seed"]
     cases = {}
     for row, test in zip(rows, sweep.tests, strict=True):
@@ -130,8 +116,10 @@ def summary_rows(sweep, rows):
     found = []
     for members in cases.values():
         first, test = members[0]
-        model = repeated([[row[f"k{j + 1}"] for j in range(test.layers)] for row, _ in members])
-        summary = {name: first[name] for name in names} | {"tests": len(members)}
+        runs = np.array([[row[f"k{j + 1}"] for j in range(test.layers)] for row, _ in members], dtype=float)
+        stand = np.array([row["structure"] for row, _ in members])  # the others are counted, and in no mean
+        model = repeated(np.where(stand[:, None], runs, np.nan))
+        summary = {name: first[name] for name in names} | {"tests": len(members), "no_structure": int((~stand).sum())}
         summary |= {f"k{j + 1}": float(k) for j, k in enumerate(model.mean)}
         summary |= {f"cv{j + 1}": float(cv) for j, cv in enumerate(model.cv)}
         measured = laboratory_for(test)
@@ -150,9 +138,10 @@ def summary_text(sweep, outcome):
     rows = summary_rows(sweep, outcome["rows"])
     failed = [row for row in outcome["rows"] if "error" in row]
     lines = [f"{sweep.title}: {len(sweep.tests)} runs, {outcome['ran']} now, {outcome['kept']} found in the store"]
+    lines += [outcome["told"]] if outcome["told"] else []
     if rows:
         table = pd.DataFrame([{name: value for name, value in row.items() if not name.startswith("cv")} for row in rows])
-        lines.append(table.to_string(index=False, float_format=lambda value: f"{value:.4g}"))
+        lines.append(table.to_string(index=False, na_rep="-", float_format=lambda value: f"{value:.4g}"))
     lines += [f"failed: {', '.join(f'{name} = {row[name]}' for name in sweep.names)}: {row['error']}" for row in failed]
     return "\n".join(lines)
 
@@ -160,7 +149,7 @@ def summary_text(sweep, outcome):
 def document(sweep, outcome):
     """The JSON of `hlcs sweep`."""
     return {"format": 1, "title": sweep.title, "runs": outcome["rows"], "summary": summary_rows(sweep, outcome["rows"]),
-            "ran": outcome["ran"], "kept": outcome["kept"], "versions": files.versions()}
+            "ran": outcome["ran"], "kept": outcome["kept"], "told": outcome["told"], "versions": files.versions()}
 
 
 def write_sweep(sweep, outcome, folder):
@@ -168,40 +157,26 @@ def write_sweep(sweep, outcome, folder):
     import pandas as pd
 
     found = document(sweep, outcome)
-    files.write_text(folder / "runs.csv", pd.DataFrame(found["runs"]).to_csv(index=False))
-    files.write_text(folder / "summary.csv", pd.DataFrame(found["summary"]).to_csv(index=False))
-    files.write_json(folder / "sweep.json", found)
+    texts = {"runs.csv": csv_text(pd.DataFrame(found["runs"])), "summary.csv": csv_text(pd.DataFrame(found["summary"])),
+             "sweep.json": files.to_json(found)}
+
+    def write(place):
+        for name, text in texts.items():
+            files.write_text(place / name, text)
+
+    files.keep(write, folder, found)
 
 
 def _row(result):
-    """The numbers of a result that a table of runs shows."""
+    """The numbers of a result that a table of runs shows, or why there are none."""
+    if "error" in result:
+        return {"error": str(result["error"])}
     layers = result["layers"]
-    return {**{f"k{row['layer']}": row["k"] for row in layers}, "height_over_dn": result["height_over_dn"],
+    return {**{f"k{row['layer']}": row["k"] for row in layers},
+            "structure": result.get("structure", True),  # rows of earlier versions do not say
+            "height_over_dn": result["height_over_dn"],
             "porosity": result["porosity"], "lost": sum(row["lost"] for row in layers),
             "unsettled": sum(row["unsettled"] for row in layers), "max_penetration_over_dn": result["max_penetration_over_dn"],
             "wall_seconds": result["wall_seconds"]}
 
 
-def _with_bottom(table, file):
-    """The table with its bottom read, relative to the file."""
-    if isinstance(table.get("bottom"), str):
-        return {**table, "bottom": parse_bottom(table["bottom"], file.path.parent)}
-    return table
-
-
-def _on_dask(function, tasks, address):
-    """Like `parallel.each`, on the workers of a Dask scheduler."""
-    try:
-        from distributed import Client, as_completed
-    except ImportError:
-        raise InputError("--dask needs the extra 'sweep': pip install 'hlcs[sweep]'") from None
-    try:
-        client = Client(address, timeout=10)
-    except (OSError, ValueError, TimeoutError) as problem:
-        raise InputError(f"dask: no scheduler answers at '{address}' ({problem}); start one with: dask scheduler") from None
-    with client:
-        numbers = {}
-        for index, task in enumerate(tasks):
-            numbers[client.submit(function, task, pure=False)] = index
-        for future in as_completed(numbers):
-            yield numbers[future], future.result()

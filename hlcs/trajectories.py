@@ -144,8 +144,8 @@ def prepare(measurement: Measurement, own=(), noise=None):
         base = shot_again(problem, base)
         for _ in range(2):
             problem, base = cut_again(problem, base)
-        trials = problem.trials
         notes += said(problem)
+    trials = problem.trials  # pieces of those that were read, or those without their rest at the end
     flags = [isolated(trial, recording, raw)
              for trial, recording, raw in zip(trials, problem.recordings, base.linear.raw, strict=True)]
     if any(flag.any() for flag in flags):
@@ -173,7 +173,7 @@ def set_aside(trials, flags):
     for trial, flag in zip(trials, flags, strict=True):
         for row, channel in zip(*np.nonzero(flag), strict=True):
             mine = rows.setdefault(trial.recording or trial.name, {})
-            mine.setdefault(CHANNELS[channel], []).append(int(row) + 2 + trial.first_row)
+            mine.setdefault(CHANNELS[channel], []).append(int(trial.rows[row]))
     found = []
     for name, mine in rows.items():
         parts = [f"{channel} row{'s' * (len(its) > 1)} " + ", ".join(map(str, its[:4])) + " .." * (len(its) > 4)

@@ -16,6 +16,7 @@ from minibullet.errors import InputError
 from minibullet.exact import solve_contacts
 from minibullet.journal import Journal
 from minibullet.mesh_files import mesh_file
+from minibullet.notices import SceneWarning
 from minibullet.settings import Settings
 from minibullet.shapes import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere
 from minibullet.world import World

@@ -48,6 +48,15 @@ class Collision:
             adopt_all(self.pieces, *self._kept, ask, place, rotation, margin, directions, work)
         return self.rows
 
+    def hold(self):
+        """The list, its answers and what was moved since it was made, for ``take_back``; what changes in place is copied."""
+        return (self.rows, self.answers.copy(), self.numbers.copy(), self.contact_range.copy(), self.travel.copy(),
+                self.allowance)  # fmt: skip
+
+    def take_back(self, held):
+        """Be again what ``hold`` saw."""
+        self.rows, self.answers, self.numbers, self.contact_range, self.travel, self.allowance = held
+
     @property
     def pieces(self):
         """The packed geometry of the scene."""

@@ -1,5 +1,47 @@
-"""The one exception that tells a user that the input is at fault."""
+"""What can go wrong, in two classes: the input is at fault, or it is not; and how messages quote what they were given."""
+
+from math import isfinite
+from numbers import Real
 
 
 class InputError(ValueError):
     """The user's input cannot be used; the message names element, value, rule and remedy in one line."""
+
+
+class InputWarning(UserWarning):
+    """The user's input can be used but is hardly what was meant; the message names element, value, and what is usual."""
+
+
+class RunError(RuntimeError):
+    """Work could not be finished through no fault of the input: a full disk, a killed worker, a lost scheduler.
+
+    The message says in one line what happened, what is kept and what to do; `result`, where it is not None, is the text of
+    what could be kept nowhere else, to be printed.
+    """
+
+    def __init__(self, message, result=None):
+        super().__init__(message)
+        self.result = result
+
+
+def is_number(value):
+    """Whether this is a finite real number that double precision holds; True and False are none."""
+    try:
+        return isinstance(value, Real) and not isinstance(value, bool) and isfinite(value)
+    except OverflowError:  # a whole number of 400 digits
+        return False
+
+
+def shown(text, most=60):
+    """What a message quotes of a file: so many characters at most, those that a terminal would obey or hide as escapes."""
+    text = str(text)
+    head = "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in text[:most])
+    return head + ".." * (len(text) > most)
+
+
+def shown_value(value, most=80):
+    """A value as messages show it: as Python writes it, on one line, cut where it is long."""
+    try:
+        return shown(repr(value), most)
+    except ValueError:  # a whole number of more than 4300 digits
+        return "a number of thousands of digits"

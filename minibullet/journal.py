@@ -3,8 +3,6 @@
 import csv
 import io
 
-from minibullet.saving import replace_file
-
 COLUMNS = (
     "step", "t", "dt", "n_contacts", "n_active", "residual", "residual_rho1", "cone", "dual", "signorini", "slip",
     "penetration_max", "sum_pen2", "iterations_outer", "iterations_inner", "converged", "E_kin", "E_pot", "work_normal",
@@ -34,6 +32,8 @@ class Journal:
 
     def write(self, path):
         """The steps as CSV, whole or not at all; InputError where the file cannot be written."""
+        from minibullet.saving import replace_file
+
         rows, text = [_flat(row) for row in self.rows], io.StringIO()
         names = dict.fromkeys(name for row in rows for name in row)
         writer = csv.DictWriter(text, fieldnames=list(names), lineterminator="\n")

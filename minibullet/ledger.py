@@ -210,3 +210,47 @@ class Step:
             "omega_max": float(rate),
             "wall_s": self.wall,
         }
+
+
+class ContactTable:
+    """Contacts of one step, for reading."""
+
+    def __init__(self, step):
+        self._step = step
+
+    def __len__(self):
+        return 0 if self._step is None else len(self._step.contacts.gap)
+
+    def to_dataframe(self):
+        """One row a contact: body_a, body_b, point x y z [m], normal x y z (a to b), gap [m], normal_force [N],
+        friction_force [N], friction."""
+        import pandas as pd
+
+        names = (
+            "body_a",
+            "body_b",
+            "x",
+            "y",
+            "z",
+            "normal_x",
+            "normal_y",
+            "normal_z",
+            "gap",
+            "normal_force",
+            "friction_force",
+            "friction",
+        )
+        if self._step is None:
+            return pd.DataFrame({name: [] for name in names})
+        contacts, force = self._step.contacts, (self._step.solution.impulse + self._step.blows) / self._step.time_step
+        columns = (
+            [self._step.names[a] for a in contacts.body_a],
+            [self._step.names[b] for b in contacts.body_b],
+            *contacts.point.T,
+            *contacts.normal.T,
+            contacts.gap,
+            force[:, 0],
+            np.sqrt((force[:, 1:] ** 2).sum(axis=1)),
+            self._step.law.friction,
+        )
+        return pd.DataFrame(dict(zip(names, columns, strict=True)))

@@ -6,14 +6,13 @@ Geomview Manual, section 4.2.5 (OFF).
 """
 
 from io import BytesIO
-from math import isfinite
 from pathlib import Path
 
 import numpy as np
 
 from minibullet import mesh_text, surfaces
-from minibullet.errors import InputError
-from minibullet.mesh_text import Indexed, Surface, integer, lines, refuse_many, shown
+from minibullet.errors import InputError, is_number, shown
+from minibullet.mesh_text import Indexed, Surface, integer, lines, quoted, refuse_many
 from minibullet.ply_files import read_ply
 from minibullet.user_files import read_bytes
 
@@ -28,12 +27,12 @@ def mesh_file(path, scale=1.0):
     outward, convex solids that do not overlap, and beyond 64 MB, 100,000 triangles or 64 solids.
     """
     path = Path(path)
-    name = f"mesh {path.name!r}"
+    name = f"mesh '{shown(path.name, 255)}'"
     readers = {".stl": _read_stl, ".obj": _read_obj, ".ply": read_ply, ".off": _read_off}
     reader = readers.get(path.suffix.lower())
     if reader is None:
-        raise InputError(f"{name}: unknown ending {path.suffix!r}; give one of {', '.join(readers)}")
-    if not (isinstance(scale, (int, float)) and isfinite(scale) and scale > 0):
+        raise InputError(f"{name}: unknown ending '{shown(path.suffix)}'; give one of {', '.join(readers)}")
+    if not (is_number(scale) and scale > 0):
         raise InputError(f"{name}: scale = {scale!r}; must be a finite number > 0, metres per unit of the file")
     surface = reader(read_bytes(path, name, MOST_BYTES, "simplify the mesh"), name)
     if len(surface.corners) == 0:
@@ -93,7 +92,7 @@ def _read_ascii_stl(data, name):
         elif key == "solid":
             solids += 1
         elif key not in ("facet", "outer", "endfacet", "endsolid"):
-            raise InputError(f"{name}, line {line}: {words[0][:40]!r} is no word of an ASCII STL; expected facet, vertex, ...")
+            raise InputError(f"{name}, line {line}: {quoted(words[:1])} is no word of an ASCII STL; expected facet, vertex, ...")
     if inside:
         raise InputError(f"{name}: the file ends within a facet; it was cut off")
     return mesh.surface()
@@ -125,7 +124,7 @@ def _read_off(data, name):
         raise InputError(f"{name}: not a readable OFF file; it must begin with the word OFF and be of text")
     counts = words[1:3] or next(rows, (line, []))[1][:2]
     if len(counts) < 2 or not all(count.isascii() and count.isdigit() for count in counts):
-        raise InputError(f"{name}: not a readable OFF file; {shown(counts)} follows OFF, the numbers of vertices and faces are "
+        raise InputError(f"{name}: not a readable OFF file; {quoted(counts)} follows OFF, the numbers of vertices and faces are "
                          "needed")
     vertices, faces = map(integer, counts)
     refuse_many(vertices, name, mesh_text.MOST_VERTICES, "vertices")
@@ -140,6 +139,6 @@ def _read_off(data, name):
             continue
         corners = integer(words[0])
         if corners is None or not 0 <= corners < len(words):
-            raise InputError(f"{name}, line {line}: face {shown(words)}; the number of its corners must stand first, then they")
+            raise InputError(f"{name}, line {line}: face {quoted(words)}; the number of its corners must stand first, then they")
         mesh.face(mesh.numbers(words[1:1 + corners], line), line)
     return mesh.surface()

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minibullet.errors import InputError
+from minibullet.errors import InputError, shown
 
 # A rigid body is made of few faces; a file beyond these sizes is a mistake, and would take longer than a user waits.
 MOST_TRIANGLES = 100_000
@@ -59,9 +59,9 @@ def lines(text, name, before=0):
         yield number, words
 
 
-def shown(words):
-    """Words of a file in quotes: cut short, and nothing that a terminal would obey."""
-    return repr(" ".join(word[:60] for word in words[:9])[:60])
+def quoted(words):
+    """Words of a file as a message quotes them."""
+    return f"'{shown(' '.join(word[:60] for word in words[:9]))}'"
 
 
 def integer(word):
@@ -91,9 +91,9 @@ class Indexed:
         try:
             x, y, z = map(float, words)
         except ValueError:
-            raise InputError(f"{self.name}, line {line}: vertex {shown(words)}; 3 numbers are needed") from None
+            raise InputError(f"{self.name}, line {line}: vertex {quoted(words)}; 3 numbers are needed") from None
         if not (isfinite(x) and isfinite(y) and isfinite(z)):
-            raise InputError(f"{self.name}, line {line}: vertex {shown(words)} is not finite")
+            raise InputError(f"{self.name}, line {line}: vertex {quoted(words)} is not finite")
         self.vertices.extend((x, y, z))
         if len(self.vertices) > 3 * MOST_VERTICES:
             refuse_many(self.defined, self.name, MOST_VERTICES, "vertices")
@@ -104,7 +104,7 @@ class Indexed:
             return [int(word.partition("/")[0]) for word in words]
         except ValueError:      # letters, or thousands of digits
             bad = next(word for word in words if integer(word.partition("/")[0]) is None or len(word) > 40)
-            raise InputError(f"{self.name}, {self.unit} {place}: face corner {shown([bad])} is no vertex number") from None
+            raise InputError(f"{self.name}, {self.unit} {place}: face corner {quoted([bad])} is no vertex number") from None
 
     def face(self, loop, place, group=0, numbers=None):
         """One more face; loop: indices of its corners from 0; numbers: the same as the file writes them, for messages."""

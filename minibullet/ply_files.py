@@ -7,7 +7,7 @@ import numpy as np
 
 from minibullet import mesh_text
 from minibullet.errors import InputError
-from minibullet.mesh_text import Indexed, integer, lines, refuse_many, shown
+from minibullet.mesh_text import Indexed, integer, lines, quoted, refuse_many
 
 # Elements of a file, and properties of one: a scanner writes ten or so to a vertex, and each costs a step for every face.
 MOST_PROPERTIES = 30
@@ -42,7 +42,7 @@ def read_ply(data, name):
         least = sum((part.length or part.kind).itemsize if order else 2 for part in element.properties)
         if element.count * max(least, 1) > len(data) - at + 1:
             raise _cut_off(name, element, len(data))
-        refuse_many(element.count, name, most.pop(element.name, mesh_text.MOST_LINES), f"of {element.name[:40]!r}")
+        refuse_many(element.count, name, most.pop(element.name, mesh_text.MOST_LINES), f"of {quoted([element.name])}")
         _check_properties(name, element)
         at = _records(mesh, element, data, at) if order else _rows(mesh, element, rows, at, len(data))
         if not most:
@@ -61,7 +61,7 @@ def _header(text, name):
         for line, words in rows:
             if words == ["end_header"] and order != "":
                 return line, order, elements
-            place = f"line {line}: {shown(words)}"
+            place = f"line {line}: {quoted(words)}"
             if words[0] == "format" and words[1:2] and words[1] in ORDERS:
                 order = ORDERS[words[1]]
             elif words[0] == "element" and len(words) == 3 and words[2].isascii() and words[2].isdigit():
@@ -111,7 +111,7 @@ def _rows(mesh, element, rows, at, size):
                 length = 1 if part.length is None else integer("".join(words[place:place + 1]))
                 place += part.length is not None
                 if length is None or not 0 <= length <= len(words) - place:
-                    raise InputError(f"{mesh.name}, line {line}: face {shown(words)}; the number of corners must stand first, "
+                    raise InputError(f"{mesh.name}, line {line}: face {quoted(words)}; the number of corners must stand first, "
                                      "then they")
                 if part.name in CORNERS:
                     mesh.face(mesh.numbers(words[place:place + length], line), line)

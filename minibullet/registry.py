@@ -4,17 +4,14 @@ Bodies enter the arrays at the next step, all waiting ones together, sorted by w
 order in which they were added.
 """
 
-from numbers import Real
-
 import numpy as np
 
-from minibullet import rotations
+from minibullet import records, rotations
 from minibullet.bodies import Bodies
 from minibullet.errors import InputError
 from minibullet.geometry import pack
+from minibullet.records import STATE
 from minibullet.scene import PlaneShape, Scene
-
-STATE = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}
 
 
 class Body:
@@ -64,88 +61,25 @@ class Registry:
     # ---- adding
     # ------------------------------------------------------------------------------------------------------------------
 
-    def add(
-        self,
-        shape,
-        density,
-        mass,
-        inertia,
-        position,
-        orientation,
-        velocity,
-        angular_velocity,
-        friction,
-        restitution,
-        margin,
-        fixed,
-        name,
-        group,
-    ):
+    def add(self, shape, name, **given):
         name = f"body {len(self.handles)}" if name is None else str(name)
-        title = f"body {name!r}"
-        if isinstance(shape, type) or not hasattr(shape, "pieces"):
-            raise InputError(f"{title}: shape = {shape!r}; it must be a shape such as Box(1, 1, 1)")
-        record = {"shape": shape, "name": name, "fixed": bool(fixed), "group": _group(title, group)}
-        for key, value in (
-            ("position", position),
-            ("orientation", orientation),
-            ("velocity", velocity),
-            ("angular_velocity", angular_velocity),
-        ):
-            record[key] = _vector(title, key, value, STATE[key])
-        record["orientation"] = _unit(title, record["orientation"])
-        record["friction"] = _number(title, "friction", friction, 0.0, np.inf)
-        record["restitution"] = _number(title, "restitution", restitution, 0.0, 1.0)
-        record["margin"] = _number(title, "margin", margin, 0.0, np.inf)
-        if fixed:
-            if np.any(record["velocity"]) or np.any(record["angular_velocity"]):
-                raise InputError(f"{title}: fixed=True with a velocity; a fixed body never moves (leave velocity out)")
-            record["mass"], tensor = np.inf, shape.inertia
-        else:
-            record["mass"], tensor = _mass(title, shape, density, mass, inertia)
-        record["inertia"], record["frame"] = _principal(title, tensor)
-        return self._wait(Body(self, record))
+        return self.wait(Body(self, records.body(shape, name=name, **given)))
 
     def add_plane(self, normal, height, friction, restitution, name, group=None):
         name = f"plane {len(self.handles)}" if name is None else str(name)
-        title = f"plane {name!r}"
-        normal = _vector(title, "normal", normal, 3)
-        size = np.sqrt(normal @ normal)
-        if size == 0.0:
-            raise InputError(f"{title}: normal = {normal.tolist()}; it needs a direction")
-        height = _number(title, "height", height, -np.inf, np.inf)
-        unit = normal / size
-        record = {
-            "shape": None,
-            "name": name,
-            "fixed": True,
-            "group": _group(title, group),
-            "position": unit * height,
-            "normal": unit,
-            "height": height,
-            "orientation": rotations.between(np.array([0.0, 0.0, 1.0]), unit),
-            "velocity": np.zeros(3),
-            "angular_velocity": np.zeros(3),
-            "mass": np.inf,
-            "margin": 0.0,
-            "inertia": np.full(3, np.inf),
-            "frame": np.array([1.0, 0.0, 0.0, 0.0]),
-            "friction": _number(title, "friction", friction, 0.0, np.inf),
-            "restitution": _number(title, "restitution", restitution, 0.0, 1.0),
-        }
-        return self._wait(Plane(self, record))
+        return self.wait(Plane(self, records.plane(normal, height, friction, restitution, name, group)))
 
-    def _wait(self, handle):
+    def wait(self, handle):
         self.handles.append(handle)
         self.waiting.append(handle)
         return handle
 
-    def enrol(self):
-        """Bring waiting bodies into the scene, sorted by place, and return the scene."""
+    def enrol(self, order=None):
+        """Bring waiting bodies into the scene, sorted by place (or as in ``order``), and return the scene."""
         if not self.waiting:
             return self.scene
         scene = self.scene
-        order = sorted(self.waiting, key=_place)
+        order = order or sorted(self.waiting, key=_place)
         before = len(self._pieces)
         ranges = np.array([self.pieces_of(handle) for handle in order], dtype=np.int64).reshape(-1, 2)
         if len(self._pieces) > before:
@@ -222,9 +156,9 @@ class Registry:
 
     def set_state(self, handle, name, value):
         title = f"body {handle._record['name']!r}"
-        value = _vector(title, name, value, STATE[name])
+        value = records.vector(title, name, value, STATE[name])
         if name == "orientation":
-            value = _unit(title, value)
+            value = records.unit(title, value)
         if handle._record["fixed"] and name in ("velocity", "angular_velocity") and value.any():
             raise InputError(f"{title}: {name} = {value.tolist()}; a fixed body never moves")
         if handle._row is None:
@@ -268,92 +202,3 @@ def _place(handle):
         shape.volume if shape else 0.0,
         record["group"],
     )
-
-
-def _vector(title, field, value, size):
-    try:
-        array = np.array(value, dtype=float).reshape(-1)
-    except (TypeError, ValueError):
-        raise InputError(f"{title}: {field} = {value!r}; it needs {size} numbers") from None
-    if array.shape != (size,):
-        raise InputError(f"{title}: {field} has {array.size} values; it needs {size}")
-    if not np.isfinite(array).all():
-        raise InputError(f"{title}: {field} = {array.tolist()}; every component must be finite")
-    return array
-
-
-def _unit(title, quaternion):
-    size = np.sqrt(quaternion @ quaternion)
-    if size == 0.0:
-        raise InputError(f"{title}: orientation = {quaternion.tolist()}; a quaternion (w, x, y, z) of length 0 is no rotation")
-    return quaternion / size if size != 1.0 else quaternion
-
-
-def _group(title, group):
-    """The number of a group, -1 for None; InputError where it is no whole number >= 0."""
-    if group is None:
-        return -1
-    if isinstance(group, bool) or not isinstance(group, Real) or group != group // 1 or group < 0:
-        raise InputError(f"{title}: group = {group!r}; it must be a whole number >= 0 (None: touches everybody)")
-    return int(group)
-
-
-def _number(title, field, value, low, high):
-    """A finite number within bounds; NaN stands for None, 'the world's own'."""
-    if value is None:
-        return np.nan
-    if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(value) or not low <= value <= high:
-        bound = (
-            f"between {low:g} and {high:g}"
-            if np.isfinite(high)
-            else (f">= {low:g} and finite" if np.isfinite(low) else "finite")
-        )
-        raise InputError(f"{title}: {field} = {value!r}; it must be {bound}")
-    return float(value)
-
-
-def _mass(title, shape, density, mass, inertia):
-    """Mass [kg] and inertia tensor (3, 3) [kg m2] from density or mass, and the user's inertia where given."""
-    if (density is None) == (mass is None):
-        raise InputError(f"{title}: give density or mass, exactly one of them (for a fixed body use fixed=True)")
-    field, value, unit = ("density", density, "kg/m3") if mass is None else ("mass", mass, "kg")
-    if isinstance(value, bool) or not isinstance(value, Real) or not np.isfinite(value) or not value > 0:
-        raise InputError(
-            f"{title}: {field} = {value!r} {unit}; a moving body needs {field} > 0 (for a fixed body use fixed=True)"
-        )
-    mass = float(density * shape.volume if mass is None else mass)
-    if inertia is None:
-        return mass, mass / shape.volume * np.asarray(shape.inertia)
-    try:
-        tensor = np.array(inertia, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{title}: inertia = {inertia!r}; it needs three principal moments or a symmetric 3x3 matrix") from None
-    if tensor.shape == (3,):
-        tensor = np.diag(tensor)
-    if tensor.shape != (3, 3) or not np.isfinite(tensor).all() or not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):
-        raise InputError(
-            f"{title}: inertia = {np.array(inertia).tolist()}; it needs three principal moments or a symmetric 3x3 matrix"
-        )
-    return mass, tensor
-
-
-def _principal(title, tensor):
-    """Principal moments (3,) and the quaternion of the principal axes; the user's axes where they are principal already."""
-    size = np.abs(tensor).max()
-    if np.abs(tensor - np.diag(np.diag(tensor))).max() <= 1e-10 * size:
-        moments, frame = np.diag(tensor).copy(), np.array([1.0, 0.0, 0.0, 0.0])
-    else:
-        moments, axes = np.linalg.eigh(tensor)
-        axes[:, 2] *= np.sign(np.linalg.det(axes))
-        frame = rotations.from_matrix(axes)
-    if not (moments > 0.0).all():
-        raise InputError(f"{title}: inertia has the principal moments {moments.tolist()} kg m2; all must be > 0")
-    for k in range(3):
-        if moments[k] > (moments.sum() - moments[k]) * (1.0 + 1e-9):
-            raise InputError(
-                f"{title}: inertia moments {moments.tolist()} kg m2: the {k + 1}. exceeds the sum of the other two; "
-                "no solid has that (A + B >= C)"
-            )
-    if np.ptp(moments) <= 1e-10 * moments.max():
-        moments[:] = moments.mean()
-    return moments, frame

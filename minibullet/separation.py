@@ -105,6 +105,38 @@ def closest_on_piece(pieces, piece, x, y, z):
 
 
 @leaf
+def shallowest_face(pieces, piece, x, y, z):
+    """The face that the point (x, y, z) inside a polytope is nearest to, both in its body axes: its height over the face, at
+    most 0 [m], and the face's outward normal."""
+    best, most = pieces.ranges[piece, FACES], -np.inf
+    for face in range(pieces.ranges[piece, FACES], pieces.ranges[piece, FACES + 1]):
+        height = pieces.normals[face, 0] * x + pieces.normals[face, 1] * y + pieces.normals[face, 2] * z - pieces.offsets[face]
+        if height > most:
+            best, most = face, height
+    return min(most, 0.0), pieces.normals[best, 0], pieces.normals[best, 1], pieces.normals[best, 2]
+
+
+@leaf
+def normal_of_cores(ux, uy, uz, vx, vy, vz):
+    """The direction in which two core segments (directions u and v) that cross part soonest: their common normal, any normal of
+    the one that has a length, or up where neither has one."""
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    size, u, v = length(x, y, z), length(ux, uy, uz), length(vx, vy, vz)
+    if size > PARALLEL * u * v:
+        return x / size, y / size, z / size
+    if v > u:
+        ux, uy, uz, u = vx, vy, vz, v
+    if u == 0.0:
+        return 0.0, 0.0, 1.0
+    if abs(uz) < 0.7 * u:  # across it, as far up as can be
+        x, y, z = -uz * ux, -uz * uy, u * u - uz * uz
+    else:
+        x, y, z = u * u - ux * ux, -ux * uy, -ux * uz
+    size = length(x, y, z)
+    return x / size, y / size, z / size
+
+
+@leaf
 def round_normal(pieces, i, j, rotation_a, rotation_b, dx, dy, dz):
     """Normal a to b and separation of a pair with a sphere, or of two capsules: (separation, nx, ny, nz); separation = inf:
     not round."""
@@ -116,21 +148,30 @@ def round_normal(pieces, i, j, rotation_a, rotation_b, dx, dy, dz):
     if count_a <= 2 and count_b <= 2:
         s, t = segment_closest(px, py, pz, ux, uy, uz, qx + dx, qy + dy, qz + dz, vx, vy, vz)
         x, y, z = qx + dx + t * vx - px - s * ux, qy + dy + t * vy - py - s * uy, qz + dz + t * vz - pz - s * uz
+        if x == 0.0 and y == 0.0 and z == 0.0:
+            x, y, z = normal_of_cores(ux, uy, uz, vx, vy, vz)
+            return -rounding, x, y, z
     elif count_a == 1:
-        ex, ey, ez = turn_back(rotation_b, px - dx, py - dy, pz - dz)
-        ex, ey, ez = closest_on_piece(pieces, j, ex, ey, ez)
+        sx, sy, sz = turn_back(rotation_b, px - dx, py - dy, pz - dz)
+        ex, ey, ez = closest_on_piece(pieces, j, sx, sy, sz)
+        if ex == sx and ey == sy and ez == sz:
+            height, x, y, z = shallowest_face(pieces, j, sx, sy, sz)
+            x, y, z = turn(rotation_b, x, y, z)
+            return height - rounding, -x, -y, -z
         ex, ey, ez = turn(rotation_b, ex, ey, ez)
         x, y, z = ex + dx - px, ey + dy - py, ez + dz - pz
     elif count_b == 1:
-        ex, ey, ez = turn_back(rotation_a, qx + dx, qy + dy, qz + dz)
-        ex, ey, ez = closest_on_piece(pieces, i, ex, ey, ez)
+        sx, sy, sz = turn_back(rotation_a, qx + dx, qy + dy, qz + dz)
+        ex, ey, ez = closest_on_piece(pieces, i, sx, sy, sz)
+        if ex == sx and ey == sy and ez == sz:
+            height, x, y, z = shallowest_face(pieces, i, sx, sy, sz)
+            x, y, z = turn(rotation_a, x, y, z)
+            return height - rounding, x, y, z
         ex, ey, ez = turn(rotation_a, ex, ey, ez)
         x, y, z = qx + dx - ex, qy + dy - ey, qz + dz - ez
     else:
         return np.inf, 0.0, 0.0, 0.0
     distance = length(x, y, z)
-    if distance == 0.0:
-        return -np.inf, 0.0, 0.0, 0.0
     return distance - rounding, x / distance, y / distance, z / distance
 
 

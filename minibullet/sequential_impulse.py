@@ -10,7 +10,7 @@ import numpy as np
 
 from minibullet.kernels import kernel
 from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, velocity_along
-from minibullet.solver import certify, free_size
+from minibullet.solver import BREATH, certify, free_size
 
 
 @kernel
@@ -39,7 +39,10 @@ def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=False
     part of it."""
     impulse, twist = impulse.copy(), problem.free_twist.copy()
     apply_impulses(problem.bodies, problem.rows, impulse, twist)
-    sweep_rows(problem.bodies, problem.rows, problem.target, problem.friction, impulse, twist, iterations)
+    portion = 1 + BREATH // (1 + len(problem.bodies))  # sweeps without a look at Ctrl-C
+    for done in range(0, iterations, portion):
+        sweeps = min(portion, iterations - done)
+        sweep_rows(problem.bodies, problem.rows, problem.target, problem.friction, impulse, twist, sweeps)
     stalled = np.empty(0, dtype=np.int64)
     return certify(
         problem,

@@ -1,10 +1,10 @@
 """The numbers that define how a World computes; a frozen value."""
 
 from dataclasses import dataclass, fields
-from math import isfinite
 
-from minibullet.errors import InputError
+from minibullet.errors import InputError, is_number, shown_value
 
+MOST_ITERATIONS = 1_000_000  # sweeps of one step: ten thousand times the default [-]
 SOLVERS = ("exact", "gauss_seidel", "sequential_impulse")
 
 
@@ -38,15 +38,16 @@ class Settings:
             "margin": (lambda v: v >= 0, "must be >= 0 (metres)"),
             "linear_damping": (lambda v: 0 <= v <= 1, "must lie between 0 and 1"),
             "angular_damping": (lambda v: 0 <= v <= 1, "must lie between 0 and 1"),
-            "iterations": (lambda v: v >= 1 and v == int(v), "must be a whole number >= 1"),
+            "iterations": (lambda v: 1 <= v <= MOST_ITERATIONS and v == int(v),
+                           f"must be a whole number >= 1, at most {MOST_ITERATIONS}"),
             "tolerance": (lambda v: v > 0, "must be > 0"),
         }
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name in rules:
                 rule, words = rules[field.name]
-                if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value) or not rule(value):
-                    raise InputError(f"settings: {field.name} = {value!r}; it {words}")
+                if not isinstance(value, (int, float)) or not is_number(value) or not rule(value):
+                    raise InputError(f"settings: {field.name} = {shown_value(value)}; it {words}")
         for name, allowed in (("damping_law", ("bullet", "per_step")), ("solver", SOLVERS)):
             if getattr(self, name) not in allowed:
                 raise InputError(f"settings: {name} = {getattr(self, name)!r}; it must be one of {', '.join(allowed)}")

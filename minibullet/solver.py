@@ -10,9 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet.cone import natural_map_error, solve_block
-from minibullet.exact import solve_rows
+from minibullet.exact import STEP_EFFORT, VAIN_EFFORT, solve_rows
 from minibullet.kernels import kernel, leaf
 from minibullet.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, block_rows, velocity_along
+
+BREATH = 2_000_000  # contacts visited without a look at Ctrl-C: less than a second [-]
 
 
 class Solution(NamedTuple):
@@ -184,22 +186,30 @@ def sweep_islands(
     tolerance,
     stop,
     residual,
+    progress,
+    squares,
 ):
-    """Gauss-Seidel on every island, whose ``residual`` (i,) is filled in; returns most sweeps, contacts visited and the squares
-    of the whole problem: error, |q|^2, |r|^2 / reference_mass^2, |u|^2."""
-    most, work = 0, 0
-    total = total_q = total_r = total_u = 0.0
-    resists = False
+    """Gauss-Seidel on every island, whose ``residual`` (i,) is filled in; returns whether all is done: else, after
+    ``BREATH`` contacts, it is to be called again, so that Ctrl-C is heard.
+
+    progress (4,): island, its sweeps so far, most sweeps, contacts visited; squares (4,) of the whole problem: error, |q|^2,
+    |r|^2 / reference_mass^2, |u|^2; all zero at first, in place.
+    """
+    resists, rest = False, progress[3] + BREATH
     for c in range(len(bodies)):
         if rolling[c, 0] > 0.0 or rolling[c, 1] > 0.0:
             resists = True
-    for island in range(len(islands) - 1):
+    while progress[0] < len(islands) - 1:
+        island = progress[0]
         first, end = islands[island], islands[island + 1]
         scale = 0.0  # |q|^2 of the island
         for place in range(first, end):
             scale += free_size[order[place]]
-        sweep = 0
+        sweep = progress[1]
         while True:
+            if progress[3] >= rest:
+                progress[1] = sweep
+                return False
             error, size_r, size_u = natural_map(
                 first, end, order, bodies, rows, target, friction, rolling, impulse, moment, twist, reference_mass
             )
@@ -219,10 +229,12 @@ def sweep_islands(
                     if resists and (rolling[c, 0] > 0.0 or rolling[c, 1] > 0.0):
                         visit_rolling(c, bodies, rows, rolling, inverse_mass, impulse, moment, twist)
                 sweep += 1
-                work += end - first
-        most = max(most, sweep)
-        total, total_q, total_r, total_u = total + error, total_q + scale, total_r + size_r, total_u + size_u
-    return most, work, (total, total_q, total_r, total_u)
+                progress[3] += end - first
+        progress[0], progress[1], progress[2] = island + 1, 0, max(progress[2], sweep)
+        squares[0], squares[1], squares[2], squares[3] = (
+            squares[0] + error, squares[1] + scale, squares[2] + size_r, squares[3] + size_u
+        )  # fmt: skip
+    return True
 
 
 def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True):
@@ -234,8 +246,8 @@ def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True)
     impulse, moment, twist = impulse.copy(), moment.copy(), problem.free_twist.copy()
     size = free_size(problem)
     apply_impulses(problem.bodies, problem.rows, impulse, twist)
-    residual = np.zeros(len(problem.islands) - 1)
-    most, work, squares = sweep_islands(
+    residual, progress, squares = np.zeros(len(problem.islands) - 1), np.zeros(4, dtype=np.int64), np.zeros(4)
+    while not sweep_islands(
         problem.bodies,
         problem.rows,
         problem.target,
@@ -254,9 +266,13 @@ def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=True)
         tolerance,
         stop,
         residual,
-    )
+        progress,
+        squares,
+    ):
+        pass  # between two calls Python hears Ctrl-C
+    _, _, most, work = progress.tolist()
     (stalled,) = (residual > tolerance).nonzero()
-    return Solution(impulse, moment, twist, relative_residual(problem, *squares), most, work, stalled)
+    return Solution(impulse, moment, twist, relative_residual(problem, *squares.tolist()), most, work, stalled)
 
 
 def free_size(problem):
@@ -357,7 +373,11 @@ def escalate(problem, solution, tolerance, most=2000):
         if problem.rolling[contacts].any() or len(contacts) > most:
             continue  # rolling moments are solved by Gauss-Seidel alone
         chosen, law, start = block_rows(problem, contacts), problem.friction[contacts], impulse[contacts].reshape(-1)
-        found, _, used, _ = solve_rows(*chosen, law, start, 0.5 * tolerance, problem.reference_mass, sweeps=0)
+        # what a light body does is a small difference of impulses that heavy ones hand it: their rounding over its mass
+        light = problem.inverse_mass[np.unique(problem.bodies[contacts]), 0, 0]
+        light = light[light > 0.0]
+        effort = VAIN_EFFORT if np.finfo(float).eps * light.max() > 0.5 * tolerance * light.min() else STEP_EFFORT
+        found, _, used, _ = solve_rows(*chosen, law, start, 0.5 * tolerance, problem.reference_mass, effort, sweeps=0)
         impulse[contacts], outer = found.reshape(-1, 3), outer + used
     twist = solution.twist.copy()
     apply_impulses(problem.bodies, problem.rows, impulse - solution.impulse, twist)

@@ -1,20 +1,40 @@
 """Files that appear whole or not at all, whatever happens while they are written."""
 
+import errno
 import os
 import secrets
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from minibullet.errors import InputError, RunError
+
+# refusals that speak of the name that was given; all others (a full disk, a broken one, too many open files) are nobody's input
+NAMED = {errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.EACCES, errno.EPERM, errno.EROFS, errno.ENAMETOOLONG,
+         errno.ELOOP, errno.EINVAL, errno.ENXIO, errno.ENODEV}
 
 
 @contextmanager
 def whole(path):
     """A name beside `path` to write to: it becomes `path` when the block ends well, and is gone when not. Raises OSError."""
     target = Path(path)
-    partial = target.with_name(f".{target.name}.{secrets.token_hex(4)}.partial")
+    partial = target.with_name(f".{target.name[:40]}.{secrets.token_hex(4)}.partial")
     try:
         yield partial
         with open(partial, "rb+") as file:
             os.fsync(file.fileno())  # on disk before the name points at it
         os.replace(partial, target)
-    finally:
-        partial.unlink(missing_ok=True)
+    except BaseException:
+        with suppress(OSError):  # what went wrong first is told
+            partial.unlink(missing_ok=True)
+        raise
+
+
+def refused(error, what):
+    """The exception for an OSError or ValueError of the system: InputError where the name is at fault, RunError where not.
+
+    what: what could not be done, such as "cannot write 'out'".
+    """
+    at_fault = not isinstance(error, OSError) or error.errno in NAMED
+    opened = os.name == "nt" and isinstance(error, PermissionError)  # so Windows protects a file that a program holds open
+    words = f"{what}: {getattr(error, 'strerror', None) or error}" + ("; is it open in another program?" if opened else "")
+    return InputError(words) if at_fault and not opened else RunError(words)

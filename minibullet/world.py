@@ -1,20 +1,22 @@
 """The World: bodies, effects and settings, and the step that moves them. The composition and nothing else."""
 
 from collections import deque
-from numbers import Integral, Real
+from numbers import Integral
 from time import perf_counter
 
 import numpy as np
 
-from minibullet import constraints, impacts, integration, manifolds, rotations, saving, sequential_impulse, solver
+from minibullet import constraints, impacts, integration, manifolds, rotations, sequential_impulse, solver
 from minibullet import effects as effect_room
 from minibullet import problem as problems
 from minibullet.bodies import ContactLaw
-from minibullet.errors import InputError
-from minibullet.ledger import Step
+from minibullet.errors import InputError, is_number, shown_value
+from minibullet.ledger import ContactTable, Step
+from minibullet.notices import Notices
 from minibullet.registry import Registry
 from minibullet.settings import Settings
 
+MOST_STEPS = 1_000_000_000  # of one call: a day and more for the smallest world [-]
 NOTHING_KEPT = np.empty((0, 6)), np.empty((0, 3)), np.empty((0, 3))
 
 
@@ -36,6 +38,7 @@ class World:
         self.registry = Registry()
         self.time, self.steps, self.unsolved_steps, self.worst_residual = 0.0, 0, 0, 0.0
         self.last_step = None
+        self._notices = Notices()
         self._past = deque(maxlen=100)  # (time, bodies) after the last steps, kept where there is a rescue file
         self._kept = NOTHING_KEPT  # last step's contacts: points in body axes, normals and impulses in world axes
 
@@ -69,19 +72,19 @@ class World:
         """
         return self.registry.add(
             shape,
-            density,
-            mass,
-            inertia,
-            position,
-            orientation,
-            velocity,
-            angular_velocity,
-            friction,
-            restitution,
-            self.settings.margin if margin is None else margin,
-            fixed,
             name,
-            group,
+            density=density,
+            mass=mass,
+            inertia=inertia,
+            position=position,
+            orientation=orientation,
+            velocity=velocity,
+            angular_velocity=angular_velocity,
+            friction=friction,
+            restitution=restitution,
+            margin=self.settings.margin if margin is None else margin,
+            fixed=fixed,
+            group=group,
         )
 
     def add_plane(self, normal=(0.0, 0.0, 1.0), height=0.0, *, friction=None, restitution=None, name=None, group=None):
@@ -175,17 +178,20 @@ class World:
     def step(self, n=1):
         """Advance by n steps of settings.time_step."""
         if not isinstance(n, Integral) or n < 0:
-            raise InputError(f"step: n = {n!r}; it must be a whole number >= 0")
-        for _ in range(n):
+            raise InputError(f"step: n = {shown_value(n)}; it must be a whole number >= 0")
+        for _ in range(self._steps(f"step: n = {n}", n)):
             self._advance()
 
     def _advance(self):
-        """One step; where it fails the world stays as it was, and is saved where ``rescue`` says."""
-        start = perf_counter()
+        """One step; where it fails or is interrupted the world stays as it was, and is saved where ``rescue`` says."""
+        start, held = perf_counter(), self._hold()
         try:
             self._step()
             self.last_step.wall = perf_counter() - start
-        except InputError as error:
+        except BaseException as error:
+            self._take_back(held)
+            if not isinstance(error, InputError):
+                raise
             text = str(error)
             if not text.startswith("step "):
                 text = f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: {text}"
@@ -194,12 +200,26 @@ class World:
             self.save(self.rescue)
             text += f"; run stopped, state of step {self.steps} saved in {str(self.rescue)!r}"
             if self._past:
+                from minibullet import saving
                 saving.save_past(self._past, f"{self.rescue}.past.npz")
                 text += f", the last {len(self._past)} states in {f'{self.rescue}.past.npz'!r}"
             raise InputError(text) from None
 
+    def _hold(self):
+        """All that a step changes, for ``_take_back``; what is changed in place is copied."""
+        scene = self.registry.enrol()
+        kept = self._kept[0].copy(), *self._kept[1:]
+        return (scene.bodies, scene.moved, scene.collision.hold(), kept, self.time, self.steps, self.unsolved_steps,
+                self.worst_residual, self.last_step)  # fmt: skip
+
+    def _take_back(self, held):
+        scene = self.registry.scene
+        (scene.bodies, scene.moved, pairs, self._kept, self.time, self.steps, self.unsolved_steps, self.worst_residual,
+         self.last_step) = held  # fmt: skip
+        scene.collision.take_back(pairs)
+
     def _step(self):
-        scene, settings, dt = self.registry.enrol(), self.settings, self.settings.time_step
+        scene, settings, dt = self.registry.scene, self.settings, self.settings.time_step
         before = scene.bodies
         rotation = integration.posture(before.orientation)
 
@@ -214,6 +234,7 @@ class World:
         stride = integration.stride(before.twist, free_twist, scene.reach, dt)
         pair, arms, gap, impulse, point = scene.touching(rotation, stride, self._kept)
         axes, size = constraints.frames(pair, arms, inverse_mass), scene.contact_size(pair)
+        self._notices.look(self, pair, gap, size, stride)
         touch = before, pair, arms, gap, axes, impulse, dt
         law = self._law(scene, touch)
 
@@ -300,12 +321,21 @@ class World:
 
     def run(self, duration, *, watch=None):
         """Advance by ``duration`` seconds (rounded to whole steps); ``watch(world)`` is called after every step."""
-        if not isinstance(duration, Real) or not duration >= 0.0 or not np.isfinite(duration):
-            raise InputError(f"run: duration = {duration!r} s; it must be finite and >= 0")
-        for _ in range(round(duration / self.settings.time_step)):
+        if not is_number(duration) or not duration >= 0.0:
+            raise InputError(f"run: duration = {shown_value(duration)} s; it must be finite and >= 0")
+        for _ in range(self._steps(f"run: duration = {duration!r} s", duration / self.settings.time_step)):
             self._advance()
             if watch is not None:
                 watch(self)
+
+    def _steps(self, asked, steps):
+        """The whole number of steps nearest to this one; InputError where nobody can mean so many."""
+        if not steps <= MOST_STEPS:
+            raise InputError(
+                f"{asked}: more than {MOST_STEPS:,} steps of {self.settings.time_step:.3g} s in one call, which takes days; "
+                "give a longer time_step or ask for less"
+            )
+        return round(steps)
 
     def settle(self, max_time=10.0, *, watch=None, heed=None):
         """Advance until nothing moves, or for ``max_time`` seconds; returns "at_rest" or "time_limit".
@@ -314,10 +344,10 @@ class World:
         its bounding radius and a what effects accelerate it by. ``watch(world)`` is called after every step; ``heed(bodies)``
         (the Bodies record) says which bodies must be at rest, boolean (n,), all moving ones if not given.
         """
-        if not isinstance(max_time, Real) or not max_time > 0.0:
-            raise InputError(f"settle: max_time = {max_time!r} s; it must be > 0")
+        if not is_number(max_time) or not max_time > 0.0:
+            raise InputError(f"settle: max_time = {shown_value(max_time)} s; it must be finite and > 0")
         calm = 0
-        for _ in range(max(1, round(max_time / self.settings.time_step))):
+        for _ in range(max(1, self._steps(f"settle: max_time = {max_time!r} s", max_time / self.settings.time_step))):
             self._advance()
             if watch is not None:
                 watch(self)
@@ -336,6 +366,7 @@ class World:
 
     def save(self, path):
         """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""
+        from minibullet import saving
         saving.save(self, path)
 
     @classmethod
@@ -344,53 +375,15 @@ class World:
 
         Raises InputError where the file is missing, is not such a file, or holds effects that are not minibullet's.
         """
+        from minibullet import saving
         return saving.load(cls, path, effects)
+
+    @property
+    def notices(self):
+        """What the run has told so far, each thing once, one line each: overlaps, steps too long for a body."""
+        return tuple(self._notices.texts)
 
     @property
     def contacts(self):
         """The contacts of the last step: ``to_dataframe()`` says who touches whom, where, how hard."""
         return ContactTable(self.last_step)
-
-
-class ContactTable:
-    """Contacts of one step, for reading."""
-
-    def __init__(self, step):
-        self._step = step
-
-    def __len__(self):
-        return 0 if self._step is None else len(self._step.contacts.gap)
-
-    def to_dataframe(self):
-        """One row a contact: body_a, body_b, point x y z [m], normal x y z (a to b), gap [m], normal_force [N],
-        friction_force [N], friction."""
-        import pandas as pd
-
-        names = (
-            "body_a",
-            "body_b",
-            "x",
-            "y",
-            "z",
-            "normal_x",
-            "normal_y",
-            "normal_z",
-            "gap",
-            "normal_force",
-            "friction_force",
-            "friction",
-        )
-        if self._step is None:
-            return pd.DataFrame({name: [] for name in names})
-        contacts, force = self._step.contacts, (self._step.solution.impulse + self._step.blows) / self._step.time_step
-        columns = (
-            [self._step.names[a] for a in contacts.body_a],
-            [self._step.names[b] for b in contacts.body_b],
-            *contacts.point.T,
-            *contacts.normal.T,
-            contacts.gap,
-            force[:, 0],
-            np.sqrt((force[:, 1:] ** 2).sum(axis=1)),
-            self._step.law.friction,
-        )
-        return pd.DataFrame(dict(zip(names, columns, strict=True)))

@@ -2,8 +2,10 @@
 
 import hashlib
 import importlib.util
+import os
 import sys
 import traceback
+from contextlib import contextmanager
 from inspect import getsourcelines
 from pathlib import Path
 
@@ -11,6 +13,9 @@ from minibullet.effects import body, contact, flow, fluid
 from minibullet.effects.check import check_effect
 from minibullet.effects.contract import Effect, EffectError, name_of
 from minibullet.errors import InputError
+from minibullet.user_files import read_text
+
+MOST_BYTES = 1_000_000  # of a file of effects: a thousand effects written by hand
 
 SHIPPED = (
     body.Gravity, fluid.LinearDrag, fluid.QuadraticDrag, fluid.DragCrisis, flow.OrientationDrag, fluid.Buoyancy,
@@ -29,8 +34,8 @@ def library() -> dict[str, type[Effect]]:
 def load_effects(path) -> dict[str, type[Effect]]:
     """Name -> class of every effect that a Python file defines, each checked by ``check_effect`` at its default values.
 
-    Classes whose names begin with an underscore are left out. InputError names file, line and remedy. The file is run: load only
-    files that you trust.
+    Classes whose names begin with an underscore are left out. InputError names file, line and remedy. The file is run as code:
+    load only files that you trust.
     """
     path = Path(path)
     module = _run(path)
@@ -40,36 +45,52 @@ def load_effects(path) -> dict[str, type[Effect]]:
         raise InputError(f"{path}: defines no effect; write a subclass of minibullet.Effect")
     shipped, found = library(), {}
     for kind in kinds:
-        name, line = name_of(kind), getsourcelines(kind)[1]
+        name, line = name_of(kind), _line_of(kind)
         if name in shipped:
             raise InputError(f"{path}:{line}: the name {kind.__name__} belongs to a shipped effect; choose another")
-        try:
-            check_effect(kind())
-        except EffectError as error:
-            raise InputError(f"{path}:{_line_in(path, error.__cause__) or line}: {error}") from error
-        except (TypeError, InputError) as error:
-            raise InputError(f"{path}:{line}: {kind.__name__}() cannot be made: {error}; give every field a default") from error
+        with _told(path, line, f"{kind.__name__}() cannot be made: ", "; give every field a default"):
+            effect = kind()
+        with _told(path, line):
+            check_effect(effect)
         found[name] = kind
     return found
 
 
 def _run(path):
     """The module of a file, run once; under a name of its own, so that two files of one name do not mix."""
-    name = "minibullet_user_" + hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:12]
-    try:
-        source = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from error
+    source = read_text(path, str(path), MOST_BYTES, "keep data out of it")
+    name = "minibullet_user_" + hashlib.sha256(os.path.realpath(path).encode("utf-8", "surrogateescape")).hexdigest()[:12]
     module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader=None, origin=str(path)))
     module.__file__ = str(path)
     sys.modules[name] = module  # dataclasses look their module up
-    try:
+    with _told(path, 1):
         exec(compile(source, str(path), "exec"), vars(module))
-    except SyntaxError as error:
-        raise InputError(f"{path}:{error.lineno}: {error.msg}") from error
-    except Exception as error:
-        raise InputError(f"{path}:{_line_in(path, error) or 1}: {type(error).__name__}: {error}") from error
     return module
+
+
+@contextmanager
+def _told(path, line, before="", after=""):
+    """Whatever the user's code raises, an attempt to end the program with it, as one line that names file and line."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise
+    except SyntaxError as error:
+        where = error.lineno if error.filename == str(path) else None
+        raise InputError(f"{path}:{where or line}: {error.msg}") from error
+    except EffectError as error:
+        raise InputError(f"{path}:{_line_in(path, error.__cause__) or line}: {before}{error}") from error
+    except BaseException as error:
+        kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+        raise InputError(f"{path}:{line if before else _line_in(path, error) or line}: {before}{kind}{error}{after}") from error
+
+
+def _line_of(kind):
+    """Where a class stands in its file; 1 where it was made in another way than by writing it."""
+    try:
+        return getsourcelines(kind)[1]
+    except (OSError, TypeError):
+        return 1
 
 
 def _line_in(path, error):

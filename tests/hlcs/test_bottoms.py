@@ -102,18 +102,18 @@ SQUARE = "x_m,y_m,z_m\n0,0,0\n1,0,0\n0,1,0\n1,1,0\n"
 
 
 @pytest.mark.parametrize("content, words", [
-    ("", "must name the columns x_m,y_m,z_m"),
-    ("x,y,z\n0,0,0\n", "the first line is 'x,y,z'"),
-    (SQUARE.replace("1,1,0", "1,1,deep"), "line 5: z_m = 'deep'; must be a finite number"),
-    (SQUARE.replace("1,1,0", "1,nan,0"), "line 5: y_m = 'nan'"),
-    (SQUARE.replace("1,1,0", "1,1"), "line 5: z_m = ''"),
-    (SQUARE + "1,1,3\n", "line 6: the point x_m = 1, y_m = 1 stands already in line 5"),
+    ("", "is empty; the first row names the columns x_m,y_m,z_m"),
+    ("x,y,z\n0,0,0\n", "row 1: column 'x_m' is missing in 'x,y,z'"),
+    (SQUARE.replace("1,1,0", "1,1,deep"), "row 5, column z_m: 'deep' is not a number"),
+    (SQUARE.replace("1,1,0", "1,nan,0"), "row 5, column y_m: 'nan' is not finite"),
+    (SQUARE.replace("1,1,0", "1,1"), "row 5: 2 cells for 3 columns"),
+    (SQUARE + "1,1,3\n", "row 6: the point x_m = 1, y_m = 1 stands already in row 5"),
     (SQUARE + "2,1,0\n", r"5 points, but 3 different x_m times 2 different y_m are 6; the first one missing is x_m = 2, y_m = 0"),
     ("x_m,y_m,z_m\n0,0,0\n1,0,0\n2,0,0\n3,0,0\n", "4 different x_m and 1 different y_m"),
     ("x_m,y_m,z_m\n0,0,0\n", "1 points; a survey has 4 to"),
-    (b"\xff\xfe\x00", "not a text file"),
+    (b"\xff\xfe\x00", "not text in UTF-8"),
 ])
-def test_bad_surveys_are_refused_by_line(content, words, tmp_path):
+def test_bad_surveys_are_refused_by_row(content, words, tmp_path):
     path = tmp_path / "bed.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(InputError, match=words):

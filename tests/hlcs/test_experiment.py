@@ -99,7 +99,9 @@ def test_a_result_is_a_value_with_the_fields_of_the_contract(small_result):
     data = small_result.to_dict()
     assert {"format", "grid", "spacing_x", "spacing_y", "seed", "shape", "nominal_diameter_m", "layers", "height_over_dn",
             "porosity", "packing_density", "max_penetration_over_dn", "wall_seconds", "settings", "versions"} <= set(data)
-    assert set(data["layers"][0]) == {"layer", "k", "readings", "cv", "units", "lost", "unsettled"}
+    assert set(data["layers"][0]) == {"layer", "k", "readings", "cv", "units", "lost", "unsettled", "unsupported_readings",
+                                      "lifted_units", "mean_lift_over_dn", "drift_over_dn"}
+    assert {"achieved_packing_density", "achieved_porosity"} <= set(data)
     assert data["settings"]["seed"] == 3 and data["settings"]["grid"] == "TPG"
     assert list(small_result.to_dataframe()["layer"]) == [1, 2]
     assert "1.298" in small_result.summary() and "<table" in small_result._repr_html_()

@@ -1,6 +1,7 @@
 """Files appear whole or not at all, other people's files are never touched, and what is written can be read back."""
 
 import dataclasses
+import errno
 import json
 import math
 import os
@@ -17,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hlcs import files
-from minibullet.errors import InputError
+from minibullet.errors import InputError, RunError
 
 
 def names(folder):
@@ -68,6 +69,154 @@ def test_a_file_in_the_way_is_refused(tmp_path):
         pytest.fail("the work must not start")
     with pytest.raises(InputError, match="cannot write"):
         files.write_text(tmp_path / "out" / "result.json", "")
+
+
+def earlier(tmp_path):
+    """A folder with an earlier result: two files, one in a folder of its own."""
+    with files.result_folder(tmp_path / "out") as folder:
+        (folder / "layers.csv").write_text("k\n1.298\n")
+        (folder / "more").mkdir()
+        (folder / "more" / "result.json").write_text("{}")
+    return tmp_path / "out"
+
+
+def replaced(out):
+    with files.result_folder(out) as folder:
+        (folder / "new.csv").write_text("new")
+
+
+def everything(folder):
+    """{name: what it is} of all that is in a folder, links not followed."""
+    return {path.relative_to(folder).as_posix(): os.readlink(path) if path.is_symlink() else path.read_bytes() if path.is_file()
+            else None for path in folder.rglob("*")}
+
+
+def linked(out, name):
+    """What was in the folder is now elsewhere, with a link to it in its place."""
+    (out / name).rename(out.parent / "moved")
+    (out / name).symlink_to(os.path.join("..", "moved"))
+
+
+FOREIGN = {
+    "another file": lambda out: (out / "notes.txt").write_text("mine"),
+    "a file in a folder of ours": lambda out: (out / "more" / "notes.txt").write_text("mine"),
+    "an edited file": lambda out: (out / "layers.csv").write_text("k\n1.300 my correction\n"),
+    "an edit of the same length": lambda out: (out / "layers.csv").write_text("k\n1.299\n"),
+    "a file of the same name": lambda out: (out / "more" / "result.json").write_text("my own"),
+    "an empty folder": lambda out: (out / "mine").mkdir(),
+    "a folder in a file's place": lambda out: ((out / "layers.csv").unlink(), (out / "layers.csv").mkdir()),
+    "a link in a file's place": lambda out: linked(out, "layers.csv"),
+    "a link to a folder": lambda out: (out / "link").symlink_to(out.parent),
+    "a folder of ours moved and linked": lambda out: linked(out, "more"),
+    "no list": lambda out: (out / files.CONTENTS).unlink(),
+    "somebody else's list": lambda out: (out / files.CONTENTS).write_text("[settings]\ncolour = red\n"),
+    "the list of an earlier version": lambda out: (out / files.CONTENTS).write_text("layers.csv\nmore\n"),
+    "a list that is a link": lambda out: linked(out, files.CONTENTS),
+    "a list that is a folder": lambda out: ((out / files.CONTENTS).unlink(), (out / files.CONTENTS).mkdir()),
+}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links need rights on Windows")
+@pytest.mark.parametrize("meddle", FOREIGN.values(), ids=FOREIGN)
+def test_only_what_is_as_it_was_written_is_replaced(tmp_path, meddle):
+    out = earlier(tmp_path)
+    meddle(out)
+    before = everything(tmp_path)
+    with pytest.raises(InputError, match="no earlier result as this program wrote it"), files.result_folder(out):
+        pytest.fail("the work must not start")
+    assert everything(tmp_path) == before
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links need rights on Windows")
+@pytest.mark.parametrize("meddle", FOREIGN.values(), ids=FOREIGN)
+def test_what_comes_while_the_work_is_done_stays_and_the_result_goes_beside(tmp_path, meddle):
+    out = earlier(tmp_path)
+    with pytest.raises(InputError, match="the result is in '.*out-2'"), files.result_folder(out) as folder:
+        (folder / "new.csv").write_text("new")
+        meddle(out)
+        before = everything(out)
+    assert everything(out) == before and names(tmp_path / "out-2") == [files.CONTENTS, "new.csv"]
+    assert not [name for name in names(tmp_path) if name.startswith(".")]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="links need rights on Windows")
+def test_a_link_to_a_folder_stays_and_its_folder_is_replaced(tmp_path):
+    out, link = earlier(tmp_path), tmp_path / "link"
+    link.symlink_to("out")
+    replaced(link)
+    assert link.is_symlink() and names(out) == [files.CONTENTS, "new.csv"] and names(tmp_path) == ["link", "out"]
+    (tmp_path / "nothing").symlink_to("gone")
+    for use in (replaced, files.check_folder):
+        with pytest.raises(InputError, match="is a link to 'gone', which is not there"):
+            use(tmp_path / "nothing")
+
+
+def test_files_saved_beside_others_replace_their_own_alone(tmp_path):
+    (tmp_path / "drop.toml").write_text("mine")
+    for round in ("first", "second"):
+        files.save_files(tmp_path, {"report.html": round.encode(), "result.json": b"{}"})
+        assert (tmp_path / "report.html").read_text() == round and (tmp_path / "drop.toml").read_text() == "mine"
+    (tmp_path / "report.html").write_text("my own report")
+    before = everything(tmp_path)
+    with pytest.raises(InputError, match="holds 'report.html', which is not as.*the result is in") as refusal:
+        files.save_files(tmp_path, {"report.html": b"third", "result.json": b"{}"})
+    spare = Path(str(refusal.value).rsplit("'", 2)[1])
+    assert everything(tmp_path) == before and (spare / "report.html").read_text() == "third"
+    replaced(spare)  # what was kept elsewhere is a result as any other
+
+
+@pytest.mark.parametrize("last", range(4))
+def test_a_run_killed_while_it_replaces_files_knows_its_own_again(tmp_path, monkeypatch, last):
+    files.save_files(tmp_path, {"a": b"old", "b": b"old"})
+    write, count = files.write_bytes, []
+
+    def killed(path, data):
+        count.append(path)
+        if len(count) == last + 1:
+            raise KeyboardInterrupt
+        write(path, data)
+
+    monkeypatch.setattr(files, "write_bytes", killed)
+    with pytest.raises(KeyboardInterrupt):
+        files.save_files(tmp_path, {"a": b"newer", "b": b"newer"})
+    monkeypatch.undo()
+    files.save_files(tmp_path, {"a": b"newest", "b": b"newest"})
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes() == b"newest"
+
+
+@pytest.mark.parametrize("elsewhere", [True, False])
+@pytest.mark.parametrize(("number", "kind"), [(errno.ENOSPC, RunError), (errno.EIO, RunError), (errno.EMFILE, RunError),
+                                              (errno.EROFS, InputError), (errno.EACCES, InputError)])
+def test_a_disk_that_refuses_at_the_end_loses_nothing(tmp_path, monkeypatch, number, kind, elsewhere):
+    """Whether the name or the system is at fault: what was computed stands in another place, or is handed over to be printed."""
+    def refuse(source, target):
+        if not elsewhere or "hlcs-" not in str(source):
+            raise OSError(number, os.strerror(number), str(source))
+        rename(source, target)
+
+    rename = os.replace
+    monkeypatch.setattr(os, "replace", refuse)
+    (tmp_path / "spare").mkdir()
+    monkeypatch.setattr(files.tempfile, "tempdir", str(tmp_path / "spare"))
+    with pytest.raises(kind if elsewhere else RunError, match="cannot write '.*x.json': .*; the result is") as refusal:
+        files.write_json(tmp_path / "x.json", {"k": 1.0})
+    if elsewhere:
+        (found,) = (tmp_path / "spare").glob("*/x.json")
+        assert str(found.parent) in str(refusal.value) and json.loads(found.read_text()) == {"k": 1.0}
+    else:
+        assert json.loads(refusal.value.result) == {"k": 1.0}
+    assert names(tmp_path) == ["spare"] and len(names(tmp_path / "spare")) == elsewhere
+
+
+@pytest.mark.skipif(os.name != "posix", reason="asks the system for processes by number")
+def test_a_run_killed_between_its_two_renames_gives_the_old_result_back(tmp_path):
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    before = everything(earlier(tmp_path))
+    (tmp_path / "out").rename(tmp_path / f".out.{gone.pid}.0badcafe.old")
+    with pytest.raises(RuntimeError), files.result_folder(tmp_path / "out"):
+        raise RuntimeError
+    assert names(tmp_path) == ["out"] and everything(tmp_path / "out") == before
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a place where not even the superuser may write")

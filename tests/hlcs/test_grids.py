@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hlcs.grids import RPG, TPG, Grid
+from hlcs.grids import RPG, TPG, Grid, interior_density
 from minibullet.errors import InputError
 
 GRIDS = {"RPG": RPG, "TPG": TPG, "TPG ABA": TPG.stacked("ABA")}
@@ -109,3 +109,22 @@ def test_layers_without_units_are_refused(rows, columns, layer, words):
 def test_unknown_stacking_is_refused():
     with pytest.raises(InputError, match="stacking = 'AAA'; give one of ABC, ABA"):
         TPG.stacked("AAA")
+
+
+@EVERY_GRID
+@pytest.mark.parametrize("stretch", [1.0, 1.1])
+def test_the_inner_density_of_a_whole_layer_is_that_of_its_grid(grid, stretch):
+    """Every inner unit has a cell of a x b, wherever the edge is; stretched by 1.1 both ways the density falls by 1.21."""
+    places = stretch * grid.centres(6, 6, 1)
+    assert interior_density(places) == pytest.approx(grid.packing_density / stretch**2, rel=1e-9)
+
+
+def test_a_unit_that_is_gone_leaves_its_area_to_its_neighbours():
+    """Of 8 x 8 units on a rectangular grid the 36 inner ones have 36 cells; without one of them 35 units have the same area."""
+    places = RPG.centres(8, 8, 1)
+    assert interior_density(np.delete(places, 3 * 8 + 3, axis=0)) == pytest.approx(RPG.packing_density * 35 / 36, rel=1e-9)
+
+
+@pytest.mark.parametrize("places", [np.empty((0, 2)), np.zeros((1, 2)), np.column_stack([np.arange(6.0), np.zeros(6)])])
+def test_a_layer_without_an_inner_part_has_no_density(places):
+    assert np.isnan(interior_density(places))

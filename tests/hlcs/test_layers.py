@@ -11,12 +11,13 @@ import pandas as pd
 import pytest
 
 import hlcs
-from hlcs import ladder, layer_model
+from hlcs import ladder, runs
 from hlcs.experiment_files import read_experiment_file
 from hlcs.layer_data import read_layer_sets, read_layers
 from hlcs.layer_diagnosis import compare_layer_file, diagnose_layers
-from hlcs.layer_model import Simulator, simulate
+from hlcs.layer_model import Simulator
 from hlcs.reproduce import Plan
+from hlcs.runs import simulate
 from hlcs.tables import laboratory, paper_numerical
 from minibullet.errors import InputError
 
@@ -248,7 +249,10 @@ def test_stated_effects_are_part_of_the_model(tmp_path, simulator):
 def test_report_and_files(tmp_path, simulator):
     found = diagnose_layers(experiment(tmp_path, [measured("TPG", 3, "a")], 'shape = "hull"'), simulator=simulator)
     folder = found.save(tmp_path / "out")
-    assert read_experiment_file(folder / "model.toml").data_file == (tmp_path / "layers.csv").resolve()
+    copied = read_experiment_file(folder / "model.toml").data_file  # beside it, so that the folder can be used as it is
+    assert copied.read_bytes() == (tmp_path / "layers.csv").read_bytes() and copied.parent == folder
+    found.save(tmp_path)
+    assert read_experiment_file(tmp_path / "model.toml").data_file == tmp_path / "layers.csv"  # no copy where it is below already
     assert {path.name for path in folder.iterdir()} >= {"result.json", "report.html", "diagnosis.png", "model.toml"}
     assert "convex_hull_shape" in found.summary()
 
@@ -261,10 +265,10 @@ def test_a_refused_placement_leaves_a_complaint_not_a_crash():
 
 
 def test_a_simulation_that_stalls_is_given_up_with_a_complaint(monkeypatch):
-    monkeypatch.setattr(layer_model, "LIMIT", 0.05)
+    monkeypatch.setattr(runs, "LIMIT", 0.05)
     result = simulate(hlcs.PlacementTest(layers=3, rows=6, columns=6, time_step=1 / 480))
     assert "processor time" in result["error"]
-    monkeypatch.setattr(layer_model, "LIMIT", 60.0)
+    monkeypatch.setattr(runs, "LIMIT", 60.0)
     assert len(simulate(hlcs.PlacementTest(layers=1, rows=2, columns=2))["k"]) == 1  # no clock of the last one is running
 
 
@@ -280,11 +284,11 @@ def test_small_real_simulation(tmp_path):
 
 def test_a_limit_that_strikes_inside_compiled_code_is_the_same_complaint():
     """Compiled code hands on what a signal raised inside of it as SystemError; one that no limit caused stays what it is."""
-    with pytest.raises(InputError, match="processor time"), layer_model._at_most(0.01):
+    with pytest.raises(InputError, match="processor time"), runs.at_most(0.01):
         try:
             while True:
                 pass
         except InputError as problem:
             raise SystemError("returned a result with an exception set") from problem
-    with pytest.raises(SystemError, match="another"), layer_model._at_most(60.0):
+    with pytest.raises(SystemError, match="another"), runs.at_most(60.0):
         raise SystemError("another")

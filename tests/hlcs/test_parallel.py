@@ -65,10 +65,39 @@ def test_results_keep_their_order_and_complaints_come_through():
         list(parallel.each(abs, [1], workers=0))
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+@pytest.mark.parametrize(("end", "words"), [("os.kill(os.getpid(), 9)", ["was killed (signal 9)", "fewer workers"]),
+                                            ("os._exit(3)", ["ended with status 3"])])
+def test_a_worker_that_is_gone_is_not_blamed_on_the_script(tmp_path, end, words):
+    script = tmp_path / "careful.py"
+    script.write_text(f"import os\nfrom hlcs import parallel\ndef work(number):\n    {end}\n"
+                      'if __name__ == "__main__":\n    list(parallel.each(work, [1, 2], workers=2))\n')
+    environment = os.environ | {"PYTHONPATH": os.getcwd()}
+    done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, text=True)
+    last = done.stderr.strip().splitlines()[-1]
+    assert done.returncode == 1 and last.startswith("minibullet.errors.RunError: a worker process")
+    assert all(word in last for word in words) and "__main__" not in last
+
+
+def test_tasks_are_drawn_when_a_worker_is_free_and_not_before():
+    drawn, seen = [], []
+
+    def tasks():
+        for number in range(6):
+            drawn.append(number)
+            yield -number
+
+    for index, value in parallel.each(abs, tasks(), workers=2, most=6):
+        assert index == value and len(drawn) <= len(seen) + 2
+        seen.append(value)
+    assert sorted(seen) == drawn == list(range(6))
+
+
 def test_a_script_without_a_main_guard_is_told_so_once(tmp_path):
     script = tmp_path / "careless.py"
     script.write_text("import math\nfrom hlcs import parallel\nlist(parallel.each(math.sqrt, [1.0, 4.0], workers=2))\n")
     environment = os.environ | {"PYTHONPATH": os.getcwd()}
     done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, text=True)
     assert done.returncode == 1 and done.stderr.count("Traceback") == 1
-    assert done.stderr.strip().splitlines()[-1].startswith("minibullet.errors.InputError: a worker process ended")
+    last = done.stderr.strip().splitlines()[-1]
+    assert last.startswith("minibullet.errors.InputError: a worker process ended") and "__main__" in last

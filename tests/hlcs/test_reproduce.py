@@ -92,6 +92,6 @@ def test_blind_placement_tells_drift_and_lost_units():
 
 def test_units_that_lie_on_their_aim_have_no_miss(small_result):
     """Layer 1 is laid, not dropped: it may settle by a hair, far less than 0.01 Dn."""
-    missed = reproduce.miss(small_result)
+    missed = small_result.misses
     assert [len(layer) for layer in missed] == [9, 4]
     assert np.abs(missed[0]).max() < 0.01

@@ -1,0 +1,81 @@
+"""What a World tells its user once, because no number of a step would: bodies put into each other, steps too long for a body."""
+
+import warnings
+
+import numpy as np
+
+from minibullet.kernels import leaf
+
+DEEP = 0.01  # overlap, in radii of the smaller body, that is told: rounding and the noise of measured poses stay below it [-]
+MOST = 8  # pairs that one line names [-]
+OWN_FRAMES = 6  # calls between the user's line and the warning: step, _advance, _step, look, _overlaps or _haste, _tell [-]
+
+
+class SceneWarning(UserWarning):
+    """A scene is simulated, but not as its user may think; the message says what, where, and the remedy."""
+
+
+@leaf
+def sights(gap, size, stride, reach):
+    """How many contacts (m,) overlap deeply, and how many bodies (n,) may go farther than their radius in this step."""
+    deep = hasty = 0
+    for c in range(len(gap)):
+        deep += gap[c] < -DEEP * size[c]
+    for n in range(len(reach)):
+        hasty += stride[n] > 2.0 * reach[n]  # twice the way: see ``integration.stride``
+    return deep, hasty
+
+
+class Notices:
+    """What was told in a run. texts: one line each, in order, every one also a SceneWarning."""
+
+    def __init__(self):
+        self.texts, self._pairs, self._hasty = [], set(), False
+
+    def look(self, world, pair, gap, size, stride):
+        """Tell what the contacts (m,) with which a step begins, and the bound on every body's way in it (n,), show for the first
+        time."""
+        scene = world.registry.scene
+        deep, hasty = sights(gap, size, stride, scene.reach)
+        if not deep and (not hasty or self._hasty):
+            return
+        when = f"step {world.steps + 1}, t = {world.time + world.settings.time_step:.6g} s"
+        if deep:
+            self._overlaps(when, scene, pair, gap, gap < -DEEP * size)
+        if hasty and not self._hasty:
+            self._haste(when, scene, pair, stride, world.settings.time_step)
+
+    def _overlaps(self, when, scene, pair, gap, deep):
+        depth = {}
+        for a, b, value in zip(*pair[deep].T.tolist(), gap[deep].tolist(), strict=True):
+            if (scene.moving[a] or scene.moving[b]) and (a, b) not in self._pairs:
+                depth[a, b] = max(depth.get((a, b), 0.0), -value)
+        if not depth:
+            return
+        self._pairs.update(depth)
+        worst = sorted(depth, key=lambda pair: -depth[pair])
+        listed = ", ".join(f"{scene.names[a]!r} and {scene.names[b]!r} by {depth[a, b]:.3g} m" for a, b in worst[:MOST])
+        more = f" and {len(worst) - MOST} more pairs, see World.overlaps()" if len(worst) > MOST else ""
+        self._tell(
+            f"{when}: bodies overlap: {listed}{more}; they are moved apart little by little, without a blow; where they were put "
+            "so, put them apart or call World.separate(), else give a shorter time_step or more iterations"
+        )
+
+    def _haste(self, when, scene, pair, stride, time_step):
+        others = pair[(scene.reach[pair] > 0.0).all(axis=1)]  # a half-space cannot be passed
+        share = np.divide(stride, 2.0 * scene.reach, out=np.zeros(len(stride)), where=scene.reach > 0.0)
+        if not len(others) or share[others].max() <= 1.0:
+            return
+        self._hasty = True
+        contact, side = np.unravel_index(share[others].argmax(), others.shape)
+        body, other = others[contact, side], others[contact, 1 - side]
+        self._tell(
+            f"{when}: body {scene.names[body]!r} may move by {0.5 * stride[body]:.3g} m in one step, its radius is "
+            f"{scene.reach[body]:.3g} m, and {scene.names[other]!r} is in its way: they may pass or miss each other wrongly; "
+            f"a time_step of {time_step / share[body]:.2g} s would do"
+        )
+
+    def _tell(self, text):
+        if text not in self.texts:
+            self.texts.append(text)
+        warnings.warn(text, SceneWarning, stacklevel=OWN_FRAMES + 1)

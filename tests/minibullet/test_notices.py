@@ -1,0 +1,195 @@
+"""What a world tells once: bodies put into each other, steps too long for a body; and that it goes on well where it can."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import minibullet as mb
+
+SHAPES = {
+    "spheres": (mb.Sphere(0.5), mb.Sphere(0.5)),
+    "boxes": (mb.Box(1, 1, 1), mb.Box(1, 1, 1)),
+    "capsules": (mb.Capsule(0.3, 1.0), mb.Capsule(0.3, 1.0)),
+    "cylinders": (mb.Cylinder(0.5, 1.0, 16), mb.Cylinder(0.5, 1.0, 16)),
+    "sphere in box": (mb.Box(1, 1, 1), mb.Sphere(0.3)),
+    "box around sphere": (mb.Sphere(0.3), mb.Box(1, 1, 1)),
+    "sphere in capsule": (mb.Capsule(0.3, 1.0), mb.Sphere(0.3)),
+    "capsule in box": (mb.Box(1, 1, 1), mb.Capsule(0.2, 0.5)),
+    "compounds": (mb.Compound((mb.Box(1, 1, 1), mb.Box(1, 1, 1).pieces[0].moved((1, 0, 0)))),) * 2,
+}
+
+
+@pytest.mark.parametrize("fixed", [False, True])
+@pytest.mark.parametrize("name", SHAPES)
+def test_bodies_in_one_place_are_told_and_come_apart_without_a_blow(name, fixed):
+    """No gravity: both names and the depth once; after two seconds (0.7^480 of the overlap would be left) they only touch, and
+    none has ever had a velocity."""
+    world = mb.World()
+    one, two = (world.add(shape, **kind, name=f"u{k}")
+                for k, (shape, kind) in enumerate(zip(SHAPES[name], ({"fixed": True} if fixed else {"mass": 1.0}, {"mass": 2.0}),
+                                                      strict=True)))  # fmt: skip
+    depth = world.overlaps()[0][2]
+    with pytest.warns(mb.SceneWarning, match="'u0' and 'u1'|'u1' and 'u0'") as told:
+        world.step(480)
+    assert len(told) == len(world.notices) == 1 and f"by {depth:.3g} m" in world.notices[0] and "\n" not in world.notices[0]
+    assert 0.2 < depth < 3.0
+    assert all(depth < 1e-4 for _, _, depth in world.overlaps())
+    assert not one.velocity.any() and not two.velocity.any() and not two.angular_velocity.any()
+    assert not fixed or not one.position.any()
+
+
+def test_a_body_below_the_floor_is_told_and_lifted():
+    """Wholly inside a half-space, at rest: it comes up to rest on it."""
+    world = mb.World([mb.Gravity()])
+    world.add_plane(name="floor")
+    box = world.add(mb.Box(1, 1, 1), mass=1.0, position=(0, 0, -3.0), name="sunk")
+    with pytest.warns(mb.SceneWarning, match="'floor' and 'sunk' by 3.5 m"):
+        world.step(240)
+    assert box.position[2] == pytest.approx(0.5, abs=1e-6)
+
+
+def test_a_body_put_into_another_while_running_is_told():
+    """Set by its handle in the eleventh step; what was apart before it was told nothing of."""
+    world = mb.World([mb.Gravity()])
+    world.add_plane()
+    one, two = (world.add(mb.Box(1, 1, 1), mass=1.0, position=(3 * k, 0, 0.5), name=f"u{k}") for k in range(2))
+    world.step(10)
+    assert not world.notices
+    two.position = one.position + (0.2, 0, 0)
+    with pytest.warns(mb.SceneWarning, match="step 11, .*'u0' and 'u1' by 0.8 m"):
+        world.step()
+
+
+def test_only_so_many_pairs_are_named():
+    """Twenty boxes in one place are 190 pairs: one line names eight and counts the others."""
+    world = mb.World()
+    for _ in range(20):
+        world.add(mb.Box(1, 1, 1), mass=1.0)
+    with pytest.warns(mb.SceneWarning, match="and 182 more pairs"):
+        world.step()
+    assert world.notices[0].count(" by 1 m") == 8
+
+
+def test_groups_frozen_bodies_and_seated_ones_are_told_nothing_of():
+    """Bodies of different groups never touch; two fixed bodies may share a place; a body 2 mm in the floor is measured so."""
+    world = mb.World([mb.Gravity()])
+    world.add_plane()
+    for group in (1, 2):
+        world.add(mb.Box(1, 1, 1), mass=1.0, position=(0, 0, 0.498), group=group)
+    for _ in range(2):
+        world.add(mb.Box(1, 1, 1), fixed=True, position=(5, 0, 0.2))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        world.step(20)
+    assert not world.notices
+
+
+def stack(side, time_step):
+    """Three cubes at rest on each other."""
+    world = mb.World([mb.Gravity(9.81)], mb.Settings(time_step=time_step))
+    world.add_plane()
+    for k in range(3):
+        world.add(mb.Box(side, side, side), density=1000.0, position=(0, 0, (k + 0.5) * side), name=f"u{k}")
+    return world
+
+
+def test_a_step_too_long_for_a_body_is_told_once_with_the_step_that_would_do():
+    """Cubes of a micrometre fall 170 of their sizes in 1/240 s: told at once; with the step that is named they stand."""
+    world = stack(1e-6, 1 / 240)
+    with pytest.warns(mb.SceneWarning, match="may move by 0.00017 m in one step"):
+        world.step(3)
+    assert len(world.notices) == 1
+    named = float(world.notices[0].rsplit("a time_step of ", 1)[1].split()[0])
+    world = stack(1e-6, named)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        world.step(1000)
+    heights = [body.position[2] / 1e-6 for body in world.bodies]
+    assert heights == pytest.approx([0.5, 1.5, 2.5], abs=1e-6)
+
+
+def test_a_fast_body_is_told_where_another_is_in_its_way_only():
+    """A ball of 2 cm at 30 m/s moves 125 mm a step: past nobody and onto a half-space, which cannot be passed, in silence."""
+    def shot(*, wall):
+        world = mb.World()
+        world.add_plane((1.0, 0, 0), -2.0)
+        if wall:
+            world.add(mb.Box(0.01, 1, 1), fixed=True, position=(-1.5, 0, 0), name="wall")
+        world.add(mb.Sphere(0.01), mass=1.0, velocity=(-30.0, 0, 0), name="ball")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            world.step(30)
+        return world
+    assert not shot(wall=False).notices
+    (text,) = shot(wall=True).notices
+    assert "'ball'" in text and "'wall'" in text and "a time_step of 0.00033 s" in text  # 0.01 m / 30 m/s
+
+
+def test_notices_come_along_in_a_saved_world(tmp_path):
+    """What was told before the save belongs to the run."""
+    world = stack(1e-6, 1 / 240)
+    with pytest.warns(mb.SceneWarning):
+        world.step(2)
+    world.save(tmp_path / "run.npz")
+    assert mb.World.load(tmp_path / "run.npz").notices == world.notices
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_overlap_is_measured_as_it_grows_without_a_jump(name):
+    """One body moved through the other's middle in steps of 1e-4 m: the depth is finite, and no depth changes faster than the
+    body moves, there least of all. The library's own search may prefer an edge by 1e-3 of the size."""
+    world = mb.World()
+    one, two = SHAPES[name]
+    world.add(one, fixed=True)
+    other = world.add(two, mass=1.0)
+    depths = []
+    for x in np.arange(-5, 6) * 1e-4:
+        other.position = (x, 0.0, 0.0)
+        depths.append(world.overlaps()[0][2])
+    assert np.isfinite(depths).all() and np.abs(np.diff(depths)).max() < 1.1e-4 + 2e-3
+
+
+# ---- work has a bound --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("call", [lambda w: w.run(1.0), lambda w: w.settle(1.0), lambda w: w.step(10**12)])
+@pytest.mark.parametrize("time_step", [1e-12, 5e-324])
+def test_more_steps_than_anybody_waits_for_are_refused(call, time_step):
+    """A million million steps: refused at once, with the step that makes them so many."""
+    with pytest.raises(mb.InputError, match="more than 1,000,000,000 steps of .* give a longer time_step"):
+        call(mb.World(settings=mb.Settings(time_step=time_step)))
+
+
+@pytest.mark.parametrize(("masses", "most"), [((1.0, 1e8), 100), ((1.0, 1e4, 1.0, 1e8), 100)])
+def test_a_mass_ratio_beyond_rounding_is_told_and_not_worked_at_for_long(masses, most):
+    """1e8 times eps is 2e-8 of the velocity, more than the tolerance of 1e-8: steps count as not solved, after at most so many
+    Newton steps; the stack still stands to 1e-4 of its size."""
+    world = mb.World([mb.Gravity(9.81)], mb.Settings(friction=0.6))
+    world.add_plane()
+    for k, mass in enumerate(masses):
+        world.add(mb.Box(1, 1, 1), mass=mass, position=(0, 0, k + 0.5))
+    for _ in range(20):
+        world.step()
+        assert world.last_step.solution.outer <= most
+    assert world.unsolved_steps > 0 and world.worst_residual > 1e-8
+    assert [body.position[2] - k for k, body in enumerate(world.bodies)] == pytest.approx([0.5] * len(masses), abs=1e-4)
+
+
+@pytest.mark.parametrize("given", [{"mass": 10**400}, {"position": (10**400, 0, 0)}, {"group": 10**400}, {"friction": 10**400},
+                                   {"margin": 10**5000}, {"density": 1e300, "mass": None}, {"inertia": (1e308, 1e308, 10**400)}])
+def test_numbers_that_double_precision_cannot_hold_are_refused(given):
+    """Whole numbers of hundreds and thousands of digits, masses that overflow: one line that names the field."""
+    with pytest.raises(mb.InputError, match="u17.*(mass|position|group|friction|margin|density|inertia)"):
+        mb.World().add(mb.Sphere(1e5), **{"mass": 1.0, "name": "u17", **given})
+    for field in ("time_step", "friction", "iterations", "tolerance"):
+        with pytest.raises(mb.InputError, match=field):
+            mb.Settings(**{field: 10**400})
+
+
+@pytest.mark.parametrize("shape", [mb.Sphere(1e300), mb.Sphere(1e-200), mb.Box(1e200, 1e200, 1.0)])
+def test_solids_without_a_volume_that_double_precision_holds_are_refused(shape):
+    """Infinite and vanishing volumes, fixed or not."""
+    for given in ({"mass": 1.0}, {"density": 1.0}, {"fixed": True}):
+        with np.errstate(all="ignore"), pytest.raises(mb.InputError, match="volume"):
+            mb.World().add(shape, name="u17", **given)
