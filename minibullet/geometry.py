@@ -5,6 +5,7 @@ is the convex hull of its vertices, thickened by its rounding radius (a sphere i
 piece without vertices and with one face.
 """
 
+from itertools import product
 from math import sqrt
 from typing import NamedTuple
 
@@ -29,19 +30,27 @@ class Pieces(NamedTuple):
     sizes: np.ndarray  # bounding radius, rounding radius, inner radius of each piece [m], (p, 3)
 
 
+PARALLEL = 1e-12  # 1 - |cos| below which two edges have one direction: rounding alone, an angle of 1.4e-6
+CELL = 4e-6  # more than twice the distance of the ends of two such unit vectors: what equals a line is within half a cell
 VERTICES, FACES, DIRECTIONS, EDGES = 0, 2, 4, 6  # columns of Pieces.ranges
 
 
 def edge_directions(vertices, edges):
     """Distinct directions of a polytope's edges (first, second vertex): unit vectors (d, 3) and the index of each edge's (e,)."""
     directions, index = [], []
-    for first, second in edges:
-        line = vertices[second] - vertices[first]
-        line = line / np.sqrt(dot(line, line))
-        match = next((k for k, known in enumerate(directions) if 1.0 - abs(dot(known, line)) < 1e-12), None)
+    lines = np.array([vertices[second] - vertices[first] for first, second in edges]).reshape(-1, 3)
+    lines = lines / np.sqrt(dot(lines, lines))[:, None]
+    ends = np.stack([lines, lines, -lines, -lines], axis=1) / CELL + np.array([[-0.5], [0.5], [-0.5], [0.5]])
+    own, reach = (list(map(tuple, np.floor(part).tolist())) for part in (lines / CELL, ends.reshape(-1, 3)))
+    known = {}  # cell of the space of unit vectors -> indices, increasing, of the directions that a line in it may equal
+    for k, line in enumerate(lines):
+        match = next((d for d in known.get(own[k], ()) if 1.0 - abs(dot(directions[d], line)) < PARALLEL), None)
         if match is None:
+            match = len(directions)
             directions.append(line)
-            match = len(directions) - 1
+            for low, high in (reach[4 * k:4 * k + 2], reach[4 * k + 2:4 * k + 4]):
+                for cell in {low} if low == high else set(product(*zip(low, high, strict=True))):
+                    known.setdefault(cell, []).append(match)
         index.append(match)
     return np.array(directions).reshape(-1, 3), np.array(index, dtype=np.int64)
 

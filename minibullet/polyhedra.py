@@ -21,6 +21,10 @@ COPLANAR = 1e-6
 COPLANAR_IN_THICKNESS = 1e-3
 # ... and their normals agree at least roughly, so that a sharp edge is never one face.
 COPLANAR_COSINE = 0.9
+# Points up to which qhull merges the triangles of one plane itself. That costs the square of the corners of a face: 0.1 s
+# for a prism of so many points, minutes for one of 48,000. Beyond it, the input is joggled, by some 1e-11 of the size: nothing
+# is merged, the cost is that of sorting, and the faces are told by the rules above as before.
+MOST_MERGED = 2000
 
 
 class MassProperties(NamedTuple):
@@ -60,20 +64,21 @@ def convex_hull(points, name="hull"):
     corners = np.arange(len(points))
     while True:
         try:
-            hull = ConvexHull(scaled[corners])
+            hull = ConvexHull(scaled[corners], qhull_options="Qt" if len(corners) <= MOST_MERGED else "QJ")
         except QhullError:
             raise _flat(name, len(points)) from None
         triangles, normals = _outward(hull.simplices, hull.equations[:, :3], scaled[corners])
         regions = _coplanar_regions(triangles, normals, hull.neighbors, scaled[corners], tolerance)
         # A true corner belongs to three faces at least; other points lie on an edge, within a face or inside.
-        members = np.concatenate([np.unique(triangles[region]) for region in regions])
+        face = np.repeat(np.arange(len(regions)), [len(region) for region in regions])
+        members = np.unique(face[:, None] * len(corners) + triangles[np.concatenate(regions)]) % len(corners)
         true = np.bincount(members, minlength=len(corners)) >= 3
         if true.all():
             break
         if true.sum() < 4:
             raise _flat(name, len(points))
         corners = corners[true]
-    return corners, tuple(sorted(_outline(triangles[region], name) for region in regions))
+    return corners, tuple(sorted(_outline(triangles[region].tolist(), name) for region in regions))
 
 
 def _flat(name, count):
@@ -97,30 +102,34 @@ def _coplanar_regions(triangles, normals, neighbours, points, tolerance):
     a, b, c = (points[triangles[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     longest = np.max(np.linalg.norm([b - a, c - b, a - c], axis=2), axis=0)
-    sliver = area <= tolerance * longest        # rounding turns its normal anywhere
-    free = np.ones(len(triangles), dtype=bool)
+    sliver = (area <= tolerance * longest).tolist()     # rounding turns its normal anywhere
+    free = [True] * len(triangles)
+    # Lists of plain numbers: most regions are of two triangles, where calls on small arrays cost more than the arithmetic.
+    (x, y, z), (u, v, w), (a, b, c) = points.T.tolist(), normals.T.tolist(), triangles.T.tolist()
+    beside = neighbours.ravel().tolist()
     regions = []
-    for seed in np.argsort(-area, kind="stable"):
+    for seed in np.argsort(-area, kind="stable").tolist():
         if not free[seed]:
             continue
-        normal = normals[seed]
-        offset = normal @ a[seed]
+        nx, ny, nz = u[seed], v[seed], w[seed]
+        offset = nx * x[a[seed]] + ny * y[a[seed]] + nz * z[a[seed]]
         free[seed] = False
-        region, front = [seed], [seed]
-        while front:
-            for other in neighbours[front.pop()]:
-                if (free[other] and (sliver[other] or normals[other] @ normal > COPLANAR_COSINE)
-                        and np.max(np.abs(points[triangles[other]] @ normal - offset)) < tolerance):
+        region = [seed]
+        for one in region:                              # it grows while it is walked
+            for other in beside[3 * one:3 * one + 3]:
+                if (free[other] and (sliver[other] or nx * u[other] + ny * v[other] + nz * w[other] > COPLANAR_COSINE)
+                        and abs(nx * x[a[other]] + ny * y[a[other]] + nz * z[a[other]] - offset) < tolerance
+                        and abs(nx * x[b[other]] + ny * y[b[other]] + nz * z[b[other]] - offset) < tolerance
+                        and abs(nx * x[c[other]] + ny * y[c[other]] + nz * z[c[other]] - offset) < tolerance):
                     free[other] = False
                     region.append(other)
-                    front.append(other)
         regions.append(region)
     return regions
 
 
 def _outline(triangles, name):
-    """The outer loop of a patch of equally turned triangles (t, 3), from its smallest index: the edges without opposite."""
-    edges = {(int(t[k]), int(t[(k + 1) % 3])) for t in triangles for k in range(3)}
+    """The outer loop of a patch of equally turned triangles [t][3], from its smallest index: the edges without opposite."""
+    edges = {edge for a, b, c in triangles for edge in ((a, b), (b, c), (c, a))}
     following = {a: b for a, b in edges if (b, a) not in edges}
     loop = [min(following)]
     while (after := following.get(loop[-1])) != loop[0] and after is not None and len(loop) < len(edges):
@@ -142,16 +151,21 @@ def planes_of(vertices, faces):
     The normal is the direction of the area vector of the polygon (Newell). The offset is that of the outermost
     vertex of the face: no vertex of the face lies outside.
     """
+    flat = np.array([corner for loop in faces for corner in loop])
+    ends = np.cumsum([len(loop) for loop in faces])
+    starts = ends - [len(loop) for loop in faces]
+    points = vertices[flat]
+    arms = points - np.repeat(points[starts], ends - starts, axis=0)
+    doubled = np.zeros_like(arms)
+    doubled[:-1] = np.cross(arms[:-1], arms[1:])
     normals, offsets = [], []
-    for loop in faces:
-        corners = vertices[list(loop)]
-        arms = corners - corners[0]
-        area = np.sum(np.cross(arms[1:-1], arms[2:]), axis=0)
+    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        area = np.sum(doubled[start + 1:end - 1], axis=0)
         scale = np.max(np.abs(area))
         normal = area / scale
         normal = normal / np.sqrt(dot(normal, normal))
         normals.append(normal + 0.0)        # no negative zeros
-        offsets.append(np.max(dot(corners, normal)))
+        offsets.append(np.max(dot(points[start:end], normal)))
     return np.array(normals), np.array(offsets)
 
 

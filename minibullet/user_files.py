@@ -28,6 +28,8 @@ def read_bytes(path, name, most_bytes, remedy):
             size = len(data)
     except OSError as error:
         raise InputError(f"{name}: cannot be read ({error.strerror or error}); looked for {shown(path, 255)}") from None
+    except InputError:  # which is a ValueError too
+        raise
     except ValueError as error:  # a name that no system can have, as one with a zero byte
         raise InputError(f"{name}: cannot be read ({error})") from None
     if size > most_bytes:

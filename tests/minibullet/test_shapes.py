@@ -10,10 +10,12 @@ from hypothesis import strategies as st
 
 from minibullet import polyhedra, rotations
 from minibullet.errors import InputError
+from minibullet.geometry import edge_directions
 from minibullet.shapes import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere
 
 CUBE = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 GRID = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=3)))       # a cube with points on edges, faces and inside
+ROUND = [ConvexPiece(np.random.default_rng(k).standard_normal((60, 3))) for k in range(2)]
 EVERY_SHAPE = [Sphere(0.7), Box(1.0, 2.0, 3.0), Capsule(0.3, 1.1), Cylinder(0.4, 0.9), ConvexPiece(CUBE * (1, 2, 3) + (4, 5, 6)),
                Compound((Box(1.0, 1.0, 1.0), ConvexPiece(0.5 * CUBE + (1.0, 0.0, 0.0))))]
 
@@ -180,6 +182,40 @@ def test_round_and_regular_hulls_are_convex_polyhedra():
     prism = Cylinder(1.0, 2.0, sides=64).pieces[0]
     assert sorted(len(loop) for loop in prism.faces) == [4] * 64 + [64, 64]
     assert all(map(is_a_convex_polyhedron, (icosahedron, dodecahedron, prism)))
+
+
+def regular(sides):
+    """Corners of a regular prism."""
+    angle = 2 * pi * np.arange(sides) / sides
+    return np.concatenate([np.column_stack([np.cos(angle), np.sin(angle), np.full(sides, z)]) for z in (0.0, 1.0)])
+
+
+@pytest.mark.parametrize("points", [CUBE, GRID, 3 * GRID @ rotations.matrix(np.array([0.5, 0.5, -0.1, 0.7])).T, regular(7),
+                                    regular(300), regular(300).astype(np.float32), regular(300) * (1, 1, 1e-4)],
+                         ids=["cube", "grid", "turned grid", "prism", "fine prism", "rounded prism", "thin prism"])
+def test_large_hulls_have_the_faces_of_small_ones(points, monkeypatch):
+    """Beyond a number of points qhull joggles them instead of merging triangles itself: the same corners, the same faces."""
+    merged = ConvexPiece(points)
+    monkeypatch.setattr("minibullet.polyhedra.MOST_MERGED", 0)
+    joggled = ConvexPiece(points)
+    assert joggled == merged and joggled.faces == merged.faces
+
+
+def test_edges_of_one_direction_share_it():
+    """Against the definition: the first direction known whose cosine with the edge is one within 1e-12."""
+    turned = CUBE @ rotations.matrix(np.array([0.8, 0.2, -0.5, 0.3])).T
+    near = GRID + 1e-7 * np.random.default_rng(2).standard_normal(GRID.shape)   # some within the tolerance, some not
+    for piece in (*(ConvexPiece(points) for points in (CUBE, turned, near, regular(24), 1e-3 * regular(25))), *ROUND):
+        directions, index = edge_directions(piece.vertices, piece.edges)
+        expected, kept = [], []
+        for first, second in piece.edges:
+            line = piece.vertices[second] - piece.vertices[first]
+            line = line / np.sqrt(line @ line)
+            found = [k for k, known in enumerate(kept) if 1 - abs(known @ line) < 1e-12]
+            kept += [] if found else [line]
+            expected.append(found[0] if found else len(kept) - 1)
+        assert list(index) == expected
+        assert np.array_equal(directions, kept)
 
 
 @pytest.mark.parametrize("thickness", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10])
