@@ -72,7 +72,8 @@ def test_a_worker_that_is_gone_is_not_blamed_on_the_script(tmp_path, end, words)
     script = tmp_path / "careful.py"
     script.write_text(f"import os\nfrom hlcs import parallel\ndef work(number):\n    {end}\n"
                       'if __name__ == "__main__":\n    list(parallel.each(work, [1, 2], workers=2))\n')
-    done = subprocess.run([sys.executable, str(script)], env=os.environ | {"PYTHONPATH": os.getcwd()}, capture_output=True, text=True)
+    environment = os.environ | {"PYTHONPATH": os.getcwd()}
+    done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, text=True)
     last = done.stderr.strip().splitlines()[-1]
     assert done.returncode == 1 and last.startswith("minibullet.errors.RunError: a worker process")
     assert all(word in last for word in words) and "__main__" not in last
