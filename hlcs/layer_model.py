@@ -159,7 +159,7 @@ class Simulator:
             missing = {key: test for key, test in keyed.items() if key not in store}
             if missing:
                 self._run(missing, store, words, len(keyed) - len(missing))
-            found = [store.result(key_of(self._settings(test))) for test in tests]
+            found = work.results(store, [key_of(self._settings(test)) for test in tests])
         return [row["k"] for row in found]
 
     def _run(self, missing, store, words, held):

@@ -37,7 +37,7 @@ def write_placement(result, folder):
         write_pictures(result, place)
         write_report(result, place)
 
-    files.keep(write, folder, result.to_dict())
+    files.keep(write, folder, files.to_json(result.to_dict()))
 
 
 def write_numbers(result, folder):

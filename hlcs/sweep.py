@@ -100,8 +100,8 @@ def run_sweep(sweep, store_path, workers=None, dask=None, progress=None):
         held = len(tests) - len(missing)
         done = progress(len(tests), held) if progress else None
         ran = work.finish(store, missing, run_one, settings_of, workers, dask, done, held)
-        rows = [dict(zip(sweep.names, values, strict=True)) | store.result(key_of(settings_of(test)))
-                for test, values in zip(sweep.tests, sweep.values, strict=True)]
+        found = work.results(store, [key_of(settings_of(test)) for test in sweep.tests])
+    rows = [dict(zip(sweep.names, values, strict=True)) | row for values, row in zip(sweep.values, found, strict=True)]
     return {"rows": rows, "ran": ran, "kept": len(tests) - ran, "told": told}
 
 
@@ -164,7 +164,7 @@ def write_sweep(sweep, outcome, folder):
         for name, text in texts.items():
             files.write_text(place / name, text)
 
-    files.keep(write, folder, found)
+    files.keep(write, folder, texts["sweep.json"])
 
 
 def _row(result):
