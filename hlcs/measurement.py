@@ -84,7 +84,7 @@ def read_measurement(path):
             check(trial, entry.file)
         notes += plausible.describe(trial, entry.file) + plausible.check_floor(trial, entry.file)
         trials.append(trial)
-    plausible.check_duration(trials, file.time_step)
+    plausible.check_duration(trials, file)
     plausible.refuse_copies(trials, [entry.file for entry in file.trials])
     static = None
     if file.static:
