@@ -61,17 +61,22 @@ def read_sweep_file(path, allow_outside=False):
             file.fail(name, f"must be a list of one value or more, got {shown_value(values)}", "sweep")
         if name in file.values.get("placement", {}):
             file.fail(name, "stands under [placement] too; leave one of the two out", "sweep")
-        for value in values if name != "layers" else ():
-            check_value(file, "sweep", name, with_bottom({name: value}, file, "sweep")[name])
     count = int(np.prod([len(values) for values in table.values()], dtype=float))
     if count > MOST_RUNS:
         raise InputError(f"{file.path}: {count} runs; at most {MOST_RUNS}: shorten a list of [sweep]")
+    read = {**table}
+    if "bottom" in table:  # a survey is read once, not for every run
+        bottoms = {word: with_bottom({"bottom": word}, file, "sweep")["bottom"] for word in map(str, table["bottom"])}
+        read["bottom"] = [bottoms[str(word)] for word in table["bottom"]]
+    for name, values in read.items():
+        for value in values if name != "layers" else ():
+            check_value(file, "sweep", name, value)
     base = checked_table(file)
     runs = list(itertools.product(*table.values()))
     tests = []
-    for run in runs:
+    for run, settings in zip(runs, itertools.product(*read.values()), strict=True):
         try:
-            tests.append(make_placement({**base, **with_bottom(dict(zip(table, run, strict=True)), file, "sweep")}))
+            tests.append(make_placement({**base, **dict(zip(table, settings, strict=True))}))
         except InputError as problem:
             words = ", ".join(f"{name} = {shown_value(value)}" for name, value in zip(table, run, strict=True))
             raise InputError(f"{file.path}: the run with {words}: {problem}") from None
