@@ -64,6 +64,8 @@ def headings_on(unit, shape, triangular, size, grade, spacing_x, spacing_y):
         depths.append(patch.overlap(heading, heading))
         if depths[-1] <= ROUNDING:
             return (float(heading),)
+    if min(depths) > ROUNDING + patch.most_by_turning(0.5 * COARSE[1]):
+        return ()
     near = COARSE[np.argsort(depths, kind="stable")[:3]]
     fine = (near[:, None] + FINE).ravel()  # around the least overlaps, degree by degree
     return next(((float(heading),) for heading in fine if patch.overlap(heading, heading) <= ROUNDING), ())
@@ -91,7 +93,7 @@ class _Patch:
     def __init__(self, unit, shape, triangular, size, grade, spacing_x, spacing_y):
         self.unit, self.diameter = unit, unit.nominal_diameter
         normal = np.array([-grade[0], -grade[1], 1.0])
-        self.upright = rotations.between(np.array([0.0, 0.0, 1.0]), normal / np.sqrt(normal @ normal))
+        self.upright = rotations.between(np.array([0.0, 0.0, 1.0]), normal / np.sqrt(rotations.dot(normal, normal)))
         world, solid = mb.World(), unit.shape(shape)
         self.pairs = []
         for column, row in SIDES[triangular]:
@@ -101,6 +103,10 @@ class _Patch:
             place, group = (x, y, grade[0] * x + grade[1] * y), len(self.pairs)
             self.pairs.append([world.add(solid, density=1.0, position=p, group=group) for p in ((0.0, 0.0, 0.0), place)])
         self.world = world
+
+    def most_by_turning(self, angle):
+        """By how much an overlap can change when both units turn by an angle [rad]: points move by radius times angle [Dn]."""
+        return 2.0 * angle * self.unit.pieces.bounding_radius / self.diameter
 
     def overlap(self, heading, other):
         """Deepest overlap of a unit with the one heading and neighbours with the other [Dn]."""

@@ -143,7 +143,7 @@ def hang_layer(world, layer, load, centres, lowest, generator, first=0):
     vertices = np.concatenate([piece.vertices for piece in shape.pieces])
     for (x, y), z in zip(centres, lowest, strict=True):
         orientation = rotations.random(generator, 1)[0]
-        depth = -(vertices @ rotations.matrix(orientation)[2]).min()
+        depth = -rotations.dot(vertices, rotations.matrix(orientation)[2]).min()
         name = f"{layer}.{first + len(handles) + 1}"
         handles.append(world.add(**load, position=(x, y, z + depth), orientation=orientation, name=name))
     rank = {handle: number for number, handle in enumerate(handles)}

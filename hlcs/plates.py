@@ -110,7 +110,8 @@ def loads_on(step):
 def top(unit):
     """Highest point of a unit [m]."""
     rotation = mb.rotations.matrix(unit.orientation)[2]
-    return unit.position[2] + max(float((piece.vertices @ rotation).max()) for piece in unit.shape.pieces) + unit.margin
+    highest = max(float(mb.rotations.dot(piece.vertices, rotation).max()) for piece in unit.shape.pieces)
+    return unit.position[2] + highest + unit.margin
 
 
 def _carriers(load, kind):

@@ -8,7 +8,7 @@ import numpy as np
 
 from minibullet import polyhedra
 from minibullet.errors import InputError
-from minibullet.rotations import matrix
+from minibullet.rotations import dot, matrix
 
 # The least moment of inertia of a hull as part of their sum. Sums of vertices give it to 1e-16 of the sum: here, to four digits.
 NEEDLE = 1e-12
@@ -57,7 +57,7 @@ class ConvexPiece:
 
     def moved(self, translation=(0.0, 0.0, 0.0), orientation=None):
         """The same piece turned by the quaternion orientation, then shifted by translation [m]."""
-        vertices = self.vertices if orientation is None else self.vertices @ matrix(orientation).T
+        vertices = self.vertices if orientation is None else dot(self.vertices[:, None], matrix(orientation))
         piece = object.__new__(ConvexPiece)
         object.__setattr__(piece, "radius", self.radius)
         piece._set(vertices + np.asarray(translation, dtype=float), self.faces)
@@ -99,7 +99,7 @@ class ConvexPiece:
         if self.faces:
             return polyhedra.mass_properties(self.vertices, polyhedra.triangles_of(self.faces))
         core = self.vertices[-1] - self.vertices[0]
-        length = sqrt(core @ core)
+        length = sqrt(dot(core, core))
         volume, (along, across, _) = swept_ball(self.radius, length)
         direction = core / length if length else core
         inertia = across * np.eye(3) + (along - across) * np.outer(direction, direction)
@@ -122,7 +122,7 @@ class ConvexPiece:
         if self.faces:
             return polyhedra.area_of(self.vertices, polyhedra.triangles_of(self.faces))
         core = self.vertices[-1] - self.vertices[0]
-        return 2.0 * pi * self.radius * (sqrt(core @ core) + 2.0 * self.radius)
+        return 2.0 * pi * self.radius * (sqrt(dot(core, core)) + 2.0 * self.radius)
 
     @cached_property
     def bounding_radius(self):

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet.kernels import leaf
+from minibullet.rotations import dot
 
 
 class Pieces(NamedTuple):
@@ -37,13 +38,13 @@ VERTICES, FACES, DIRECTIONS, EDGES = 0, 2, 4, 6  # columns of Pieces.ranges
 def edge_directions(vertices, edges):
     """Distinct directions of a polytope's edges (first, second vertex): unit vectors (d, 3) and the index of each edge's (e,)."""
     directions, index = [], []
-    lines = [vertices[second] - vertices[first] for first, second in edges]
-    lines = np.array([line / np.sqrt(line @ line) for line in lines]).reshape(-1, 3)
+    lines = np.array([vertices[second] - vertices[first] for first, second in edges]).reshape(-1, 3)
+    lines = lines / np.sqrt(dot(lines, lines))[:, None]
     ends = np.stack([lines, lines, -lines, -lines], axis=1) / CELL + np.array([[-0.5], [0.5], [-0.5], [0.5]])
     own, reach = (list(map(tuple, np.floor(part).tolist())) for part in (lines / CELL, ends.reshape(-1, 3)))
     known = {}  # cell of the space of unit vectors -> indices, increasing, of the directions that a line in it may equal
     for k, line in enumerate(lines):
-        match = next((d for d in known.get(own[k], ()) if 1.0 - abs(directions[d] @ line) < PARALLEL), None)
+        match = next((d for d in known.get(own[k], ()) if 1.0 - abs(dot(directions[d], line)) < PARALLEL), None)
         if match is None:
             match = len(directions)
             directions.append(line)
@@ -82,7 +83,7 @@ def pack(pieces):
         if len(own_vertices):
             centre = 0.5 * (own_vertices.min(axis=0) + own_vertices.max(axis=0))
             bound = np.sqrt(((own_vertices - centre) ** 2).sum(axis=1).max()) + piece.radius
-            inner = (own_offsets - own_normals @ centre).min() if len(own_offsets) else piece.radius
+            inner = (own_offsets - dot(own_normals, centre)).min() if len(own_offsets) else piece.radius
         else:
             centre, bound, inner = np.zeros(3), np.inf, np.inf
         centres.append(centre)

@@ -109,6 +109,24 @@ def posture(orientation):
 
 
 @kernel
+def invert(matrices):
+    """Replace symmetric positive definite matrices (n, 6, 6) by their inverses: Gauss-Jordan, which needs no pivots for these."""
+    for matrix in matrices:
+        for k in range(6):
+            pivot = 1.0 / matrix[k, k]
+            matrix[k, k] = 1.0
+            for j in range(6):
+                matrix[k, j] *= pivot
+            for i in range(6):
+                if i == k:
+                    continue
+                factor = matrix[i, k]
+                matrix[i, k] = 0.0
+                for j in range(6):
+                    matrix[i, j] -= factor * matrix[k, j]
+
+
+@kernel
 def rigid_inverse(mass, inertia, rotation):
     """Inverse mass and inertia of each body in world axes, (n, 6, 6) [1/kg, 1/(kg m2)]; zero if fixed."""
     result = np.zeros((len(mass), 6, 6))
@@ -130,7 +148,11 @@ def inverse_mass(bodies, rotation, added):
     result = rigid_inverse(bodies.mass, bodies.inertia, rotation)
     if added is not None:
         heavy = np.isfinite(bodies.mass) & added.any(axis=(1, 2))
-        result[heavy] = np.linalg.inv(np.linalg.inv(result[heavy]) + added[heavy])
+        total = result[heavy]
+        invert(total)
+        total += added[heavy]
+        invert(total)
+        result[heavy] = total
     return result
 
 

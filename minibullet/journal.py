@@ -17,11 +17,12 @@ class Journal:
     """
 
     def __init__(self):
-        self.rows = []
+        self.rows, self.notices = [], ()
         self.tolerance = self.reference_mass = None
 
     def __call__(self, world):
         self.tolerance, self.reference_mass = world.settings.tolerance, world.last_step.reference_mass
+        self.notices = world.notices
         self.rows.append(world.last_step.to_dict())
 
     def to_dataframe(self):
@@ -43,7 +44,8 @@ class Journal:
 
     def summary(self):
         """What a run says at its end, as plain numbers: steps, those above the tolerance, the worst of them with its contact,
-        deepest penetration [m], the ledger's total defect [J], steps in which contact gave energy, the reference mass [kg]."""
+        deepest penetration [m], the ledger's total defect [J], steps in which contact gave energy, the reference mass [kg], the
+        world's notices."""
         if not self.rows:
             return {"steps": 0}
         worst = max(self.rows, key=lambda row: row["residual"])
@@ -58,6 +60,7 @@ class Journal:
             "ledger_defect": sum(row["ledger_defect"] for row in self.rows),
             "gaining_steps": sum(_gains(row) for row in self.rows),
             "reference_mass": self.reference_mass,
+            "notices": list(self.notices),
         }
 
     def __str__(self):
@@ -68,7 +71,8 @@ class Journal:
         if found["worst_contact"]:
             names = "-".join(found["worst_contact"]["bodies"])
             text += f" (worst {found['worst_residual']:.2g}, step {found['worst_step']}, {names})"
-        return f"{text}; deepest overlap {found['penetration_max']:.2g} m; ledger defect {found['ledger_defect']:.2g} J in all"
+        text += f"; deepest overlap {found['penetration_max']:.2g} m; ledger defect {found['ledger_defect']:.2g} J in all"
+        return "\n".join([text, *self.notices])
 
 
 def _gains(row):

@@ -11,6 +11,7 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from minibullet.errors import InputError
+from minibullet.rotations import cross, dot
 
 # A point set flatter than this part of its size has no volume that double precision could measure.
 FLAT = 1e-12
@@ -162,9 +163,9 @@ def planes_of(vertices, faces):
         area = np.sum(doubled[start + 1:end - 1], axis=0)
         scale = np.max(np.abs(area))
         normal = area / scale
-        normal = normal / np.sqrt(normal @ normal)
+        normal = normal / np.sqrt(dot(normal, normal))
         normals.append(normal + 0.0)        # no negative zeros
-        offsets.append(np.max(points[start:end] @ normal))
+        offsets.append(np.max(dot(points[start:end], normal)))
     return np.array(normals), np.array(offsets)
 
 
@@ -206,7 +207,32 @@ def inertia_of(second_moment):
 
 def parallel_axes(volume, arm):
     """What moving the reference point by arm (3,) away from the centre of mass adds to the inertia."""
-    return volume * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
+    return volume * (dot(arm, arm) * np.eye(3) - np.outer(arm, arm))
+
+
+def principal_axes(tensor):
+    """Eigenvalues (3,), rising, and eigenvectors, columns of a rotation matrix (3, 3), of a symmetric tensor (3, 3).
+
+    Jacobi's rotations, each of which makes one entry beside the diagonal zero (Golub and Van Loan, Matrix Computations, 8.5):
+    arithmetic that rounds alike on every processor, as the linear algebra library's does not.
+    """
+    a, axes = np.array(tensor, dtype=float), np.eye(3)
+    for _ in range(20):  # the entries fall quadratically: some six rounds reach rounding
+        if not np.abs(a[[0, 0, 1], [1, 2, 2]]).max() > 1e-17 * np.abs(a).max():
+            break
+        for p, q in ((0, 1), (0, 2), (1, 2)):
+            half = 0.5 * (a[q, q] - a[p, p])
+            away = abs(half) + np.sqrt(half * half + a[p, q] * a[p, q])
+            tangent = a[p, q] / (away if half >= 0.0 else -away) if away else 0.0
+            cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
+            sine = tangent * cosine
+            for columns in (a, a.T, axes):
+                one, two = columns[:, p].copy(), columns[:, q].copy()
+                columns[:, p], columns[:, q] = cosine * one - sine * two, sine * one + cosine * two
+    order = np.argsort(np.diag(a), kind="stable")
+    axes = axes[:, order]
+    axes[:, 2] = cross(axes[:, 0], axes[:, 1])
+    return np.diag(a)[order], axes
 
 
 def common_ball(first, second):

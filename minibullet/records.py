@@ -9,6 +9,7 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.errors import InputError, is_number, shown_value
+from minibullet.polyhedra import principal_axes
 
 STATE = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}  # field: how many numbers
 MOST_GROUP = 2**62  # groups are kept as whole numbers of 64 bits
@@ -54,7 +55,7 @@ def plane(normal, height, friction, restitution, name, group):
     """The record of a half-space that ``World.add_plane`` was told of."""
     title = f"plane {name!r}"
     normal = vector(title, "normal", normal, 3)
-    size = np.sqrt(normal @ normal)
+    size = np.sqrt(rotations.dot(normal, normal))
     if not 0.0 < size < np.inf:
         raise InputError(f"{title}: normal = {normal.tolist()}; it needs a direction, best of length 1")
     height = _number(title, "height", height, -np.inf, np.inf)
@@ -150,7 +151,7 @@ def unit(title, quaternion):
     """The quaternion (4,) made one of length 1, or InputError where it has no length."""
     if not quaternion.any():
         raise InputError(f"{title}: orientation = {quaternion.tolist()}; a quaternion (w, x, y, z) of length 0 is no rotation")
-    size = np.sqrt(quaternion @ quaternion)
+    size = np.sqrt(rotations.dot(quaternion, quaternion))
     if not 1e-100 < size < 1e100:  # its squares leave the range of floating-point numbers
         return rotations.normalised(quaternion)
     return quaternion / size if size != 1.0 else quaternion
@@ -224,8 +225,7 @@ def _principal(title, tensor):
     if np.abs(tensor - np.diag(np.diag(tensor))).max() <= 1e-10 * size:
         moments, frame = np.diag(tensor).copy(), np.array([1.0, 0.0, 0.0, 0.0])
     else:
-        moments, axes = np.linalg.eigh(tensor)
-        axes[:, 2] *= np.sign(np.linalg.det(axes))
+        moments, axes = principal_axes(tensor)
         frame = rotations.from_matrix(axes)
     _check_moments(title, moments)
     if np.ptp(moments) <= 1e-10 * moments.max():

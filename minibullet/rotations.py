@@ -5,7 +5,11 @@ world axes. All functions work on arrays of shape (..., 4) or (..., 3) and broad
 Formulas: J. Diebel, Representing attitude (2006); M. D. Shuster, A survey of attitude representations (1993).
 """
 
+from math import cos, sin
+
 import numpy as np
+
+from minibullet.kernels import kernel
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 IDENTITY.setflags(write=False)
@@ -80,13 +84,37 @@ def cross(a, b):
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
 
 
+def cosine_and_sine(angle):
+    """Cosine and sine of an array of angles [rad], in its shape; the C library's, as in the kernels: NumPy's own functions of
+    arrays depend on the processor and on the version in the last bit."""
+    angle = np.asarray(angle, dtype=float)
+    cosine, sine = _cosines_and_sines(np.ravel(angle))
+    return cosine.reshape(angle.shape), sine.reshape(angle.shape)
+
+
+@kernel
+def _cosines_and_sines(angle):
+    cosine, sine = np.empty_like(angle), np.empty_like(angle)
+    for k in range(len(angle)):
+        cosine[k], sine[k] = cos(angle[k]), sin(angle[k])
+    return cosine, sine
+
+
+def dot(a, b):
+    """Scalar product over the last axis, (..., n), (..., n) -> (...), by sums in a fixed order.
+
+    What the linear algebra library gives in its place (`@`) depends on the processor in the last bit; a heap magnifies that.
+    """
+    return np.sum(a * b, axis=-1)
+
+
 def exponential(rotation_vector):
     """The turn by |r| about r, exact to rounding down to zero angle. (..., 3) [rad] -> (..., 4)."""
     half = 0.5 * np.asarray(rotation_vector, dtype=float)
     angle = np.sqrt(np.sum(half * half, axis=-1, keepdims=True))
     moving = angle > 0
-    sine_ratio = np.where(moving, np.sin(angle) / np.where(moving, angle, 1.0), 1.0)
-    return np.concatenate([np.cos(angle), sine_ratio * half], axis=-1)
+    cosine, sine = cosine_and_sine(angle)
+    return np.concatenate([cosine, np.where(moving, sine / np.where(moving, angle, 1.0), 1.0) * half], axis=-1)
 
 
 def logarithm(q):
@@ -119,8 +147,11 @@ def between(u, v):
     axis = normalised(np.where(sine > 0, normal, cross(u, helper)))
     # Nearly opposite directions leave a rounded cross product; only its part square to u turns u in the right plane.
     axis = normalised(axis - np.sum(axis * u, axis=-1, keepdims=True) * u)
-    half = 0.5 * np.arctan2(sine, cosine)
-    return np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1)
+    # half of the angle, from whichever of its sine and cosine loses no digits
+    larger = np.sqrt(0.5 * (1.0 + np.abs(cosine)))
+    smaller = 0.5 * sine / larger
+    return normalised(np.where(cosine >= 0.0, np.concatenate([larger, smaller * axis], axis=-1),
+                               np.concatenate([smaller, larger * axis], axis=-1)))
 
 
 def _components(q):

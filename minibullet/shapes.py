@@ -17,10 +17,12 @@ import numpy as np
 
 from minibullet import polyhedra
 from minibullet.convex import ConvexPiece, check_lengths, farthest, swept_ball
-from minibullet.errors import InputError
+from minibullet.errors import InputError, shown
+from minibullet.rotations import cosine_and_sine
 
 # Parts of a compound may overlap by this part of their size: rounding in a file is no mistake of the user.
 OVERLAP = 1e-5
+MOST_SIDES = 1000  # of a prism for a cylinder: it is then 5e-6 of the radius lower than a round one, and a body rests on it [-]
 
 
 class Centred:
@@ -139,8 +141,8 @@ class Cylinder(Centred):
 
     def __post_init__(self):
         check_lengths("cylinder", radius=self.radius, height=self.height)
-        if not isinstance(self.sides, Integral) or self.sides < 3:
-            raise InputError(f"cylinder: sides = {self.sides!r}; a prism needs a whole number of sides, 3 or more")
+        if not isinstance(self.sides, Integral) or not 3 <= self.sides <= MOST_SIDES:
+            raise InputError(f"cylinder: sides = {shown(self.sides)}; a prism needs a whole number of sides, 3 to {MOST_SIDES}")
 
     @property
     def volume(self):
@@ -162,7 +164,7 @@ class Cylinder(Centred):
     @cached_property
     def pieces(self):
         angle = 2.0 * pi * np.arange(self.sides) / self.sides
-        ring = self.radius * np.column_stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)])
+        ring = self.radius * np.column_stack([*cosine_and_sine(angle), np.zeros_like(angle)])
         half = np.array([0.0, 0.0, 0.5 * self.height])
         return (ConvexPiece(np.concatenate([ring - half, ring + half])),)
 

@@ -300,7 +300,9 @@ class World:
     def _finish(self, scene, before, after, motion, wrenches, touch, law, problem, solution, blows, point):
         """Take over the state after the step and publish what happened."""
         if not integration.finite(after.position, after.twist):
-            bad = int(np.argmin(np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)))
+            fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
+            # what is fixed cannot be the cause: it is named only where nothing that moves is
+            bad = int(np.argmin(fine | (~scene.moving & ~fine[scene.moving].all())))
             raise InputError(
                 f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: the motion of body "
                 f"{scene.names[bad]!r} is not finite"
@@ -373,7 +375,8 @@ class World:
     def load(cls, path, effects=None):
         """The world saved at ``path``, bodies in the order they were added; ``effects`` only where some are the user's own.
 
-        Raises InputError where the file is missing, is not such a file, or holds effects that are not minibullet's.
+        Nothing in the file is believed: InputError where it is missing, is not such a file or was changed, where any of it cannot
+        be or its parts disagree, or where it holds effects that are not minibullet's.
         """
         from minibullet import saving
         return saving.load(cls, path, effects)

@@ -39,7 +39,7 @@ def heap(shape, solver, restitution):
     world.add_plane()
     unit, generator = hlcs.Cubipod(1.0).shape(shape), np.random.default_rng(13)
     for number in range(12):
-        place = (1.1 * (number % 2), 0.9 * (number // 2 % 2), 1.7 * (number // 4) + 1.2)
+        place = (1.8 * (number % 2), 1.8 * (number // 2 % 2), 1.8 * (number // 4) + 1.2)
         world.add(unit, density=2300.0, position=place, orientation=mb.rotations.random(generator, 1)[0])
     world.run(2.0)
     return [np.concatenate([b.position, b.orientation, b.velocity, b.angular_velocity]) for b in world.bodies]

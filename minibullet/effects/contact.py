@@ -13,6 +13,7 @@ import numpy as np
 from minibullet.effects.body import STANDARD_GRAVITY
 from minibullet.effects.contract import Effect, parameter
 from minibullet.errors import InputError
+from minibullet.rotations import dot
 
 
 def approach_speed(contacts) -> np.ndarray:
@@ -201,7 +202,7 @@ class AnisotropicFriction(ContactEffect):
 
     def contact_law(self, contacts, bodies, law):
         direction = np.array([cos(self.angle), sin(self.angle), 0.0])
-        grain = direction - (contacts.normal @ direction)[:, None] * contacts.normal
+        grain = direction - dot(contacts.normal, direction)[:, None] * contacts.normal
         lengths = slip_squared(contacts) * np.sum(grain * grain, axis=1)
         along = np.sum(slip_velocity(contacts) * grain, axis=1) ** 2
         share = np.where(lengths > 0.0, np.minimum(along / np.where(lengths > 0.0, lengths, 1.0), 1.0), 0.5)

@@ -23,13 +23,12 @@ absent.
 import dataclasses
 import re
 from dataclasses import dataclass
-from numbers import Real
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from minibullet.bodies import Bodies, ContactLaw, Contacts, moving
-from minibullet.errors import InputError
+from minibullet.errors import InputError, is_number, shown
 
 
 class EffectError(InputError):
@@ -87,8 +86,8 @@ class Effect:
     def __post_init__(self):
         for name in parameters(self):
             value = getattr(self, name)
-            if not isinstance(value, Real) or isinstance(value, bool) or not np.isfinite(value):
-                raise InputError(f"{type(self).__name__}: {name} must be a finite number, not {value!r}")
+            if not is_number(value):
+                raise InputError(f"{type(self).__name__}: {name} must be a finite number, not {shown(value)}")
 
     def forces(self, bodies: Bodies, time: float) -> np.ndarray:
         """Wrench at each centre of mass, world frame: force [N], then moment [N m], (n, 6)."""

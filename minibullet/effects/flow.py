@@ -17,7 +17,7 @@ from minibullet.effects.body import TiltedGravity, force_only, unit_vector
 from minibullet.effects.contract import Effect, name_of, parameter, parameters
 from minibullet.effects.fluid import Buoyancy, Drag, FluidForce, length_of
 from minibullet.errors import InputError
-from minibullet.rotations import conjugate, rotate
+from minibullet.rotations import conjugate, dot, rotate
 
 
 class DragModifier(FluidForce):
@@ -83,8 +83,8 @@ class WallDrag(DragModifier):
     def forces(self, bodies, time):
         normal = unit_vector(self.wall_normal)
         drag = self.through_wrench(bodies, time)[:, :3]
-        nearness = bodies.radius / np.maximum(bodies.position @ normal - self.wall_height, bodies.radius)
-        towards = (drag @ normal)[:, None] * normal
+        nearness = bodies.radius / np.maximum(dot(bodies.position, normal) - self.wall_height, bodies.radius)
+        towards = dot(drag, normal)[:, None] * normal
         return force_only(self.multiplier * 0.5625 * nearness[:, None] * (drag + towards))
 
 

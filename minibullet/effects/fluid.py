@@ -13,7 +13,7 @@ import numpy as np
 from minibullet.bodies import angular_velocity, velocity
 from minibullet.effects.body import STANDARD_GRAVITY, ConstantForce, force_only, unit_vector
 from minibullet.effects.contract import Effect, parameter
-from minibullet.rotations import cross, matrix
+from minibullet.rotations import cross, dot, matrix
 
 AIR_DENSITY = 1.2  # dry air at 20 degrees Celsius and 101 kPa [kg/m3]
 AIR_VISCOSITY = 1.8e-5  # the same air [Pa s]
@@ -209,7 +209,7 @@ class GroundCushion(FluidForce):
 
     def forces(self, bodies, time):
         normal = unit_vector(self.ground_normal)
-        nearness = bodies.radius / np.maximum(bodies.position @ normal - self.ground_height, bodies.radius)
-        approach = np.maximum(-(velocity(bodies) @ normal), 0.0)
+        nearness = bodies.radius / np.maximum(dot(bodies.position, normal) - self.ground_height, bodies.radius)
+        approach = np.maximum(-dot(velocity(bodies), normal), 0.0)
         push = self.multiplier * 0.375 * pi * self.fluid_density * bodies.radius**2 * nearness**4 * approach**2
         return force_only(push[:, None] * normal)

@@ -126,6 +126,14 @@ def test_a_fast_body_is_told_where_another_is_in_its_way_only():
     assert "'ball'" in text and "'wall'" in text and "a time_step of 0.00033 s" in text  # 0.01 m / 30 m/s
 
 
+def test_a_journal_ends_with_what_was_told():
+    """Its summary has the notices, and its last words too."""
+    journal, world = mb.Journal(), stack(1e-6, 1 / 240)
+    with pytest.warns(mb.SceneWarning):
+        world.run(2 / 240, watch=journal)
+    assert journal.summary()["notices"] == list(world.notices) and str(journal).splitlines()[1:] == list(world.notices)
+
+
 def test_notices_come_along_in_a_saved_world(tmp_path):
     """What was told before the save belongs to the run."""
     world = stack(1e-6, 1 / 240)
@@ -193,3 +201,18 @@ def test_solids_without_a_volume_that_double_precision_holds_are_refused(shape):
     for given in ({"mass": 1.0}, {"density": 1.0}, {"fixed": True}):
         with np.errstate(all="ignore"), pytest.raises(mb.InputError, match="volume"):
             mb.World().add(shape, name="u17", **given)
+
+
+def test_a_body_too_light_for_its_contact_is_named_and_not_the_floor():
+    """1e-300 kg on a plane overflows: the message names what moves."""
+    world = mb.World([mb.Gravity()])
+    world.add_plane(name="floor")
+    world.add(mb.Box(1, 1, 1), mass=1e-300, position=(0, 0, 0.5), name="feather")
+    with np.errstate(all="ignore"), pytest.raises(mb.InputError, match="'feather' is not finite"):
+        world.step()
+
+
+def test_a_cylinder_has_sides_that_somebody_can_wait_for():
+    """A thousand sides differ from a round one by 5e-6 of the radius; more are refused at once."""
+    with pytest.raises(mb.InputError, match="sides = 1000000000; .* 3 to 1000"):
+        mb.Cylinder(1.0, 1.0, 10**9)

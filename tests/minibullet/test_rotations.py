@@ -106,3 +106,14 @@ def test_normalising_ignores_powers_of_two_bit_for_bit(exponent, q):
 @pytest.mark.parametrize("bad", [[0, 0, 0, 0], [np.nan, 0, 0, 1], [np.inf, 0, 0, 0]])
 def test_what_is_no_direction_becomes_nan_without_a_warning(bad):
     assert not np.isfinite(rotations.normalised(np.array(bad, dtype=float))).all()
+
+
+def test_scalar_products_cosines_and_sines_are_those_of_the_libraries(generator):
+    """`dot` and `cosine_and_sine` stand in for library functions whose last bit depends on the processor: equal to rounding."""
+    a, b = generator.normal(size=(2, 200, 3))
+    size = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
+    assert (np.abs(rotations.dot(a, b) - np.einsum("ni,ni->n", a, b)) < ROUNDING * size).all()
+    angles = generator.uniform(-10.0, 10.0, (4, 50))
+    cosine, sine = rotations.cosine_and_sine(angles)
+    np.testing.assert_allclose(cosine, np.cos(angles), rtol=0.0, atol=ROUNDING)
+    np.testing.assert_allclose(sine, np.sin(angles), rtol=0.0, atol=ROUNDING)

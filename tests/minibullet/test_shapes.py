@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from minibullet import rotations
+from minibullet import polyhedra, rotations
 from minibullet.errors import InputError
 from minibullet.geometry import edge_directions
 from minibullet.shapes import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere
@@ -117,6 +117,23 @@ def test_inertia_turns_with_the_piece(generator):
         turned = piece.moved((1.0, 2.0, 3.0), q)
         np.testing.assert_allclose(turned.inertia, r @ piece.inertia @ r.T, atol=1e-13 * np.trace(piece.inertia))
         np.testing.assert_allclose(turned.centre_of_mass, r @ piece.centre_of_mass + (1, 2, 3), atol=1e-13)
+
+
+def test_principal_axes_are_those_of_the_library(generator):
+    """Jacobi's rotations against LAPACK: moments to rounding, axes that make the tensor diagonal and turn without mirroring;
+    equal moments, a diagonal tensor and moments apart by 1e12 too."""
+    tensors = [np.diag(m) for m in ((3.0, 1.0, 2.0), (1.0, 1.0, 1.0), (2.0, 2.0, 1.0))]
+    for q, moments in zip(rotations.random(generator, 60), 10.0 ** generator.uniform(-12.0, 0.0, (60, 3)), strict=True):
+        moments[1] = moments[0] if q[0] > 0.5 else moments[1]
+        half = rotations.matrix(q) * np.sqrt(moments)
+        tensors.append(half @ half.T)
+    for tensor in tensors:
+        moments, axes = polyhedra.principal_axes(tensor)
+        size = np.abs(tensor).max()
+        np.testing.assert_allclose(moments, np.linalg.eigvalsh(tensor), rtol=0.0, atol=1e-14 * size)
+        np.testing.assert_allclose(axes @ np.diag(moments) @ axes.T, tensor, rtol=0.0, atol=1e-14 * size)
+        np.testing.assert_allclose(axes.T @ axes, np.eye(3), rtol=0.0, atol=1e-14)
+        assert np.linalg.det(axes) > 0.0
 
 
 def test_two_half_boxes_weigh_one_box():
