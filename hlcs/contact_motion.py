@@ -9,7 +9,9 @@ from minibullet import rotations
 
 from .flight import Track
 from .side_by_side import shared
+from .solids import solid as solid_of
 
+BOX = np.repeat(np.eye(3), 2, axis=0) * np.tile([[1.0], [-1.0]], (3, 1))  # outward normals of its faces
 SWEEPS = 1000  # a body on an edge needs hundreds; the exact solver costs more than what it adds to them can be measured
 
 
@@ -68,26 +70,37 @@ def seat(shape, start, nominal, actual, margin):
     return start
 
 
+@lru_cache(maxsize=256)
+def faces(body):
+    """Outward normals (F, 3), body axes, of the faces on which a box or the hull of a mesh can lie; none of other shapes."""
+    if body.shape == "box":
+        return BOX
+    if body.shape != "mesh":
+        return np.zeros((0, 3))
+    from minibullet.shapes import ConvexPiece
+
+    return ConvexPiece(np.concatenate([piece.vertices for piece in solid_of(body).shape.pieces])).normals
+
+
 def lies_on_a_face(body, normal, orientations, sigma):
-    """Does a box lie still on one face over its first dozen measured orientations (n, 4), noise sigma [rad] granted?"""
+    """Does a box or a mesh lie still on one face over its first dozen measured orientations (n, 4), noise sigma [rad] granted?"""
     there = orientations[np.isfinite(orientations[:, 0])][:12]
-    if body.shape != "box" or len(there) < 12:
+    if len(there) < 12 or not len(faces(body)):
         return False
     seen = rotations.rotate(rotations.conjugate(there), np.asarray(normal, dtype=float))  # the normal in body axes
     for half in (seen[:6], seen[6:]):
         mean = half.mean(axis=0)
-        if np.arccos(min(np.max(np.abs(mean)) / np.linalg.norm(mean), 1.0)) > 0.005 + 4 * sigma / np.sqrt(6):
+        if np.arccos(min(np.max(faces(body) @ -mean) / np.linalg.norm(mean), 1.0)) > 0.005 + 4 * sigma / np.sqrt(6):
             return False
     return True
 
 
-def flattened(orientation, normal):
-    """The nearest orientation (4,) in which one body axis stands along the normal."""
+def flattened(orientation, normal, sides=BOX):
+    """The nearest orientation (4,) in which one of the sides (outward normals (F, 3), body axes) lies on such a floor."""
     normal = np.asarray(normal, dtype=float)
     seen = rotations.rotate(rotations.conjugate(orientation), normal)
-    axis = np.zeros(3)
-    axis[np.argmax(np.abs(seen))] = np.sign(seen[np.argmax(np.abs(seen))])
-    return rotations.product(rotations.between(rotations.rotate(orientation, axis), normal), orientation)
+    down = sides[np.argmax(sides @ -seen)]
+    return rotations.product(rotations.between(rotations.rotate(orientation, -down), normal), orientation)
 
 
 def run(solids, shapes, starts, floors, effects, friction, restitution, duration, step):

@@ -11,6 +11,7 @@ import numpy as np
 
 from hlcs.toml_files import LARGEST, TomlFile
 from minibullet.errors import InputError, shown_value
+from minibullet.mesh_files import mesh_file
 
 SECTIONS = {
     "": ["kind", "title", "body", "surroundings", "model", "measurement", "diagnose", "trial", "placement"],
@@ -45,6 +46,7 @@ class Body:
     size: tuple[float, ...] | None = None  # edge lengths of a box [m]
     side: float | None = None  # cube side of a Cubipod [m]
     mesh: str | None = None  # path of a mesh file
+    form: object = field(default=None, hash=False)  # the solid read from it, a minibullet shape
     mass: float | None = None  # [kg]
     inertia: tuple[float, ...] | None = None  # principal moments, body axes [kg m2]
 
@@ -116,6 +118,11 @@ def read_experiment_file(path, allow_outside=False):
     surroundings = _surroundings(reader, values.get("surroundings", {}), "surroundings", Surroundings())
     model, measurement, diagnose = values.get("model", {}), values.get("measurement", {}), values.get("diagnose", {})
     trials = tuple(_trial(reader, entry, index, body, surroundings) for index, entry in enumerate(_trial_list(reader, values)))
+    for index, entry in enumerate(trials or [None]):
+        used = entry.body if entry else body
+        if used.shape == "mesh" and used.mesh is None:
+            place = ("body",) if "shape" in values.get("body", {}) else ("trial", index)
+            reader.fail("shape", "\"mesh\" of which file? Add mesh = \"unit.stl\" (.stl, .obj, .ply or .off, in m)", *place)
     if kind == "trajectory" and not trials:
         raise InputError(f"{reader.path}: no [[trial]]; add one [[trial]] with file = \"....csv\" for each recording")
     if kind != "trajectory" and "file" not in measurement:
@@ -174,6 +181,10 @@ def _body(reader, table, section, base, index=None):
         changes |= {} if value is None else {key: value}
     if "mesh" in changes:
         changes["mesh"] = str(reader.file_of(changes["mesh"], "mesh", section, index))
+        try:
+            changes["form"] = mesh_file(changes["mesh"])
+        except InputError as error:
+            reader.fail("mesh", str(error), section, index)
     body = replace(base, **changes)
     for shape, key in SHAPES.items():
         if key in changes and shape != body.shape:
@@ -189,7 +200,7 @@ def _body(reader, table, section, base, index=None):
 
 def _check_density(reader, body, table, section, index):
     volume = {"sphere": lambda: 4 / 3 * np.pi * body.radius**3, "box": lambda: float(np.prod(body.size)),
-              "cubipod": lambda: body.side**3}.get(body.shape)
+              "cubipod": lambda: body.side**3, "mesh": lambda: body.form.volume}.get(body.shape)
     if volume is None or body.mass is None or getattr(body, SHAPES[body.shape]) is None:
         return
     density = body.mass / volume()

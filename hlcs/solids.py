@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet import rotations
+from minibullet.mesh_files import mesh_file
 
 from .experiment_files import Body
 
@@ -30,7 +31,11 @@ class Solid(NamedTuple):
 
 @lru_cache(maxsize=4096)
 def solid(body: Body) -> Solid:
-    """Mass properties of a body; a mass or size nobody stated is taken as 1 kg and 0.05 m (and then never used by a law)."""
+    """Mass properties of a body; a mass or size nobody stated is taken as 1 kg and 0.05 m (and then never used by a law).
+
+    A mesh keeps its axes; its centre of mass is the body's centre, wherever the file has its origin. Moments that were stated
+    belong to the axes in which the shape's own tensor is diagonal: those of the body, else, smallest first, the principal ones.
+    """
     from minibullet import shapes
 
     if body.shape == "sphere":
@@ -41,13 +46,14 @@ def solid(body: Body) -> Solid:
         from .armour import Cubipod
         shape = Cubipod(body.side or 1.0).pieces
     else:
-        shape = shapes.mesh_file(body.mesh)
-    mass = body.mass or 1.0
+        shape = body.form or mesh_file(body.mesh)
+    mass, stated = body.mass or 1.0, body.inertia
     moments, axes = np.linalg.eigh(shape.inertia)
     if np.allclose(shape.inertia, np.diag(np.diag(shape.inertia)), rtol=0, atol=1e-9 * moments[-1]):
         moments, axes = np.diag(shape.inertia), np.eye(3)
-    elif np.linalg.det(axes) < 0:
-        axes = axes * np.array([1.0, 1.0, -1.0])
-    moments = np.asarray(body.inertia) if body.inertia else moments * mass / shape.volume
+    else:
+        axes = axes * np.array([1.0, 1.0, np.sign(np.linalg.det(axes))])
+        stated = stated and sorted(stated)
+    moments = np.asarray(stated) if stated else moments * mass / shape.volume
     return Solid(mass, tuple(float(m) for m in moments), shape.volume, shape.surface_area / 4,
                  (3 * shape.volume / (4 * np.pi)) ** (1 / 3), tuple(rotations.from_matrix(axes)), shape)

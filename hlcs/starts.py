@@ -62,7 +62,7 @@ def guess(trial, start_time, seated, flat, contact):
     if flat:  # a face on the floor stays there: only turns about the normal are free
         normal = np.asarray(trial.surroundings.floor_normal)
         if "orientation" not in trial.start:
-            start[6:10] = contact_motion.flattened(start[6:10], normal)
+            start[6:10] = contact_motion.flattened(start[6:10], normal, contact_motion.faces(trial.body))
         if "angular_velocity" not in trial.start:
             start[10:13] = (start[10:13] @ normal) * normal
     return on_floor(start, trial) if seated else start

@@ -10,6 +10,9 @@ from minibullet import polyhedra
 from minibullet.errors import InputError
 from minibullet.rotations import dot, matrix
 
+# The least moment of inertia of a hull as part of their sum. Sums of vertices give it to 1e-16 of the sum: here, to four digits.
+NEEDLE = 1e-12
+
 
 @dataclass(frozen=True, eq=False)
 class ConvexPiece:
@@ -48,6 +51,9 @@ class ConvexPiece:
             size = np.trace(self.inertia)
         if not (np.isfinite(size) and self.volume > 0 and size > 0):
             raise InputError(f"hull: volume = {self.volume} m3; mass and inertia must be numbers that double precision can hold")
+        if self.faces and not np.linalg.eigvalsh(self.inertia / size)[0] > NEEDLE:
+            raise InputError("hull: the least moment of inertia is lost in the rounding of the largest; a needle must be thicker "
+                             "than a millionth of its length")
 
     def moved(self, translation=(0.0, 0.0, 0.0), orientation=None):
         """The same piece turned by the quaternion orientation, then shifted by translation [m]."""

@@ -77,8 +77,9 @@ def _header(text, name):
 
 def _property(words, order, where):
     """`property KIND NAME` or `property list KIND KIND NAME`."""
-    kinds = words[2:-1] if words[1] == "list" else words[1:-1]
-    if len(kinds) == (2 if words[1] == "list" else 1) and set(kinds) <= set(TYPES):
+    listed = words[1:2] == ["list"]
+    kinds = words[1 + listed:-1]
+    if len(kinds) == 1 + listed and set(kinds) <= set(TYPES):
         *length, kind = (np.dtype(TYPES[kind]).newbyteorder(order) for kind in kinds)
         if not (length and "f" in length[0].kind + kind.kind * (words[-1] in CORNERS)):
             return _Property(words[-1], kind, length[0] if length else None)

@@ -1,6 +1,7 @@
 """Damaged mesh files: read, or refused in one line (the long run: python -m tests.fuzz.meshes)."""
 
 import numpy as np
+import pytest
 
 from .meshes import mutant, originals, outcome, run
 
@@ -18,6 +19,12 @@ def test_damaged_files_are_read_or_refused_in_one_line():
     assert not wrong
     assert counts["refused"] > 100 and counts["read"] > 10  # the damage is neither harmless nor always the same
     assert sum(counts.values()) == 300
+    assert most[1] < 500  # MB: the interpreter has 130, a file of a few MB and what it is read into the rest
+
+
+@pytest.mark.slow
+def test_ten_thousand_damaged_files():
+    assert not run(10_000, seed=2)[1]
 
 
 def test_the_same_seed_makes_the_same_damage():

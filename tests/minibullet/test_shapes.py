@@ -263,6 +263,7 @@ def test_simple_shapes_scale_bit_for_bit(make):
     ("cube", "not an array of numbers"),
     (CUBE * 1e-300, "double precision"),
     (CUBE * 1e300, "double precision"),
+    (CUBE * (1, 1, 1e7), "a needle must be thicker than a millionth of its length"),
 ])
 def test_what_is_no_hull_is_refused_by_name(points, words):
     with pytest.raises(InputError, match=words):
