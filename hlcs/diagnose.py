@@ -20,6 +20,7 @@ from .pairs import beside
 from .rivals import rivals
 from .routes import exchanged, reformed, rerouted, submerged
 from .search import Search
+from .thinning import thinned
 from .trajectories import judge, polished, prepare, touches
 
 INTERVAL = 0.90  # of coefficients
@@ -70,6 +71,7 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     say("fitting the model under test")
     noise = estimate_noise(measurement)
     contact = touches(measurement.trials, noise)
+    whole, measurement = measurement, thinned(measurement, noise)
     few, many, notes = screened(measurement, contact)
     prepared = prepare(few, own, noise)
     if few is not many and prepared.problem is not None and not cut(prepared.problem):  # cheaper than feared
@@ -78,7 +80,9 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     entries, absent = candidates_for(few, prepared.contact, names, own)
     if prepared.problem is None:
         return unknown_noise(measurement, prepared, entries)
-    read = unlike(read_impacts(few, prepared.noise), few.trials[0].surroundings)
+    screening = {trial.name for trial in few.trials}
+    seen = replace(whole, trials=tuple(trial for trial in whole.trials if trial.name in screening))
+    read = unlike(read_impacts(seen, prepared.noise), few.trials[0].surroundings)
 
     def searched(prepared, entries, absent):
         search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say, read)

@@ -5,6 +5,7 @@ to the file. The recordings themselves are read and checked by `hlcs.measurement
 """
 
 from dataclasses import dataclass, field, replace
+from os.path import isfile
 from pathlib import Path
 
 import numpy as np
@@ -143,7 +144,7 @@ def _path(reader, folder, table, key, section):
     if value is None:
         return None
     path = folder / value
-    if not path.is_file():
+    if not isfile(path):
         reader.fail(key, f"file '{value}' is not there (looked for {path})", section)
     return path
 
@@ -166,7 +167,7 @@ def _body(reader, table, section, base, index=None):
         changes |= {} if value is None else {key: value}
     if "mesh" in changes:
         mesh = reader.path.parent / changes["mesh"]
-        if not mesh.is_file():
+        if not isfile(mesh):
             reader.fail("mesh", f"file '{changes['mesh']}' is not there (looked for {mesh})", section, index)
         changes["mesh"] = str(mesh)
     body = replace(base, **changes)
@@ -222,7 +223,7 @@ def _trial(reader, entry, index, body, surroundings):
         raise InputError(f"{reader.path}: [[trial]] number {index + 1} has no file; add file = \"....csv\"")
     name = reader.words(entry, "file", "trial", index=index)
     file = reader.path.parent / name
-    if not file.is_file():
+    if not isfile(file):  # False too for names that no system can have
         reader.fail("file", f"file '{name}' is not there (looked for {file})", "trial", index)
     group = entry.get("group", name)
     if not isinstance(group, str | int | float):

@@ -4,7 +4,7 @@ What cannot be used is refused by file, row and column (rows count from 1, the h
 is reported in `notes`, never dropped in silence. This room knows no physics beyond plausible units.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +34,7 @@ class Trial:
     body: Body
     surroundings: Surroundings
     recording: str = ""  # name of the recording where this is a piece of one
+    rows: np.ndarray | None = None  # of the file, of each sample (n,); None where it is from no file
     first_row: int = 0  # samples of the recording before this piece
 
     @property
@@ -42,6 +43,13 @@ class Trial:
         seen = np.isfinite(self.position).any(axis=0)
         return [name for name, there in zip("xyz", seen, strict=True) if there] + (
             ["rx", "ry", "rz"] if np.isfinite(self.orientation).any() else [])
+
+
+    def at(self, which, **changes):
+        """The trial with some of its samples (a slice or indices), and other fields changed."""
+        rows = None if self.rows is None else self.rows[which]
+        return replace(self, times=self.times[which], position=self.position[which], orientation=self.orientation[which],
+                       rows=rows, **changes)
 
 
 @dataclass(frozen=True)
@@ -76,8 +84,8 @@ def read_measurement(path):
     notes, trials = [], []
     names = _short_names([entry.file for entry in file.trials])
     for entry, name in zip(file.trials, names, strict=True):
-        times, position, orientation = read_recording(entry.file)
-        trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings)
+        times, position, orientation, rows = read_recording(entry.file)
+        trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings, rows=rows)
         for check in (plausible.check_clock, plausible.check_units, plausible.check_length, plausible.check_axes,
                       plausible.check_quaternions):
             check(trial, entry.file)
@@ -89,7 +97,7 @@ def read_measurement(path):
     plausible.refuse_copies(trials, [entry.file for entry in file.trials])
     static = None
     if file.static:
-        times, position, orientation = read_recording(file.static)
+        times, position, orientation, _ = read_recording(file.static)
         static = Trial(file.static.name, "static", times, position, orientation, {}, file.body, file.surroundings)
         if len(times) < 20:
             raise InputError(f"{file.static}: {len(times)} samples at rest; at least 20 are needed to know the noise")
@@ -98,7 +106,7 @@ def read_measurement(path):
 
 
 def read_recording(path):
-    """Times (n,), positions (n, 3) and orientations (n, 4) of one recording; NaN where blank or not recorded."""
+    """Times (n,), positions (n, 3), orientations (n, 4), NaN where blank or not recorded, and rows (n,) of one recording."""
     table = read_csv(path, COLUMNS, ["t_s"], blank=COLUMNS[1:])
     count, name = len(table.rows), table.name
     if len(table.columns) == 1:
@@ -125,7 +133,7 @@ def read_recording(path):
         if length[worst] < 1e-6:
             raise InputError(f"{place}: quaternion of zero length; blank if missing")
         raise InputError(f"{place}: quaternion of length {length[worst]:.3g}, must be 1")
-    return times, position, orientation / length[:, None]
+    return times, position, orientation / length[:, None], table.rows
 
 
 def read_outcomes(path):

@@ -5,8 +5,6 @@ follows it. Each piece is short enough for its start to be fitted (multiple shoo
 1603), and the starts are projected out like any other: what pieces no longer say is how one of them leads to the next.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from minibullet import rotations
@@ -141,16 +139,8 @@ def part(trial, begin, end):
     """Samples begin .. end - 1 of a recording as a Trial of its own; only the first knows the stated start."""
     whole = trial.recording or trial.name
     name = f"{whole} from {trial.times[begin]:.3g} s" if trial.first_row + begin else whole
-    return replace(
-        trial,
-        name=name,
-        times=trial.times[begin:end],
-        position=trial.position[begin:end],
-        orientation=trial.orientation[begin:end],
-        start={} if begin else trial.start,
-        recording=whole,
-        first_row=trial.first_row + begin,
-    )
+    start = {} if begin else trial.start
+    return trial.at(slice(begin, end), name=name, start=start, recording=whole, first_row=trial.first_row + begin)
 
 
 def awake(trial, noise):
@@ -171,8 +161,9 @@ def awake(trial, noise):
     if len(trial.times) - end < SHORTEST or end < 2 * SHORTEST:
         return trial, []
     left = trial.times[-1] - trial.times[end - 1]
-    kept = replace(trial, times=trial.times[:end], position=trial.position[:end], orientation=trial.orientation[:end])
-    return kept, [f"{trial.name}: at rest from t_s = {still:.3g} on; the last {left:.3g} s are left out, they say nothing more"]
+    return trial.at(slice(end)), [
+        f"{trial.name}: at rest from t_s = {still:.3g} on; the last {left:.3g} s are left out, they say nothing more"
+    ]
 
 
 def _turns(trial):

@@ -173,7 +173,7 @@ def set_aside(trials, flags):
     for trial, flag in zip(trials, flags, strict=True):
         for row, channel in zip(*np.nonzero(flag), strict=True):
             mine = rows.setdefault(trial.recording or trial.name, {})
-            mine.setdefault(CHANNELS[channel], []).append(int(row) + 2 + trial.first_row)
+            mine.setdefault(CHANNELS[channel], []).append(int(trial.rows[row]))
     found = []
     for name, mine in rows.items():
         parts = [f"{channel} row{'s' * (len(its) > 1)} " + ", ".join(map(str, its[:4])) + " .." * (len(its) > 4)

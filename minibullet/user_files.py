@@ -5,6 +5,8 @@ from pathlib import Path
 
 from minibullet.errors import InputError
 
+A_PIECE = 4_000_000  # bytes read at a time: to ask for all that is allowed would make room for it
+
 
 def read_bytes(path, name, most_bytes, remedy):
     """The bytes of a regular file.
@@ -19,14 +21,17 @@ def read_bytes(path, name, most_bytes, remedy):
             raise InputError(f"{name}: is a folder; give a file")
         if not stat.S_ISREG(found.st_mode):  # a device never ends, a pipe may never begin
             raise InputError(f"{name}: is not a regular file (a device, a pipe or a socket); copy its content into a file")
-        with open(path, "rb") as file:
-            data = file.read(most_bytes + 1)  # it may grow while it is read
+        data, size = b"", found.st_size
+        if size <= most_bytes:
+            with open(path, "rb") as file:  # it may grow while it is read
+                while len(data) <= most_bytes and (piece := file.read(min(A_PIECE, most_bytes + 1 - len(data)))):
+                    data += piece
+            size = len(data)
     except OSError as error:
-        raise InputError(f"{name}: cannot be read ({error.strerror or error}); looked for {path}") from None
+        raise InputError(f"{name}: cannot be read ({error.strerror or error}); looked for {shown(path, 255)}") from None
     except ValueError as error:  # a name that no system can have, as one with a zero byte
         raise InputError(f"{name}: cannot be read ({error})") from None
-    if len(data) > most_bytes:
-        size = max(found.st_size, len(data))
+    if size > most_bytes:
         raise InputError(f"{name}: {size / 1e6:.3g} MB; at most {most_bytes / 1e6:.3g} MB are read: {remedy}")
     return data
 

@@ -6,9 +6,10 @@ from throws import correlated, flight
 from throws import csv as recording
 
 from hlcs.experiment_files import read_experiment_file
-from hlcs.inference import chain, colour, fit_noise, isolated_outliers, polynomials, whiten
-from hlcs.measurement import read_measurement, read_outcomes
+from hlcs.inference import chain, colour, coloured, correlation, fit_noise, isolated_outliers, polynomials, whiten, whitened
+from hlcs.measurement import read_measurement, read_outcomes, read_recording
 from hlcs.noise import estimate_noise
+from hlcs.thinning import thinned
 from minibullet.errors import InputError
 
 TOML = 'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\nnoise = { position = 0.01 }\n'
@@ -147,6 +148,55 @@ def test_overrides_of_a_trial(tmp_path):
     assert file.trials[0].body.mass == 0.2 and file.trials[0].surroundings.gravity == 9.8 and file.body.mass == 0.05
 
 
+@pytest.mark.parametrize(("csv", "words"), [
+    ('t_s,z_m\n0,1\n0.1,"1\n0.2,1\n', ("row 3", "quote", "not closed")),
+    ("t_s,z_m\n0,1\n0.1," + "9" * 400 + "\n", ("row 3", "z_m", "not finite")),
+    ("t_s,z_m\n0,1\n0.1," + "9" * 20_000 + "\n", ("row 3", "20,004 characters")),
+    ("t_s,z_m" + ",x" * 3000 + "\n0,1\n", ("row 1", "unknown column 'x'")),
+    ("t_s,z_m\n0,1\n0.1,\x1b[31m1\n", ("row 3", r"'\x1b[31m1' is not a number")),
+    ("\x1b[2Jt_s,z_m\n0,1\n", ("row 1", r"\x1b[2Jt_s")),
+    ("t_s,z_m\n" + "0,1\n" * 200_001, ("200,002 lines", "200,000 rows")),
+])
+def test_what_is_no_table_is_refused_in_one_printable_line(tmp_path, csv, words):
+    with pytest.raises(InputError) as problem:
+        read_measurement(experiment(tmp_path, csv=csv))
+    message = str(problem.value)
+    assert message.isprintable() and len(message) < 500 + len(str(tmp_path))
+    for word in words:
+        assert word in message, message
+
+
+def test_lines_may_end_in_any_way_and_rows_are_lines_of_the_file(tmp_path):
+    rows = ["# from the tracker", "t_s, z_m", "", '0,"1"', "0.1 , 1.1", "0.2,", ",", "0.3,0.9", "0.4,0.8"]
+    found = []
+    for end in ("\n", "\r\n", "\r"):
+        (tmp_path / "a.csv").write_bytes(end.join(rows).encode())
+        found.append(read_recording(tmp_path / "a.csv"))
+    for times, position, _, places in found:
+        assert times.tolist() == [0, 0.1, 0.2, 0.3, 0.4] and places.tolist() == [4, 5, 6, 8, 9]
+        assert np.array_equal(position[:, 2], [1, 1.1, np.nan, 0.9, 0.8], equal_nan=True)
+
+
+def test_an_experiment_holds_so_many_rows_in_all(tmp_path, monkeypatch):
+    monkeypatch.setattr("hlcs.measurement.MOST_ROWS", 15)
+    (tmp_path / "b.csv").write_text("t_s,z_m\n" + "".join(f"{0.1 * k:.1f},{1.1 - 0.05 * k * k:.4f}\n" for k in range(8)))
+    refused(experiment(tmp_path, trial='file = "a.csv"\n[[trial]]\nfile = "b.csv"\n'), "more than 15 rows", "b.csv")
+
+
+def test_a_search_keeps_every_kth_row_and_what_happens_fast(tmp_path, monkeypatch):
+    """A bounce at 0.5 s: of 120 rows every sixth stays, all of the beginning, and all around the blow that the samples show."""
+    monkeypatch.setattr("hlcs.thinning.MOST_SEARCHED", 20)
+    times = np.arange(120) / 120
+    height = 0.03 + np.where(times < 0.5, 4.905 * (0.25 - times**2), 4.905 * (times - 0.5) * (1.5 - times) / 2)
+    rows = "".join(f"{t:.6f},{z:.6f}\n" for t, z in zip(times, height, strict=True))
+    toml = FLOOR.replace("position = 0.01", "position = 0.0001")
+    measurement = read_measurement(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=toml))
+    assert thinned(measurement, estimate_noise(measurement)).trials[0].rows.tolist() == sorted(
+        {*range(2, 14), *range(2, 122, 6), *range(2 + 54, 2 + 66), 121})
+    monkeypatch.setattr("hlcs.thinning.MOST_SEARCHED", 120)
+    assert thinned(measurement, estimate_noise(measurement)) is measurement
+
+
 def test_outcome_tables(tmp_path):
     path = tmp_path / "o.csv"
     path.write_text("height_m,fall_time_s\n1,0.45\n1,0.46\n2,0.64\n")
@@ -157,6 +207,21 @@ def test_outcome_tables(tmp_path):
     path.write_text("height_m\n1\n1\n2\n")
     with pytest.raises(InputError, match="0 outcome columns"):
         read_outcomes(path)
+
+
+@pytest.mark.parametrize(("rho", "white"), [(0.0, 0.0), (0.6, 0.0), (0.6, 0.1), (0.9, 0.9), (0.95, 0.4)])
+@pytest.mark.parametrize("jitter", [0.0, 0.9])
+def test_the_filter_is_the_cholesky_factor(generator, rho, white, jitter):
+    """The lower factor of a covariance is unique, so the filter must give that of LAPACK: to rounding, times the condition."""
+    times = np.arange(80) + jitter * generator.uniform(0, 1, 80)
+    covariance = (1 - white) * np.power(max(rho, 1e-12), np.abs(times[:, None] - times))
+    covariance[np.diag_indices(80)] = 1.0
+    lower, values = np.linalg.cholesky(covariance), generator.standard_normal((80, 3))
+    tolerance = 1e-15 * 80 * np.linalg.cond(covariance)
+    filter = correlation(times, rho, white, 1.0)
+    assert np.allclose(coloured(filter, np.eye(80)), lower, atol=1e-13)
+    assert np.allclose(whitened(filter, values), np.linalg.solve(lower, values), atol=tolerance)
+    assert np.isclose(2 * np.sum(np.log(filter.root)), np.linalg.slogdet(covariance)[1], rtol=1e-12, atol=1e-12)
 
 
 def test_whitening_undoes_the_correlation(generator):

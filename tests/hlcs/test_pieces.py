@@ -78,3 +78,17 @@ def test_times_that_are_not_seconds_are_refused(tmp_path, unit_of_time, advice):
         file.write_text("\n".join([",".join(rows[0]), *(f"{float(t) * unit_of_time:.3f},{rest}" for t, rest in rows[1:])]) + "\n")
     with pytest.raises(InputError, match=f"throw_0.csv, column t_s: .*{advice}"):
         hlcs.compare(path)
+
+
+def test_a_sample_that_stands_alone_is_told_beside_a_rest_that_is_left_out(tmp_path):
+    """A puck slides for 0.5 s and rests for 3 s; row 12 was read 5 cm off. Both are said, the row as it stands in the file."""
+    generator, times = np.random.default_rng(2), np.arange(210) / 60
+    moving = np.minimum(times, 0.5)
+    seen = np.column_stack([0.981 * moving - 0.981 * moving**2, 0 * times, 0.05 + 0 * times])
+    seen += 0.0005 * generator.standard_normal(seen.shape)
+    seen[10, 0] += 0.05
+    (tmp_path / "a.csv").write_text(csv(times, seen))
+    path = tmp_path / "puck.toml"
+    path.write_text(CUBE.replace("position = 0.001", "position = 0.0005") + '[[trial]]\nfile = "a.csv"\n')
+    notes = " ".join(prepare(read_measurement(path)).notes)
+    assert "at rest from t_s" in notes and "1 isolated samples set aside for all models: x row 12" in notes

@@ -5,7 +5,7 @@ import os
 import pytest
 
 from minibullet import InputError
-from minibullet.user_files import read_bytes, read_text
+from minibullet.user_files import read_bytes, read_text, shown
 
 
 def read(path, most=100):
@@ -52,3 +52,12 @@ def test_the_mark_before_the_text_is_left_out(tmp_path):
     path = tmp_path / "a.txt"
     path.write_bytes("\ufeffµ".encode())
     assert read_text(path, "a.txt", 100, "") == "µ"
+
+
+@pytest.mark.parametrize("text", ["\x1b[31mred", "a\nb", "\u202eabc", "\x9b2J", "\ud800", "\x07"])
+def test_what_is_quoted_of_a_file_gives_a_terminal_nothing_to_obey(text):
+    assert shown(text).isprintable() and "\\" in shown(text)
+
+
+def test_what_is_quoted_is_cut_and_plain_text_stays():
+    assert shown("x" * 10**6, 20) == "x" * 20 + ".." and shown("µ = 3 °C") == "µ = 3 °C"

@@ -1,0 +1,43 @@
+"""Recordings of many rows thinned out for a search: what says the same again is left out, what happens fast is kept.
+
+A search holds dozens of fits, each with the columns of every start and every number, so its memory and time go with the rows. The
+likelihood of the rows that are kept is exact: the noise between them is what it is over the time between them.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .impact_readings import read_impacts
+
+MOST_SEARCHED = 10_000  # rows of all recordings: a search then takes some 1 GB and minutes
+BEGINNING = 12  # samples from which a start is read
+AROUND = 6  # samples on each side of an impact: from as many it is read, and one more
+
+
+def thinned(measurement, noise):
+    """The Measurement with about MOST_SEARCHED rows at most, and a note that says so; itself where it has no more.
+
+    Every k-th sample is kept, of all recordings alike, so that they count as much as before beside each other; the first
+    BEGINNING samples, and AROUND samples on each side of an impact that the samples show, stay as they are.
+    """
+    trials = measurement.trials
+    total = sum(len(trial.times) for trial in trials)
+    every = -(-total // MOST_SEARCHED)
+    if every == 1:
+        return measurement
+    impacts = {}
+    for impact in read_impacts(measurement, noise):
+        impacts.setdefault(impact.trial, []).append(impact.time)
+    found = []
+    for trial in trials:
+        keep = np.arange(len(trial.times)) % every == 0
+        keep[:BEGINNING] = keep[-1] = True
+        for place in np.searchsorted(trial.times, impacts.get(trial.name, ())):
+            keep[max(place - AROUND, 0):place + AROUND] = True
+        found.append(trial.at(np.flatnonzero(keep)))
+    kept, step = sum(len(trial.times) for trial in found), every * noise.step
+    note = (f"{total:,} rows: the search uses {kept:,} of them, every {every}th (one in {step:.3g} s) and all around the "
+            f"{sum(map(len, impacts.values()))} impacts seen; the noise and the impacts were read from all rows; numbers are "
+            f"less certain by up to {np.sqrt(total / kept):.2g} times than all rows would make them")
+    return replace(measurement, trials=tuple(found), notes=(*measurement.notes, note))
