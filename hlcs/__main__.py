@@ -1,10 +1,12 @@
 """`hlcs` and `python -m hlcs`. Nothing but the net is imported before it hangs."""
 
-import atexit
 import os
 import sys
 
 try:
+    import atexit
+    import signal
+
     from hlcs import interrupts, net
 except KeyboardInterrupt:  # some milliseconds after the start, with nothing done
     os.write(2, b"hlcs: interrupted\n")
@@ -13,8 +15,11 @@ except KeyboardInterrupt:  # some milliseconds after the start, with nothing don
 
 def main():
     """Run the command; returns the exit status."""
-    atexit.register(_end)  # what registers first runs last
-    return net.under(_command)
+    ended = []
+    atexit.register(_end, ended)  # what registers first runs last
+    ended.append(net.under(_command))
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is done and said
+    return ended[0]
 
 
 def _command():
@@ -23,10 +28,10 @@ def _command():
     return cli.run()
 
 
-def _end():
-    """After Ctrl-C, when all is tidied up and said: Python itself would end as if killed where it had passed through `exec`."""
+def _end(ended):
+    """After Ctrl-C, when all is tidied up: Python itself would end as if killed where it had passed through `exec`."""
     if interrupts.seen():
-        os._exit(1)
+        os._exit(*ended or (1,))
 
 
 if __name__ == "__main__":

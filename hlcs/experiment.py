@@ -209,6 +209,7 @@ class PlacementTest:
             time.perf_counter() - started,
             tuple(reading.carried_by for reading in readings),
             tuple(aimed),
+            world.notices,
         )
 
 

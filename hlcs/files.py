@@ -12,7 +12,7 @@ import secrets
 import shutil
 import stat
 import tempfile
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path, PurePosixPath
 
 from hlcs import interrupts
@@ -38,11 +38,11 @@ def result_folder(path):
     """
     target = _real(path)
     _refuse_foreign(target)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.{secrets.token_hex(4)}.partial")
+    partial = _hidden(target.parent, target.name)
     try:
         with _explained(target):
             target.parent.mkdir(parents=True, exist_ok=True)
-            _clear_up(target)
+            _clear_up(target.parent, target.name)
             partial.mkdir()
         yield partial
         interrupts.check()
@@ -52,7 +52,8 @@ def result_folder(path):
                 _put_in_place(partial, target)
         except (InputError, RunError) as problem:
             if (place := _elsewhere(partial, target)) is None:
-                raise
+                texts = [path.read_text(encoding="utf-8") for path in sorted(partial.glob("*.json"))]
+                raise RunError(f"{problem}; the result is printed", "".join(texts)) from None
             raise type(problem)(f"{problem}; the result is in '{place}'") from None
     finally:
         shutil.rmtree(partial, ignore_errors=True)
@@ -70,26 +71,12 @@ def check_folder(path):
 def save_files(folder, found):
     """Write `found`, a dictionary {name: bytes}, into a folder that may hold other files; made where it is not there.
 
-    Earlier files of this program are replaced; where a file of the same name is not as this program wrote it, nothing is
-    touched and all goes elsewhere, see `keep`. Returns the folder's Path.
+    All of them or none. Earlier files of this program are replaced; where a file of the same name is not as this program wrote
+    it, nothing is touched and all goes elsewhere, see `keep`. Returns the folder's Path.
     """
     target = check_folder(folder)
-
-    def write(place):
-        with _explained(place):
-            place.mkdir(parents=True, exist_ok=True)
-            listed = _listed(place)
-            for name in found:
-                if os.path.lexists(place / name) and not _as_written(place / name, listed.get(name, ())):
-                    raise InputError(f"folder '{place}' holds '{name}', which is not as this program wrote it; give another one")
-        new = {name: {_mark(content)} for name, content in found.items()}
-        either = {name: listed.get(name, set()) | new.get(name, set()) for name in {*listed, *new}}
-        write_text(place / CONTENTS, _list_text(either))  # before the files: a killed run must know its own again
-        for name, content in found.items():
-            write_bytes(place / name, content)
-        write_text(place / CONTENTS, _list_text(listed | new))
-
-    keep(write, target)
+    document = next((text.decode() for name, text in found.items() if name.endswith(".json")), None)
+    keep(lambda place: _add(place, found), target, document)
     return target
 
 
@@ -97,7 +84,7 @@ def keep(write, folder, document=None):
     """write(folder); where that is refused, once more into a new folder under the temporary one.
 
     Raises the InputError or RunError of the first try with the place where everything is; where not even that can be written
-    and a document is given, a RunError that carries it as JSON text.
+    and a document (JSON text) is given, a RunError that carries it.
     """
     try:
         with _explained(folder):
@@ -113,7 +100,7 @@ def keep(write, folder, document=None):
                 shutil.rmtree(spare, ignore_errors=True)
             if document is None:
                 raise problem from None
-            raise RunError(f"{problem}; the result is printed", to_json(document)) from None
+            raise RunError(f"{problem}; the result is printed", document) from None
         raise type(problem)(f"{problem}; the result is in '{spare}'") from None
 
 
@@ -133,8 +120,8 @@ def write_text(path, text):
 
 def write_json(path, value):
     """Write `value` as strict JSON, see `to_json`; where `path` refuses it, it is kept elsewhere, see `keep`."""
-    target = Path(path).expanduser().absolute()
-    keep(lambda folder: write_text(folder / target.name, to_json(value)), target.parent, value)
+    target, text = Path(path).expanduser().absolute(), to_json(value)
+    keep(lambda folder: write_text(folder / target.name, text), target.parent, text)
 
 
 def write_toml(path, table):
@@ -154,6 +141,41 @@ def versions():
 
 
 # ------------------------------------------------------------------------------------------------------------- folders
+def _add(place, found):
+    """Files into a folder beside what it holds: first written in a folder of their own, then renamed one by one, or all back."""
+    place.mkdir(parents=True, exist_ok=True)
+    _clear_up(place, "")
+    stage, listed, old = _hidden(place, ""), _listed(place), {}
+    for name in filter(lambda name: os.path.lexists(place / name), found):
+        if not _as_written(place / name, listed.get(name, ())):
+            raise InputError(f"folder '{place}' holds '{name}', which is not as this program wrote it; give another one")
+        old[name] = (place / name).read_bytes()
+        listed[name] = {_mark(old[name])}
+    for name, content in found.items():  # old and new: a run killed between two renames must know its own again
+        listed[name] = listed.get(name, set()) | {_mark(content)}
+    try:
+        stage.mkdir()
+        for name, content in old.items():
+            write_bytes(stage / "old" / name, content)
+        for name, content in {CONTENTS: _list_text(listed).encode(), **found}.items():
+            write_bytes(stage / name, content)
+        with ExitStack() as undo:
+            for name in (CONTENTS, *found):
+                os.replace(stage / name, place / name)
+                if name in old:
+                    undo.callback(os.replace, stage / "old" / name, place / name)
+                elif name != CONTENTS:  # which names the old ones too
+                    undo.callback((place / name).unlink, missing_ok=True)
+            undo.pop_all()
+    finally:
+        shutil.rmtree(stage, ignore_errors=True)
+
+
+def _hidden(folder, name):
+    """A new hidden name in a folder, which tells whose it is and what it is to be called, see `_clear_up`."""
+    return folder / f".{name}.{os.getpid()}.{secrets.token_hex(4)}.partial"
+
+
 def _real(path):
     """The folder itself where `path` is a link to one; InputError where it is a link to nothing."""
     target = Path(path).expanduser().absolute()
@@ -244,14 +266,15 @@ def _remove(folder):
         os.rmdir(place)
 
 
-def _clear_up(target):
-    """Settle what runs that were killed (kill -9, power) left beside `target`; their process is no more.
+def _clear_up(folder, name):
+    """Settle what runs that were killed (kill -9, power) left in a folder, see `_hidden`; their process is no more.
 
     Half a new result is removed; an old one that had stepped aside comes back, or goes where a new one has taken its place.
     """
-    for entry in target.parent.iterdir():
-        words = entry.name.removeprefix(f".{target.name}.").split(".")
-        if not entry.name.startswith(f".{target.name}.") or len(words) != 3 or not words[0].isdecimal() or runs(int(words[0])):
+    target = folder / name
+    for entry in folder.iterdir():
+        words = entry.name.removeprefix(f".{name}.").split(".")
+        if not entry.name.startswith(f".{name}.") or len(words) != 3 or not words[0].isdecimal() or runs(int(words[0])):
             continue
         if words[2] == "partial" and entry.is_dir():
             shutil.rmtree(entry, ignore_errors=True)

@@ -72,6 +72,7 @@ class LayerMeasurement:
     effects: tuple[dict, ...] = ()  # entries of [model] effects
     notes: tuple[str, ...] = ()
     data_file: object = None  # path of the CSV
+    where: str = "model.effects"  # file and line of the effects, for complaints
 
     def group(self, one):
         """What is held out together with this set."""
@@ -107,7 +108,8 @@ def read_layers(file):
     hold_out = file.hold_out
     if hold_out == "group":
         hold_out = "campaign" if len({one.campaign for one in sets}) > 1 else "grid"
-    measurement = LayerMeasurement(file.title, test, sets, hold_out, file.effects, tuple(notes), file.data_file)
+    measurement = LayerMeasurement(file.title, test, sets, hold_out, file.effects, tuple(notes), file.data_file,
+                                   file.place("model.effects"))
     if hold_out != "none" and len(measurement.groups) < 2:
         measurement = replace(measurement, hold_out="none")
     return measurement

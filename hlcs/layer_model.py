@@ -21,7 +21,7 @@ from hlcs.runs import simulate
 from hlcs.store import Store, key_of
 from hlcs.sweep import settings_of
 from minibullet.errors import InputError
-from minibullet.user_files import read_bytes
+from minibullet.user_files import read_bytes, shown
 
 MEASURED = "measured.csv"  # copy of the data in a folder of results
 MOST_BYTES = 10_000_000  # of such a copy; a table of layers has some kilobytes
@@ -128,14 +128,19 @@ def model_of(measurement):
     model = LayerModel(measurement.test, (), source)
     for entry in measurement.effects:
         numbers = {key: value for key, value in entry.items() if key != "name"}
-        candidate = named(entry["name"], model.placement, measurement.sets)[0]
+        try:
+            candidate = named(entry["name"], model.placement, measurement.sets)[0]
+        except InputError as problem:
+            raise InputError(f"{measurement.where}: {problem}") from None
         if not numbers and candidate.switch:
             numbers = {candidate.number: candidate.trial}
         if set(numbers) != {candidate.number}:
-            raise InputError(f"model.effects: {candidate.name} needs one number, {candidate.number}; got {sorted(numbers)}")
+            raise InputError(f"{measurement.where}: {candidate.name} needs one number, {candidate.number}; got "
+                             f"{shown(sorted(numbers))}")
         value = numbers[candidate.number]
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-            raise InputError(f"model.effects: {candidate.name}.{candidate.number} = {value!r}; it must be a finite number")
+            raise InputError(f"{measurement.where}: {candidate.name}.{candidate.number} = {shown(repr(value))}; it must be a "
+                             "finite number")
         model = model.with_effect(candidate, value)
     return model
 
@@ -159,7 +164,7 @@ class Simulator:
             missing = {key: test for key, test in keyed.items() if key not in store}
             if missing:
                 self._run(missing, store, words, len(keyed) - len(missing))
-            found = [store.result(key_of(self._settings(test))) for test in tests]
+            found = work.results(store, [key_of(self._settings(test)) for test in tests])
         return [row["k"] for row in found]
 
     def _run(self, missing, store, words, held):

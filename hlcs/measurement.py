@@ -94,7 +94,7 @@ def read_measurement(path):
         if sum(len(one.times) for one in trials) > MOST_ROWS:
             raise InputError(f"{file.path}: more than {MOST_ROWS:,} rows in its recordings up to {name}; keep every n-th row of "
                              "each, or leave recordings out")
-    plausible.check_duration(trials, file.time_step)
+    plausible.check_duration(trials, file)
     plausible.refuse_copies(trials, [entry.file for entry in file.trials])
     static = None
     if file.static:

@@ -52,7 +52,9 @@ def keep(what):
 
 def _told(problem):
     """The exit status of what was raised, after its one line."""
-    if interrupts.seen() or isinstance(problem, KeyboardInterrupt) or _is(problem, "click.exceptions", "Abort"):
+    if _is(problem, "click.exceptions", "Abort"):  # which stands for Ctrl-C, and for any file that ended too early
+        problem = problem.__cause__ or problem
+    if interrupts.seen() or isinstance(problem, KeyboardInterrupt):
         return _complain("interrupted; nothing half done was left behind" + _stays(), 1)
     if _lost_output(problem):
         _to_nowhere(sys.stdout)

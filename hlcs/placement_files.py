@@ -206,4 +206,4 @@ def _at(file, key, make, *arguments, section="placement"):
     except InputError as problem:
         line = file.line_of(key, section) if key else None
         where = f"{file.path}, line {line}" if line else f"{Path(file.path)}"
-        raise InputError(f"{where}: {problem}") from None
+        raise InputError(f"{where}: {' '.join(str(problem).split())}") from None  # it may quote a text of several lines

@@ -17,7 +17,7 @@ class PlacementResult:
     test: the PlacementTest; readings: per layer the plates' heights above the bottom [m], NaN where the layer alone does not
     carry the plate at rest; poses: per layer (n, 7) positions [m] and orientations; records: how each layer came to rest;
     wall_seconds; carried_by: per layer and plate, in words, what carries it; aims: per layer (n, 2) where its units were aimed
-    in plan [m] (the last two empty in results of earlier versions).
+    in plan [m]; notices: what the engine had to tell, one line each (the last three empty in results of earlier versions).
 
     A layer on which no plate finds support has no height: it is NaN, and so is all that is reckoned from it.
     """
@@ -29,6 +29,7 @@ class PlacementResult:
     wall_seconds: float = 0.0
     carried_by: tuple = field(default=(), repr=False)
     aims: tuple = field(default=(), repr=False)
+    notices: tuple = field(default=(), repr=False)
 
     @cached_property
     def heights(self):
@@ -168,6 +169,7 @@ class PlacementResult:
                 {"layer": j, "height_over_dn": [_known(h) for h in heights / dn], "carried_by": list(words)}
                 for j, (heights, words) in enumerate(zip(self.readings, self.carried_by, strict=False), start=1)
             ],
+            "notices": list(self.notices),
             "settings": placement_table(test),
             "versions": files.versions(),
         }
@@ -236,7 +238,7 @@ class PlacementResult:
         if unsolved := sum(record.unsolved_steps for record in self.records):
             steps = sum(record.steps for record in self.records)
             found.append(f"{unsolved} of {steps} steps did not reach residual {self.test.tolerance:g}")
-        return found
+        return [*found, *self.notices]
 
     __str__ = summary
 

@@ -71,12 +71,14 @@ def check_effort(test):
                          f"{STRIDE * size / speed:.2g} s")
 
 
-def check_duration(trials, step):
-    """InputError where recordings are longer than can be computed in steps of that many seconds."""
+def check_duration(trials, file):
+    """InputError where recordings are longer than can be computed in steps of the experiment file's size."""
+    step = file.time_step
     seconds = sum(float(trial.times[-1] - trial.times[0]) for trial in trials)
     if seconds / step > MOST_STEPS:
-        raise InputError(f"model.time_step = {step:g} s: the recordings last {seconds:.4g} s, {seconds / step:.3g} steps, "
-                         f"at most {MOST_STEPS:.0e} are computed; take time_step >= {seconds / MOST_STEPS:.2g} s or cut them")
+        raise InputError(f"{file.path}: model.time_step = {step:g} s: the recordings last {seconds:.4g} s, which is "
+                         f"{seconds / step:.3g} steps; at most {MOST_STEPS:.0e} are computed: take time_step >= "
+                         f"{seconds / MOST_STEPS:.2g} s, or cut them")
 
 
 def acceleration(trial, axis, pieces=8, least=6):

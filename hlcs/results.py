@@ -37,7 +37,7 @@ def write_placement(result, folder):
         write_pictures(result, place)
         write_report(result, place)
 
-    files.keep(write, folder, result.to_dict())
+    files.keep(write, folder, files.to_json(result.to_dict()))
 
 
 def write_numbers(result, folder):
@@ -80,10 +80,11 @@ def load_placement(folder):
                                     **{name: row[name] for name in LATER_FIELDS if name in row})
                         for j, row in enumerate(values["records"], start=1))
         carried_by = tuple(tuple(row["carried_by"]) for row in values.get("plates", ()))
+        notices = tuple(map(str, values.get("notices", ())))
         seconds = float(values["wall_seconds"])
         numbers = RECORD_FIELDS[1:] + LATER_FIELDS
         if len(records) != test.layers or not all(is_number(getattr(r, name)) for r in records for name in numbers):
             raise ValueError(f"'records' must tell of {test.layers} layers, in numbers")
     except (LookupError, ValueError, TypeError, OverflowError, RecursionError) as problem:
         raise InputError(f"folder '{folder}': not a whole placement result ({problem}); run the test again") from None
-    return PlacementResult(test, readings, poses, records, seconds, carried_by, aims)
+    return PlacementResult(test, readings, poses, records, seconds, carried_by, aims, notices)

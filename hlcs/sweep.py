@@ -61,17 +61,22 @@ def read_sweep_file(path, allow_outside=False):
             file.fail(name, f"must be a list of one value or more, got {shown_value(values)}", "sweep")
         if name in file.values.get("placement", {}):
             file.fail(name, "stands under [placement] too; leave one of the two out", "sweep")
-        for value in values if name != "layers" else ():
-            check_value(file, "sweep", name, with_bottom({name: value}, file, "sweep")[name])
     count = int(np.prod([len(values) for values in table.values()], dtype=float))
     if count > MOST_RUNS:
         raise InputError(f"{file.path}: {count} runs; at most {MOST_RUNS}: shorten a list of [sweep]")
+    read = {**table}
+    if "bottom" in table:  # a survey is read once, not for every run
+        bottoms = {word: with_bottom({"bottom": word}, file, "sweep")["bottom"] for word in map(str, table["bottom"])}
+        read["bottom"] = [bottoms[str(word)] for word in table["bottom"]]
+    for name, values in read.items():
+        for value in values if name != "layers" else ():
+            check_value(file, "sweep", name, value)
     base = checked_table(file)
     runs = list(itertools.product(*table.values()))
     tests = []
-    for run in runs:
+    for run, settings in zip(runs, itertools.product(*read.values()), strict=True):
         try:
-            tests.append(make_placement({**base, **with_bottom(dict(zip(table, run, strict=True)), file, "sweep")}))
+            tests.append(make_placement({**base, **dict(zip(table, settings, strict=True))}))
         except InputError as problem:
             words = ", ".join(f"{name} = {shown_value(value)}" for name, value in zip(table, run, strict=True))
             raise InputError(f"{file.path}: the run with {words}: {problem}") from None
@@ -100,8 +105,8 @@ def run_sweep(sweep, store_path, workers=None, dask=None, progress=None):
         held = len(tests) - len(missing)
         done = progress(len(tests), held) if progress else None
         ran = work.finish(store, missing, run_one, settings_of, workers, dask, done, held)
-        rows = [dict(zip(sweep.names, values, strict=True)) | store.result(key_of(settings_of(test)))
-                for test, values in zip(sweep.tests, sweep.values, strict=True)]
+        found = work.results(store, [key_of(settings_of(test)) for test in sweep.tests])
+    rows = [dict(zip(sweep.names, values, strict=True)) | row for values, row in zip(sweep.values, found, strict=True)]
     return {"rows": rows, "ran": ran, "kept": len(tests) - ran, "told": told}
 
 
@@ -164,7 +169,7 @@ def write_sweep(sweep, outcome, folder):
         for name, text in texts.items():
             files.write_text(place / name, text)
 
-    files.keep(write, folder, found)
+    files.keep(write, folder, texts["sweep.json"])
 
 
 def _row(result):

@@ -32,8 +32,7 @@ def finish(store, tests, function, settings_of, workers=None, dask=None, done=No
                 done and done()
         except RunError as problem:
             total = held + len(tests)
-            raise RunError(f"{problem}; {total - len(waiting)} of {total} runs are kept in '{store.path}', and the same command, "
-                           "typed again, goes on from there", problem.result) from None
+            raise _kept(problem, store, total - len(waiting), total) from None
         for key in [key for key in waiting if key in store]:
             del waiting[key]
             done and done()
@@ -41,6 +40,20 @@ def finish(store, tests, function, settings_of, workers=None, dask=None, done=No
             interrupts.check()
             time.sleep(PAUSE)
     return ran
+
+
+def results(store, keys):
+    """What the store holds of these runs, which have all been finished."""
+    try:
+        return [store.result(key) for key in keys]
+    except RunError as problem:
+        raise _kept(problem, store, len(set(keys)), len(set(keys))) from None
+
+
+def _kept(problem, store, count, total):
+    """The RunError `problem` with what is kept of the work and how to go on."""
+    return RunError(f"{problem}; {count} of {total} runs are kept in '{store.path}', and the same command, typed again, goes on "
+                    "from there", problem.result)
 
 
 def told(store, keys):

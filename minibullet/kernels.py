@@ -3,9 +3,54 @@
 ``kernel`` compiles a function of numbers and arrays. ``leaf`` does the same for a function that makes no arrays, and calls only
 such functions: it takes part in no reference counting, which can cost a small function that is handed rows of arrays more
 than its arithmetic. Numba keeps that option to itself (`_nrt`); without it everything runs the same, more slowly.
+
+Compiled code is kept on disk, in a folder named after the hash of this package. Numba alone asks only whether the file of the
+kernel itself has changed: after an upgrade it would run the new step with a function of the old one inside.
 """
 
-from numba import njit
+import hashlib
+import os
+import shutil
+from functools import cache
+from pathlib import Path
 
-kernel = njit(cache=True)
-leaf = njit(cache=True, _nrt=False)
+import numba
+
+KEPT = 3  # folders of compiled code that stay: of this version, and of others whose programs may still run
+
+
+def kernel(function, **options):
+    """The function, compiled when it is first called; its compiled code is kept for later runs."""
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = _folder(before)
+    try:
+        return numba.njit(cache=True, **options)(function)
+    finally:
+        numba.config.CACHE_DIR = before
+
+
+def leaf(function):
+    """The same for a function that makes no arrays."""
+    return kernel(function, _nrt=False)
+
+
+@cache
+def _folder(chosen):
+    """Where compiled code is kept: in the folder that NUMBA_CACHE_DIR chose; else beside this file or, where nothing can be
+    written, in the user's cache. Where neither can be, it is left to Numba."""
+    package, digest = Path(__file__).resolve().parent, hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        digest.update(path.read_bytes())
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    for place in [Path(chosen)] if chosen else [package / "__pycache__", Path(home, "minibullet")]:
+        folder = place / f"kernels-{digest.hexdigest()[:16]}"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            os.utime(folder)
+            others = sorted(place.glob("kernels-*"), key=lambda other: other.stat().st_mtime)
+        except OSError:
+            continue
+        for old in others[:-KEPT]:
+            shutil.rmtree(old, ignore_errors=True)
+        return str(folder)
+    return chosen

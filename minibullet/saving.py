@@ -71,7 +71,7 @@ def shape_from_dict(data):
         return ConvexPiece(data["vertices"], data["radius"])
     if kind == "compound" and set(data) == {"parts"} and isinstance(data["parts"], list):
         return shapes.Compound(tuple(shape_from_dict(part) for part in data["parts"]))
-    if kind in SIMPLE and set(data) == {field.name for field in dataclasses.fields(SIMPLE[kind])}:
+    if isinstance(kind, str) and kind in SIMPLE and set(data) == {field.name for field in dataclasses.fields(SIMPLE[kind])}:
         if all(is_number(value) for value in data.values()):
             return SIMPLE[kind](**data)
     raise InputError(f"a shape of kind {shown_value(kind)} with {', '.join(data)[:80] or 'nothing'}; there is none such")

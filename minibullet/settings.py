@@ -48,6 +48,8 @@ class Settings:
                 rule, words = rules[field.name]
                 if not isinstance(value, (int, float)) or not is_number(value) or not rule(value):
                     raise InputError(f"settings: {field.name} = {shown_value(value)}; it {words}")
+                # kernels are compiled for types: 1 where 1.0 is meant would compile them all again
+                object.__setattr__(self, field.name, type(field.default)(value))
         for name, allowed in (("damping_law", ("bullet", "per_step")), ("solver", SOLVERS)):
             if getattr(self, name) not in allowed:
                 raise InputError(f"settings: {name} = {getattr(self, name)!r}; it must be one of {', '.join(allowed)}")

@@ -67,3 +67,26 @@ def test_file_without_effects_or_missing_is_refused(tmp_path):
         effects.load_effects(written(tmp_path, "x = 1\n"))
     with pytest.raises(InputError, match="No such file"):
         effects.load_effects(tmp_path / "nothing.py")
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("import sys\nsys.exit(0)\n", ":2: SystemExit"), ("raise BaseException('stop')\n", ":1: BaseException: stop"),
+    ("def f(): f()\nf()\n", ":1: RecursionError"), ("x = " + "(" * 3000 + ")" * 3000 + "\n", ":1: "),
+    (GOOD.replace("    def forces", "    def __post_init__(self):\n        raise OSError('no')\n    def forces"), "OSError: no"),
+    (GOOD.replace("wrench = -self.rate", "raise SystemExit(0); wrench = -self.rate"), ":9: SystemExit"),
+    (HEAD + "Made = type('Made', (mb.Effect,), {'__module__': __name__})\n", "Made"),
+])
+def test_a_file_that_ends_the_program_or_breaks_in_any_other_way_is_refused_by_line(tmp_path, text, message):
+    path = written(tmp_path, text)
+    with pytest.raises(InputError) as caught:
+        effects.load_effects(path)
+    assert str(caught.value).startswith(f"{path}:") and message in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_file_that_is_no_regular_file_is_refused_unread(tmp_path):
+    (tmp_path / "loop.py").symlink_to(tmp_path / "loop.py")
+    with open(tmp_path / "long.py", "wb") as file:
+        file.truncate(2_000_000)
+    for name, message in (("loop.py", "symbolic links"), (".", "folder"), ("a" * 300 + ".py", "too long"), ("long.py", "1 MB")):
+        with pytest.raises(InputError, match=message):
+            effects.load_effects(tmp_path / name)

@@ -6,6 +6,7 @@ A mutant is loaded and stepped three times in a process of its own kind, so that
 """
 
 import argparse
+import copy
 import io
 import json
 import struct
@@ -217,13 +218,13 @@ def edit_json(generator, header):
         if way == 0:
             del node[place]
         elif way == 1 and isinstance(node, list):
-            node.append(node[place])
+            node.append(copy.deepcopy(node[place]))
         elif way == 2 and isinstance(node, dict):
             node["other"] = 1
         elif way == 3 and isinstance(node[place], int | float) and not isinstance(node[place], bool):
             node[place] = -node[place]
         else:
-            node[place] = JSON_VALUES[generator.integers(len(JSON_VALUES))]
+            node[place] = copy.deepcopy(JSON_VALUES[generator.integers(len(JSON_VALUES))])
         return
 
 

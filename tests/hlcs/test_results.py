@@ -1,5 +1,6 @@
 """Results on disk: what is written, that it loads to the same numbers, that it repeats the run."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -18,6 +19,12 @@ def test_a_folder_holds_everything_and_no_half_files(folder):
     names = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
     assert names == {"layers.csv", "result.json", "report.html", "scene.glb", "structure.png", "poses.npz", "settings.toml"}
     assert not list(folder.parent.glob("*.partial"))
+
+
+def test_what_the_engine_had_to_tell_is_shown_and_kept(small_result, tmp_path):
+    told = dataclasses.replace(small_result, notices=("step 1: bodies overlap",))
+    assert "step 1: bodies overlap" in told.summary()
+    assert PlacementResult.load(told.save(tmp_path / "told")).notices == told.notices
 
 
 def test_a_loaded_result_is_the_saved_one(folder, small_result):

@@ -231,6 +231,7 @@ CHANGED_HEADERS = {
     "record no dictionary": (lambda h: h["records"].__setitem__(0, 3), "record 3"),
     "a record less": (lambda h: h["records"].pop(), "records"),
     "shape unknown": (lambda h: h["shapes"].__setitem__(0, {"kind": "torus"}), "torus"),
+    "shape of a list": (lambda h: h["shapes"].__setitem__(0, {"kind": [], "radius": 1.0}), "shape of kind"),
     "shape with a NaN": (lambda h: h["shapes"].__setitem__(0, {"kind": "sphere", "radius": np.nan}), "shape of kind"),
     "sphere of 1e300 m": (lambda h: h["shapes"].__setitem__(0, {"kind": "sphere", "radius": 1e300}), "volume"),
     "vertices of text": (lambda h: h["shapes"].__setitem__(0, {"kind": "convex", "vertices": "x", "radius": 0}), "vertices"),

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 import minibullet as mb
@@ -51,3 +52,10 @@ def test_a_world_takes_only_settings():
     """A dict or a number in their place is refused by name."""
     with pytest.raises(mb.InputError, match="must be a Settings value"):
         mb.World(settings={"friction": 0.5})
+
+
+def test_whole_numbers_are_numbers():
+    """1 and 1.0 are one setting, and of one type: kernels would be compiled again for another."""
+    given = mb.Settings(time_step=1, friction=np.float64(1), iterations=50.0)
+    assert given == mb.Settings(time_step=1.0, friction=1.0, iterations=50)
+    assert [type(getattr(given, name)) for name in ("time_step", "friction", "iterations")] == [float, float, int]

@@ -1,0 +1,30 @@
+"""Compiled code is kept for later runs, and never outlives the code that it was made of."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import minibullet
+
+KERNELS = Path(minibullet.__file__).parent / "kernels.py"
+
+
+def test_a_kernel_is_compiled_again_when_a_function_that_it_calls_changes_in_another_file(tmp_path):
+    """Numba alone looks at the kernel's own file only: it would go on with the old function inside."""
+    package = tmp_path / "minibullet"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    shutil.copy(KERNELS, package)
+    (package / "outer.py").write_text("from minibullet.inner import add\nfrom minibullet.kernels import kernel\n\n\n"
+                                      "@kernel\ndef double(x):\n    return 2.0 * add(x)\n")
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA")}
+    for added, answer in ((1, "4.0"), (2, "6.0"), (1, "4.0")):
+        (package / "inner.py").write_text("from minibullet.kernels import leaf\n\n\n"
+                                          f"@leaf\ndef add(x):\n    return x + {added}.0\n")
+        program = "from minibullet.outer import double; print(double(1.0), sum(double.stats.cache_hits.values()))"
+        done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env=environment, capture_output=True, text=True)
+        assert done.stdout.split()[0] == answer, done.stderr
+    assert done.stdout.split()[1] == "1"  # the third run found what the first one had kept
+    assert len(list(package.glob("__pycache__/kernels-*"))) == 2
