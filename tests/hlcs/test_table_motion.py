@@ -36,8 +36,9 @@ def test_outcomes_are_those_of_the_closed_form(case, tmp_path):
     outcome = case.split(" ")[0]
     lines = [",".join(f"{x:.10g}" for x in row) + "\n" for row in rows]
     (tmp_path / "o.csv").write_text(f"{columns},{outcome}\n" + "".join(lines))
-    (tmp_path / "e.toml").write_text('kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.05\nmass = 0.5\n[surroundings]\n'
-                                     'fluid_density = 0.0\nfloor = { height = 0.0 }\n[measurement]\nfile = "o.csv"\nnoise = 0.001\n')
+    (tmp_path / "e.toml").write_text('kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.05\nmass = 0.5\n'
+                                     '[surroundings]\nfluid_density = 0.0\nfloor = { height = 0.0 }\n'
+                                     '[measurement]\nfile = "o.csv"\nnoise = 0.001\n')
     frame = hlcs.compare(tmp_path / "e.toml").to_dataframe()
     assert len(frame) == len(rows)
     np.testing.assert_allclose(frame["residual"], 0, atol=1e-5 * max(row[-1] for row in rows))
