@@ -3,6 +3,7 @@
     print(hlcs.compare(result, hlcs.laboratory("table2", grid="TPG")))
 """
 
+import html
 from dataclasses import dataclass
 
 import numpy as np
@@ -107,7 +108,7 @@ class LayerComparison:
     __str__ = summary
 
     def _repr_html_(self):
-        return f"<p>{self.title}</p>" + self.to_dataframe().to_html(index=False)
+        return f"<p>{html.escape(self.title)}</p>" + self.to_dataframe().to_html(index=False)
 
     def plot(self, ax=None):
         """Both against the layer, with error bars; returns the Axes."""
