@@ -5,7 +5,7 @@ STARTS = ("=", "+", "-", "@", "\t", "\r")  # what spreadsheets take for the begi
 
 def csv_text(frame):
     """The CSV text of a DataFrame without its index; a word that would be a formula gets an apostrophe before it."""
-    words = {name: frame[name].map(_shown) for name in frame.select_dtypes(object)}
+    words = {name: frame[name].map(_shown) for name in frame if frame[name].dtype.kind not in "biuf"}
     return frame.assign(**words).rename(columns=_shown).to_csv(index=False)
 
 
