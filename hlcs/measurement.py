@@ -80,6 +80,7 @@ def read_measurement(path):
     file = path if isinstance(path, ExperimentFile) else read_experiment_file(path)
     if file.kind == "outcomes":
         table, notes = read_outcomes(file.data_file)
+        plausible.check_falls(table, file.surroundings.gravity)
         return Measurement(file, (), None, table, tuple(notes))
     notes, trials = [], []
     names = _short_names([entry.file for entry in file.trials])

@@ -26,7 +26,7 @@ USUAL = {
 }
 FEET = 0.3048  # m
 TOO_FAST = 1.5  # free falls faster than so many g are told: no shipped effect makes a body fall so fast
-MOST_STEPS = 10_000_000  # of a layer, or of all recordings: a step of the smallest test takes 0.1 ms, so 20 minutes at the least
+MOST_STEPS = 10_000_000  # of a layer, or of all recordings: a step of the smallest test takes 0.4 ms, so an hour at the least
 MOST_UNITS = 100_000  # of a test: 1,500 units take a minute or more, so a day
 STRIDE = 0.5  # of its size that a body may fall through in a step: beyond that two can pass through each other unseen
 
@@ -122,11 +122,24 @@ def check_units(trial, path):
             raise InputError(f"{path}, column z_m: apparent acceleration {-a:.3g} m/s2 in free flight; units that cannot be "
                              "right: lengths in m, times in s")
         if a + 4 * error < -TOO_FAST * gravity:
-            in_feet = 0.8 * gravity <= -a * FEET <= 1.05 * gravity  # air may brake it by a fifth
-            warnings.warn(f"{path}, column z_m: falls with {-a:.3g} m/s2 where gravity is {gravity:.3g} m/s2; lengths are in m"
-                          + (", are these in feet?" if in_feet else ", times in s"), InputWarning, stacklevel=2)
+            _tell_fall(f"{path}, column z_m", -a, gravity)
         if floor is None and duration > 120 and trial.surroundings.fluid_density < LIQUID:
             raise InputError(f"{path}, column t_s: free flight of {duration:.4g} s; units that cannot be right: times in s")
+
+
+def check_falls(table, gravity):
+    """Warn where bodies let go fall faster than gravity pulls: heights and times of an OutcomeTable in other units."""
+    if gravity > 1 and table.outcome == "fall_time_s" and "height_m" in table.inputs:
+        falls = float(np.median(2 * table.inputs["height_m"] / np.maximum(table.values, 1e-9) ** 2))
+        if falls > TOO_FAST * gravity:
+            _tell_fall(f"{table.file}, columns height_m and fall_time_s", falls, gravity)
+
+
+def _tell_fall(where, falls, gravity):
+    """Warn of a fall that is too fast; air may have braked one in feet by a fifth."""
+    units = "are these in feet?" if 0.8 * gravity <= falls * FEET <= 1.05 * gravity else "times in s"
+    warnings.warn(f"{where}: a fall of {falls:.3g} m/s2 where gravity is {gravity:.3g} m/s2; lengths are in m, {units}",
+                  InputWarning, stacklevel=3)
 
 
 def check_clock(trial, path):

@@ -10,6 +10,7 @@ import json
 import tomllib
 from pathlib import Path
 
+from hlcs.files import write_bytes
 from minibullet.errors import InputError
 
 FOLDER = Path(__file__).resolve().parent / "data"
@@ -40,9 +41,8 @@ def copy(name, out):
         target = out / file.name
         if target.exists() and target.read_bytes() != file.read_bytes():
             raise InputError(f"{target}: exists with other content; give an empty folder for the data set '{name}'")
-    out.mkdir(parents=True, exist_ok=True)
     for file in files:
-        (out / file.name).write_bytes(file.read_bytes())
+        write_bytes(out / file.name, file.read_bytes())
     return out / "experiment.toml"
 
 

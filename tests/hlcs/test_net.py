@@ -192,9 +192,19 @@ def test_settings_that_are_hardly_meant_are_told_in_one_line(hlcs, option, value
 def test_recordings_in_feet_are_told(hlcs, tmp_path):
     experiment(tmp_path, recording=fall(9.81 / 0.3048))
     status, _, errors = hlcs("compare", "e.toml")
-    assert status == 0 and re.fullmatch(r"hlcs: warning: a.csv, column z_m: falls with 32.2 m/s2 .+ in feet\?\n", errors)
+    assert status == 0 and re.fullmatch(r"hlcs: warning: a.csv, column z_m: a fall of 32.2 m/s2 .+ in feet\?\n", errors)
     experiment(tmp_path)
     assert hlcs("compare", "e.toml")[2] == ""
+
+
+def test_fall_times_over_heights_in_feet_are_told(hlcs, tmp_path):
+    (tmp_path / "e.toml").write_text('kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\n'
+                                     'file = "t.csv"\n')
+    for unit, words in ((0.3048, r"hlcs: warning: t.csv, columns .+ a fall of 32.2 m/s2 .+ in feet\?\n"), (1.0, "")):
+        rows = [f"{h / unit},{(2 * h / 9.81) ** 0.5 + e}" for h in (0.5, 1.0, 2.0) for e in (0.0, 0.001, -0.001)]
+        (tmp_path / "t.csv").write_text("\n".join(["height_m,fall_time_s", *rows, ""]))
+        status, _, errors = hlcs("compare", "e.toml")
+        assert status == 0 and re.fullmatch(words, errors)
 
 
 def test_every_usual_range_has_a_unit_and_a_reason_and_holds_the_default():

@@ -93,6 +93,12 @@ def test_names_of_no_file_are_refused_by_line(tmp_path, name, key):
     assert ("line 6" if key == "file" else "line 4") in said and said.isprintable()
 
 
+@pytest.mark.parametrize("value", ["{}", "{ slope = 1 }", "[]", "3", "1979-05-27", "true"])
+def test_a_bottom_that_is_no_text_is_refused_by_line(tmp_path, value):
+    assert "line 2" in refusal(tmp_path, f"[placement]\nbottom = {value}\n", read_placement_file)
+    assert "e.toml" in refusal(tmp_path, f"[sweep]\nbottom = [{value}]\n", read_sweep_file)
+
+
 def test_the_nearest_name_is_found_from_the_beginning_of_a_long_one():
     assert nearest("radius" + "s" * 1_000_000, ["mass", "radius"]) == "radius"
 
