@@ -2,20 +2,26 @@
 
 Python raises KeyboardInterrupt wherever the program happens to be. Inside a callback that a C library makes, such as the
 compiler's as it reads its cache, nobody can pass it on: it is printed and forgotten, and the run goes on; in an import it may
-come out as an error of another name. So the command remembers it here, and long work asks at safe places.
+come out as an error of another name. So the command remembers it here and raises it again a moment later; and where what is
+finished is about to be put in place, the work asks.
 """
 
+import _thread
 import signal
 import sys
 import threading
 from contextlib import contextmanager
 
+AGAIN = 0.05  # after so long one that was lost is raised once more: the callback is over [s]
+
 _seen = threading.Event()
+_lost = threading.Event()  # it was raised, and nobody could pass it on
 
 
 def listen():
     """Remember Ctrl-C from now on, besides raising KeyboardInterrupt; of one that gets lost in a callback nothing is printed."""
     _seen.clear()
+    _lost.clear()
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGINT, _interrupt)
         sys.unraisablehook = _unraisable
@@ -33,6 +39,7 @@ def held_off():
         yield
         return
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _lost.clear()
     try:
         yield
     finally:
@@ -58,6 +65,7 @@ def kept_from_children():
 def check():
     """KeyboardInterrupt where one was lost."""
     if _seen.is_set():
+        _lost.clear()
         raise KeyboardInterrupt
 
 
@@ -69,3 +77,17 @@ def _interrupt(number, frame):
 def _unraisable(what):
     if not issubclass(what.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(what)
+        return
+    _lost.set()
+    again = threading.Timer(AGAIN, _once_more)
+    again.daemon = True
+    again.start()
+
+
+def _once_more():
+    if _lost.is_set():
+        _lost.clear()
+        if hasattr(signal, "pthread_kill"):  # a real one ends a wait, too
+            signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+        else:
+            _thread.interrupt_main()
