@@ -128,7 +128,8 @@ class Problem:
                         t[k].append(move)
         s = [np.column_stack(columns) if columns else np.zeros((len(raw[k]), 0)) for k, columns in enumerate(s)]
         t = [np.column_stack(moves) if moves else np.zeros((n[k].shape[1], 0)) for k, moves in enumerate(t)]
-        return Linear(raw, r, n, s, t)
+        kept = [(position.copy(), turn.copy()) for position, turn in answers[:len(which)]]  # they are parts of the whole batch
+        return Linear(raw, r, n, s, t, kept)
 
     @property
     def difference(self):

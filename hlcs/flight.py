@@ -11,6 +11,9 @@ import numpy as np
 from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.effects import AddedMass, contract
+from minibullet.geometry import turn, turn_back
+from minibullet.integration import posture
+from minibullet.kernels import leaf
 
 STIFF, SHORTEST = 1.0, 2e-3  # h |da/dv| above which steps are too long [-], and a step that is not cut any more [s]
 JUMP = 60.0  # a mean acceleration over one step that only an impact gives [m/s2]
@@ -61,6 +64,20 @@ class Track(NamedTuple):
         return position, orientation
 
 
+@leaf
+def euler(rotation, spin, torque, inertia, faster):
+    """Fill in the angular accelerations (n, 3) of free bodies: Euler's equations in the principal axes of each.
+
+    rotation: body axes to world axes (n, 3, 3); spin, torque, faster: along the world's axes (n, 3); inertia: principal (n, 3).
+    """
+    for n in range(len(spin)):
+        a, b, c = turn_back(rotation[n], spin[n, 0], spin[n, 1], spin[n, 2])
+        x, y, z = turn_back(rotation[n], torque[n, 0], torque[n, 1], torque[n, 2])
+        i, j, k = inertia[n, 0], inertia[n, 1], inertia[n, 2]
+        faster[n, 0], faster[n, 1], faster[n, 2] = turn(
+            rotation[n], (x + (j - k) * b * c) / i, (y + (k - i) * c * a) / j, (z + (i - j) * a * b) / k)
+
+
 def fly(bodies: Bodies, effects, duration, step) -> Track:
     """Fly n bodies for `duration` [s] under the effects (gravity among them), in equal steps of at most `step` [s].
 
@@ -87,14 +104,17 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
             total += effect.forces(state, time)
         if added is None and isotropic:
             return total[:, :3] / heavy, total[:, 3:] / bodies.inertia
-        turn = rotations.matrix(q)
-        inertia = np.einsum("nij,nj,nkj->nik", turn, bodies.inertia, turn)
+        axes = posture(q)
+        if added is None:
+            faster = np.empty((n, 3))
+            euler(axes, w, total[:, 3:], bodies.inertia, faster)
+            return total[:, :3] / heavy, faster
+        inertia = np.einsum("nij,nj,nkj->nik", axes, bodies.inertia, axes)
         total[:, 3:] -= rotations.cross(w, np.einsum("nij,nj->ni", inertia, w))
         mass = np.zeros((n, 6, 6))
         mass[:, [0, 1, 2], [0, 1, 2]] = heavy
         mass[:, 3:, 3:] = inertia
-        if added is not None:
-            mass += contract.added_mass(effects, state)
+        mass += contract.added_mass(effects, state)
         acceleration = np.linalg.solve(mass, total[:, :, None])[:, :, 0]
         return acceleration[:, :3], acceleration[:, 3:]
 

@@ -263,6 +263,20 @@ def _spread(deviance, best, free):
     return covariance
 
 
+def lower_factor(covariance):
+    """Lower L with L L^T a covariance (n, n), zero columns where it is singular: what was given has no share in any draw.
+
+    The Cholesky factor is unique and changes as little as the covariance does. The signs of singular vectors do not: with them
+    the last bit of a covariance, which differs from processor to processor, would choose other draws.
+    """
+    lower, left = np.zeros_like(covariance), np.array(covariance, dtype=float)
+    for k in range(len(left)):
+        if left[k, k] > 1e-12 * covariance[k, k]:  # below: rounding of what the numbers before it already tell
+            lower[k:, k] = left[k:, k] / np.sqrt(left[k, k])
+            left -= np.outer(lower[:, k], lower[:, k])
+    return lower
+
+
 def polynomials(times, degree):
     """Legendre polynomials of degree 0..degree over the span of the times, (n, degree + 1)."""
     middle, half = (times[0] + times[-1]) / 2, max((times[-1] - times[0]) / 2, 1e-12)

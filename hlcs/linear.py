@@ -31,6 +31,7 @@ class Linear:
     n: list
     s: list
     t: list | None = None  # what the starts do along with each parameter in S, per unit of it (unknowns_i, p)
+    answers: list | None = None  # the runs that `raw` was read from: (position (n, 3), orientation (n, 4)) each
 
     @cached_property
     def bases(self):

@@ -52,7 +52,7 @@ class Noise:
         """Function (index, count) -> white noise of a recording (n, count) as it may be, given what is not known of the noise."""
         generator = np.random.default_rng(12345)  # a fixed stream of its own: the verdict never depends on the user's seed
         known = [kind or Correlated(1.0, 0.0, 0.0, 1.0, np.zeros((3, 3))) for kind in (self.positions, self.orientations)]
-        shifts = [generator.multivariate_normal(np.zeros(3), kind.covariance, size=PERTURBATIONS, method="svd") for kind in known]
+        shifts = [generator.standard_normal((PERTURBATIONS, 3)) @ inference.lower_factor(kind.covariance).T for kind in known]
 
         filters = {}  # (kind, set of noise parameters, times) -> Filter
 

@@ -35,9 +35,10 @@ def pieces(problem, model):
         short, sentences = awake(trial, problem.noise)
         work.append((short, start_time, on_floor))
         notes += sentences
-    grown = growth(problem, model)
+    short = _problem(problem, model, work) if notes else problem  # what is left out need not be simulated
+    grown = growth(short, model)
     if grown.max() <= GROWTH:
-        return (_problem(problem, model, work), notes) if notes else (problem, [])
+        return short, notes
     while work:
         following = []
         for entry, much in zip(work, grown, strict=True):

@@ -1,11 +1,12 @@
 """From the recordings of an experiment file to a fitted model: the problem set up, the noise known, odd samples set aside."""
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
 from minibullet import rotations
-from minibullet.errors import InputError
+from minibullet.errors import InputError, InputWarning
 
 from . import inference
 from .budget import cut
@@ -16,7 +17,7 @@ from .measurement import Measurement
 from .model import Model
 from .noise import Noise, estimate_noise
 from .phases import PHASES, phases
-from .pieces import cut_again, pieces, said
+from .pieces import awake, cut_again, pieces, said
 from .shooting import shot_again
 from .shots import Shots, carried_on
 from .solids import solid
@@ -25,6 +26,10 @@ FINEST = 1 / 2000  # no step is halved below this [s]
 SHORTER = (1 / 2, 1 / 4, 1 / 8)  # of the step of the search: with them final numbers are looked at
 WORSE = 3.0  # units of chi2 by which a fit at a shorter step may be worse
 STILL = 0.02  # RMS by which a finer step may move the prediction [sigma]
+LONG = 5000  # steps of a run through contacts (0.5 s) beyond which longer steps are tried first
+LONGEST = 1 / 15  # step of such a run [s]: in a longer one a model of some centimetres falls by its own size
+RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a comparison is told to cost
+A_STEP = 1e-4  # what a step of such runs costs [s]
 
 
 @dataclass(frozen=True)
@@ -130,15 +135,60 @@ def prepare(measurement: Measurement, own=(), noise=None):
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     for trial in trials[:1]:
         model.changes(trial.surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
-    times = start_times(trials)
-    seated = [contact and starts_seated(trial, noise) for trial in trials]
     above = [trial.name for trial in trials if seen_from_above(trial)]
     if above:
         notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))
-    problem = Problem(trials, noise, Shots(model, trials, times, contact, seated=seated))
-    if contact:
-        problem, sentences = pieces(problem, model)
-        notes += sentences
+    problem, base, shift, sentences = in_long_steps(measurement, noise, model) if contact else (None, None, 0.0, [])
+    if problem is None:
+        problem, base, shift, sentences = fitted(posed(measurement, noise, model, contact), model)
+    if shift > 0.1:
+        sentences.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
+    return Prepared(measurement, noise, problem, base, contact, (*notes, *sentences), shift)
+
+
+def posed(measurement, noise, model, contact, step=None):
+    """The Problem of all recordings as they are read; step: of the simulation [s], None = the model's."""
+    trials = measurement.trials
+    seated = [contact and starts_seated(trial, noise) for trial in trials]
+    return Problem(trials, noise, Shots(model, trials, start_times(trials), contact, step, seated))
+
+
+def in_long_steps(measurement, noise, model):
+    """What `fitted` gives of recordings with contacts that last long, in steps as long as LONG of them need, where the
+    prediction stands still in these; (None, None, 0, []) where it does not, or where no recording is so long.
+
+    A body that rolls or slides for minutes moves smoothly, and no step of 1/240 s is needed to follow it. One that hits, tips or
+    sticks on its way does not stand still in steps so long, and is computed in the model's own.
+    """
+    none = None, None, 0.0, []
+    span = max(float(np.ptp(awake(trial, noise)[0].times)) for trial in measurement.trials)
+    step = min(model.time_step * 2.0 ** np.ceil(np.log2(span / (LONG * model.time_step))), LONGEST)
+    if step <= model.time_step:
+        return none
+    try:
+        problem, base, shift, sentences = fitted(posed(measurement, noise, model, True, step), model)
+        if shift < STILL and not cut(problem):
+            steps = " and ".join(f"{one:.3g} s" for one in problem.shots.pair or (step,))
+            sentences.append(f"numerics: motion of {span:.3g} s is computed in steps of {steps} where the file says "
+                             f"{model.time_step:.3g} s: shorter ones move the prediction by {shift:.1g} sigma only")
+            return problem, base, shift, sentences
+    except InputError:
+        pass  # not so in the model's own steps, or told from there
+    count = span / model.time_step
+    warnings.warn(f"{measurement.file.path}: a motion of {span:.4g} s with contacts takes {count:.3g} steps, and does not stand "
+                  f"still in longer ones: {RUNS} runs, for one fit, take {RUNS * count * A_STEP / 60:.2g} min, a search many "
+                  "times that; keep the seconds that matter of each recording", InputWarning, stacklevel=2)
+    return none
+
+
+def fitted(problem, model):
+    """(Problem, its fit, by how much halving the step still moves it [sigma], sentences) of the model under test.
+
+    The Problem is another where recordings were cut into pieces, rest at the end or isolated samples left out.
+    """
+    notes = []
+    if problem.shots.contact:
+        problem, notes = pieces(problem, model)
     base = problem.fit(model)
     if cut(problem):
         base = shot_again(problem, base)
@@ -153,9 +203,7 @@ def prepare(measurement: Measurement, own=(), noise=None):
         base = problem.fit(model, base.starts)
         notes += set_aside(trials, flags)
     base, shift = refine(problem, base)
-    if shift > 0.1:
-        notes.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
-    return Prepared(measurement, noise, problem, base, contact, tuple(notes), shift)
+    return problem, base, shift, notes
 
 
 def isolated(trial, recording, raw):
@@ -197,7 +245,7 @@ def refine(problem, base):
             for k, (a, b) in enumerate(zip(one, other, strict=True))]) ** 2)))
 
     while True:
-        runs = {share: shots.simulate(base.model, base.starts, owner, time_step=shots.step * share) for share in (1, 0.5)}
+        runs = {1: base.linear.answers, 0.5: shots.simulate(base.model, base.starts, owner, time_step=shots.step / 2)}
         shift = moved(runs[1], runs[0.5])
         if shift < STILL or not shots.contact and shots.step / 2 < FINEST:
             return base, shift
@@ -251,7 +299,7 @@ def recording_scale(recording):
 
 def observations(problem, fit):
     """Table of all observations as arrays: trial, channel, phase, time, height, speed, residual, in sigma, white (n,) each."""
-    answers = problem.shots.simulate(fit.model, fit.starts, np.arange(len(problem.trials)))
+    answers = fit.linear.answers or problem.shots.simulate(fit.model, fit.starts, np.arange(len(problem.trials)))
     white = fit.linear.projected[0]
     columns = {}
     for k, (recording, (position, orientation)) in enumerate(zip(problem.recordings, answers, strict=True)):
