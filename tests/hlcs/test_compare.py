@@ -31,7 +31,8 @@ def test_without_known_noise_nothing_is_judged(tmp_path):
 def test_files_of_a_comparison(tmp_path):
     comparison = hlcs.compare(write_throws(tmp_path, count=4))
     folder = comparison.save(tmp_path / "out")
-    assert {"comparison.json", "residuals.csv", "comparison.txt", "comparison.png"} == {path.name for path in folder.iterdir()}
+    names = {path.name for path in folder.iterdir()}
+    assert names == {"comparison.json", "residuals.csv", "comparison.txt", "comparison.png", ".hlcs"}  # the last lists the others
     assert len(comparison.plot()) == 4
 
 
