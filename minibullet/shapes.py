@@ -9,9 +9,10 @@ Shapes compare and hash by content. Input that makes no solid raises InputError.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 from math import pi, sqrt
 from numbers import Integral
+from operator import add
 
 import numpy as np
 
@@ -208,7 +209,7 @@ class Compound:
 
     @cached_property
     def volume(self):
-        return float(sum(part.volume for part in self.parts))
+        return _total(part.volume for part in self.parts)
 
     @cached_property
     def centre_of_mass(self):
@@ -221,7 +222,7 @@ class Compound:
 
     @cached_property
     def surface_area(self):
-        total = float(sum(part.surface_area for part in self.parts))
+        total = _total(part.surface_area for part in self.parts)
         if any(piece.radius for piece in self.pieces):
             return total
         return min(total, ConvexPiece(np.concatenate([piece.vertices for piece in self.pieces])).surface_area)
@@ -243,6 +244,11 @@ def _parted(piece, other, allowed):
     beyond = piece.normals @ polyhedra.middle(other.vertices) - piece.offsets
     face = np.argmax(beyond)
     return np.min(other.vertices @ piece.normals[face]) - piece.offsets[face] >= -2.0 * allowed
+
+
+def _total(numbers):
+    """Their sum, one after another: Python's own `sum` of numbers rounds in another way from version 3.12 on."""
+    return float(reduce(add, numbers))
 
 
 def _in_frame(part):

@@ -100,7 +100,7 @@ def test_page_keeps_its_digits_for_small_units():
 
 def test_glb_has_every_body_in_place_with_y_up(world, tmp_path):
     drawing.write_glb(tmp_path / "scene.glb", world)
-    scene = trimesh.load_scene(tmp_path / "scene.glb")
+    scene = trimesh.load(tmp_path / "scene.glb", force="scene")
     assert len(scene.graph.nodes_geometry) == 5
     assert len(scene.geometry) == 3
     # World (x, y, z) becomes (x, z, -y): the bodies reach up to 1.1 m, the floor is at 0, the compound at y = 3 is at z = -3.
