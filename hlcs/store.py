@@ -10,8 +10,8 @@ import datetime
 import hashlib
 import json
 import os
+import platform
 import secrets
-import socket
 import sqlite3
 import threading
 import time
@@ -145,7 +145,7 @@ class Store:
             if key in self or self._taken(key):  # asked again, now that nobody else can write
                 return False
             connection.execute("INSERT OR REPLACE INTO claims VALUES (?, ?, ?, ?, ?, ?)",
-                               (key, self.code, socket.gethostname(), os.getpid(), self._owner, time.time()))
+                               (key, self.code, platform.node(), os.getpid(), self._owner, time.time()))
         if self._heart is None:
             self._heart = threading.Event()
             threading.Thread(target=self._beat, daemon=True).start()
@@ -159,7 +159,7 @@ class Store:
         if found is None:
             return False
         host, process, owner, seen = found
-        here = host.decode(errors="replace") == socket.gethostname()
+        here = host.decode(errors="replace") == platform.node()
         gone = abs(time.time() - seen) > LATE or here and not files.runs(process)
         return owner.decode(errors="replace") != self._owner and not gone
 

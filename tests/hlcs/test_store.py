@@ -246,7 +246,7 @@ def test_the_claim_of_a_dead_owner_is_taken_over(tmp_path, host, process, age, f
     gone.wait()
     number = {"gone": gone.pid, "alive": os.getpid()}.get(process, process)
     with Store(tmp_path / "runs.sqlite") as ours:
-        name = store.socket.gethostname() if host == "ours" else "elsewhere"
+        name = store.platform.node() if host == "ours" else "elsewhere"
         ours._connection.execute("INSERT INTO claims VALUES (?, ?, ?, ?, ?, ?)",
                                  ("key", ours.code, name, number, "somebody", time.time() - age))
         assert ours.claim("key") is free
