@@ -6,9 +6,22 @@ from throws import correlated, flight
 from throws import csv as recording
 
 from hlcs.experiment_files import read_experiment_file
-from hlcs.inference import chain, colour, coloured, correlation, fit_noise, isolated_outliers, polynomials, whiten, whitened
+from hlcs.inference import (
+    Correlated,
+    chain,
+    colour,
+    coloured,
+    correlation,
+    fit_noise,
+    isolated_outliers,
+    lower_factor,
+    polynomials,
+    whiten,
+    whitened,
+)
+from hlcs.linear import Recording
 from hlcs.measurement import read_measurement, read_outcomes, read_recording
-from hlcs.noise import estimate_noise
+from hlcs.noise import Noise, estimate_noise
 from hlcs.thinning import thinned
 from minibullet.errors import InputError
 
@@ -222,6 +235,39 @@ def test_the_filter_is_the_cholesky_factor(generator, rho, white, jitter):
     assert np.allclose(coloured(filter, np.eye(80)), lower, atol=1e-13)
     assert np.allclose(whitened(filter, values), np.linalg.solve(lower, values), atol=tolerance)
     assert np.isclose(2 * np.sum(np.log(filter.root)), np.linalg.slogdet(covariance)[1], rtol=1e-12, atol=1e-12)
+
+
+def test_draws_of_noise_follow_its_covariance_to_the_last_bit():
+    """L L^T is the covariance, exactly known numbers included; what changes it by rounding changes the draws by rounding.
+
+    The tolerance is 1e-16 times the condition of the known part (about 1e4), and a factor of 100 for sums of some dozen terms.
+    """
+    covariance = np.array([[5.6e-4, 5.5e-5, -3.9e-6], [5.5e-5, 1.3e-3, 3.7e-3], [-3.9e-6, 3.7e-3, 9.0e-2]])
+    for known in ([], [0], [2], [0, 1, 2]):
+        matrix = covariance.copy()
+        matrix[known], matrix[:, known] = 0.0, 0.0
+        assert np.allclose(lower_factor(matrix) @ lower_factor(matrix).T, matrix, rtol=1e-12, atol=0)
+    assert np.allclose(lower_factor(np.ones((3, 3))), np.eye(3)[:1].repeat(3, 0))  # numbers that say the same are drawn once
+    channel, times = np.zeros(40, int), np.arange(40) / 60.0
+
+    def draws(matrix):
+        kind = Correlated(0.002, 0.5, 0.1, 900.0, matrix)
+        noise = Noise(kind, None, 1 / 60, "stated")
+        return noise.drawer([Recording(channel, np.arange(40), times, noise.chain(channel, times), ())])(0, 250)
+
+    bits = covariance * (1 + 2.0**-52 * np.array([[1, -1, 1], [-1, -1, 1], [1, 1, 1]]))
+    assert np.any(bits != covariance) and np.allclose(draws(bits), draws(covariance), rtol=0, atol=1e-10)
+
+
+def test_draws_made_some_at_a_time_take_every_set_of_noise_parameters():
+    """With noise as good as certain of its sigma save for one very uncertain log sigma, every column has a size of its own."""
+    kind = Correlated(0.002, 0.0, 0.0, 900.0, np.diag([1.0, 0.0, 0.0]))
+    noise, channel, times = Noise(kind, None, 1 / 60, "stated"), np.zeros(4000, int), np.arange(4000) / 60.0
+    draw = noise.drawer([Recording(channel, np.arange(4000), times, noise.chain(channel, times), ())])
+    sizes = np.concatenate([draw(0, 50) for _ in range(8)], axis=1).std(axis=0)
+    first, again = sizes.reshape(2, 200)
+    assert len(np.unique(np.round(first, 3))) > 150
+    assert np.allclose(first, again, rtol=0.1)  # the scatter of a standard deviation of 4,000 numbers is 1.1 %
 
 
 def test_whitening_undoes_the_correlation(generator):
