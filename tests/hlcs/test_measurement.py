@@ -5,6 +5,7 @@ import pytest
 from throws import correlated, flight
 from throws import csv as recording
 
+import hlcs
 from hlcs.experiment_files import read_experiment_file
 from hlcs.inference import (
     Correlated,
@@ -22,8 +23,9 @@ from hlcs.inference import (
 from hlcs.linear import Recording
 from hlcs.measurement import read_measurement, read_outcomes, read_recording
 from hlcs.noise import Noise, estimate_noise
-from hlcs.thinning import thinned
-from minibullet.errors import InputError
+from hlcs.thinning import on_all_rows, thinned
+from hlcs.trajectories import judge, prepare
+from minibullet.errors import InputError, InputWarning
 
 TOML = 'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\nnoise = { position = 0.01 }\n'
 
@@ -208,6 +210,50 @@ def test_a_search_keeps_every_kth_row_and_what_happens_fast(tmp_path, monkeypatc
         {*range(2, 14), *range(2, 122, 6), *range(2 + 54, 2 + 66), 121})
     monkeypatch.setattr("hlcs.thinning.MOST_SEARCHED", 120)
     assert thinned(measurement, estimate_noise(measurement)) is measurement
+
+
+def test_what_thinning_hides_is_judged_on_all_rows(tmp_path, monkeypatch, generator):
+    """Of every tenth row an oscillation of one turn in ten rows is a constant, which the start absorbs; all rows show it."""
+    times = np.arange(3000) / 1000
+    values = 1.0 + 0.05 * times + 0.001 * np.sin(2 * np.pi * 100 * times + 0.7) + 0.001 * generator.standard_normal(3000)
+    path = experiment(tmp_path, csv="t_s,z_m\n" + "".join(f"{t:.4f},{z:.7f}\n" for t, z in zip(times, values, strict=True)),
+                      toml=TOML.replace("position = 0.01", "position = 0.001") + "[surroundings]\ngravity = 0.0\n")
+    monkeypatch.setattr("hlcs.thinning.MOST_SEARCHED", 300)
+    measurement = read_measurement(path)
+    prepared = prepare(thinned(measurement, estimate_noise(measurement)))
+    few, _ = judge(prepared.problem, prepared.base)
+    problem, fit = on_all_rows(measurement)(prepared.problem, prepared.base)
+    every, _ = judge(problem, fit)
+    assert few.adequate and not every.adequate and fit.count == 3000
+    assert hlcs.diagnose(path, candidates=["linear_drag"]).verdict == "unexplained"
+
+
+def test_long_rolling_is_computed_in_long_steps_and_bouncing_is_not(tmp_path, monkeypatch, generator):
+    """A rolling ball moves uniformly whatever the step: chi2 is that of noise, 1 within five of its standard deviations.
+
+    A ball that bounces does not stand still in long steps: what comes out is what came out without trying them.
+    """
+    toml = FLOOR.replace("position = 0.01", "position = 0.001")
+    times = np.arange(0, 8, 1 / 60)
+    table = np.column_stack([0.4 * times, 0.03 + 0 * times]) + 0.001 * generator.standard_normal((len(times), 2))
+    rows = "".join(f"{t:.6f},{x:.6f},0,{z:.6f}\n" for t, (x, z) in zip(times, table, strict=True))
+    measurement = read_measurement(experiment(tmp_path, csv="t_s,x_m,y_m,z_m\n" + rows, toml=toml))
+    monkeypatch.setattr("hlcs.trajectories.LONG", 500)
+    prepared = prepare(measurement)
+    assert any("motion of 7.98 s is computed in steps" in note for note in prepared.notes)
+    there = np.concatenate([prepared.problem.recordings[0].channel == channel for channel in (0, 2)]).reshape(2, -1)
+    assert all(abs(np.mean(prepared.base.linear.r[0][inside] ** 2) - 1) < 5 * np.sqrt(2 / len(times)) for inside in there)
+
+    times = np.arange(120) / 60
+    height = np.where(times < 0.5, 4.905 * (0.25 - times**2), 4.905 * (times - 0.5) * (1.5 - times) / 2) * (times < 1.5)
+    rows = "".join(f"{t:.6f},{z + 0.03 + e:.6f}\n"
+                   for t, z, e in zip(times, height, 0.001 * generator.standard_normal(120), strict=True))
+    measurement = read_measurement(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=toml))
+    monkeypatch.setattr("hlcs.trajectories.LONG", 100)
+    with pytest.warns(InputWarning, match="does not stand still in longer ones"):
+        tried = prepare(measurement)
+    monkeypatch.setattr("hlcs.trajectories.LONG", 5000)
+    assert tried.base.chi2 == prepare(measurement).base.chi2
 
 
 def test_outcome_tables(tmp_path):
