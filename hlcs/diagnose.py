@@ -20,7 +20,7 @@ from .pairs import beside
 from .rivals import rivals
 from .routes import exchanged, reformed, rerouted, submerged
 from .search import Search
-from .thinning import thinned
+from .thinning import on_all_rows, thinned
 from .trajectories import judge, polished, prepare, touches
 
 INTERVAL = 0.90  # of coefficients
@@ -85,9 +85,11 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     seen = replace(whole, trials=tuple(trial for trial in whole.trials if trial.name in screening))
     read = unlike(read_impacts(seen, prepared.noise), few.trials[0].surroundings)
 
+    all_rows = (on_all_rows(whole),) if whole is not measurement else ()
+
     def searched(prepared, entries, absent):
         search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say, read)
-        return assemble(prepared, search, absent, judge, where_it_fails)
+        return assemble(prepared, search, absent, judge, where_it_fails, *all_rows)
 
     found = searched(prepared, entries, absent)
     if few is many:
@@ -101,19 +103,21 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
 
 
-def assemble(prepared, search, absent, judge, where):
+def assemble(prepared, search, absent, judge, where, told=lambda problem, fit: (problem, fit)):
     """Run the search and put everything it found into a Diagnosis.
 
-    judge: function (problem, fit) -> (Adequacy, table of observations); where: function (problem, table) -> rows.
+    judge: function (problem, fit) -> (Adequacy, table of observations); where: function (problem, table) -> rows;
+    told: function (problem, fit) -> those whose verdict and numbers are told, where the search has fewer rows.
     """
     measurement, problem, base = prepared.measurement, prepared.problem, prepared.base
-    verdict_before, table_before = judge(problem, base)
+    verdict_before, table_before = judge(*told(problem, base))
     fits, rounds = submerged(search, *rerouted(search, *reformed(search, *search.run(base))))
     settled = len(fits[-1].model.terms) < 2 and not problem.shots.contact  # else a term may stand where another belongs
     if not settled:
         fits, rounds = exchanged(search, fits, rounds)
     final, exact = fits[-1], polished(problem, fits[-1])  # rivals were, and are, fitted at the step of the search
-    verdict_after, table_after = judge(problem, exact)
+    judged, best = told(problem, exact)
+    verdict_after, table_after = judge(judged, best)
     search.progress("rivals")
     others = rivals(search, final, 1.0 if verdict_after.adequate else max(verdict_after.chi2, 1.0))
     terms = final.model.terms
@@ -146,9 +150,9 @@ def assemble(prepared, search, absent, judge, where):
              "source": prepared.noise.source, "flexible": prepared.noise.hint}
     return Diagnosis(
         kind=measurement.file.kind, title=measurement.file.title, verdict=verdict, effects=effects,
-        parameters=intervals(exact, 1.0 if verdict_after.adequate else verdict_after.chi2), ambiguous=ambiguous, error=error,
-        steps=tuple(steps), adequate=adequate, candidates=findings, where=where(problem, table_after),
-        next_experiment=following, notes=(*prepared.notes, *search.budget.notes()), noise=noise, model=exact.model,
+        parameters=intervals(best, 1.0 if verdict_after.adequate else verdict_after.chi2), ambiguous=ambiguous, error=error,
+        steps=tuple(steps), adequate=adequate, candidates=findings, where=where(judged, table_after),
+        next_experiment=following, notes=(*prepared.notes, *search.budget.notes()), noise=noise, model=best.model,
         pictures={"before": table_before, "after": table_after, "trials": [trial.name for trial in problem.trials],
                   "groups": [trial.group for trial in problem.trials], "kind": measurement.file.kind,
                   "input": next(iter(problem.table.inputs), "row") if measurement.file.kind == "outcomes" else None})

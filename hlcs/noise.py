@@ -11,7 +11,7 @@ from .inference import Correlated
 from .plausible import quantisation
 
 MOST_PIECES = 48  # of a flexible curve: some 900 degrees of freedom know rho to 0.03; of a body at rest: 7,000 know it to 0.01
-PERTURBATIONS = 16  # sets of noise parameters that the adequacy test draws from their uncertainty
+PERTURBATIONS = 200  # sets of noise parameters that the adequacy test draws from their uncertainty: of 16, p kept an error of 0.1
 
 
 @dataclass(frozen=True)
@@ -54,25 +54,29 @@ class Noise:
         known = [kind or Correlated(1.0, 0.0, 0.0, 1.0, np.zeros((3, 3))) for kind in (self.positions, self.orientations)]
         shifts = [generator.standard_normal((PERTURBATIONS, 3)) @ inference.lower_factor(kind.covariance).T for kind in known]
 
-        filters = {}  # (kind, set of noise parameters, times) -> Filter
+        drawn = {}  # index of a recording -> draws that were made of it: each takes the next set of noise parameters
 
         def draw(index, count):
-            recording = recordings[index]
-            n = len(recording.channel)
+            recording, first = recordings[index], drawn.get(index, 0)
+            drawn[index], n = first + count, len(recording.channel)
             white = generator.choice(self.pool, (n, count)) if self.pool is not None else generator.standard_normal((n, count))
-            for part, filter in recording.links.blocks:
-                which = int(recording.channel[part.start] >= 3)
-                times = recording.times[part]
-                for k, columns in enumerate(np.array_split(np.arange(count), PERTURBATIONS)):
+            blocks = [(part, filter, int(recording.channel[part.start] >= 3), recording.times[part].tobytes())
+                      for part, filter in recording.links.blocks]
+            for k in range(PERTURBATIONS):
+                columns, filters = slice((k - first) % PERTURBATIONS, count, PERTURBATIONS), {}
+                if columns.start >= count:
+                    continue
+                for part, filter, which, times in blocks:
                     log_sigma, rho, share = shifts[which][k]
-                    if not shifts[which][k].any() or len(columns) == 0:
+                    if not shifts[which][k].any():
                         continue
-                    key = (which, k, times.tobytes())
-                    if key not in filters:
-                        filters[key] = inference.correlation(times, float(np.clip(known[which].rho + rho, 0.0, 0.98)),
-                                                             float(np.clip(known[which].white + share, 0.0, 0.9)), self.step)
-                    there = part, slice(columns[0], columns[-1] + 1)
-                    white[there] = inference.whitened(filter, inference.coloured(filters[key], np.exp(log_sigma) * white[there]))
+                    if (which, times) not in filters:
+                        filters[which, times] = inference.correlation(
+                            recording.times[part], float(np.clip(known[which].rho + rho, 0.0, 0.98)),
+                            float(np.clip(known[which].white + share, 0.0, 0.9)), self.step)
+                    there = part, columns
+                    white[there] = inference.whitened(
+                        filter, inference.coloured(filters[which, times], np.exp(log_sigma) * white[there]))
             return white
         return draw
 

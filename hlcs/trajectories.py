@@ -195,15 +195,21 @@ def fitted(problem, model):
         for _ in range(2):
             problem, base = cut_again(problem, base)
         notes += said(problem)
-    trials = problem.trials  # pieces of those that were read, or those without their rest at the end
-    flags = [isolated(trial, recording, raw)
-             for trial, recording, raw in zip(trials, problem.recordings, base.linear.raw, strict=True)]
-    if any(flag.any() for flag in flags):
-        problem.drop(flags)
-        base = problem.fit(model, base.starts)
-        notes += set_aside(trials, flags)
+    base, sentences = without_isolated(problem, base)
+    notes += sentences
     base, shift = refine(problem, base)
     return problem, base, shift, notes
+
+
+def without_isolated(problem, fit):
+    """(fit without the samples that stand alone, sentences); the problem drops them for every model alike."""
+    trials = problem.trials  # pieces of those that were read, or those without their rest at the end
+    flags = [isolated(trial, recording, raw)
+             for trial, recording, raw in zip(trials, problem.recordings, fit.linear.raw, strict=True)]
+    if not any(flag.any() for flag in flags):
+        return fit, []
+    problem.drop(flags)
+    return problem.fit(fit.model, fit.starts), set_aside(trials, flags)
 
 
 def isolated(trial, recording, raw):

@@ -5,12 +5,27 @@ import pytest
 from throws import correlated, flight
 from throws import csv as recording
 
+import hlcs
 from hlcs.experiment_files import read_experiment_file
-from hlcs.inference import chain, colour, coloured, correlation, fit_noise, isolated_outliers, polynomials, whiten, whitened
+from hlcs.inference import (
+    Correlated,
+    chain,
+    colour,
+    coloured,
+    correlation,
+    fit_noise,
+    isolated_outliers,
+    lower_factor,
+    polynomials,
+    whiten,
+    whitened,
+)
+from hlcs.linear import Recording
 from hlcs.measurement import read_measurement, read_outcomes, read_recording
-from hlcs.noise import estimate_noise
-from hlcs.thinning import thinned
-from minibullet.errors import InputError
+from hlcs.noise import Noise, estimate_noise
+from hlcs.thinning import on_all_rows, thinned
+from hlcs.trajectories import judge, prepare
+from minibullet.errors import InputError, InputWarning
 
 TOML = 'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\nnoise = { position = 0.01 }\n'
 
@@ -197,6 +212,50 @@ def test_a_search_keeps_every_kth_row_and_what_happens_fast(tmp_path, monkeypatc
     assert thinned(measurement, estimate_noise(measurement)) is measurement
 
 
+def test_what_thinning_hides_is_judged_on_all_rows(tmp_path, monkeypatch, generator):
+    """Of every tenth row an oscillation of one turn in ten rows is a constant, which the start absorbs; all rows show it."""
+    times = np.arange(3000) / 1000
+    values = 1.0 + 0.05 * times + 0.001 * np.sin(2 * np.pi * 100 * times + 0.7) + 0.001 * generator.standard_normal(3000)
+    path = experiment(tmp_path, csv="t_s,z_m\n" + "".join(f"{t:.4f},{z:.7f}\n" for t, z in zip(times, values, strict=True)),
+                      toml=TOML.replace("position = 0.01", "position = 0.001") + "[surroundings]\ngravity = 0.0\n")
+    monkeypatch.setattr("hlcs.thinning.MOST_SEARCHED", 300)
+    measurement = read_measurement(path)
+    prepared = prepare(thinned(measurement, estimate_noise(measurement)))
+    few, _ = judge(prepared.problem, prepared.base)
+    problem, fit = on_all_rows(measurement)(prepared.problem, prepared.base)
+    every, _ = judge(problem, fit)
+    assert few.adequate and not every.adequate and fit.count == 3000
+    assert hlcs.diagnose(path, candidates=["linear_drag"]).verdict == "unexplained"
+
+
+def test_long_rolling_is_computed_in_long_steps_and_bouncing_is_not(tmp_path, monkeypatch, generator):
+    """A rolling ball moves uniformly whatever the step: chi2 is that of noise, 1 within five of its standard deviations.
+
+    A ball that bounces does not stand still in long steps: what comes out is what came out without trying them.
+    """
+    toml = FLOOR.replace("position = 0.01", "position = 0.001")
+    times = np.arange(0, 8, 1 / 60)
+    table = np.column_stack([0.4 * times, 0.03 + 0 * times]) + 0.001 * generator.standard_normal((len(times), 2))
+    rows = "".join(f"{t:.6f},{x:.6f},0,{z:.6f}\n" for t, (x, z) in zip(times, table, strict=True))
+    measurement = read_measurement(experiment(tmp_path, csv="t_s,x_m,y_m,z_m\n" + rows, toml=toml))
+    monkeypatch.setattr("hlcs.trajectories.LONG", 500)
+    prepared = prepare(measurement)
+    assert any("motion of 7.98 s is computed in steps" in note for note in prepared.notes)
+    there = np.concatenate([prepared.problem.recordings[0].channel == channel for channel in (0, 2)]).reshape(2, -1)
+    assert all(abs(np.mean(prepared.base.linear.r[0][inside] ** 2) - 1) < 5 * np.sqrt(2 / len(times)) for inside in there)
+
+    times = np.arange(120) / 60
+    height = np.where(times < 0.5, 4.905 * (0.25 - times**2), 4.905 * (times - 0.5) * (1.5 - times) / 2) * (times < 1.5)
+    rows = "".join(f"{t:.6f},{z + 0.03 + e:.6f}\n"
+                   for t, z, e in zip(times, height, 0.001 * generator.standard_normal(120), strict=True))
+    measurement = read_measurement(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=toml))
+    monkeypatch.setattr("hlcs.trajectories.LONG", 100)
+    with pytest.warns(InputWarning, match="does not stand still in longer ones"):
+        tried = prepare(measurement)
+    monkeypatch.setattr("hlcs.trajectories.LONG", 5000)
+    assert tried.base.chi2 == prepare(measurement).base.chi2
+
+
 def test_outcome_tables(tmp_path):
     path = tmp_path / "o.csv"
     path.write_text("height_m,fall_time_s\n1,0.45\n1,0.46\n2,0.64\n")
@@ -222,6 +281,39 @@ def test_the_filter_is_the_cholesky_factor(generator, rho, white, jitter):
     assert np.allclose(coloured(filter, np.eye(80)), lower, atol=1e-13)
     assert np.allclose(whitened(filter, values), np.linalg.solve(lower, values), atol=tolerance)
     assert np.isclose(2 * np.sum(np.log(filter.root)), np.linalg.slogdet(covariance)[1], rtol=1e-12, atol=1e-12)
+
+
+def test_draws_of_noise_follow_its_covariance_to_the_last_bit():
+    """L L^T is the covariance, exactly known numbers included; what changes it by rounding changes the draws by rounding.
+
+    The tolerance is 1e-16 times the condition of the known part (about 1e4), and a factor of 100 for sums of some dozen terms.
+    """
+    covariance = np.array([[5.6e-4, 5.5e-5, -3.9e-6], [5.5e-5, 1.3e-3, 3.7e-3], [-3.9e-6, 3.7e-3, 9.0e-2]])
+    for known in ([], [0], [2], [0, 1, 2]):
+        matrix = covariance.copy()
+        matrix[known], matrix[:, known] = 0.0, 0.0
+        assert np.allclose(lower_factor(matrix) @ lower_factor(matrix).T, matrix, rtol=1e-12, atol=0)
+    assert np.allclose(lower_factor(np.ones((3, 3))), np.eye(3)[:1].repeat(3, 0))  # numbers that say the same are drawn once
+    channel, times = np.zeros(40, int), np.arange(40) / 60.0
+
+    def draws(matrix):
+        kind = Correlated(0.002, 0.5, 0.1, 900.0, matrix)
+        noise = Noise(kind, None, 1 / 60, "stated")
+        return noise.drawer([Recording(channel, np.arange(40), times, noise.chain(channel, times), ())])(0, 250)
+
+    bits = covariance * (1 + 2.0**-52 * np.array([[1, -1, 1], [-1, -1, 1], [1, 1, 1]]))
+    assert np.any(bits != covariance) and np.allclose(draws(bits), draws(covariance), rtol=0, atol=1e-10)
+
+
+def test_draws_made_some_at_a_time_take_every_set_of_noise_parameters():
+    """With noise as good as certain of its sigma save for one very uncertain log sigma, every column has a size of its own."""
+    kind = Correlated(0.002, 0.0, 0.0, 900.0, np.diag([1.0, 0.0, 0.0]))
+    noise, channel, times = Noise(kind, None, 1 / 60, "stated"), np.zeros(4000, int), np.arange(4000) / 60.0
+    draw = noise.drawer([Recording(channel, np.arange(4000), times, noise.chain(channel, times), ())])
+    sizes = np.concatenate([draw(0, 50) for _ in range(8)], axis=1).std(axis=0)
+    first, again = sizes.reshape(2, 200)
+    assert len(np.unique(np.round(first, 3))) > 150
+    assert np.allclose(first, again, rtol=0.1)  # the scatter of a standard deviation of 4,000 numbers is 1.1 %
 
 
 def test_whitening_undoes_the_correlation(generator):
