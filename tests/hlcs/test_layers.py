@@ -292,3 +292,14 @@ def test_a_limit_that_strikes_inside_compiled_code_is_the_same_complaint():
             raise SystemError("returned a result with an exception set") from problem
     with pytest.raises(SystemError, match="another"), runs.at_most(60.0):
         raise SystemError("another")
+
+
+def test_a_limit_whose_complaint_was_lost_strikes_again():
+    with pytest.raises(InputError, match="processor time"), runs.at_most(0.01):
+        try:
+            while True:
+                pass
+        except InputError:
+            pass  # as in a callback of a C library, which can only print it
+        while True:
+            pass
