@@ -200,3 +200,8 @@ def test_units_are_values():
 def test_what_is_no_unit_is_refused_by_name(make, words):
     with pytest.raises(InputError, match=words):
         make()
+
+
+def test_a_cube_tips_over_its_edge_at_45_degrees():
+    cube = Cube(side=2.0)
+    assert cube.low_tipping_angle == cube.tip_tipping_angle == pytest.approx(np.pi / 4, rel=1e-15)

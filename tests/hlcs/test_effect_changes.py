@@ -6,7 +6,7 @@ import pytest
 from hlcs.effects.body import InertiaError
 from hlcs.effects.contract import Change, Scene, Setup
 from hlcs.effects.ground import BottomSlope
-from hlcs.effects.measurement import TiltedFrame, TrackerSmoothing
+from hlcs.effects.measurement import ClockOffset, TiltedFrame, TrackerSmoothing
 from hlcs.experiment_files import Body, Surroundings
 from hlcs.measurement import Trial
 from hlcs.model import Model
@@ -91,3 +91,9 @@ def test_on_a_floor_a_lower_centre_of_mass_slides_as_far():
     ground = trial(floor_height=0.0, friction=0.2)
     position, _ = model(z=-0.05).run(ground, start, np.array([0.0, 1.0]))
     assert position[-1] == pytest.approx([1 / (2 * 0.2 * 9.81), 0, 0.2], abs=1e-3)  # rest is found to a step, v/240 m
+
+
+def test_a_late_clock_shows_the_motion_later_and_a_body_at_rest_until_then():
+    position, _ = ClockOffset(0.25).look(parabola, STILL)(TIMES)
+    expected, _ = parabola(np.maximum(TIMES - 0.25, 0.0))
+    np.testing.assert_array_equal(position, expected)

@@ -11,11 +11,11 @@ import pandas as pd
 import pytest
 
 import hlcs
-from hlcs import ladder, runs
+from hlcs import ladder, layer_next, runs
 from hlcs.experiment_files import read_experiment_file
 from hlcs.layer_data import read_layer_sets, read_layers
 from hlcs.layer_diagnosis import compare_layer_file, diagnose_layers
-from hlcs.layer_model import Simulator
+from hlcs.layer_model import LayerModel, Simulator
 from hlcs.reproduce import Plan
 from hlcs.runs import simulate
 from hlcs.tables import laboratory, paper_numerical
@@ -303,3 +303,13 @@ def test_a_limit_whose_complaint_was_lost_strikes_again():
             pass  # as in a callback of a C library, which can only print it
         while True:
             pass
+
+
+def test_tests_to_show_a_misfit_again_go_with_its_inverse_square():
+    """z of five tests grows with the root of their number: 16.4 / (z^2 / 5) tests, at least 3 and at most 50."""
+    assert [layer_next._tests_for({"z": z}) for z in (0.0, 2.0, 4.0, 40.0)] == [50, 21, 6, 3]
+
+
+def test_a_model_of_layers_runs_its_own_placement():
+    model = LayerModel(hlcs.PlacementTest(layers=1, rows=2, columns=2))
+    assert model.run(seed=4).test == replace(model.placement, seed=4)

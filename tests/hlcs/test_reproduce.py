@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hlcs import files, reproduce
+from hlcs import files, placement_figures, reproduce
 from hlcs.reproduce import Plan
 from hlcs.reproduce_text import text_of
 
@@ -95,3 +95,11 @@ def test_units_that_lie_on_their_aim_have_no_miss(small_result):
     missed = small_result.misses
     assert [len(layer) for layer in missed] == [9, 4]
     assert np.abs(missed[0]).max() < 0.01
+
+
+def test_the_picture_of_table_1_has_a_bar_for_every_value_and_words_for_no_structure():
+    rows = [{"parameter": "friction", "value": 0.36, "mean_relative_error": 0.02},
+            {"parameter": "linear_damping", "value": 1.0, "mean_relative_error": None}]
+    axes = placement_figures.sensitivity_figure(rows).axes[0]
+    assert [bar.get_width() for bar in axes.patches[:2]] == pytest.approx([2.0, 0.0])
+    assert [text.get_text().strip() for text in axes.texts] == ["no structure"]
