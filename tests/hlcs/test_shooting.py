@@ -25,6 +25,6 @@ def test_one_step_finds_the_best_start_of_a_free_flight_and_moves_no_other(prepa
     starts = good.starts.copy()
     starts[1, 3:6] += (4.0, -3.0, 6.0)  # m/s
     assert list(_step(problem, good.model, starts, keep, np.array([1]))) == [1]
-    assert _losses(problem, good.model, starts[1:2], [1], keep) == pytest.approx(good.losses[1], rel=1e-4)
+    assert _losses(problem, good.model, starts[1:2], np.array([1]), keep) == pytest.approx(good.losses[1], rel=1e-4)
     np.testing.assert_array_equal(starts[[0, 2]], good.starts[[0, 2]])
     assert list(_step(problem, good.model, starts, keep, np.array([1]))) == []  # nothing is left to gain
