@@ -6,6 +6,7 @@ import sys
 try:
     import atexit
     import signal
+    import threading
 
     from hlcs import interrupts, net
 except KeyboardInterrupt:  # some milliseconds after the start, with nothing done
@@ -19,6 +20,11 @@ def main():
     atexit.register(_end, ended)  # what registers first runs last
     ended.append(net.under(_command))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is done and said
+    if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
+        # Python would wait for them, and one that an effects file started may never end
+        atexit._run_exitfuncs()
+        net.flush()
+        os._exit(ended[0])
     return ended[0]
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs.csv_files import read_csv
+from hlcs.csv_files import decimal, read_csv
 from minibullet.errors import InputError
 from minibullet.shapes import ConvexPiece
 
@@ -176,7 +176,7 @@ def parse_bottom(text, folder="."):
     if kind.strip().lower() == "slope":
         percent = value.strip().endswith("%")
         try:
-            grade = float(value.strip().removesuffix("%"))
+            grade = decimal(value.strip().removesuffix("%"))
         except ValueError:
             raise InputError(f"bottom '{text}': the slope is not a number; give a rise over run such as slope:0.04") from None
         return Slope(grade / 100.0 if percent else grade)

@@ -175,6 +175,7 @@ def sweep(file, store, workers, allow_outside, dask, out, json_file, quiet):
     from hlcs import sweep as sweeps
 
     plan = sweeps.read_sweep_file(file, allow_outside)
+    sweeps.check_store(store)  # before it is said that anything is kept there
     net.keep(f"finished runs are kept in {store}: the same command goes on from there")
     with files.result_folder(out) if out else nullcontext() as folder:
         with progress_bar("runs", None, quiet) as bar:

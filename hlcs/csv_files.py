@@ -61,7 +61,8 @@ def read_csv(path, known, required=(), *, words=(), blank=(), name=None, others=
     header = _cells(name, first + 1, lines[first])
     _check_header(f"{name}, row {first + 1}", header, known, required, others)
     rows, table = [], []
-    numeric = not any(column in words or column not in known for column in header)
+    # Python reads 1_5 as 15: who writes it means something else
+    numeric = "_" not in "".join(lines[k] for k in body) and not any(column in words or column not in known for column in header)
     for k in body:
         try:
             values = [float(cell) for cell in lines[k].split(",")] if numeric else ()
@@ -134,6 +135,13 @@ def _word(place, text):
     return text
 
 
+def decimal(text):
+    """The number that a text means; ValueError where it means none. To Python 1_5 is 15, to whoever typed it hardly."""
+    if "_" in text:
+        raise ValueError(text)
+    return float(text)
+
+
 def _number(place, text, blank):
     """One cell as a finite number; blank is NaN where that is allowed."""
     if text == "":
@@ -141,7 +149,7 @@ def _number(place, text, blank):
             return nan
         raise InputError(f"{place}: blank; every row needs this value")
     try:
-        value = float(text)
+        value = decimal(text)
     except ValueError:
         hint = "write decimals with a point, 0.5" if "," in text else "leave a missing sample blank" if blank else (
             "every row needs this value")

@@ -34,6 +34,8 @@ FOREIGN = {"trajectory": {"placement": '"layers"', "measurement.file": '"outcome
                       "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV'}}
 SHAPES = {"sphere": "radius", "box": "size", "cubipod": "side", "mesh": "mesh"}
 SIZES = dict(low=1e-6, high=1e3)  # lengths of a body: dust to a hill, so that volumes and inertias are numbers [m]
+AROUND = {"gravity": (0.0, 300.0), "fluid_density": (0.0, 25000.0), "fluid_viscosity": (0.0, 1e4), "friction": (0.0, 10.0),
+          "restitution": (0.0, 1.0)}  # lowest and highest value of what surrounds a body, SI
 START_LENGTHS = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}
 
 
@@ -199,22 +201,25 @@ def _body(reader, table, section, base, index=None):
 
 
 def _check_density(reader, body, table, section, index):
+    if said := impossible_density(body):
+        reader.fail("mass" if "mass" in table else SHAPES[body.shape], said, section, index)
+
+
+def impossible_density(body):
+    """Why no body has this mass and size, in words; "" where one may, or where they are not known."""
     volume = {"sphere": lambda: 4 / 3 * np.pi * body.radius**3, "box": lambda: float(np.prod(body.size)),
               "cubipod": lambda: body.side**3, "mesh": lambda: body.form.volume}.get(body.shape)
     if volume is None or body.mass is None or getattr(body, SHAPES[body.shape]) is None:
-        return
+        return ""
     density = body.mass / volume()
-    if not 0.02 <= density <= 30000.0:
-        key = "mass" if "mass" in table else SHAPES[body.shape]
-        reader.fail(key, f"mass and size give a density of {density:.3g} kg/m3, which no body has; units are kg and m "
-                         "(not g, mm or cm)", section, index)
+    if 0.02 <= density <= 30000.0:
+        return ""
+    return f"mass and size give a density of {density:.3g} kg/m3, which no body has; units are kg and m (not g, mm or cm)"
 
 
 def _surroundings(reader, table, section, base, index=None):
-    bounds = {"gravity": dict(low=0.0, high=300.0), "fluid_density": dict(low=0.0, high=25000.0),
-              "fluid_viscosity": dict(low=0.0, high=1e4), "friction": dict(low=0.0, high=10.0),
-              "restitution": dict(low=0.0, high=1.0)}
-    numbers = {key: reader.number(table, key, section, index=index, **limit) for key, limit in bounds.items()}
+    numbers = {key: reader.number(table, key, section, index=index, low=low, high=high)
+               for key, (low, high) in AROUND.items()}
     changes = {key: value for key, value in numbers.items() if value is not None}
     if "floor" in table:
         floor = table["floor"]

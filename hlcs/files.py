@@ -37,6 +37,8 @@ def result_folder(path):
     beside it or in the temporary folder, and the error says where. A link to a folder stays; the folder is replaced.
     """
     target = _real(path)
+    if Path(os.path.realpath(os.curdir)).is_relative_to(target):  # who stands in it would be left in one that is gone
+        raise InputError(f"folder '{target}' is the current folder, or holds it, and would be replaced; name a new one")
     _refuse_foreign(target)
     partial = _hidden(target.parent, target.name)
     try:

@@ -6,9 +6,11 @@ from math import isfinite
 import numpy as np
 from scipy.spatial import ConvexHull, Delaunay, QhullError, Voronoi
 
+from hlcs.csv_files import decimal
 from minibullet.errors import InputError
 
 STACKINGS = ("ABC", "ABA")
+WIDEST = 10.0  # spacing of a grid: units so far apart are no layer, they never touch [Dn]
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,9 @@ class Grid:
             value = getattr(self, field)
             if isinstance(value, str | bool) or not (isfinite(value) and value > 0):
                 raise InputError(f"grid '{self.name}': {field} = {value!r}; must be a finite number > 0, in units of Dn")
+            if value > WIDEST:
+                raise InputError(f"grid '{self.name}': {field} = {value:g}; at most {WIDEST:g}: spacings are in nominal "
+                                 "diameters Dn, not in mm")
         if self.stacking not in STACKINGS:
             raise InputError(f"grid '{self.name}': stacking = {self.stacking!r}; give one of {', '.join(STACKINGS)}")
 
@@ -50,7 +55,7 @@ class Grid:
             return named
         words = [word.strip() for word in str(text).split(",")]
         try:
-            spacing_x, spacing_y = (float(word) for word in words[:2])
+            spacing_x, spacing_y = (decimal(word) for word in words[:2])
             triangular = {(): False, ("rectangular",): False, ("triangular",): True}[tuple(words[2:])]
         except (ValueError, KeyError):
             raise InputError(f"grid '{text}': not understood; give TPG, RPG, or two spacings in Dn such as 1.5,1.3 "

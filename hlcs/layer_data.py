@@ -12,7 +12,7 @@ import numpy as np
 from hlcs.bottoms import Flat, Slope
 from hlcs.csv_files import read_csv
 from hlcs.experiment import PlacementTest
-from hlcs.grids import RPG, TPG, Grid
+from hlcs.grids import RPG, TPG, WIDEST, Grid
 from hlcs.placement_files import KEYS, checked_table, make_placement
 from hlcs.statistics import Sample
 from hlcs.toml_files import TomlFile
@@ -20,8 +20,8 @@ from minibullet.errors import InputError
 
 COLUMNS = ("grid", "spacing_x", "spacing_y", "bottom_slope", "layer", "mean", "cv", "tests", "campaign")
 LIMITS = {  # lowest and highest value, and what the number is
-    "spacing_x": (0.5, 10.0, "a spacing in nominal diameters Dn, not metres"),
-    "spacing_y": (0.5, 10.0, "a spacing in nominal diameters Dn, not metres"),
+    "spacing_x": (0.5, WIDEST, "a spacing in nominal diameters Dn, not metres"),
+    "spacing_y": (0.5, WIDEST, "a spacing in nominal diameters Dn, not metres"),
     "bottom_slope": (-0.5, 0.5, "a grade, rise over run: 0.04 for 4 %"),
     "layer": (1, 50, "a whole number from 1"),
     "mean": (0.2, 3.0, "a layer coefficient in nominal diameters Dn"),

@@ -13,7 +13,7 @@ from minibullet.errors import InputError
 
 from . import plausible
 from .csv_files import MOST_ROWS, read_csv
-from .experiment_files import Body, ExperimentFile, Surroundings, read_experiment_file
+from .experiment_files import AROUND, Body, ExperimentFile, Surroundings, read_experiment_file
 
 COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 OUTCOMES = ("fall_time_s", "rebound_height_m", "stop_distance_m", "slide_time_s", "rest_height_m")
@@ -62,6 +62,7 @@ class OutcomeTable:
     inputs: dict  # name -> (n,) array
     groups: np.ndarray  # (n,) names
     setting: np.ndarray  # (n,) integer, equal for rows with equal inputs (replicates)
+    rows: np.ndarray  # (n,) row of the file that each experiment stands in
 
 
 @dataclass(frozen=True)
@@ -148,12 +149,15 @@ def read_outcomes(path):
     if len(rows) < 3:
         raise InputError(f"{read.name}: {len(rows)} rows; at least 3 experiments are needed")
     limits = {"height_m": (0, 1e3), "speed_m_s": (0, 400), "angle_deg": (-90, 90), "mass_kg": (1e-9, 1e7),
-              "radius_m": (1e-6, 1e2), "distance_m": (0, 1e4), outcomes[0]: (0 if outcomes[0].endswith("_s") else -10, 1e4)}
+              "radius_m": (1e-6, 1e2), "distance_m": (0, 1e4), "slope": (-10, 10), "spin_rad_s": (-1e5, 1e5),
+              "friction": AROUND["friction"], "restitution": AROUND["restitution"], "gravity_m_s2": AROUND["gravity"],
+              "fluid_density_kg_m3": AROUND["fluid_density"], "fluid_viscosity_pa_s": AROUND["fluid_viscosity"],
+              outcomes[0]: (0 if outcomes[0].endswith("_s") else -10, 1e4)}
     for name, (low, high) in limits.items():
         if name in columns and (np.any(columns[name] < low) or np.any(columns[name] > high)):
             worst = int(np.argmax((columns[name] < low) | (columns[name] > high)))
             raise InputError(f"{read.place(worst, name)}: {columns[name][worst]:g} cannot be right; it must be "
-                             f"between {low:g} and {high:g} (m, s, kg; angles in degrees)")
+                             f"between {low:g} and {high:g} (m, s, kg; angles in degrees, a slope is rise over run)")
     inputs = {name: values for name, values in columns.items() if name not in (*outcomes, "group")}
     groups = columns.get("group", np.array([f"row {row}" for row in rows]))
     table = np.column_stack(list(inputs.values())) if inputs else np.zeros((len(rows), 1))
@@ -166,7 +170,7 @@ def read_outcomes(path):
         repeat = sorted(set(range(len(pairs))) - set(first.tolist()))
         notes.append(f"{path.name}, row {rows[repeat[0]]}: repeats inputs and outcome of an earlier row digit for digit "
                      f"({len(repeat)} such rows): a true repeat, or a copy?")
-    return OutcomeTable(Path(path), outcomes[0], values, inputs, groups.astype(str), setting), notes
+    return OutcomeTable(Path(path), outcomes[0], values, inputs, groups.astype(str), setting, rows), notes
 
 
 def _short_names(paths):

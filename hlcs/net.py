@@ -45,6 +45,15 @@ def say(text, stream=None):
     stream.flush()
 
 
+def flush():
+    """Write what still waits in the streams; where they take nothing that was said already."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError):
+            pass
+
+
 def keep(what):
     """Remember for the last line what stays whatever happens from now on, such as "out is written"."""
     _kept.append(what)

@@ -11,6 +11,7 @@ from . import inference, table_motion
 from .candidates import known_body, stated
 from .effects import candidate, class_named, classes
 from .effects.contract import name_of
+from .experiment_files import impossible_density
 from .fit import Problem
 from .folds import Folds
 from .inference import Correlated
@@ -145,6 +146,11 @@ def check_table(file, table):
     for row in range(len(table.values)):
         setup = table_motion.row_setup(file, table.inputs, row)
         solid(setup.body)
+        said = impossible_density(setup.body)
+        if not setup.surroundings.gravity > 0:
+            said = "gravity is 0; nothing falls, slides or stops without it: give gravity in m/s2, 9.81 on Earth"
+        if said:
+            raise InputError(f"{table.file}, row {table.rows[row]}: {said}")
 
 
 def check_magnitude(problem, model):
@@ -152,16 +158,16 @@ def check_magnitude(problem, model):
     table, predicted = problem.table, problem.predict(model)
     lost = np.flatnonzero(~np.isfinite(predicted))
     if len(lost):
-        raise InputError(f"{table.file}, row {lost[0] + 2}: the model has no {table.outcome} for this row (does its body move at "
-                         "all? friction, slope and speed decide)")
+        raise InputError(f"{table.file}, row {table.rows[lost[0]]}: the model has no {table.outcome} for this row (does its body "
+                         "move at all? friction, slope and speed decide)")
     against = np.maximum(table.inputs["height_m"], 1e-9) if table.outcome == "rebound_height_m" else predicted
     ratio = float(np.median(table.values / np.where(np.abs(against) > 1e-12, against, np.inf)))
     low, high = PLAUSIBLE[table.outcome]
     if low <= ratio <= high:
         return
     row = int(np.argmin(np.abs(table.values / against - ratio)))
-    raise InputError(f"{table.file}, row {row + 2}, column {table.outcome}: {table.values[row]:g} where {against[row]:.3g} is "
-                     "expected; units that cannot be right: lengths in m, times in s")
+    raise InputError(f"{table.file}, row {table.rows[row]}, column {table.outcome}: {table.values[row]:g} where "
+                     f"{against[row]:.3g} is expected; units that cannot be right: lengths in m, times in s")
 
 
 def table_candidates(file, table, names, own):

@@ -228,7 +228,7 @@ class PlacementResult:
             last = f"layer {known[-1]} is {self.heights[known[-1] - 1]:.3f} Dn high" if len(known) else "no layer was read"
             found.append(f"no height of layer {', '.join(map(str, absent))}: no plate lies on it alone; {last}")
         if (pushed := self.records[0].pushed / dn) >= 5e-4:  # shown as 0.001
-            found.append(f"first layer pushed apart by up to {pushed:.3f} Dn: its units are wider than the grid")
+            found.append(f"first layer pushed apart by up to {pushed:.3f} Dn: its units overlapped as they were laid")
         for j, words in enumerate(self.carried_by, start=1):
             out = np.isnan(self.readings[j - 1])
             if out.any():

@@ -22,6 +22,8 @@ USUAL = {
     "fluid_density": (0.0, 14000.0, "kg/m3", "water has 1000, mercury 13600"),
     "fluid_viscosity": (0.0, 100.0, "Pa s", "water has 0.001, honey 10"),
     "falling_distance": (0.0, 5.0, "Dn", "units are let go at 0.25 Dn: a distance in nominal diameters, not in m or cm"),
+    "position": (1e-7, 0.2, "m", "trackers are good to some millimetres, 0.002 m: a noise is in m, not in mm"),
+    "orientation": (1e-6, 0.5, "rad", "trackers are good to a degree, 0.02 rad: a noise is in rad, not in degrees"),
     "settle_time": (0.1, 600.0, "s", "a layer comes to rest within some seconds"),
 }
 FEET = 0.3048  # m

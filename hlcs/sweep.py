@@ -91,6 +91,12 @@ def settings_of(test):
     return table
 
 
+def check_store(path):
+    """Open the store once: InputError or RunError where it cannot be used."""
+    with Store(path, _row):
+        pass
+
+
 def run_sweep(sweep, store_path, workers=None, dask=None, progress=None):
     """Run what is not yet in the store; returns {"rows": one dictionary a run, "ran": how many now, "kept": found there or run
     by another sweep meanwhile, "told": one line on rows of the store that are not used, or nothing}.

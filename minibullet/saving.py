@@ -139,7 +139,7 @@ def replace_file(path, content):
     try:
         with whole(path) as partial:
             partial.write_bytes(content)
-    except OSError as error:
+    except (OSError, ValueError) as error:  # ValueError: a zero byte
         raise refused(error, f"world: cannot be saved as {str(path)!r}") from None
 
 

@@ -15,8 +15,14 @@ NAMED = {errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.EACCES, 
 
 @contextmanager
 def whole(path):
-    """A name beside `path` to write to: it becomes `path` when the block ends well, and is gone when not. Raises OSError."""
-    target = Path(path)
+    """A name beside `path` to write to: it becomes `path` when the block ends well, and is gone when not. Raises OSError.
+
+    Links are followed. What is there and no regular file is refused: a rename would put a file in the place of a device.
+    """
+    if os.path.exists(path) and not os.path.isfile(path):
+        kind = errno.EISDIR if os.path.isdir(path) else errno.EINVAL
+        raise OSError(kind, "is a folder" if kind == errno.EISDIR else "is no regular file (a device, a pipe or a socket)")
+    target = Path(os.path.realpath(path))
     partial = target.with_name(f".{target.name[:40]}.{secrets.token_hex(4)}.partial")
     try:
         yield partial

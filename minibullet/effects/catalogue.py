@@ -6,16 +6,20 @@ import os
 import sys
 import traceback
 from contextlib import contextmanager
+from functools import wraps
 from inspect import getsourcelines
 from pathlib import Path
 
+import numpy as np
+
 from minibullet.effects import body, contact, flow, fluid
 from minibullet.effects.check import check_effect
-from minibullet.effects.contract import Effect, EffectError, name_of
+from minibullet.effects.contract import Effect, EffectError, checked_answer, name_of
 from minibullet.errors import InputError
 from minibullet.user_files import read_text
 
 MOST_BYTES = 1_000_000  # of a file of effects: a thousand effects written by hand
+LIGHT = 3e8  # no body is faster [m/s, rad/s]
 
 SHIPPED = (
     body.Gravity, fluid.LinearDrag, fluid.QuadraticDrag, fluid.DragCrisis, flow.OrientationDrag, fluid.Buoyancy,
@@ -53,7 +57,30 @@ def load_effects(path) -> dict[str, type[Effect]]:
         with _told(path, line):
             check_effect(effect)
         found[name] = kind
+    for kind in kinds:
+        _guard(kind, path)
     return found
+
+
+def _guard(kind, path):
+    """Let what a class of the file raises or answers in the middle of a run be told as it is at the start: by file and line."""
+    line = _line_of(kind)
+    for name, shape in (("forces", (6,)), ("added_mass", (6, 6)), ("contact_law", None), ("potential", None)):
+        if getattr(kind, name) is not getattr(Effect, name):
+            setattr(kind, name, _guarded(getattr(kind, name), shape, path, line))
+
+
+def _guarded(method, shape, path, line):
+    @wraps(method)
+    def guarded(effect, *arguments):
+        with _told(path, line):
+            answer = method(effect, *arguments)
+            # a search may try a flight that ends beyond all numbers; what is not finite there is not the effect's fault
+            if shape and np.abs(arguments[0].twist).max(initial=0.0) < LIGHT and np.isfinite(arguments[0].position).all():
+                answer = checked_answer(effect, answer, len(arguments[0].mass), shape)
+            return answer
+
+    return guarded
 
 
 def _run(path):
@@ -68,6 +95,10 @@ def _run(path):
     return module
 
 
+class _ToldError(InputError):
+    """What names file and line already."""
+
+
 @contextmanager
 def _told(path, line, before="", after=""):
     """Whatever the user's code raises, an attempt to end the program with it, as one line that names file and line."""
@@ -77,12 +108,14 @@ def _told(path, line, before="", after=""):
         raise
     except SyntaxError as error:
         where = error.lineno if error.filename == str(path) else None
-        raise InputError(f"{path}:{where or line}: {error.msg}") from error
+        raise _ToldError(f"{path}:{where or line}: {error.msg}") from error
+    except _ToldError:  # by another effect of the file that it asked
+        raise
     except EffectError as error:
-        raise InputError(f"{path}:{_line_in(path, error.__cause__) or line}: {before}{error}") from error
+        raise _ToldError(f"{path}:{_line_in(path, error.__cause__) or line}: {before}{error}") from error
     except BaseException as error:
         kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
-        raise InputError(f"{path}:{line if before else _line_in(path, error) or line}: {before}{kind}{error}{after}") from error
+        raise _ToldError(f"{path}:{line if before else _line_in(path, error) or line}: {before}{kind}{error}{after}") from error
 
 
 def _line_of(kind):

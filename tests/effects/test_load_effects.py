@@ -1,8 +1,15 @@
 """A user's file of effects: loaded and checked, or refused by file and line."""
 
+import sys
+
+import numpy as np
 import pytest
 
+import minibullet as mb
+from hlcs.flight import fly
 from minibullet import effects
+from minibullet.bodies import Bodies
+from minibullet.effects.samples import sample_bodies
 from minibullet.errors import InputError
 
 HEAD = """from dataclasses import dataclass
@@ -90,3 +97,31 @@ def test_a_file_that_is_no_regular_file_is_refused_unread(tmp_path):
     for name, message in (("loop.py", "symbolic links"), (".", "folder"), ("a" * 300 + ".py", "too long"), ("long.py", "1 MB")):
         with pytest.raises(InputError, match=message):
             effects.load_effects(tmp_path / name)
+
+
+@pytest.mark.parametrize(("answer", "message"), [
+    ("raise KeyError('late')", ":13: KeyError"), ("raise SystemExit(0)", ":13: SystemExit"),
+    ("return None", "MyDrag: answered shape ()"), ("return wrench[:, :3]", "MyDrag: answered shape (1, 3)"),
+    ("return np.nan * wrench", "MyDrag: the answer for moving body 0 is not finite"),
+])
+def test_what_goes_wrong_in_the_middle_of_a_run_is_told_by_file_and_line(tmp_path, answer, message):
+    """After the checks of the start; whoever asks: here the engine and the free flight of `hlcs`."""
+    text = GOOD.replace("        return wrench", f"        if late:\n            {answer}\n        return wrench")
+    path = written(tmp_path, "import numpy as np; late = False\n" + text)
+    effect = effects.load_effects(path)["my_drag"](rate=0.1)
+    sys.modules[type(effect).__module__].late = True
+    world = mb.World(effects=[effect])
+    world.add(mb.shapes.Sphere(0.1), density=1000.0, position=(0.0, 0.0, 9.0))
+    bodies = Bodies(*(column[:1] for column in sample_bodies()))
+    for run in (lambda: world.run(0.2), lambda: fly(bodies, (effect,), 0.2, 0.01)):
+        with pytest.raises(InputError) as caught:
+            run()
+        assert f"{path}:" in str(caught.value) and message in str(caught.value)
+
+
+def test_an_effect_is_not_blamed_for_a_flight_beyond_all_numbers(tmp_path):
+    """What is infinite in the answer was so in the question: a search that tried it goes on."""
+    effect = effects.load_effects(written(tmp_path, GOOD))["my_drag"](rate=0.1)
+    bodies = sample_bodies()
+    answer = effect.forces(bodies._replace(twist=np.full_like(bodies.twist, np.inf)), 0.0)
+    assert not np.isfinite(answer[:, :3]).any()

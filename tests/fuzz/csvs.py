@@ -13,6 +13,7 @@ import traceback
 from pathlib import Path
 
 from hlcs.bottoms import Survey
+from hlcs.csv_files import MOST_BYTES
 from hlcs.layer_data import read_layer_sets
 from hlcs.measurement import read_measurement
 from minibullet.errors import InputError
@@ -71,7 +72,7 @@ def mutant(text, chance):
             lines.insert(chance.randrange(len(lines)), lines.pop(line))
             text = "\n".join(lines)
         elif kind == 6:  # a line many times
-            lines[line:line] = [lines[line]] * chance.choice((1, 100, 3000))
+            lines[line:line] = [lines[line]] * min(chance.choice((1, 100, 3000)), 1 + MOST_BYTES // (1 + len(lines[line])))
             text = "\n".join(lines)
         elif kind == 7:  # a column twice, or one without a name
             text = "\n".join(one + "," + one.split(",")[chance.choice((0, -1))] * chance.randint(0, 1) for one in lines)

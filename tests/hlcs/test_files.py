@@ -312,3 +312,14 @@ def test_what_a_killed_run_left_is_cleared_by_the_next_one(tmp_path):
         folder.mkdir()
     with files.result_folder(tmp_path / "out"):
         assert not dead.exists() and alive.exists() and others.exists()
+
+
+@pytest.mark.parametrize("name", [".", "..", "../../out"])
+def test_the_current_folder_is_not_replaced_under_who_stands_in_it(tmp_path, monkeypatch, name):
+    """What is replaced is another folder of the same name: a shell in the old one sees nothing of the result."""
+    here = tmp_path / "out" / "below"
+    here.mkdir(parents=True)
+    monkeypatch.chdir(here)
+    with pytest.raises(InputError, match="the current folder"), files.result_folder(name):
+        pytest.fail("the work began")
+    assert here.samefile(".")

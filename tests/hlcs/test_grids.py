@@ -128,3 +128,16 @@ def test_a_unit_that_is_gone_leaves_its_area_to_its_neighbours():
 @pytest.mark.parametrize("places", [np.empty((0, 2)), np.zeros((1, 2)), np.column_stack([np.arange(6.0), np.zeros(6)])])
 def test_a_layer_without_an_inner_part_has_no_density(places):
     assert np.isnan(interior_density(places))
+
+
+@pytest.mark.parametrize("text", ["1_5,1.3", "1.4,1_3,triangular"])
+def test_a_number_with_an_underscore_is_not_another_number(text):
+    """Python reads 1_5 as 15."""
+    with pytest.raises(InputError, match="not understood"):
+        Grid.parse(text)
+
+
+@pytest.mark.parametrize("text", ["60,50", "1.4,1e308"])
+def test_spacings_in_other_units_than_nominal_diameters_are_refused(text):
+    with pytest.raises(InputError, match="nominal diameters"):
+        Grid.parse(text)

@@ -368,3 +368,32 @@ def test_times_that_are_not_seconds_are_refused(tmp_path, clock, advice):
     told = np.arange(len(seconds)) if clock == "frames" else 1000.5 * seconds
     lines = [f"{t:g},{2.0 - 0.5 * 9.81 * s * s:.4f}" for t, s in zip(told, seconds, strict=True)]
     refused(experiment(tmp_path, "t_s,z_m\n" + "\n".join(lines) + "\n"), "a.csv, column t_s:", "in the air", advice)
+
+
+def test_a_number_with_an_underscore_is_not_another_number(tmp_path):
+    """Python reads 0_95 as 95; a whole file of them would be one of another unit."""
+    rows = "".join(f"{0.1 * k:.1f},{1 - 0.05 * k * k:.4f}\n" for k in range(8))
+    refused(experiment(tmp_path, csv="t_s,z_m\n" + rows.replace("0.95", "0_95")), "row 3", "column z_m", "0_95")
+
+
+@pytest.mark.parametrize(("columns", "values", "words"), [
+    ("gravity_m_s2", -9.81, ("column gravity_m_s2", "between 0 and 300")), ("gravity_m_s2", 0, ("gravity is 0", "9.81")),
+    ("restitution", 5, ("column restitution", "between 0 and 1")), ("friction", 31, ("column friction", "between 0 and 10")),
+    ("fluid_viscosity_pa_s", 1e300, ("fluid_viscosity_pa_s",)), ("spin_rad_s", 1e12, ("spin_rad_s",)),
+    ("slope", 20, ("column slope", "rise over run")), ("mass_kg", 1200, ("density", "units are kg and m")),
+])
+def test_an_input_of_a_table_has_the_bounds_of_the_file(tmp_path, columns, values, words):
+    """The third row of the file is the wrong one: a comment stands above the header."""
+    rows = "".join(f"{values},{fall}\n" for fall in ("1,0.45", "1,0.452", "2,0.64"))
+    (tmp_path / "o.csv").write_text(f"# drops\n{columns},height_m,fall_time_s\n{rows}")
+    (tmp_path / "o.toml").write_text('kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.05\nmass = 1.2\n'
+                                     '[measurement]\nnoise = 0.003\nfile = "o.csv"\n')
+    with pytest.raises(InputError) as problem:
+        hlcs.compare(tmp_path / "o.toml")
+    for word in (*words, "o.csv, row 3"):
+        assert word in str(problem.value)
+
+
+def test_a_noise_in_millimetres_is_told(tmp_path):
+    with pytest.warns(InputWarning, match=r"measurement.noise.position: 2 m is hardly meant.*not in mm"):
+        read_experiment_file(experiment(tmp_path, toml=TOML.replace("0.01", "2")))

@@ -181,6 +181,14 @@ def test_a_title_that_looks_like_a_formula_is_drawn_as_it_stands(hlcs, tmp_path)
     assert hlcs("compare", "e.toml", "--out", "out")[0] == 0 and (tmp_path / "out" / "comparison.png").is_file()
 
 
+def test_a_thread_that_an_effects_file_starts_does_not_keep_the_command(tmp_path):
+    """shell() waits a minute; the thread sleeps for an hour."""
+    (tmp_path / "own.py").write_text("import threading, time\nthreading.Thread(target=time.sleep, args=(3600,)).start()\n")
+    experiment(tmp_path)
+    done = shell(f"'{sys.executable}' -m hlcs compare e.toml --effects own.py", tmp_path)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "defines no effect" in done.stderr
+
+
 # --------------------------------------------------------------------------------------------------------- unlikely input
 @pytest.mark.parametrize(("option", "value"), [("side", "1000"), ("density", "2.3"), ("friction", "60")])
 def test_settings_that_are_hardly_meant_are_told_in_one_line(hlcs, option, value):

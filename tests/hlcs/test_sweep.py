@@ -5,7 +5,7 @@ import sqlite3
 
 import pytest
 
-from hlcs import InputError, sweep
+from hlcs import InputError, cli, sweep
 from hlcs.store import Store, key_of
 
 TEXT = """
@@ -127,3 +127,11 @@ def test_without_dask_one_line_names_the_extra(plan, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     with pytest.raises(InputError, match=r"pip install 'hlcs\[sweep\]'"):
         sweep.run_sweep(plan, tmp_path / "runs.sqlite", dask="tcp://127.0.0.1:1")
+
+
+def test_nothing_is_said_to_be_kept_in_a_store_that_cannot_be_used(tmp_path, capsys):
+    file = tmp_path / "s.toml"
+    file.write_text("[placement]\nlayers = 1\n[sweep]\nseed = [1]\n")
+    assert cli.main(["sweep", str(file), "--store", str(file), "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert "s.toml" in said and "kept" not in said
