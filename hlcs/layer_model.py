@@ -156,6 +156,7 @@ class Simulator:
     def __init__(self, store=None, workers=None, progress=False, function=simulate):
         self.store, self.workers, self.progress, self.function = store or default_store(), workers, progress, function
         self.ran, self.told = 0, []  # how many tests were run; what there was to say of rows that are not used
+        self.refused = ""  # why the physics refused the first of the last tests that it refused
 
     def __call__(self, tests, words="simulating"):
         """[k (M,), nan where no plate found support, or None where the physics refused] of tests, each run once."""
@@ -165,6 +166,7 @@ class Simulator:
             if missing:
                 self._run(missing, store, words, len(keyed) - len(missing))
             found = work.results(store, [key_of(self._settings(test)) for test in tests])
+        self.refused = next((row["error"] for row in found if row["error"]), "")
         return [row["k"] for row in found]
 
     def _run(self, missing, store, words, held):
@@ -182,8 +184,8 @@ class Simulator:
 
 
 def _coefficients(row):
-    """A stored row with its layer coefficients as an array, None where the physics refused."""
-    return {"k": None if "error" in row else np.array(row["k"], dtype=float)}
+    """A stored row with its layer coefficients as an array, None where the physics refused, and why it did."""
+    return {"k": None if "error" in row else np.array(row["k"], dtype=float), "error": row.get("error", "")}
 
 
 def default_store():

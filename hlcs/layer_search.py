@@ -42,7 +42,7 @@ class LayerSearch(LayerJudge):
             if np.isfinite(runs).all(axis=1).sum() < 2:
                 raise InputError(
                     f"the model under test cannot be placed on {one.name}: fewer than two of {len(runs)} simulated tests "
-                    "stand; run `hlcs place` with these settings to see why"
+                    f"stand; {self.simulator.refused or 'run `hlcs place` with these settings to see why'}"
                 )
         numbers = layer_fit.simulated(self.data, rows)
         return Stage(model, rows, numbers, self.data.value - numbers.value, tuple(accepted))

@@ -136,7 +136,9 @@ def summary_rows(sweep, rows):
         measured = laboratory_for(test)
         if measured is not None:
             comparison = compare_layers(model, measured)
-            summary |= {"mean_relative_error": comparison.mean_relative_error, "signed_bias": comparison.signed_bias}
+            whole = comparison.known.all()  # a mean over fewer layers would rank a broken run before a whole one
+            summary |= {"mean_relative_error": comparison.mean_relative_error if whole else np.nan,
+                        "signed_bias": comparison.signed_bias if whole else np.nan}
         summary |= {"lost": sum(row["lost"] for row, _ in members), "unsettled": sum(row["unsettled"] for row, _ in members)}
         found.append(summary)
     return found

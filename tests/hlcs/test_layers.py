@@ -313,3 +313,11 @@ def test_tests_to_show_a_misfit_again_go_with_its_inverse_square():
 def test_a_model_of_layers_runs_its_own_placement():
     model = LayerModel(hlcs.PlacementTest(layers=1, rows=2, columns=2))
     assert model.run(seed=4).test == replace(model.placement, seed=4)
+
+
+def test_a_model_that_cannot_be_placed_on_a_measured_grid_says_why(tmp_path):
+    (tmp_path / "layers.csv").write_text(f"{HEADER}\nA,0.6,0.6,0,1,1.3,0.01,5,a\nA,0.6,0.6,0,2,1.1,0.01,5,a\n")
+    (tmp_path / "e.toml").write_text('kind = "layers"\n[placement]\nrows = 3\ncolumns = 3\nlayers = 2\n'
+                                     '[measurement]\nfile = "layers.csv"\n')
+    with pytest.raises(InputError, match="smallest feasible spacing"):
+        compare_layer_file(read_experiment_file(tmp_path / "e.toml"), simulator=Simulator(tmp_path / "s.sqlite", workers=1))

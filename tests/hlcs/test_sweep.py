@@ -3,6 +3,7 @@
 import json
 import sqlite3
 
+import numpy as np
 import pytest
 
 from hlcs import InputError, cli, sweep
@@ -135,3 +136,14 @@ def test_nothing_is_said_to_be_kept_in_a_store_that_cannot_be_used(tmp_path, cap
     assert cli.main(["sweep", str(file), "--store", str(file), "--quiet"]) == 2
     said = capsys.readouterr().err
     assert "s.toml" in said and "kept" not in said
+
+
+def test_a_case_that_misses_a_layer_has_no_error_to_be_ranked_by(tmp_path):
+    """Its first layer alone is nearer to the laboratory than two layers of a whole one can be."""
+    path = tmp_path / "sweep.toml"
+    path.write_text("[placement]\nlayers = 2\nrows = 3\ncolumns = 3\n[sweep]\nfriction = [0.0, 0.36]\n")
+    plan = sweep.read_sweep_file(path)
+    rows = [{"friction": friction, "k1": 1.298, "k2": k2, "structure": True, "lost": 0, "unsettled": 0}
+            for friction, k2 in ((0.0, None), (0.36, 1.1))]
+    broken, whole = sweep.summary_rows(plan, rows)
+    assert np.isnan(broken["mean_relative_error"]) and np.isnan(broken["signed_bias"]) and whole["mean_relative_error"] > 0
