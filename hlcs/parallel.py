@@ -4,8 +4,10 @@ import logging
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import time
+import warnings
 from concurrent.futures import FIRST_COMPLETED, CancelledError, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 
@@ -142,8 +144,10 @@ def _ended(children):
 
 
 def _obey():
-    """What a worker does first: leave Ctrl-C, which reaches every process of a terminal, to the first one, and end with it."""
+    """What a worker does first: leave Ctrl-C, which reaches every process of a terminal, to the first one, and end with it; its
+    warnings are one line each, as the command's own."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    warnings.showwarning = lambda message, *_, **__: print(f"hlcs: warning: {message}", file=sys.stderr, flush=True)
     threading.Thread(target=_end_with, args=(multiprocessing.parent_process(),), daemon=True).start()
 
 
