@@ -13,7 +13,7 @@ from hlcs import bottoms, placement, plates, plausible
 from hlcs.armour import CONCRETE, UNITS
 from hlcs.grids import TPG, Grid
 from hlcs.placement_result import PlacementResult
-from minibullet.errors import InputError
+from minibullet.errors import InputError, is_number, shown_value
 
 ROUGHNESS_LENGTH = 1.5  # distance of the points at which a rough bed has heights of their own [Dn]
 POSITIVE = float(np.nextafter(0.0, 1.0))
@@ -217,12 +217,12 @@ def _check(name, value, kind):
     """InputError where a field cannot have this value; kind: the type of its default."""
     if name in RANGES:
         low, high = RANGES[name]
-        number = not isinstance(value, bool) and isinstance(value, int | np.integer if kind is int else int | float | np.number)
-        if not number or not low <= value <= high or not np.isfinite(value):
+        number = is_number(value) and (kind is not int or isinstance(value, int | np.integer))
+        if not number or not low <= value <= high:
             least = "> 0" if low == POSITIVE else f">= {low:g}"
             rule = f"a whole number from {low} to {high}" if kind is int else f"a finite number {least}"
             most = f" and at most {high:g}" if kind is not int and np.isfinite(high) else ""
-            raise InputError(f"placement: {name} = {value!r}; it must be {rule}{most}")
+            raise InputError(f"placement: {name} = {shown_value(value)}; it must be {rule}{most}")
     elif name == "bottom" and not hasattr(value, "add_to"):
         raise InputError(f"placement: bottom = {value!r}; it must be text such as \"slope:0.04\", or a bottom of hlcs.bottoms")
     elif kind is bool and not isinstance(value, bool):

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from hlcs import plausible
-from minibullet.errors import InputError, InputWarning, shown, shown_value
+from minibullet.errors import InputError, InputWarning, is_number, shown, shown_value
 from minibullet.user_files import read_text
 
 EXAMPLES = {"measurement.noise": "{ position = 0.002 }", "surroundings.floor": "{ height = 0.0 }",
@@ -145,7 +145,7 @@ class TomlFile:
         if key not in table:
             return default
         value = table[key]
-        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        if not is_number(value):
             self.fail(key, f"must be a finite number, got {shown_value(value)}", section, index)
         if above is not None and not value > above:
             self.fail(key, f"must be greater than {above:g}, got {value:g}", section, index)

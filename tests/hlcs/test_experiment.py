@@ -84,6 +84,7 @@ def test_units_are_counted_and_heights_add_up(small_result):
 @pytest.mark.parametrize(("field", "value"), [
     ("layers", 0), ("layers", 2.5), ("layers", True), ("layers", 9), ("rows", 0), ("columns", "8"), ("seed", -1), ("plates", 0),
     ("friction", -0.1), ("friction", float("nan")), ("friction", "0.6"), ("side", 0.0), ("side", float("inf")), ("margin", -0.01),
+    ("friction", 10**400),
     ("margin", 1.0), ("falling_distance", -1.0), ("density", 0.0), ("restitution", 1.5), ("linear_damping", -1.0),
     ("time_step", 0.0), ("settle_time", 0.0), ("reference", "deaf"), ("shape", "sphere"), ("solver", "magic"), ("grid", "QPG"),
     ("bottom", "slope:steep"), ("tolerance", 0.0), ("iterations", 0)])
