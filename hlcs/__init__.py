@@ -1,10 +1,10 @@
 """The laboratory: place armour units, measure layers, compare with data, find the missing effect.
 
-    import hlcs
+import hlcs
 
-    result = hlcs.PlacementTest(grid=hlcs.TPG, layers=5, seed=1).run()
-    print(hlcs.compare(result, hlcs.laboratory("table2", grid="TPG")))
-    print(hlcs.diagnose("drop.toml"))
+result = hlcs.PlacementTest(grid=hlcs.TPG, layers=5, seed=1).run()
+print(hlcs.compare(result, hlcs.laboratory("table2", grid="TPG")))
+print(hlcs.diagnose("drop.toml"))
 """
 
 import importlib
@@ -19,10 +19,19 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Each name is imported when it is first asked for: loading NumPy and the compiler takes a second, and the command must be able to
 # answer Ctrl-C, or a missing folder, before that (`hlcs.net`).
 HOMES = {
-    "Cube": "hlcs.armour", "Cubipod": "hlcs.armour", "compare": "hlcs.compare", "diagnose": "hlcs.diagnose",
-    "PlacementTest": "hlcs.experiment", "RPG": "hlcs.grids", "TPG": "hlcs.grids", "Grid": "hlcs.grids",
-    "PlacementResult": "hlcs.placement_result", "laboratory": "hlcs.tables", "paper_numerical": "hlcs.tables",
-    "InputError": "minibullet.errors", "InputWarning": "minibullet.errors",
+    "Cube": "hlcs.armour",
+    "Cubipod": "hlcs.armour",
+    "compare": "hlcs.compare",
+    "diagnose": "hlcs.diagnose",
+    "PlacementTest": "hlcs.experiment",
+    "RPG": "hlcs.grids",
+    "TPG": "hlcs.grids",
+    "Grid": "hlcs.grids",
+    "PlacementResult": "hlcs.placement_result",
+    "laboratory": "hlcs.tables",
+    "paper_numerical": "hlcs.tables",
+    "InputError": "minibullet.errors",
+    "InputWarning": "minibullet.errors",
 }
 __all__ = sorted(HOMES)
 

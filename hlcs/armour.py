@@ -16,14 +16,14 @@ from minibullet import rotations
 from minibullet.errors import InputError
 from minibullet.shapes import Box, Compound, ConvexPiece
 
-CONCRETE = 2300.0       # kg/m3, the density used by the paper
+CONCRETE = 2300.0  # kg/m3, the density used by the paper
 
 
 class Unit:
     """What every armour unit does; a unit defines its side, relative volume, pieces, hull and the poses on its faces."""
 
     name = "unit"
-    relative_volume = 1.0       # V / L^3
+    relative_volume = 1.0  # V / L^3
 
     @property
     def volume(self):
@@ -95,8 +95,10 @@ class Cubipod(Unit):
             _check_positive(self.name, field, value, "a finite number > 0, in units of the side")
             object.__setattr__(self, field, float(value))
         if not protrusion_top <= protrusion_base <= 1.0:
-            raise InputError(f"cubipod: protrusion_base = {protrusion_base}, protrusion_top = {protrusion_top}; "
-                             "a protrusion narrows outwards on a face of side 1: top <= base <= 1")
+            raise InputError(
+                f"cubipod: protrusion_base = {protrusion_base}, protrusion_top = {protrusion_top}; "
+                "a protrusion narrows outwards on a face of side 1: top <= base <= 1"
+            )
         object.__setattr__(self, "side", _side(self.name, side, nominal_diameter, cbrt(self.relative_volume)))
 
     @property
@@ -158,7 +160,7 @@ class Cubipod(Unit):
     def _low_pose(self):
         """Bottom on the trapezoid between a cube edge and the parallel tip edge; the horizontal tip axis lies along x."""
         x, z = self._low_normal
-        world_x, world_z = np.array([0.0, 1.0, 0.0]), -np.array([x, 0.0, z])       # in body axes
+        world_x, world_z = np.array([0.0, 1.0, 0.0]), -np.array([x, 0.0, z])  # in body axes
         return rotations.from_matrix(np.array([world_x, np.cross(world_z, world_x), world_z]))
 
 

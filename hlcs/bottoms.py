@@ -17,7 +17,7 @@ from minibullet.errors import InputError
 from minibullet.shapes import ConvexPiece
 
 COLUMNS = ("x_m", "y_m", "z_m")
-MOST_POINTS = 20_000            # two fixed prisms for each point
+MOST_POINTS = 20_000  # two fixed prisms for each point
 
 
 @dataclass(frozen=True)
@@ -80,16 +80,22 @@ class Survey:
         double = np.flatnonzero(np.diff(cell[order]) == 0)
         if len(double):
             k = order[double[0] + 1]
-            raise InputError(f"bottom '{path.name}', row {rows[k]}: the point x_m = {points[k, 0]:g}, y_m = {points[k, 1]:g} "
-                             f"stands already in row {rows[order[double[0]]]}; leave one of the two out")
+            raise InputError(
+                f"bottom '{path.name}', row {rows[k]}: the point x_m = {points[k, 0]:g}, y_m = {points[k, 1]:g} "
+                f"stands already in row {rows[order[double[0]]]}; leave one of the two out"
+            )
         if len(x) < 2 or len(y) < 2:
-            raise InputError(f"bottom '{path.name}': {len(x)} different x_m and {len(y)} different y_m; "
-                             "a survey needs a grid of 2 x 2 points at least")
+            raise InputError(
+                f"bottom '{path.name}': {len(x)} different x_m and {len(y)} different y_m; "
+                "a survey needs a grid of 2 x 2 points at least"
+            )
         if len(points) != len(x) * len(y):
             missing = int(np.setdiff1d(np.arange(len(x) * len(y)), cell)[0])
-            raise InputError(f"bottom '{path.name}': {len(points)} points, but {len(x)} different x_m times {len(y)} different "
-                             f"y_m are {len(x) * len(y)}; the first one missing is x_m = {x[missing % len(x)]:g}, "
-                             f"y_m = {y[missing // len(x)]:g} (interpolate the survey onto a full grid)")
+            raise InputError(
+                f"bottom '{path.name}': {len(points)} points, but {len(x)} different x_m times {len(y)} different "
+                f"y_m are {len(x) * len(y)}; the first one missing is x_m = {x[missing % len(x)]:g}, "
+                f"y_m = {y[missing // len(x)]:g} (interpolate the survey onto a full grid)"
+            )
         z = points[order, 2].reshape(len(y), len(x))
         return cls(x - 0.5 * (x[0] + x[-1]), y - 0.5 * (y[0] + y[-1]), z, path.name)
 
@@ -113,8 +119,10 @@ class Survey:
 
     def add_to(self, world, friction=None, restitution=None):
         """Add the prisms under the triangles as fixed bodies."""
-        return [world.add(piece, density=1.0, position=piece.centre_of_mass, fixed=True,
-                          friction=friction, restitution=restitution) for piece in self.prisms]
+        return [
+            world.add(piece, density=1.0, position=piece.centre_of_mass, fixed=True, friction=friction, restitution=restitution)
+            for piece in self.prisms
+        ]
 
     @cached_property
     def prisms(self):
@@ -123,8 +131,10 @@ class Survey:
         pieces = []
         for row in range(len(self.y) - 1):
             for column in range(len(self.x) - 1):
-                corner = [np.array([self.x[column + j], self.y[row + i], self.z[row + i, column + j]])
-                          for i, j in ((0, 0), (0, 1), (1, 1), (1, 0))]
+                corner = [
+                    np.array([self.x[column + j], self.y[row + i], self.z[row + i, column + j]])
+                    for i, j in ((0, 0), (0, 1), (1, 1), (1, 0))
+                ]
                 for triangle in ((0, 1, 2), (0, 2, 3)):
                     top = np.array([corner[k] for k in triangle])
                     pieces.append(ConvexPiece(np.concatenate([top, top * (1.0, 1.0, 0.0) + (0.0, 0.0, depth)])))
@@ -136,9 +146,11 @@ class Survey:
         outside = ~((x >= self.x[0]) & (x <= self.x[-1]) & (y >= self.y[0]) & (y <= self.y[-1]))
         if np.any(outside):
             k = np.unravel_index(np.argmax(outside), x.shape)
-            raise InputError(f"bottom '{self.source}': the point x = {x[k]:g} m, y = {y[k]:g} m lies outside the survey, "
-                             f"{self.x[-1] - self.x[0]:g} m x {self.y[-1] - self.y[0]:g} m about its middle; "
-                             "survey a larger area or place fewer units")
+            raise InputError(
+                f"bottom '{self.source}': the point x = {x[k]:g} m, y = {y[k]:g} m lies outside the survey, "
+                f"{self.x[-1] - self.x[0]:g} m x {self.y[-1] - self.y[0]:g} m about its middle; "
+                "survey a larger area or place fewer units"
+            )
         column = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, len(self.x) - 2)
         row = np.clip(np.searchsorted(self.y, y, side="right") - 1, 0, len(self.y) - 2)
         s = (x - self.x[column]) / np.diff(self.x)[column]

@@ -89,8 +89,10 @@ def screened(measurement, contact, limit=LIMIT):
     first, second = ([trials[k] for k in sorted(order[:count])] for count in (few, many))
     names = ", ".join(trial.name for trial in first[:6]) + " .." * (few > 6)
     rest = "all" if many >= len(trials) else f"{many}; the rest are left out"
-    note = (f"to keep within the limit of time every candidate is tried on {few} of {len(trials)} recordings ({names}), "
-            f"those accepted are refitted on {rest}")
+    note = (
+        f"to keep within the limit of time every candidate is tried on {few} of {len(trials)} recordings ({names}), "
+        f"those accepted are refitted on {rest}"
+    )
     return replace(measurement, trials=tuple(first)), replace(measurement, trials=tuple(second)), (note,)
 
 

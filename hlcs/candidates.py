@@ -9,8 +9,16 @@ from .effects import NOT_FORCES, Candidate, candidate, class_named, classes
 from .effects.contract import name_of
 from .solids import solid
 
-NEED_MASS_AND_SIZE = {"drag_crisis", "buoyancy", "added_mass", "magnus", "history_force", "ground_cushion", "mass_offset",
-                      "size_error"}
+NEED_MASS_AND_SIZE = {
+    "drag_crisis",
+    "buoyancy",
+    "added_mass",
+    "magnus",
+    "history_force",
+    "ground_cushion",
+    "mass_offset",
+    "size_error",
+}
 NEED_DRAG = {"uniform_flow", "orientation_drag", "wall_drag"}
 NEED_FLOOR = {"wall_drag", "ground_cushion", "tracker_smoothing"}
 
@@ -115,7 +123,8 @@ def blocked(candidate_entry, model):
 def has_drag(model):
     """Is there a drag in the model, in its file's part or among its terms?"""
     return any(issubclass(term.candidate.kind, forces.Drag) for term in model.terms) or any(
-        name in ("linear_drag", "quadratic_drag", "drag_crisis") for name in model.names)
+        name in ("linear_drag", "quadratic_drag", "drag_crisis") for name in model.names
+    )
 
 
 def carries(model, index):

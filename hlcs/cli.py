@@ -127,8 +127,9 @@ def compare(file, effects_file, allow_outside, seed, workers, out, json_file, qu
 
     if out:
         files.check_folder(out)  # refused now, not after minutes
-    comparison = compare_file(file, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet,
-                              allow_outside=allow_outside)
+    comparison = compare_file(
+        file, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet, allow_outside=allow_outside
+    )
     if out:
         comparison.save(out)
     publish(comparison.to_json(), comparison.summary(), json_file, out, quiet)
@@ -151,8 +152,15 @@ def diagnose(file, candidates, effects_file, allow_outside, plots, seed, workers
     names = [name.strip() for name in candidates.split(",") if name.strip()] if candidates is not None else None
     for folder in filter(None, (out, plots)):
         files.check_folder(folder)  # refused now, not after minutes
-    diagnosis = diagnose_file(file, candidates=names, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet,
-                              allow_outside=allow_outside)
+    diagnosis = diagnose_file(
+        file,
+        candidates=names,
+        effects_file=effects_file,
+        seed=seed,
+        workers=workers,
+        progress=not quiet,
+        allow_outside=allow_outside,
+    )
     for folder in filter(None, (out, plots)):
         diagnosis.save(folder)
     publish(diagnosis.to_json(), diagnosis.summary(), json_file, out or plots, quiet)

@@ -13,26 +13,50 @@ import click
 from hlcs import files, interrupts, net
 from hlcs.experiment import PlacementTest
 
-CHOICES = {"reference": ["layer", "blind"], "shape": ["pieces", "hull"], "armour": ["cubipod", "cube"],
-           "stacking": ["ABC", "ABA"], "solver": ["exact", "gauss_seidel", "sequential_impulse"]}
+CHOICES = {
+    "reference": ["layer", "blind"],
+    "shape": ["pieces", "hull"],
+    "armour": ["cubipod", "cube"],
+    "stacking": ["ABC", "ABA"],
+    "solver": ["exact", "gauss_seidel", "sequential_impulse"],
+}
 HELP = {
-    "grid": "TPG, RPG, or two spacings in Dn: A,B or A,B,triangular", "layers": "how many", "rows": "of the first layer",
-    "columns": "of the first layer", "bottom": "flat, slope:0.04, or a survey bed.csv (x_m,y_m,z_m)",
-    "reference": "each layer aimed from the layer below, or blindly", "shape": "the true unit, or its convex hull",
-    "armour": "kind of unit", "side": "of the unit's cube, m",
-    "nominal_diameter": "of the unit, m, in place of --side", "friction": "of a contact",
-    "restitution": "of a contact", "linear_damping": "Eq. 6", "angular_damping": "Eq. 7", "margin": "round each unit, in Dn",
-    "falling_distance": "above the layers below, in Dn", "density": "of the units, kg/m3", "seed": "of the orientations",
-    "stacking": "of a triangular grid", "time_step": "s", "iterations": "most sweeps of the solver a step",
-    "tolerance": "residual at which a step is solved", "solver": "how contacts are solved",
-    "settle_time": "longest wait for a layer, s", "plates": "measuring plates along each side of a layer",
+    "grid": "TPG, RPG, or two spacings in Dn: A,B or A,B,triangular",
+    "layers": "how many",
+    "rows": "of the first layer",
+    "columns": "of the first layer",
+    "bottom": "flat, slope:0.04, or a survey bed.csv (x_m,y_m,z_m)",
+    "reference": "each layer aimed from the layer below, or blindly",
+    "shape": "the true unit, or its convex hull",
+    "armour": "kind of unit",
+    "side": "of the unit's cube, m",
+    "nominal_diameter": "of the unit, m, in place of --side",
+    "friction": "of a contact",
+    "restitution": "of a contact",
+    "linear_damping": "Eq. 6",
+    "angular_damping": "Eq. 7",
+    "margin": "round each unit, in Dn",
+    "falling_distance": "above the layers below, in Dn",
+    "density": "of the units, kg/m3",
+    "seed": "of the orientations",
+    "stacking": "of a triangular grid",
+    "time_step": "s",
+    "iterations": "most sweeps of the solver a step",
+    "tolerance": "residual at which a step is solved",
+    "solver": "how contacts are solved",
+    "settle_time": "longest wait for a layer, s",
+    "plates": "measuring plates along each side of a layer",
     "placement_scatter": "standard deviation of the aims from layer 2 on, in Dn",
     "placement_offset_x": "by which each layer misses its aim more than the one below, in Dn",
     "placement_offset_y": "the same in y",
-    "yaw_constraint": "concentration of the first headings about x", "lost_units": "fraction left out",
-    "sequential_placement": "rows of a layer one after another", "loose_lower_layers": "no layer is ever fixed",
-    "vibration": "shaking along x after each layer, in g", "bottom_roughness": "standard deviation of the bed's heights, in Dn",
-    "inertia_factor": "moments of inertia over the true ones"}
+    "yaw_constraint": "concentration of the first headings about x",
+    "lost_units": "fraction left out",
+    "sequential_placement": "rows of a layer one after another",
+    "loose_lower_layers": "no layer is ever fixed",
+    "vibration": "shaking along x after each layer, in g",
+    "bottom_roughness": "standard deviation of the bed's heights, in Dn",
+    "inertia_factor": "moments of inertia over the true ones",
+}
 
 
 def placement_options(command):
@@ -85,6 +109,7 @@ def path_option(*names, **settings):
 
 def json_option(command):
     """--json FILE; with "-" the command gets standard output itself, and all its other words go to standard error."""
+
     @functools.wraps(command)
     def given(json_file=None, **others):
         if json_file != "-":
@@ -127,9 +152,11 @@ def workers_option(command):
 
 def example(*lines):
     """Add real command lines to the end of a command's help."""
+
     def add(function):
         function.__doc__ = inspect.cleandoc(function.__doc__) + "\n\n\b\nExample:\n" + "\n".join(f"  {line}" for line in lines)
         return function
+
     return add
 
 

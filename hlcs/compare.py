@@ -37,9 +37,21 @@ class Comparison:
         """The comparison as a dictionary of plain numbers and texts."""
         from .diagnosis import plain
 
-        return plain({"format": 1, "kind": self.kind, "title": self.title, "adequate": self.adequate, "p": self.p,
-                      "statistic": self.statistic, "error": self.error, "where": list(self.where), "noise": self.noise,
-                      "impacts": as_rows(self.impacts), "notes": list(self.notes)})
+        return plain(
+            {
+                "format": 1,
+                "kind": self.kind,
+                "title": self.title,
+                "adequate": self.adequate,
+                "p": self.p,
+                "statistic": self.statistic,
+                "error": self.error,
+                "where": list(self.where),
+                "noise": self.noise,
+                "impacts": as_rows(self.impacts),
+                "notes": list(self.notes),
+            }
+        )
 
     def to_dataframe(self):
         """One row an observation: trial, channel, time, height, speed (or its inputs), measured, model, residual, sigmas."""
@@ -106,22 +118,50 @@ def compare(path, *others, effects_file=None, seed=0, workers=None, progress=Fal
 def compare_trajectories(measurement, own=()):
     """The comparison of recordings with the model under test, starts fitted where they are not stated."""
     prepared = prepare(measurement, own)
-    noise = {"position": prepared.noise.position, "orientation": prepared.noise.orientation, "rho": prepared.noise.rho,
-             "source": prepared.noise.source, "flexible": prepared.noise.hint}
+    noise = {
+        "position": prepared.noise.position,
+        "orientation": prepared.noise.orientation,
+        "rho": prepared.noise.rho,
+        "source": prepared.noise.source,
+        "flexible": prepared.noise.hint,
+    }
     if prepared.problem is None:
-        return Comparison(measurement.file.kind, measurement.file.title, None, None, None,
-                          {"rms": None, "noise": None, "unit": "m"}, (), noise, prepared.notes)
+        return Comparison(
+            measurement.file.kind,
+            measurement.file.title,
+            None,
+            None,
+            None,
+            {"rms": None, "noise": None, "unit": "m"},
+            (),
+            noise,
+            prepared.notes,
+        )
     verdict, table = judge(prepared.problem, prepared.base)
     position = table["channel"] < 3
     unit = "m" if position.any() else "rad"
     inside = position if position.any() else ~position
-    error = {"rms": float(np.sqrt(np.mean(table["residual"][inside] ** 2))), "unit": unit,
-             "noise": prepared.noise.position if unit == "m" else prepared.noise.orientation,
-             "bias": float(np.mean(-table["residual"][inside]))}
-    return Comparison(measurement.file.kind, measurement.file.title, verdict.adequate, verdict.statistic, verdict.p, error,
-                      where_it_fails(prepared.problem, table), noise, prepared.notes, table,
-                      tuple(trial.name for trial in prepared.problem.trials), read_impacts(measurement, prepared.noise),
-                      {name: getattr(measurement.trials[0].surroundings, name) for name in ("restitution", "friction")})
+    error = {
+        "rms": float(np.sqrt(np.mean(table["residual"][inside] ** 2))),
+        "unit": unit,
+        "noise": prepared.noise.position if unit == "m" else prepared.noise.orientation,
+        "bias": float(np.mean(-table["residual"][inside])),
+    }
+    return Comparison(
+        measurement.file.kind,
+        measurement.file.title,
+        verdict.adequate,
+        verdict.statistic,
+        verdict.p,
+        error,
+        where_it_fails(prepared.problem, table),
+        noise,
+        prepared.notes,
+        table,
+        tuple(trial.name for trial in prepared.problem.trials),
+        read_impacts(measurement, prepared.noise),
+        {name: getattr(measurement.trials[0].surroundings, name) for name in ("restitution", "friction")},
+    )
 
 
 def where_it_fails(problem, table):
@@ -136,10 +176,16 @@ def where_it_fails(problem, table):
     order = np.argsort(label, kind="stable")
     for here in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
         worst = here[np.argmax(np.abs(table["sigmas"][here]))]
-        found.append({"trial": problem.trials[table["trial"][worst]].name, "channel": CHANNELS[table["channel"][worst]],
-                      "phase": str(phases[worst]),
-                      "rms": float(np.sqrt(np.mean(table["residual"][here] ** 2))),
-                      "sigma": float(np.sqrt(np.mean(table["sigmas"][here] ** 2))),
-                      "time": float(table["time"][worst]), "height": float(table["height"][worst]),
-                      "speed": float(table["speed"][worst])})
+        found.append(
+            {
+                "trial": problem.trials[table["trial"][worst]].name,
+                "channel": CHANNELS[table["channel"][worst]],
+                "phase": str(phases[worst]),
+                "rms": float(np.sqrt(np.mean(table["residual"][here] ** 2))),
+                "sigma": float(np.sqrt(np.mean(table["sigmas"][here] ** 2))),
+                "time": float(table["time"][worst]),
+                "height": float(table["height"][worst]),
+                "speed": float(table["speed"][worst]),
+            }
+        )
     return tuple(sorted(found, key=lambda row: (-row["sigma"], row["trial"], row["channel"], row["phase"])))

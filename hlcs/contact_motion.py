@@ -112,19 +112,37 @@ def run(solids, shapes, starts, floors, effects, friction, restitution, duration
     import minibullet as mb
 
     acting, seats = shared(effects)
-    world = mb.World(effects=acting, settings=mb.Settings(time_step=step, friction=float(friction[0]),
-                                                          restitution=float(restitution[0]), margin=0.0,
-                                                          solver="gauss_seidel", iterations=SWEEPS))
+    world = mb.World(
+        effects=acting,
+        settings=mb.Settings(
+            time_step=step,
+            friction=float(friction[0]),
+            restitution=float(restitution[0]),
+            margin=0.0,
+            solver="gauss_seidel",
+            iterations=SWEEPS,
+        ),
+    )
     unlike = bool(np.ptp(friction) or np.ptp(restitution))
     distinct = {floor for floor in floors if floor is not None}
     for b, (solid, shape, start, floor) in enumerate(zip(solids, shapes, starts, floors, strict=True)):
         if floor is not None and len(distinct) > 1:
             world.add_plane(floor[0], floor[1], name=f"floor {b}", group=b)
         own = {"friction": float(friction[b]), "restitution": float(restitution[b])} if unlike else {}
-        world.add(shape, mass=solid.mass, inertia=solid.tensor, position=start[:3], orientation=start[6:10], velocity=start[3:6],
-                  angular_velocity=start[10:13], name=f"run {b}", group=b, **own)
+        world.add(
+            shape,
+            mass=solid.mass,
+            inertia=solid.tensor,
+            position=start[:3],
+            orientation=start[6:10],
+            velocity=start[3:6],
+            angular_velocity=start[10:13],
+            name=f"run {b}",
+            group=b,
+            **own,
+        )
     if len(distinct) == 1:
-        (normal, height), = distinct
+        ((normal, height),) = distinct
         world.add_plane(normal, height)
     scene = world.registry.enrol()
     place = {name: row for row, name in enumerate(scene.names)}

@@ -31,7 +31,7 @@ class CsvTable:
     columns: dict  # name -> numbers (n,), NaN where blank, or words (n,); in the order of the file
 
     def place(self, index, column):
-        """"file, row n, column c", to begin a complaint about one cell with."""
+        """ "file, row n, column c", to begin a complaint about one cell with."""
         return f"{self.name}, row {self.rows[index]}, column {column}"
 
 
@@ -52,8 +52,10 @@ def read_csv(path, known, required=(), *, words=(), blank=(), name=None, others=
     lines = text.split("\n")
     longest = max(range(len(lines)), key=lambda k: len(lines[k]))
     if len(lines[longest]) > MOST_LINE:
-        raise InputError(f"{name}, row {longest + 1}: a line of {len(lines[longest]):,} characters, at most {MOST_LINE:,} are "
-                         "read; is this a CSV file?")
+        raise InputError(
+            f"{name}, row {longest + 1}: a line of {len(lines[longest]):,} characters, at most {MOST_LINE:,} are "
+            "read; is this a CSV file?"
+        )
     used = [k for k, line in enumerate(lines) if line.strip(" \t,") and not line.lstrip().startswith("#")]
     if not used:
         raise InputError(f"{name}: is empty; the first row names the columns {','.join(known)}")
@@ -74,15 +76,18 @@ def read_csv(path, known, required=(), *, words=(), blank=(), name=None, others=
                 continue
         rows.append(k + 1)
         table.append(values)
-    columns = {column: np.array([row[place] for row in table], dtype=str if column in words else float)
-               for place, column in enumerate(header) if column in known}
+    columns = {
+        column: np.array([row[place] for row in table], dtype=str if column in words else float)
+        for place, column in enumerate(header)
+        if column in known
+    }
     return CsvTable(name, first + 1, np.array(rows, dtype=int), columns)
 
 
 def _cells(name, row, line):
     """The texts of a row's cells, without the blanks around them."""
     try:
-        cells, = csv.reader([line], skipinitialspace=True, strict=True)
+        (cells,) = csv.reader([line], skipinitialspace=True, strict=True)
     except csv.Error as problem:
         what = "a quote is opened and not closed in its row" if "end of data" in str(problem) else str(problem)
         raise InputError(f"{name}, row {row}: {what}; leave quotes out, or close each one before the next comma") from None
@@ -93,14 +98,16 @@ def _check_header(place, header, known, required, others):
     """Refuse a row of names with columns missing, unknown, without a name, or twice."""
     for sign, word in ((";", "semicolons"), ("\t", "tabs")):
         if any(sign in name for name in header):
-            raise InputError(f"{place}: columns are separated by {word}; write commas between columns, and "
-                             "points, not commas, in decimals")
+            raise InputError(
+                f"{place}: columns are separated by {word}; write commas between columns, and points, not commas, in decimals"
+            )
     for number, name in enumerate(header, start=1):
         if not name and not others:
             raise InputError(f"{place}: column {number} has no name; is there a comma too many?")
         if name not in known and not others:
-            raise InputError(f"{place}: unknown column '{shown(name)}'; the nearest known column is "
-                             f"'{nearest(name[:60], known)}'")
+            raise InputError(
+                f"{place}: unknown column '{shown(name)}'; the nearest known column is '{nearest(name[:60], known)}'"
+            )
         if name in known and header.count(name) > 1:
             raise InputError(f"{place}: column '{name}' stands twice; keep one")
     for name in required:
@@ -151,10 +158,17 @@ def _number(place, text, blank):
     try:
         value = decimal(text)
     except ValueError:
-        hint = "write decimals with a point, 0.5" if "," in text else "leave a missing sample blank" if blank else (
-            "every row needs this value")
+        hint = (
+            "write decimals with a point, 0.5"
+            if "," in text
+            else "leave a missing sample blank"
+            if blank
+            else ("every row needs this value")
+        )
         raise InputError(f"{place}: '{shown(text)}' is not a number; {hint}") from None
     if not isfinite(value):
-        raise InputError(f"{place}: '{shown(text)}' is not finite; " + (
-            "leave a missing sample blank" if blank else "every row needs this value"))
+        raise InputError(
+            f"{place}: '{shown(text)}' is not finite; "
+            + ("leave a missing sample blank" if blank else "every row needs this value")
+        )
     return value

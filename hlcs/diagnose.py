@@ -63,6 +63,7 @@ def _teller(progress):
     def say(text):
         bar.set_description_str(text)
         bar.refresh()
+
     return say
 
 
@@ -97,8 +98,11 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     say("fitting more recordings")
     kept = {*found.effects, *(name for members in found.ambiguous for name in members)}
     confirmed = searched(prepare(many, own, noise), [entry for entry in entries if entry.name in kept], {})
-    others = tuple(replace(finding, why=f"on {len(few.trials)} recordings: {finding.why}")
-                   for finding in found.candidates if finding.effect not in kept)
+    others = tuple(
+        replace(finding, why=f"on {len(few.trials)} recordings: {finding.why}")
+        for finding in found.candidates
+        if finding.effect not in kept
+    )
     left_out = tuple(note for note in found.notes if note.startswith(LEFT_OUT) and note not in confirmed.notes)
     return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
 
@@ -143,19 +147,47 @@ def assemble(prepared, search, absent, judge, where, told=lambda problem, fit: (
     following = None
     if verdict in ("ambiguous", "unexplained"):
         following = identify.next_experiment(prepared, search, final, others, verdict)
-    adequate = {"before": verdict_before.adequate, "after": verdict_after.adequate, "statistic": verdict_after.statistic,
-                "p": verdict_after.p, "threshold": verdict_after.threshold, "speaks": verdict_after.worst,
-                "chi2_per_freedom": {"before": verdict_before.chi2, "after": verdict_after.chi2}}
-    noise = {"position": prepared.noise.position, "orientation": prepared.noise.orientation, "rho": prepared.noise.rho,
-             "source": prepared.noise.source, "flexible": prepared.noise.hint}
+    adequate = {
+        "before": verdict_before.adequate,
+        "after": verdict_after.adequate,
+        "statistic": verdict_after.statistic,
+        "p": verdict_after.p,
+        "threshold": verdict_after.threshold,
+        "speaks": verdict_after.worst,
+        "chi2_per_freedom": {"before": verdict_before.chi2, "after": verdict_after.chi2},
+    }
+    noise = {
+        "position": prepared.noise.position,
+        "orientation": prepared.noise.orientation,
+        "rho": prepared.noise.rho,
+        "source": prepared.noise.source,
+        "flexible": prepared.noise.hint,
+    }
     return Diagnosis(
-        kind=measurement.file.kind, title=measurement.file.title, verdict=verdict, effects=effects,
-        parameters=intervals(best, 1.0 if verdict_after.adequate else verdict_after.chi2), ambiguous=ambiguous, error=error,
-        steps=tuple(steps), adequate=adequate, candidates=findings, where=where(judged, table_after),
-        next_experiment=following, notes=(*prepared.notes, *search.budget.notes()), noise=noise, model=best.model,
-        pictures={"before": table_before, "after": table_after, "trials": [trial.name for trial in problem.trials],
-                  "groups": [trial.group for trial in problem.trials], "kind": measurement.file.kind,
-                  "input": next(iter(problem.table.inputs), "row") if measurement.file.kind == "outcomes" else None})
+        kind=measurement.file.kind,
+        title=measurement.file.title,
+        verdict=verdict,
+        effects=effects,
+        parameters=intervals(best, 1.0 if verdict_after.adequate else verdict_after.chi2),
+        ambiguous=ambiguous,
+        error=error,
+        steps=tuple(steps),
+        adequate=adequate,
+        candidates=findings,
+        where=where(judged, table_after),
+        next_experiment=following,
+        notes=(*prepared.notes, *search.budget.notes()),
+        noise=noise,
+        model=best.model,
+        pictures={
+            "before": table_before,
+            "after": table_after,
+            "trials": [trial.name for trial in problem.trials],
+            "groups": [trial.group for trial in problem.trials],
+            "kind": measurement.file.kind,
+            "input": next(iter(problem.table.inputs), "row") if measurement.file.kind == "outcomes" else None,
+        },
+    )
 
 
 def intervals(fit, inflation):
@@ -168,8 +200,12 @@ def intervals(fit, inflation):
             error = quantile * np.sqrt(max(inflation, 1.0) * max(fit.covariance[place, place], 0.0))
             value = fit.estimate[place]
             low, high = (-np.inf, np.inf) if free.period is not None else (min(free.low, value), max(free.high, value))
-            numbers[free.name] = {"value": float(value), "low": float(max(value - error, low)),
-                                  "high": float(min(value + error, high)), "unit": free.unit}
+            numbers[free.name] = {
+                "value": float(value),
+                "low": float(max(value - error, low)),
+                "high": float(min(value + error, high)),
+                "unit": free.unit,
+            }
             place += 1
         found[term.name] = numbers
     return found
@@ -204,8 +240,12 @@ def _errors(search, base, final, unit):
     held = None
     if search.folds.possible:
         held = {"before": held_out_error(search, base, unit), "after": held_out_error(search, final, unit), "noise": noise}
-    return {"measure": "rms", "unit": unit, "held_out": held,
-            "fitted": {"before": fitted_error(search, base, unit), "after": fitted_error(search, final, unit), "noise": noise}}
+    return {
+        "measure": "rms",
+        "unit": unit,
+        "held_out": held,
+        "fitted": {"before": fitted_error(search, base, unit), "after": fitted_error(search, final, unit), "noise": noise},
+    }
 
 
 def _findings(search, fits, rounds, rivals, effects, absent, unit, adequacy):
@@ -280,16 +320,29 @@ def _visible(last):
 def unknown_noise(measurement, prepared, entries):
     """The verdict cannot_judge, with what to record."""
     hint = prepared.noise.hint
-    text = ("record the tracker looking at a body at rest (measurement.static), or repeat a trial from the same start, or state "
-            "measurement.noise")
+    text = (
+        "record the tracker looking at a body at rest (measurement.static), or repeat a trial from the same start, or state "
+        "measurement.noise"
+    )
     if measurement.file.kind == "outcomes":
         text = "repeat some rows with equal inputs (replicates), or state measurement.noise"
     if hint:
         text += f"; a flexible curve through the data leaves {hint:.2g} m (rho {prepared.noise.rho:.2f}): a hint, no more"
-    return Diagnosis(kind=measurement.file.kind, title=measurement.file.title, verdict="cannot_judge", effects=(), parameters={},
-                     ambiguous=(), error={"measure": "rms", "unit": None, "fitted": None, "held_out": None}, steps=(),
-                     adequate={"before": None, "after": None, "statistic": None, "p": None},
-                     candidates=tuple(Finding(entry.name, None, None, None, False, (), "not judged: the noise is unknown")
-                                      for entry in entries), where=(),
-                     next_experiment=identify.NextExperiment(text, (), None, {}), notes=prepared.notes,
-                     noise={"position": None, "source": "unknown", "flexible": hint})
+    return Diagnosis(
+        kind=measurement.file.kind,
+        title=measurement.file.title,
+        verdict="cannot_judge",
+        effects=(),
+        parameters={},
+        ambiguous=(),
+        error={"measure": "rms", "unit": None, "fitted": None, "held_out": None},
+        steps=(),
+        adequate={"before": None, "after": None, "statistic": None, "p": None},
+        candidates=tuple(
+            Finding(entry.name, None, None, None, False, (), "not judged: the noise is unknown") for entry in entries
+        ),
+        where=(),
+        next_experiment=identify.NextExperiment(text, (), None, {}),
+        notes=prepared.notes,
+        noise={"position": None, "source": "unknown", "flexible": hint},
+    )

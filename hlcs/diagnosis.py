@@ -6,10 +6,13 @@ from typing import Any
 
 import numpy as np
 
-VERDICTS = {"complete": "nothing is missing at the precision of these data", "effect": "missing: {effects}",
-            "ambiguous": "one of a set is missing, and these data cannot tell which",
-            "unexplained": "the model fails, and no candidate mends it",
-            "cannot_judge": "the noise or the number of tests is unknown"}
+VERDICTS = {
+    "complete": "nothing is missing at the precision of these data",
+    "effect": "missing: {effects}",
+    "ambiguous": "one of a set is missing, and these data cannot tell which",
+    "unexplained": "the model fails, and no candidate mends it",
+    "cannot_judge": "the noise or the number of tests is unknown",
+}
 
 
 @dataclass(frozen=True)
@@ -52,24 +55,55 @@ class Diagnosis:
         """The result of `diagnose --json` as a dictionary of plain numbers and texts."""
         following = None
         if self.next_experiment is not None:
-            following = {"text": self.next_experiment.text, "separates": list(self.next_experiment.separates),
-                         "tests_needed": self.next_experiment.tests_needed, "design": self.next_experiment.design}
+            following = {
+                "text": self.next_experiment.text,
+                "separates": list(self.next_experiment.separates),
+                "tests_needed": self.next_experiment.tests_needed,
+                "design": self.next_experiment.design,
+            }
         findings = []
         for finding in self.candidates:
             entry = asdict(finding)
             entry["same_as"] = list(finding.same_as)
             findings.append(entry)
-        return plain({"format": 1, "kind": self.kind, "title": self.title, "verdict": self.verdict, "effects": list(self.effects),
-                      "parameters": self.parameters, "ambiguous": [list(names) for names in self.ambiguous], "error": self.error,
-                      "steps": list(self.steps), "adequate": self.adequate, "candidates": findings, "where": list(self.where),
-                      "next_experiment": following, "noise": self.noise, "notes": list(self.notes)})
+        return plain(
+            {
+                "format": 1,
+                "kind": self.kind,
+                "title": self.title,
+                "verdict": self.verdict,
+                "effects": list(self.effects),
+                "parameters": self.parameters,
+                "ambiguous": [list(names) for names in self.ambiguous],
+                "error": self.error,
+                "steps": list(self.steps),
+                "adequate": self.adequate,
+                "candidates": findings,
+                "where": list(self.where),
+                "next_experiment": following,
+                "noise": self.noise,
+                "notes": list(self.notes),
+            }
+        )
 
     def to_dataframe(self):
         """One row a candidate, best first."""
         import pandas as pd
 
-        return pd.DataFrame([{"effect": f.effect, "accepted": f.accepted, "evidence": f.evidence, "fitted": f.fitted,
-                              "held_out": f.held_out, "same_as": ", ".join(f.same_as), "why": f.why} for f in self.candidates])
+        return pd.DataFrame(
+            [
+                {
+                    "effect": f.effect,
+                    "accepted": f.accepted,
+                    "evidence": f.evidence,
+                    "fitted": f.fitted,
+                    "held_out": f.held_out,
+                    "same_as": ", ".join(f.same_as),
+                    "why": f.why,
+                }
+                for f in self.candidates
+            ]
+        )
 
     def summary(self):
         """The printed report."""

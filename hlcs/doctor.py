@@ -12,8 +12,13 @@ from hlcs.armour import Cubipod
 from hlcs.experiment import PlacementTest
 from hlcs.grids import TPG
 
-EXTRAS = {"sweep": ("distributed",), "notebook": ("jupyter_client", "ipykernel", "nbclient"), "docs": ("sphinx", "myst_nb"),
-          "test": ("pytest", "hypothesis"), "oracle": ("pybullet",)}
+EXTRAS = {
+    "sweep": ("distributed",),
+    "notebook": ("jupyter_client", "ipykernel", "nbclient"),
+    "docs": ("sphinx", "myst_nb"),
+    "test": ("pytest", "hypothesis"),
+    "oracle": ("pybullet",),
+}
 
 
 class Check(NamedTuple):
@@ -29,8 +34,13 @@ def examine():
     """The whole examination as a dictionary: versions, extras {name: missing modules}, checks, passed."""
     missing = {extra: [name for name in modules if importlib.util.find_spec(name) is None] for extra, modules in EXTRAS.items()}
     checks = [_timed(check) for check in (collision, free_fall, friction, rest, placement)]
-    return {"format": 1, "versions": files.versions(), "extras": missing, "checks": [check._asdict() for check in checks],
-            "passed": all(check.passed for check in checks)}
+    return {
+        "format": 1,
+        "versions": files.versions(),
+        "extras": missing,
+        "checks": [check._asdict() for check in checks],
+        "passed": all(check.passed for check in checks),
+    }
 
 
 def collision():
@@ -77,8 +87,9 @@ def rest():
     unit = Cubipod(side=1.0)
     world = mb.World([mb.Gravity(9.81)], mb.Settings(friction=0.6))
     world.add_plane()
-    handle = world.add(unit.shape(), density=2300.0, position=(0.0, 0.0, unit.rest_height),
-                       orientation=unit.first_layer_orientation(0.3))
+    handle = world.add(
+        unit.shape(), density=2300.0, position=(0.0, 0.0, unit.rest_height), orientation=unit.first_layer_orientation(0.3)
+    )
     world.run(1.0)
     sunk = abs(handle.position[2] - unit.rest_height) / unit.nominal_diameter
     return sunk < 1e-4, f"centre moved {sunk:.1e} Dn in 1 s; unit {unit.first_layer_coefficient:.3f} Dn high"

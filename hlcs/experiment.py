@@ -224,7 +224,7 @@ def _check(name, value, kind):
             most = f" and at most {high:g}" if kind is not int and np.isfinite(high) else ""
             raise InputError(f"placement: {name} = {shown_value(value)}; it must be {rule}{most}")
     elif name == "bottom" and not hasattr(value, "add_to"):
-        raise InputError(f"placement: bottom = {value!r}; it must be text such as \"slope:0.04\", or a bottom of hlcs.bottoms")
+        raise InputError(f'placement: bottom = {value!r}; it must be text such as "slope:0.04", or a bottom of hlcs.bottoms')
     elif kind is bool and not isinstance(value, bool):
         raise InputError(f"placement: {name} = {value!r}; it must be true or false")
     elif name in WORDS and value not in WORDS[name]:

@@ -20,22 +20,41 @@ SECTIONS = {
     "surroundings.floor": ["height", "normal"],
     "model": ["effects", "time_step"],
     "measurement": ["noise", "static", "file"],
-    "measurement.noise": ["position", "orientation", "outcome", "fall_time_s", "rebound_height_m", "stop_distance_m",
-                          "slide_time_s", "rest_height_m"],
+    "measurement.noise": [
+        "position",
+        "orientation",
+        "outcome",
+        "fall_time_s",
+        "rebound_height_m",
+        "stop_distance_m",
+        "slide_time_s",
+        "rest_height_m",
+    ],
     "diagnose": ["candidates", "hold_out"],
     "trial": ["file", "group", "start"],
     "trial.start": ["position", "orientation", "velocity", "angular_velocity"],
 }
 SECTIONS["trial"] += SECTIONS["body"] + SECTIONS["surroundings"]
 KINDS = ("trajectory", "outcomes", "layers")
-FOREIGN = {"trajectory": {"placement": '"layers"', "measurement.file": '"outcomes" or "layers"; here files stand in [[trial]]'},
-           "outcomes": {"placement": '"layers"', "trial": '"trajectory"', "measurement.static": '"trajectory"'},
-           "layers": {"body": '"trajectory" or "outcomes"', "trial": '"trajectory"', "measurement.static": '"trajectory"',
-                      "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV'}}
+FOREIGN = {
+    "trajectory": {"placement": '"layers"', "measurement.file": '"outcomes" or "layers"; here files stand in [[trial]]'},
+    "outcomes": {"placement": '"layers"', "trial": '"trajectory"', "measurement.static": '"trajectory"'},
+    "layers": {
+        "body": '"trajectory" or "outcomes"',
+        "trial": '"trajectory"',
+        "measurement.static": '"trajectory"',
+        "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV',
+    },
+}
 SHAPES = {"sphere": "radius", "box": "size", "cubipod": "side", "mesh": "mesh"}
 SIZES = dict(low=1e-6, high=1e3)  # lengths of a body: dust to a hill, so that volumes and inertias are numbers [m]
-AROUND = {"gravity": (0.0, 300.0), "fluid_density": (0.0, 25000.0), "fluid_viscosity": (0.0, 1e4), "friction": (0.0, 10.0),
-          "restitution": (0.0, 1.0)}  # lowest and highest value of what surrounds a body, SI
+AROUND = {
+    "gravity": (0.0, 300.0),
+    "fluid_density": (0.0, 25000.0),
+    "fluid_viscosity": (0.0, 1e4),
+    "friction": (0.0, 10.0),
+    "restitution": (0.0, 1.0),
+}  # lowest and highest value of what surrounds a body, SI
 START_LENGTHS = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}
 
 
@@ -99,7 +118,7 @@ class ExperimentFile:
     lines: dict = field(default_factory=dict, compare=False)  # where [model] effects and [diagnose] candidates stand
 
     def place(self, key):
-        """"file, line n: key", to begin a complaint with that only the library of effects can make."""
+        """ "file, line n: key", to begin a complaint with that only the library of effects can make."""
         return f"{self.path}" + (f", line {self.lines[key]}" if self.lines.get(key) else "") + f": {key}"
 
 
@@ -112,7 +131,7 @@ def read_experiment_file(path, allow_outside=False):
     values = reader.values
     reader.known(values, "")
     if "kind" not in values:
-        raise InputError(f"{reader.path}: kind is missing; add kind = \"trajectory\", \"outcomes\" or \"layers\"")
+        raise InputError(f'{reader.path}: kind is missing; add kind = "trajectory", "outcomes" or "layers"')
     kind = reader.words(values, "kind", "", KINDS)
     for section in ("body", "surroundings", "model", "measurement", "diagnose"):
         reader.known(values.get(section, {}), section)
@@ -124,22 +143,33 @@ def read_experiment_file(path, allow_outside=False):
         used = entry.body if entry else body
         if used.shape == "mesh" and used.mesh is None:
             place = ("body",) if "shape" in values.get("body", {}) else ("trial", index)
-            reader.fail("shape", "\"mesh\" of which file? Add mesh = \"unit.stl\" (.stl, .obj, .ply or .off, in m)", *place)
+            reader.fail("shape", '"mesh" of which file? Add mesh = "unit.stl" (.stl, .obj, .ply or .off, in m)', *place)
     if kind == "trajectory" and not trials:
-        raise InputError(f"{reader.path}: no [[trial]]; add one [[trial]] with file = \"....csv\" for each recording")
+        raise InputError(f'{reader.path}: no [[trial]]; add one [[trial]] with file = "....csv" for each recording')
     if kind != "trajectory" and "file" not in measurement:
-        raise InputError(f"{reader.path}: measurement.file is missing; \"{kind}\" needs file = \"....csv\" in [measurement]")
+        raise InputError(f'{reader.path}: measurement.file is missing; "{kind}" needs file = "....csv" in [measurement]')
     _belongs(reader, values, kind)
     return ExperimentFile(
-        path=reader.path, kind=kind, title=reader.title(), body=body,
-        surroundings=surroundings, effects=_effect_entries(reader, model), noise=_noise(reader, measurement, kind),
+        path=reader.path,
+        kind=kind,
+        title=reader.title(),
+        body=body,
+        surroundings=surroundings,
+        effects=_effect_entries(reader, model),
+        noise=_noise(reader, measurement, kind),
         time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1, default=1 / 240),
         static=_path(reader, measurement, "static", "measurement"),
-        data_file=_path(reader, measurement, "file", "measurement"), candidates=_candidates(reader, diagnose),
+        data_file=_path(reader, measurement, "file", "measurement"),
+        candidates=_candidates(reader, diagnose),
         hold_out=reader.words(diagnose, "hold_out", "diagnose", ("group", "none", "campaign", "grid"), default="group"),
-        trials=trials, placement=_placement(reader, values), allow_outside=allow_outside,
-        lines={f"{section}.{key}": reader.line_of(key, section) for section, key in (("model", "effects"),
-                                                                                     ("diagnose", "candidates"))})
+        trials=trials,
+        placement=_placement(reader, values),
+        allow_outside=allow_outside,
+        lines={
+            f"{section}.{key}": reader.line_of(key, section)
+            for section, key in (("model", "effects"), ("diagnose", "candidates"))
+        },
+    )
 
 
 def _belongs(reader, values, kind):
@@ -148,7 +178,7 @@ def _belongs(reader, values, kind):
         section, _, key = other.rpartition(".")
         table = values.get(section, {}) if section else values
         if key in table:
-            reader.fail(key, f"has no place where kind = \"{kind}\"; it belongs to kind = {keys}", section)
+            reader.fail(key, f'has no place where kind = "{kind}"; it belongs to kind = {keys}', section)
 
 
 def _path(reader, table, key, section):
@@ -190,12 +220,16 @@ def _body(reader, table, section, base, index=None):
     body = replace(base, **changes)
     for shape, key in SHAPES.items():
         if key in changes and shape != body.shape:
-            reader.fail(key, f"belongs to shape \"{shape}\", but the shape is \"{body.shape}\"", section, index)
+            reader.fail(key, f'belongs to shape "{shape}", but the shape is "{body.shape}"', section, index)
     if body.inertia:
         a, b, c = sorted(body.inertia)
         if a + b < c * (1 - 1e-9):
-            reader.fail("inertia", f"no solid has principal moments {list(body.inertia)}: the largest exceeds the sum of the "
-                        "others", section, index)
+            reader.fail(
+                "inertia",
+                f"no solid has principal moments {list(body.inertia)}: the largest exceeds the sum of the others",
+                section,
+                index,
+            )
     _check_density(reader, body, table, section, index)
     return body
 
@@ -207,8 +241,12 @@ def _check_density(reader, body, table, section, index):
 
 def impossible_density(body):
     """Why no body has this mass and size, in words; "" where one may, or where they are not known."""
-    volume = {"sphere": lambda: 4 / 3 * np.pi * body.radius**3, "box": lambda: float(np.prod(body.size)),
-              "cubipod": lambda: body.side**3, "mesh": lambda: body.form.volume}.get(body.shape)
+    volume = {
+        "sphere": lambda: 4 / 3 * np.pi * body.radius**3,
+        "box": lambda: float(np.prod(body.size)),
+        "cubipod": lambda: body.side**3,
+        "mesh": lambda: body.form.volume,
+    }.get(body.shape)
     if volume is None or body.mass is None or getattr(body, SHAPES[body.shape]) is None:
         return ""
     density = body.mass / volume()
@@ -218,8 +256,7 @@ def impossible_density(body):
 
 
 def _surroundings(reader, table, section, base, index=None):
-    numbers = {key: reader.number(table, key, section, index=index, low=low, high=high)
-               for key, (low, high) in AROUND.items()}
+    numbers = {key: reader.number(table, key, section, index=index, low=low, high=high) for key, (low, high) in AROUND.items()}
     changes = {key: value for key, value in numbers.items() if value is not None}
     if "floor" in table:
         floor = table["floor"]
@@ -240,7 +277,7 @@ def _trial(reader, entry, index, body, surroundings):
             entry = {**{key: value for key, value in entry.items() if key != part}, **entry[part]}
     reader.known(entry, "trial", index)
     if "file" not in entry:
-        raise InputError(f"{reader.path}: [[trial]] number {index + 1} has no file; add file = \"....csv\"")
+        raise InputError(f'{reader.path}: [[trial]] number {index + 1} has no file; add file = "....csv"')
     name = reader.words(entry, "file", "trial", index=index)
     file = reader.file_of(name, "file", "trial", index)
     group = entry.get("group", name)
@@ -248,19 +285,28 @@ def _trial(reader, entry, index, body, surroundings):
         reader.fail("group", f"must be a name, got {shown_value(group)}", "trial", index)
     given = entry.get("start", {})
     reader.known(given, "trial.start", index)
-    start = {key: reader.vector(given, key, "trial.start", length, index=index)
-             for key, length in START_LENGTHS.items() if key in given}
+    start = {
+        key: reader.vector(given, key, "trial.start", length, index=index)
+        for key, length in START_LENGTHS.items()
+        if key in given
+    }
     if "orientation" in start and abs(np.linalg.norm(start["orientation"]) - 1) > 1e-2:
-        reader.fail("orientation", f"must be a unit quaternion (w, x, y, z), got {list(start['orientation'])}",
-                    "trial.start", index)
-    return TrialEntry(file=file, group=" ".join(str(group).split()), start=start, body=_body(reader, entry, "trial", body, index),
-                      surroundings=_surroundings(reader, entry, "trial", surroundings, index))
+        reader.fail(
+            "orientation", f"must be a unit quaternion (w, x, y, z), got {list(start['orientation'])}", "trial.start", index
+        )
+    return TrialEntry(
+        file=file,
+        group=" ".join(str(group).split()),
+        start=start,
+        body=_body(reader, entry, "trial", body, index),
+        surroundings=_surroundings(reader, entry, "trial", surroundings, index),
+    )
 
 
 def _effect_entries(reader, model):
     entries = model.get("effects", [])
     if not isinstance(entries, list):
-        reader.fail("effects", "must be a list such as [{ name = \"quadratic_drag\", drag_coefficient = 0.47 }]", "model")
+        reader.fail("effects", 'must be a list such as [{ name = "quadratic_drag", drag_coefficient = 0.47 }]', "model")
     entries = [{"name": entry} if isinstance(entry, str) else entry for entry in entries]
     for entry in entries:
         if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
@@ -275,14 +321,17 @@ def _noise(reader, measurement, kind):
     noise = measurement.get("noise", {})
     if isinstance(noise, int | float) and not isinstance(noise, bool):
         if kind == "trajectory":
-            reader.fail("noise", f"of what? Write noise = {{ position = {noise:g} }} [m], with orientation [rad] if measured",
-                        "measurement")
+            reader.fail(
+                "noise",
+                f"of what? Write noise = {{ position = {noise:g} }} [m], with orientation [rad] if measured",
+                "measurement",
+            )
         noise = {"outcome": noise}
     reader.known(noise, "measurement.noise")
     for key in noise:
         if (key in ("position", "orientation")) != (kind == "trajectory"):
             right = "position [m] and orientation [rad]" if kind == "trajectory" else "noise = 0.003, one sigma of the outcome"
-            reader.fail(key, f"has no place where kind = \"{kind}\"; write {right}", "measurement.noise")
+            reader.fail(key, f'has no place where kind = "{kind}"; write {right}', "measurement.noise")
     return {key: reader.number(noise, key, "measurement.noise", above=0.0, low=1e-12, high=1e6) for key in noise}
 
 

@@ -4,8 +4,13 @@ import io
 
 import numpy as np
 
-LABELS = {"time": "time [s]", "height": "height [m]", "speed": "speed [m/s]", "layer": "layer",
-          "input": "row: the layers, set after set"}
+LABELS = {
+    "time": "time [s]",
+    "height": "height [m]",
+    "speed": "speed [m/s]",
+    "layer": "layer",
+    "input": "row: the layers, set after set",
+}
 INK, MEASURED, BEFORE, AFTER, NOISE = "#333333", "#444444", "#c44e52", "#2a7f9e", "#999999"
 
 
@@ -122,7 +127,7 @@ def error_panel(ax, diagnosis):
     entry = diagnosis.error.get("held_out") or diagnosis.error.get("fitted")
     if entry and entry.get("noise"):
         ax.axhline(entry["noise"], color=INK, ls=":", lw=1, label="noise")
-    ax.set_xticks(range(len(names[:len(steps)])), names[:len(steps)], fontsize=8)
+    ax.set_xticks(range(len(names[: len(steps)])), names[: len(steps)], fontsize=8)
     ax.set_xlim(-0.4, max(len(steps) - 0.6, 0.6))
     ax.set_ylim(bottom=0)
     ax.legend(fontsize=8, frameon=False)
@@ -148,7 +153,7 @@ def comparison_panels(comparison, ax=None):
         if np.ptp(values) < 1e-6:  # a body that slides on a level floor has one height, to rounding
             panel.set_xlim(values.mean() - 0.01, values.mean() + 0.01)
         _plain(panel, f"Residuals against {label.split(' [')[0].split(':')[0]}", label, "measured - model [sigma]")
-    for panel in axes[1 + len(comparison.against):]:
+    for panel in axes[1 + len(comparison.against) :]:
         panel.set_axis_off()
     axes[0].figure.suptitle(comparison.title, fontsize=12, x=0.01, ha="left", parse_math=False)
     return axes

@@ -32,9 +32,12 @@ class Problem:
         self.trials, self.noise, self.shots = tuple(trials), noise, shots
         self.amounts = {}  # (effect, number) -> step of its derivative
         self.dropped = [np.zeros((len(trial.times), 6), bool) for trial in self.trials]
-        self.flat = [seated and noise.orientation is not None and contact_motion.lies_on_a_face(
-            trial.body, trial.surroundings.floor_normal, trial.orientation, noise.orientation)
-                     for trial, seated in zip(self.trials, shots.seated, strict=True)]
+        self.flat = [
+            seated
+            and noise.orientation is not None
+            and contact_motion.lies_on_a_face(trial.body, trial.surroundings.floor_normal, trial.orientation, noise.orientation)
+            for trial, seated in zip(self.trials, shots.seated, strict=True)
+        ]
         self.recordings = [self._recording(k) for k in range(len(self.trials))]
         if not any((recording.channel < 3).any() for recording in self.recordings):
             self.unit = "rad"
@@ -77,8 +80,12 @@ class Problem:
     def guess(self):
         """Starts read off the first samples, (trials, 13); what the file states is taken from there."""
         shots = self.shots
-        return np.array([guess(trial, start_time, seated, flat, shots.contact) for trial, start_time, seated, flat in
-                         zip(self.trials, shots.start_time, shots.seated, self.flat, strict=True)])
+        return np.array(
+            [
+                guess(trial, start_time, seated, flat, shots.contact)
+                for trial, start_time, seated, flat in zip(self.trials, shots.start_time, shots.seated, self.flat, strict=True)
+            ]
+        )
 
     def residuals(self, model, starts):
         """Raw residuals of every recording, list of (n_i,)."""
@@ -90,8 +97,10 @@ class Problem:
         """White change of the observations from `minus` (default: the model) to `plus`, per unit distance, list of (n_i,)."""
         first = self.residuals(minus if minus is not None else model, starts)
         second = self.residuals(plus, starts)
-        return [inference.whiten(recording.links, (a - b) / distance)
-                for recording, a, b in zip(self.recordings, first, second, strict=True)]
+        return [
+            inference.whiten(recording.links, (a - b) / distance)
+            for recording, a, b in zip(self.recordings, first, second, strict=True)
+        ]
 
     def linearise(self, model, starts, terms=True, only=None):
         """Linear at this point; `terms` False leaves the parameter columns out, `only` keeps the recordings of these indices."""
@@ -119,8 +128,10 @@ class Problem:
             here = Linear(raw, r, n, s)
             for index, term in enumerate(model.terms):
                 for free in term.candidate.free:
+
                     def moved(value, index=index, term=term, free=free):
                         return model.with_at(index, term.numbers | {free.name: value})
+
                     value = term.numbers[free.name]
                     columns, moves = self.derivative(term.name, free, value, moved, here, starts)
                     for k, (column, move) in enumerate(zip(columns, moves, strict=True)):
@@ -128,7 +139,7 @@ class Problem:
                         t[k].append(move)
         s = [np.column_stack(columns) if columns else np.zeros((len(raw[k]), 0)) for k, columns in enumerate(s)]
         t = [np.column_stack(moves) if moves else np.zeros((n[k].shape[1], 0)) for k, moves in enumerate(t)]
-        kept = [(position.copy(), turn.copy()) for position, turn in answers[:len(which)]]  # they are parts of the whole batch
+        kept = [(position.copy(), turn.copy()) for position, turn in answers[: len(which)]]  # they are parts of the whole batch
         return Linear(raw, r, n, s, t, kept)
 
     @property
@@ -149,12 +160,17 @@ class Problem:
         widest = reach * min(free.high - free.low, 1e3)
 
         def change(step, there):
-            return [inference.whiten(rec.links, before - after) for rec, before, after in
-                    zip(self.recordings, linear.raw, self.residuals(moved(value + step), there), strict=True)]
+            return [
+                inference.whiten(rec.links, before - after)
+                for rec, before, after in zip(
+                    self.recordings, linear.raw, self.residuals(moved(value + step), there), strict=True
+                )
+            ]
 
         def size(changes):
-            return float(np.sqrt(sum(np.sum(inference.project_out(q, part) ** 2)
-                                     for q, part in zip(linear.bases, changes, strict=True))))
+            return float(
+                np.sqrt(sum(np.sum(inference.project_out(q, part) ** 2) for q, part in zip(linear.bases, changes, strict=True)))
+            )
 
         while True:
             step = -amount if value + amount > free.high and free.period is None else amount
@@ -165,10 +181,13 @@ class Problem:
         self.amounts[name, free.name] = min(amount, widest * WIDE / reach)
         moves = [np.zeros(columns.shape[1]) for columns in linear.n]
         if self.shots.contact and any(len(move) for move in moves) and np.isfinite(size(found)):
-            along = [-inference.least_squares(columns, part).estimate if columns.shape[1] else np.zeros(0)
-                     for columns, part in zip(linear.n, found, strict=True)]
-            followed = change(step, np.array([stepped(starts[k], recording.unknown, along[k])
-                                              for k, recording in enumerate(self.recordings)]))
+            along = [
+                -inference.least_squares(columns, part).estimate if columns.shape[1] else np.zeros(0)
+                for columns, part in zip(linear.n, found, strict=True)
+            ]
+            followed = change(
+                step, np.array([stepped(starts[k], recording.unknown, along[k]) for k, recording in enumerate(self.recordings)])
+            )
             if size(followed) < size(found):
                 found, moves = followed, along
         return [part / step for part in found], [move / step for move in moves]
@@ -219,10 +238,24 @@ class Problem:
     def _moved(self, model, starts, moves, factor):
         """(starts, loss) after a part of their moves; pieces of a tumble, each with a way of its own, may take less of it."""
         shares = (factor, 0.3 * factor, 0.0) if cut(self) else (factor,)
-        options = np.array([[stepped(start, recording.unknown, share * move) for start, recording, move in
-                             zip(starts, self.recordings, moves, strict=True)] for share in shares])
-        losses = np.array([[float(np.sum(inference.whiten(recording.links, part) ** 2)) for recording, part in
-                            zip(self.recordings, self.residuals(model, option), strict=True)] for option in options])
+        options = np.array(
+            [
+                [
+                    stepped(start, recording.unknown, share * move)
+                    for start, recording, move in zip(starts, self.recordings, moves, strict=True)
+                ]
+                for share in shares
+            ]
+        )
+        losses = np.array(
+            [
+                [
+                    float(np.sum(inference.whiten(recording.links, part) ** 2))
+                    for recording, part in zip(self.recordings, self.residuals(model, option), strict=True)
+                ]
+                for option in options
+            ]
+        )
         best = np.argmin(np.where(np.isfinite(losses), losses, np.inf), axis=0)
         every = np.arange(len(self.recordings))
         return options[best, every], float(losses[best, every].sum())
@@ -238,9 +271,10 @@ class Problem:
         if len(frees) and np.isfinite(columns).all() and np.isfinite(aim).all():  # a run may leave the finite numbers
             covariance = inference.least_squares(columns, aim).covariance
         near = [1e-6 * abs(free.high - free.low) for _, free in frees]
-        at_bound = tuple(free.period is None and bool(value <= free.low + room and free.null != free.low
-                                                      or value >= free.high - room)
-                         for value, room, (_, free) in zip(values, near, frees, strict=True))
+        at_bound = tuple(
+            free.period is None and bool(value <= free.low + room and free.null != free.low or value >= free.high - room)
+            for value, room, (_, free) in zip(values, near, frees, strict=True)
+        )
         return Fit(model, starts, linear, values, covariance, at_bound)
 
     def _newton_step(self, linear, values, frees):

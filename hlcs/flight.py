@@ -49,8 +49,12 @@ class Track(NamedTuple):
         x0, x1 = self.position[index, who], self.position[index + 1, who]
         v0, v1 = self.velocity[index, who] * step[..., None], self.velocity[index + 1, who] * step[..., None]
         square, cube = inside**2, inside**3
-        position = ((2 * cube - 3 * square + 1) * x0 + (cube - 2 * square + inside) * v0
-                    + (3 * square - 2 * cube) * x1 + (cube - square) * v1)
+        position = (
+            (2 * cube - 3 * square + 1) * x0
+            + (cube - 2 * square + inside) * v0
+            + (3 * square - 2 * cube) * x1
+            + (cube - square) * v1
+        )
         jump = v0 - v1
         size = np.sum(jump**2, axis=-1, keepdims=True)
         hit = size > (JUMP * step[..., None] ** 2) ** 2
@@ -75,7 +79,8 @@ def euler(rotation, spin, torque, inertia, faster):
         x, y, z = turn_back(rotation[n], torque[n, 0], torque[n, 1], torque[n, 2])
         i, j, k = inertia[n, 0], inertia[n, 1], inertia[n, 2]
         faster[n, 0], faster[n, 1], faster[n, 2] = turn(
-            rotation[n], (x + (j - k) * b * c) / i, (y + (k - i) * c * a) / j, (z + (i - j) * a * b) / k)
+            rotation[n], (x + (j - k) * b * c) / i, (y + (k - i) * c * a) / j, (z + (i - j) * a * b) / k
+        )
 
 
 def fly(bodies: Bodies, effects, duration, step) -> Track:
@@ -87,14 +92,16 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
     count = max(int(np.ceil(duration / step - 1e-9)), 1)
     h = duration / count
     heavy, added = bodies.mass[:, None], contract.added_mass(effects, bodies)
-    if added is not None and all(type(effect) is AddedMass for effect in effects
-                                 if type(effect).added_mass is not contract.Effect.added_mass):
+    if added is not None and all(
+        type(effect) is AddedMass for effect in effects if type(effect).added_mass is not contract.Effect.added_mass
+    ):
         heavy, added = heavy + added[:, 0, :1], None  # the same in every direction and attitude: so much more to accelerate
     forceful = [effect for effect in effects if type(effect).forces is not contract.Effect.forces]
     isotropic = np.allclose(bodies.inertia, bodies.inertia[:, :1])
     n = len(bodies.mass)
-    x, v, q, w = (np.array(part, dtype=float) for part in
-                  (bodies.position, bodies.twist[:, :3], bodies.orientation, bodies.twist[:, 3:]))
+    x, v, q, w = (
+        np.array(part, dtype=float) for part in (bodies.position, bodies.twist[:, :3], bodies.orientation, bodies.twist[:, 3:])
+    )
     record = [np.empty((count + 1, n, size)) for size in (3, 3, 4, 3)]
 
     def rates(time, x, v, q, w):

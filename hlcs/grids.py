@@ -40,8 +40,10 @@ class Grid:
             if isinstance(value, str | bool) or not (isfinite(value) and value > 0):
                 raise InputError(f"grid '{self.name}': {field} = {value!r}; must be a finite number > 0, in units of Dn")
             if value > WIDEST:
-                raise InputError(f"grid '{self.name}': {field} = {value:g}; at most {WIDEST:g}: spacings are in nominal "
-                                 "diameters Dn, not in mm")
+                raise InputError(
+                    f"grid '{self.name}': {field} = {value:g}; at most {WIDEST:g}: spacings are in nominal "
+                    "diameters Dn, not in mm"
+                )
         if self.stacking not in STACKINGS:
             raise InputError(f"grid '{self.name}': stacking = {self.stacking!r}; give one of {', '.join(STACKINGS)}")
 
@@ -58,8 +60,9 @@ class Grid:
             spacing_x, spacing_y = (decimal(word) for word in words[:2])
             triangular = {(): False, ("rectangular",): False, ("triangular",): True}[tuple(words[2:])]
         except (ValueError, KeyError):
-            raise InputError(f"grid '{text}': not understood; give TPG, RPG, or two spacings in Dn such as 1.5,1.3 "
-                             "(or 1.5,1.3,triangular)") from None
+            raise InputError(
+                f"grid '{text}': not understood; give TPG, RPG, or two spacings in Dn such as 1.5,1.3 (or 1.5,1.3,triangular)"
+            ) from None
         return cls(",".join(words), spacing_x, spacing_y, triangular)
 
     def stacked(self, stacking):
@@ -88,7 +91,7 @@ class Grid:
         self._check(rows, columns, layer)
         row, column = np.divmod(np.arange(self.units(rows, columns, layer)), columns - layer + 1)
         x, y, shift = self._first_unit(layer)
-        half = 0.25 if self.triangular and rows > 1 else 0.0      # half the extra width of the shifted rows
+        half = 0.25 if self.triangular and rows > 1 else 0.0  # half the extra width of the shifted rows
         x = x + column + (row % 2) * shift - 0.5 * (columns - 1) - half
         y = y + row - 0.5 * (rows - 1)
         return np.column_stack([self.spacing_x * x, self.spacing_y * y])
@@ -112,8 +115,10 @@ class Grid:
             if int(value) != value or value < 1:
                 raise InputError(f"grid '{self.name}': {field} = {value!r}; must be a whole number >= 1")
         if layer > min(rows, columns):
-            raise InputError(f"grid '{self.name}': layer {layer} of {rows} rows and {columns} columns has no units; "
-                             f"at most {min(rows, columns)} layers, or more rows and columns")
+            raise InputError(
+                f"grid '{self.name}': layer {layer} of {rows} rows and {columns} columns has no units; "
+                f"at most {min(rows, columns)} layers, or more rows and columns"
+            )
 
 
 def interior_density(places):

@@ -40,8 +40,11 @@ def tests_needed(separation):
 def next_experiment(prepared, search, final, rivals, verdict):
     """The experiment that best separates the surviving rivals, or finds out what stays unexplained."""
     problem = prepared.problem
-    pairs = [(index, term.name, name, other) for index, (term, others) in enumerate(zip(final.model.terms, rivals, strict=True))
-             for name, other, _ in others]
+    pairs = [
+        (index, term.name, name, other)
+        for index, (term, others) in enumerate(zip(final.model.terms, rivals, strict=True))
+        for name, other, _ in others
+    ]
     found = []
     for index, mine, name, other in pairs:
         options = witnesses(problem, final.model.terms[index], other.model.terms[-1])
@@ -67,8 +70,10 @@ def next_experiment(prepared, search, final, rivals, verdict):
 def unexplained(problem, verdict, names, more="", needed=None, design=None):
     """What to do where the model fails and no candidate mends it."""
     if isinstance(problem.shots, Shots) and problem.unit == "m":
-        text = ("film a dense ball (no drag to speak of) and a ruler in the same view, or repeat from known heights: that "
-                "separates the camera from the motion")
+        text = (
+            "film a dense ball (no drag to speak of) and a ruler in the same view, or repeat from known heights: that "
+            "separates the camera from the motion"
+        )
     else:
         text = "repeat the settings where the model misses most, in another order and by other hands"
     return NextExperiment(text + (f"; then: {more}" if more else ""), names, needed, design or {})
@@ -109,8 +114,10 @@ def witnesses(problem, mine, other):
 
 def designs(problem, final, other):
     """[(lambda of one test, text, design)] for changes of a trial already done, simulated under both rivals."""
-    longest = max(range(len(problem.trials)), key=lambda k: (problem.trials[k].times[-1] - problem.trials[k].times[0],
-                                                             problem.trials[k].name))
+    longest = max(
+        range(len(problem.trials)),
+        key=lambda k: (problem.trials[k].times[-1] - problem.trials[k].times[0], problem.trials[k].name),
+    )
     trial, start = problem.trials[longest], final.starts[longest]
     speed = float(np.linalg.norm(start[3:6]))
     options = [("repeat the longest trial as it was", {"repeat": trial.name}, start, trial)]
@@ -128,8 +135,14 @@ def designs(problem, final, other):
     if trial.body.mass is not None:
         for factor in (3.0, 1 / 3):
             heavy = replace(trial, body=replace(trial.body, mass=factor * trial.body.mass, inertia=None))
-            options.append((f"use a body of the same size and {'three times' if factor > 1 else 'a third of'} the mass",
-                            {"mass_kg": factor * trial.body.mass}, start, heavy))
+            options.append(
+                (
+                    f"use a body of the same size and {'three times' if factor > 1 else 'a third of'} the mass",
+                    {"mass_kg": factor * trial.body.mass},
+                    start,
+                    heavy,
+                )
+            )
     found = []
     for text, design, new_start, new_trial in options:
         score = separation(problem, longest, final, other, new_start, new_trial)
@@ -155,16 +168,30 @@ def _stretched(trial, factor):
     """The trial with samples at the same rate for a longer time."""
     step, count = float(np.median(np.diff(trial.times))), int(factor * len(trial.times))
     times = trial.times[0] + step * np.arange(count)
-    return Trial(trial.name, trial.group, times, np.resize(np.nan_to_num(trial.position), (count, 3)),
-                 np.resize(trial.orientation, (count, 4)), trial.start, trial.body, trial.surroundings)
+    return Trial(
+        trial.name,
+        trial.group,
+        times,
+        np.resize(np.nan_to_num(trial.position), (count, 3)),
+        np.resize(trial.orientation, (count, 4)),
+        trial.start,
+        trial.body,
+        trial.surroundings,
+    )
 
 
 def separation(problem, index, final, other, start, trial):
     """lambda of one test: |y_A - y_B|^2 in units of the noise, start and B's own numbers free as far as the data let them."""
     measured = np.where(np.isfinite(problem.trials[index].position).any(axis=0), 0.0, np.nan)
     trial = replace(trial, position=np.tile(measured, (len(trial.times), 1)))
-    shots = Shots(final.model, (trial,), problem.shots.start_time[index:index + 1], problem.shots.contact, problem.shots.step,
-                  problem.shots.seated[index:index + 1])
+    shots = Shots(
+        final.model,
+        (trial,),
+        problem.shots.start_time[index : index + 1],
+        problem.shots.contact,
+        problem.shots.step,
+        problem.shots.seated[index : index + 1],
+    )
     shots.range = problem.shots.range
     small = Problem((trial,), problem.noise, shots)
     starts = start[None]

@@ -54,10 +54,10 @@ def kinks(times, height, sigma, width):
     before, after = np.empty((2, 2, count))  # slope and error of the line that ends at, and that follows after, each sample
     longest = min(width, count - LEAST)
     for size in range(LEAST, longest):  # near the ends
-        before[:, size - 1:size] = slopes(times[:size], height[:size], size)
-        after[:, count - size - 1:count - size] = slopes(times[-size:], height[-size:], size)
+        before[:, size - 1 : size] = slopes(times[:size], height[:size], size)
+        after[:, count - size - 1 : count - size] = slopes(times[-size:], height[-size:], size)
     every = slopes(times, height, longest)
-    before[:, longest - 1:], after[:, :count - longest] = every, every[:, 1:]
+    before[:, longest - 1 :], after[:, : count - longest] = every, every[:, 1:]
     before, after = before[:, places], after[:, places]
     strength = (after[0] - before[0]) / (sigma * np.hypot(after[1], before[1]))
     free, chosen = np.ones(count, bool), []
@@ -66,7 +66,7 @@ def kinks(times, height, sigma, width):
             break
         if free[places[place]]:  # its neighbours see the same kink
             chosen.append(int(places[place]))
-            free[max(chosen[-1] - width, 0):chosen[-1] + width + 1] = False
+            free[max(chosen[-1] - width, 0) : chosen[-1] + width + 1] = False
     return sorted(chosen)
 
 
@@ -126,8 +126,16 @@ def _impact(trial, t, straight, height, before, after, normal, pull, sigma):
         slip = float(np.linalg.norm(along - (along @ normal) * normal))
         friction = float(np.linalg.norm(blow - (blow @ normal) * normal) / (up - down))
         friction_error = float(np.hypot(error_up, error_down) * np.hypot(1.0, friction) / (up - down))
-    return Impact(trial.name, float(moment), float(-down), None if restitution is None else float(restitution), error, slip,
-                  friction, friction_error)
+    return Impact(
+        trial.name,
+        float(moment),
+        float(-down),
+        None if restitution is None else float(restitution),
+        error,
+        slip,
+        friction,
+        friction_error,
+    )
 
 
 def read_impacts(measurement, noise):
@@ -175,39 +183,50 @@ def unlike(impacts, surroundings):
 
 def sure(impacts, key):
     """[(reading, its error, speed of approach)] of restitution or friction, those with an error below UNSURE."""
-    return [(getattr(one, key), getattr(one, f"{key}_error"), one.speed) for one in impacts
-            if getattr(one, key) is not None and getattr(one, f"{key}_error") < UNSURE]
+    return [
+        (getattr(one, key), getattr(one, f"{key}_error"), one.speed)
+        for one in impacts
+        if getattr(one, key) is not None and getattr(one, f"{key}_error") < UNSURE
+    ]
 
 
 def impact_lines(impacts, stated):
     """The printed table of impacts, list of lines. stated: restitution and friction of the model under test."""
     if not impacts:
         return []
-    lines = ["", f"Impacts, read from the samples around them ({len(impacts)}; the model is not asked)",
-             f"  {'trial':>24s} {'time':>9s} {'v_n m/s':>9s} {'e':>9s} {'+-':>7s} {'slip m/s':>9s} {'mu_eff':>9s} {'+-':>7s}"]
+    lines = [
+        "",
+        f"Impacts, read from the samples around them ({len(impacts)}; the model is not asked)",
+        f"  {'trial':>24s} {'time':>9s} {'v_n m/s':>9s} {'e':>9s} {'+-':>7s} {'slip m/s':>9s} {'mu_eff':>9s} {'+-':>7s}",
+    ]
 
     def cell(value, width):
         return f"{'-' if value is None else format(value, '.3g'):>{width}s}"
 
     for one in impacts[:12]:
-        lines.append(f"  {one.trial[-24:]:>24s} {one.time:9.4g} {one.speed:9.3g} {cell(one.restitution, 9)} "
-                     f"{cell(one.restitution_error, 7)} {cell(one.slip, 9)} {cell(one.friction, 9)} "
-                     f"{cell(one.friction_error, 7)}")
+        lines.append(
+            f"  {one.trial[-24:]:>24s} {one.time:9.4g} {one.speed:9.3g} {cell(one.restitution, 9)} "
+            f"{cell(one.restitution_error, 7)} {cell(one.slip, 9)} {cell(one.friction, 9)} "
+            f"{cell(one.friction_error, 7)}"
+        )
     if len(impacts) > 12:
         lines.append(f"  .. and {len(impacts) - 12} more")
     for name, key, against, what in (("e", "restitution", "speed", "approach speed"), ("mu_eff", "friction", "slip", "slip")):
         read = [one for one in impacts if getattr(one, key) is not None]
         if read:
-            mean, error, slope, slope_error = mean_and_trend([getattr(one, key) for one in read],
-                                                             [getattr(one, f"{key}_error") for one in read],
-                                                             [getattr(one, against) for one in read])
+            mean, error, slope, slope_error = mean_and_trend(
+                [getattr(one, key) for one in read],
+                [getattr(one, f"{key}_error") for one in read],
+                [getattr(one, against) for one in read],
+            )
             text = f"  {name} = {mean:.3g} +- {error:.2g} on average; the model has {stated[key]:.3g}"
             if slope is not None:
                 seen = "changes" if abs(slope) > 3 * slope_error else "no change seen"
                 text += f"; {seen} with {what}: {slope:+.2g} +- {slope_error:.2g} per m/s"
             lines.append(text)
     return lines + ["  a contact that grips shows a smaller mu_eff than its coefficient of friction"] * any(
-        one.friction is not None for one in impacts)
+        one.friction is not None for one in impacts
+    )
 
 
 def as_rows(impacts):

@@ -223,13 +223,25 @@ def fit_noise(series, step, sigma=None, white=None):
         return 1e3 * (max(-rho, 0, rho - 0.98) + max(-share, 0, share - 0.9))
 
     if white is None:
-        found = optimize.minimize(lambda v: deviance(fixed, *v) + outside(*v), (rho, share), method="Nelder-Mead",
-                                  options={"initial_simplex": [(rho, share), (rho + 0.06, share), (rho, share + 0.08)],
-                                           "xatol": 2e-3, "fatol": 0.02, "maxiter": 60})
+        found = optimize.minimize(
+            lambda v: deviance(fixed, *v) + outside(*v),
+            (rho, share),
+            method="Nelder-Mead",
+            options={
+                "initial_simplex": [(rho, share), (rho + 0.06, share), (rho, share + 0.08)],
+                "xatol": 2e-3,
+                "fatol": 0.02,
+                "maxiter": 60,
+            },
+        )
         rho, share = found.x
     else:
-        found = optimize.minimize_scalar(lambda v: deviance(fixed, v, share), method="bounded", options={"xatol": 1e-3},
-                                         bounds=(max(rho - 0.2, 0.0), min(rho + 0.2, 0.98)))
+        found = optimize.minimize_scalar(
+            lambda v: deviance(fixed, v, share),
+            method="bounded",
+            options={"xatol": 1e-3},
+            bounds=(max(rho - 0.2, 0.0), min(rho + 0.2, 0.98)),
+        )
         rho = found.x
     rho, share = float(np.clip(rho, 0.0, 0.98)), float(np.clip(share, 0.0, 0.9))
     if rho < 0.02:
@@ -247,9 +259,11 @@ def _spread(deviance, best, free):
     index = np.flatnonzero(free)
     hessian = np.zeros((len(index), len(index)))
     for a, i in enumerate(index):
-        for b, j in enumerate(index[:a + 1]):
-            corners = [middle + u * steps * (np.arange(3) == i) + v * steps * (np.arange(3) == j) for u, v in
-                       ((1, 1), (1, -1), (-1, 1), (-1, -1))]
+        for b, j in enumerate(index[: a + 1]):
+            corners = [
+                middle + u * steps * (np.arange(3) == i) + v * steps * (np.arange(3) == j)
+                for u, v in ((1, 1), (1, -1), (-1, 1), (-1, -1))
+            ]
             w, x, y, z = (deviance(*corner) for corner in corners) if i != j else (0, 0, 0, 0)
             if i == j:
                 w, x, z = (deviance(*(middle + u * steps * (np.arange(3) == i))) for u in (1, 0, -1))
@@ -367,8 +381,14 @@ def adequacy(residuals, columns, shared, partitions, draw, draws=600):
     z = (seen - centre) / spread
     threshold = float(np.quantile(largest, QUANTILE))
     p = (1 + int(np.sum(largest >= z.max()))) / (1 + draws)
-    return Adequacy(bool(z.max() <= threshold), float(z.max()), float(p), threshold, names[int(np.argmax(z))],
-                    float(np.mean(observed**2) / max(freedom, 1e-12)))
+    return Adequacy(
+        bool(z.max() <= threshold),
+        float(z.max()),
+        float(p),
+        threshold,
+        names[int(np.argmax(z))],
+        float(np.mean(observed**2) / max(freedom, 1e-12)),
+    )
 
 
 def _statistics(values, matrices):

@@ -31,8 +31,13 @@ def write_case(folder, settings):
         frame = pd.concat([laboratory(table, grid=grid).to_dataframe() for table, grid in tables])
         files.write_text(folder / f"{name}.csv", csv_text(frame))
         title = {"flat": "Table 2", "slope": "Table 3", "all": "Tables 2 and 3"}[name] + " against the naive model"
-        document = {"kind": "layers", "title": title, "placement": {**NAIVE, **settings},
-                    "measurement": {"file": f"{name}.csv"}, "diagnose": {"hold_out": "campaign"}}
+        document = {
+            "kind": "layers",
+            "title": title,
+            "placement": {**NAIVE, **settings},
+            "measurement": {"file": f"{name}.csv"},
+            "diagnose": {"hold_out": "campaign"},
+        }
         files.write_toml(folder / f"{name}.toml", document)
 
 
@@ -49,13 +54,27 @@ def ladder(plan, folder, progress=False, simulator=None):
     steps = []
     for step, (runs,) in zip(diagnosis.steps, coefficients(simulator, models, [slope], list(numbers), "slope"), strict=True):
         model = repeated(runs[np.isfinite(runs).all(axis=1)])
-        steps.append({"effects": step["effects"], "fitted": step["fitted"], "by_table": step["by_set"],
-                      "held_out": statistics.mean_relative_error(slope.sample.mean, model.mean),
-                      "held_out_bias": statistics.signed_bias(slope.sample.mean, model.mean)})
+        steps.append(
+            {
+                "effects": step["effects"],
+                "fitted": step["fitted"],
+                "by_table": step["by_set"],
+                "held_out": statistics.mean_relative_error(slope.sample.mean, model.mean),
+                "held_out_bias": statistics.signed_bias(slope.sample.mean, model.mean),
+            }
+        )
         floor = statistics.perfect_model_error(slope.sample, model, draws=20_000)
-    document = {"format": 1, "table": "ladder", "repeats": seeds, "seeds": list(numbers), "steps": steps,
-                "floor": {"fitted": diagnosis.error["fitted"]["noise"], "held_out": floor.mean, "held_out_95": floor.quantile},
-                "diagnosis": diagnosis.to_json(), "settings": placement_table(diagnosis.model.base), "versions": files.versions()}
+    document = {
+        "format": 1,
+        "table": "ladder",
+        "repeats": seeds,
+        "seeds": list(numbers),
+        "steps": steps,
+        "floor": {"fitted": diagnosis.error["fitted"]["noise"], "held_out": floor.mean, "held_out_95": floor.quantile},
+        "diagnosis": diagnosis.to_json(),
+        "settings": placement_table(diagnosis.model.base),
+        "versions": files.versions(),
+    }
     return document, replace(diagnosis, model=replace(diagnosis.model, source=(file.title, "flat.csv")))
 
 
@@ -63,16 +82,22 @@ def ladder_text(document):
     """What `hlcs reproduce ladder` prints before the report."""
     steps = document["steps"]
     tables = list(steps[0]["by_table"])
-    lines = ["From the naive model to the tables of the paper: mean relative error eps_R [%]",
-             f"{'':38}" + "".join(f"{name:>12}" for name in (*tables, "fitted", "slope 4 %")) + "   (slope held out)"]
+    lines = [
+        "From the naive model to the tables of the paper: mean relative error eps_R [%]",
+        f"{'':38}" + "".join(f"{name:>12}" for name in (*tables, "fitted", "slope 4 %")) + "   (slope held out)",
+    ]
     for step in steps:
         name = "+ " + step["effects"][-1] if step["effects"] else "the naive model"
         errors = (*(step["by_table"][table] for table in tables), step["fitted"], step["held_out"])
-        lines.append(f"{name:38}" + "".join(f"{100 * error:>12.2f}" for error in errors)
-                     + f"   bias {100 * step['held_out_bias']:+.2f}")
+        lines.append(
+            f"{name:38}" + "".join(f"{100 * error:>12.2f}" for error in errors) + f"   bias {100 * step['held_out_bias']:+.2f}"
+        )
     floor = document["floor"]
-    lines.append(f"{'a perfect model, on these data':38}" + " " * 12 * len(tables)
-                 + f"{100 * floor['fitted']:>12.2f}{100 * floor['held_out']:>12.2f}   "
-                 f"below {100 * floor['held_out_95']:.2f} in 95 of 100")
+    lines.append(
+        f"{'a perfect model, on these data':38}"
+        + " " * 12 * len(tables)
+        + f"{100 * floor['fitted']:>12.2f}{100 * floor['held_out']:>12.2f}   "
+        f"below {100 * floor['held_out_95']:.2f} in 95 of 100"
+    )
     lines.append(f"{document['repeats']} simulated tests of each model on each table")
     return "\n".join(lines)

@@ -69,8 +69,15 @@ SETTINGS = {
     "yaw_constraint": ("placement", "concentration", "1", 0.0, 50.0, "yaw_constraint", lambda now: now + 10.0),
     "lost_units": ("placement", "fraction", "1", 0.0, 0.1, "lost_units", lambda now: now + 0.05),
     "vibration": ("placement", "acceleration", "g", 0.0, 1.0, "vibration", lambda now: now + 0.3),
-    "falling_distance": ("placement", "distance", "Dn", 0.0, 0.5, "falling_distance",
-                         lambda now: now + 0.25 if now <= 0.25 else now - 0.2),
+    "falling_distance": (
+        "placement",
+        "distance",
+        "Dn",
+        0.0,
+        0.5,
+        "falling_distance",
+        lambda now: now + 0.25 if now <= 0.25 else now - 0.2,
+    ),
 }
 SWITCHES = {  # settings that are there or not: family, field, its value when the candidate is in
     "sequential_placement": ("placement", "sequential_placement", True),
@@ -78,9 +85,17 @@ SWITCHES = {  # settings that are there or not: family, field, its value when th
     "friction_pyramid": ("numerics", "solver", "sequential_impulse"),
 }
 # Laws of contact from the engine's library, at one number each: where between its null value and its upper bound it is tried.
-CONTACT = {"static_friction": 0.5, "stribeck_friction": 0.5, "viscous_friction": 0.3, "load_dependent_friction": 0.5,
-           "anisotropic_friction": 0.5, "rolling_friction": 0.5, "spinning_friction": 0.5, "adhesion": 0.3,
-           "velocity_dependent_restitution": 0.8}
+CONTACT = {
+    "static_friction": 0.5,
+    "stribeck_friction": 0.5,
+    "viscous_friction": 0.3,
+    "load_dependent_friction": 0.5,
+    "anisotropic_friction": 0.5,
+    "rolling_friction": 0.5,
+    "spinning_friction": 0.5,
+    "adhesion": 0.3,
+    "velocity_dependent_restitution": 0.8,
+}
 
 
 def library(test, sets):
@@ -115,32 +130,72 @@ def _laws(test):
         if not without and not any(isinstance(effect, kind) for effect in test.effects):
             unit_name = "1" if known.unit == "-" else known.unit
             trial = known.null + part * (high - known.null)
-            yield LayerCandidate(name, "physics", known.name, unit_name, low, high, known.null, trial,
-                                 _law(kind, known.name, known.null, given.get(name, {})))
+            yield LayerCandidate(
+                name,
+                "physics",
+                known.name,
+                unit_name,
+                low,
+                high,
+                known.null,
+                trial,
+                _law(kind, known.name, known.null, given.get(name, {})),
+            )
 
 
 def _shortcuts(test):
     """Shortcuts of the model: what disappears, or would, when they are taken back."""
     margin, product = test.margin, test.friction * test.friction
     damping = test.linear_damping
-    yield LayerCandidate("time_step", "numerics", "factor", "1", 0.125, 1.0, 1.0, 0.5,
-                         _setting("time_step", times=test.time_step), switch=True)
+    yield LayerCandidate(
+        "time_step", "numerics", "factor", "1", 0.125, 1.0, 1.0, 0.5, _setting("time_step", times=test.time_step), switch=True
+    )
     yield LayerCandidate("iterations", "numerics", "factor", "1", 1.0, 16.0, 1.0, 2.0, _more_iterations(test), switch=True)
     yield LayerCandidate("convex_hull_shape", "numerics", "switch", "1", 0.0, 1.0, 0.0, 1.0, _other_shape(test), switch=True)
-    yield LayerCandidate("margin_offset", "numerics", "offset", "Dn", -margin, 0.02, 0.0, -margin if margin > 0 else 0.008,
-                         _setting("margin", plus=margin), gone=-margin)
-    yield LayerCandidate("damping", "numerics", "linear", "1", 0.0, 1.0, damping, damping + 0.1,
-                         lambda test, value: replace(test, linear_damping=value, angular_damping=value))
+    yield LayerCandidate(
+        "margin_offset",
+        "numerics",
+        "offset",
+        "Dn",
+        -margin,
+        0.02,
+        0.0,
+        -margin if margin > 0 else 0.008,
+        _setting("margin", plus=margin),
+        gone=-margin,
+    )
+    yield LayerCandidate(
+        "damping",
+        "numerics",
+        "linear",
+        "1",
+        0.0,
+        1.0,
+        damping,
+        damping + 0.1,
+        lambda test, value: replace(test, linear_damping=value, angular_damping=value),
+    )
     if test.friction > 0:
-        yield LayerCandidate("friction_combination", "numerics", "product", "1", 0.0, 1.0, 0.0, 1.0,
-                             lambda test, value: replace(test, friction=product if value else test.friction), switch=True)
+        yield LayerCandidate(
+            "friction_combination",
+            "numerics",
+            "product",
+            "1",
+            0.0,
+            1.0,
+            0.0,
+            1.0,
+            lambda test, value: replace(test, friction=product if value else test.friction),
+            switch=True,
+        )
 
 
 def _sizes():
     """Lengths and slopes that are not what the file says."""
     yield LayerCandidate("bottom_slope", "physics", "grade_y", "1", -0.1, 0.1, 0.0, 0.03, _tilt_bottom)
-    yield LayerCandidate("size_error", "physics", "relative", "1", -0.02, 0.02, 0.0, -0.02, _bigger_units,
-                         lambda k, value, one: k * (1.0 + value))
+    yield LayerCandidate(
+        "size_error", "physics", "relative", "1", -0.02, 0.02, 0.0, -0.02, _bigger_units, lambda k, value, one: k * (1.0 + value)
+    )
     yield LayerCandidate("grid_spacing", "placement", "relative", "1", -0.03, 0.03, 0.0, 0.02, _wider_grid)
 
 
@@ -151,18 +206,46 @@ def _readings(test, sets):
     sinking = weight / unit.nominal_diameter  # of a point of unit compliance under one unit's weight [Dn N/m]
     softest = 0.01 * unit.side / weight
     yield LayerCandidate("settlement", "physics", "instant", "Dn", 0.0, 0.1, 0.0, 0.02, look=_first_layer(-1.0))
-    yield LayerCandidate("ground_softness", "physics", "compliance", "m/N", 0.0, softest, 0.0, 0.5 * softest,
-                         look=lambda k, value, one: k - value * sinking)  # every layer loads the ground by as much again
-    yield LayerCandidate("contact_compliance", "physics", "compliance", "m/N", 0.0, softest, 0.0, 0.5 * softest,
-                         look=lambda k, value, one: k - value * sinking / 3.0 * np.arange(1.0, k.shape[-1] + 1.0))
-    yield LayerCandidate("orientation_bias", "placement", "fraction", "1", 0.0, 1.0, 1.0, 0.9,
-                         look=lambda k, value, one: _on_first(k, (1.0 - value) * TIP_OVER_LOW))
+    yield LayerCandidate(
+        "ground_softness",
+        "physics",
+        "compliance",
+        "m/N",
+        0.0,
+        softest,
+        0.0,
+        0.5 * softest,
+        look=lambda k, value, one: k - value * sinking,
+    )  # every layer loads the ground by as much again
+    yield LayerCandidate(
+        "contact_compliance",
+        "physics",
+        "compliance",
+        "m/N",
+        0.0,
+        softest,
+        0.0,
+        0.5 * softest,
+        look=lambda k, value, one: k - value * sinking / 3.0 * np.arange(1.0, k.shape[-1] + 1.0),
+    )
+    yield LayerCandidate(
+        "orientation_bias",
+        "placement",
+        "fraction",
+        "1",
+        0.0,
+        1.0,
+        1.0,
+        0.9,
+        look=lambda k, value, one: _on_first(k, (1.0 - value) * TIP_OVER_LOW),
+    )
     yield LayerCandidate("plate_bias", "measurement", "offset", "Dn", -0.05, 0.05, 0.0, 0.02, look=_first_layer(1.0))
     yield LayerCandidate("length_scale", "measurement", "factor", "1", 0.9, 1.1, 1.0, 1.02, look=lambda k, value, one: k * value)
     campaigns = tuple(dict.fromkeys(one.campaign for one in sets))
     for campaign in campaigns if len(campaigns) > 1 else ():  # of one campaign alone it is the length scale
-        yield LayerCandidate("campaign_offset", "measurement", "offset", "1", -0.03, 0.03, 0.0, 0.02,
-                             look=_of_campaign(campaign), needs=campaign)
+        yield LayerCandidate(
+            "campaign_offset", "measurement", "offset", "1", -0.03, 0.03, 0.0, 0.02, look=_of_campaign(campaign), needs=campaign
+        )
 
 
 def named(name, test, sets):
@@ -190,9 +273,7 @@ def _switch(name, there):
 
 def _law(kind, number, null, given):
     """Add a law of the engine to the test, at its null value not even that."""
-    return lambda test, value: (
-        replace(test, effects=(*test.effects, kind(**given, **{number: value}))) if value != null else test
-    )
+    return lambda test, value: replace(test, effects=(*test.effects, kind(**given, **{number: value}))) if value != null else test
 
 
 def _more_iterations(base):

@@ -1,6 +1,6 @@
 """Layer coefficients of a model beside a measurement: one fixed table, always with the same columns.
 
-    print(hlcs.compare(result, hlcs.laboratory("table2", grid="TPG")))
+print(hlcs.compare(result, hlcs.laboratory("table2", grid="TPG")))
 """
 
 import html
@@ -74,9 +74,16 @@ class LayerComparison:
 
     def to_dict(self):
         """Everything in plain numbers."""
-        return {"format": 1, "kind": "layers", "title": self.title, "layers": self.to_dataframe().to_dict("records"),
-                "mean_relative_error": self.mean_relative_error, "signed_bias": self.signed_bias,
-                "height_error": self.height_error, "notes": list(self.notes)}
+        return {
+            "format": 1,
+            "kind": "layers",
+            "title": self.title,
+            "layers": self.to_dataframe().to_dict("records"),
+            "mean_relative_error": self.mean_relative_error,
+            "signed_bias": self.signed_bias,
+            "height_error": self.height_error,
+            "notes": list(self.notes),
+        }
 
     to_json = to_dict
 
@@ -85,24 +92,38 @@ class LayerComparison:
         import pandas as pd
 
         model = {"mean": self.model.mean, "cv": self.model.cv, "tests": self.model.tests}
-        return pd.DataFrame({
-            "layer": np.arange(1, self.model.mean.size + 1), **model, "measured_mean": self.measured.mean,
-            "measured_cv": self.measured.cv, "measured_tests": self.measured.tests,
-            "relative_error": np.abs(self.signed_errors), "signed_error": self.signed_errors, "z": self.z})
+        return pd.DataFrame(
+            {
+                "layer": np.arange(1, self.model.mean.size + 1),
+                **model,
+                "measured_mean": self.measured.mean,
+                "measured_cv": self.measured.cv,
+                "measured_tests": self.measured.tests,
+                "relative_error": np.abs(self.signed_errors),
+                "signed_error": self.signed_errors,
+                "z": self.z,
+            }
+        )
 
     def summary(self):
         """The table as text."""
-        lines = [self.title,
-                 f"{'layer':>5} {'model':>8} {'CV':>6} {'N':>3} {'measured':>10} {'CV':>6} {'N':>3} {'error %':>9} {'z':>6}"]
+        lines = [
+            self.title,
+            f"{'layer':>5} {'model':>8} {'CV':>6} {'N':>3} {'measured':>10} {'CV':>6} {'N':>3} {'error %':>9} {'z':>6}",
+        ]
         for row in self.to_dataframe().itertuples():
             own = f"{or_dash(row.mean, '.3f'):>8} {or_dash(row.cv, '.3f'):>6} {or_dash(row.tests, '.0f'):>3}"
             other = f"{row.measured_mean:>10.3f} {or_dash(row.measured_cv, '.3f'):>6} {or_dash(row.measured_tests, '.0f'):>3}"
             lines.append(f"{row.layer:>5} {own} {other} {percent(row.signed_error, '+.2f'):>9} {or_dash(row.z, '+.1f'):>6}")
-        lines.append(f"{'sum':>5} {or_dash(self.model.mean.sum(), '.3f'):>8} {'':>10} {self.measured.mean.sum():>10.3f} {'':>10} "
-                     f"{percent(self.height_error, '+.2f'):>9}")
-        lines.append(f"mean relative error {percent(self.mean_relative_error)} %, signed bias "
-                     f"{percent(self.signed_bias, '+.2f')} %, height error {percent(self.height_error, '+.2f')} % "
-                     "(positive: the model is too thick)")
+        lines.append(
+            f"{'sum':>5} {or_dash(self.model.mean.sum(), '.3f'):>8} {'':>10} {self.measured.mean.sum():>10.3f} {'':>10} "
+            f"{percent(self.height_error, '+.2f'):>9}"
+        )
+        lines.append(
+            f"mean relative error {percent(self.mean_relative_error)} %, signed bias "
+            f"{percent(self.signed_bias, '+.2f')} %, height error {percent(self.height_error, '+.2f')} % "
+            "(positive: the model is too thick)"
+        )
         return "\n".join([*lines, *self.notes])
 
     __str__ = summary
@@ -150,8 +171,9 @@ def sample_of(thing):
         test = thing[0].test
         name = f"model, {test.grid.name}, {test.shape}, contact friction {test.friction:g}"
         return name, repeated([one.layer_coefficients for one in thing])
-    raise InputError(f"compare: {type(thing).__name__} has no layer coefficients; "
-                     "give a PlacementResult, a list of them, or a LayerTable")
+    raise InputError(
+        f"compare: {type(thing).__name__} has no layer coefficients; give a PlacementResult, a list of them, or a LayerTable"
+    )
 
 
 def repeated(coefficients):

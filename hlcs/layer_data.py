@@ -108,8 +108,9 @@ def read_layers(file):
     hold_out = file.hold_out
     if hold_out == "group":
         hold_out = "campaign" if len({one.campaign for one in sets}) > 1 else "grid"
-    measurement = LayerMeasurement(file.title, test, sets, hold_out, file.effects, tuple(notes), file.data_file,
-                                   file.place("model.effects"))
+    measurement = LayerMeasurement(
+        file.title, test, sets, hold_out, file.effects, tuple(notes), file.data_file, file.place("model.effects")
+    )
     if hold_out != "none" and len(measurement.groups) < 2:
         measurement = replace(measurement, hold_out="none")
     return measurement

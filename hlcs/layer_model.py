@@ -135,12 +135,14 @@ def model_of(measurement):
         if not numbers and candidate.switch:
             numbers = {candidate.number: candidate.trial}
         if set(numbers) != {candidate.number}:
-            raise InputError(f"{measurement.where}: {candidate.name} needs one number, {candidate.number}; got "
-                             f"{shown(sorted(numbers))}")
+            raise InputError(
+                f"{measurement.where}: {candidate.name} needs one number, {candidate.number}; got {shown(sorted(numbers))}"
+            )
         value = numbers[candidate.number]
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-            raise InputError(f"{measurement.where}: {candidate.name}.{candidate.number} = {shown(repr(value))}; it must be a "
-                             "finite number")
+            raise InputError(
+                f"{measurement.where}: {candidate.name}.{candidate.number} = {shown(repr(value))}; it must be a finite number"
+            )
         model = model.with_effect(candidate, value)
     return model
 

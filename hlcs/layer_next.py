@@ -56,8 +56,7 @@ def next_experiment(search, stage, accepted, rivals, verdict, where):
         )
         readings = dict.fromkeys(WITNESS.get(name, "measure " + name) for name in names)
         text = (
-            f"{'; or '.join(readings)}; "
-            f"by layers alone {many} to tell {one.name} from {other.name} (lambda = {score:.3g} a test)"
+            f"{'; or '.join(readings)}; by layers alone {many} to tell {one.name} from {other.name} (lambda = {score:.3g} a test)"
         )
     if verdict == "unexplained":
         worst = where[0]

@@ -41,8 +41,10 @@ class Linear:
     @cached_property
     def projected(self):
         """(residuals, signatures) with the starts projected out."""
-        return ([inference.project_out(q, r) for q, r in zip(self.bases, self.r, strict=True)],
-                [inference.project_out(q, s) for q, s in zip(self.bases, self.s, strict=True)])
+        return (
+            [inference.project_out(q, r) for q, r in zip(self.bases, self.r, strict=True)],
+            [inference.project_out(q, s) for q, s in zip(self.bases, self.s, strict=True)],
+        )
 
 
 @dataclass(frozen=True)
@@ -59,8 +61,8 @@ class Fit:
     def bounds_of(self, index):
         """at_bound of the numbers of one term, tuple of booleans."""
         counts = [len(term.candidate.free) for term in self.model.terms]
-        first = sum(counts[:index % len(counts)])
-        return self.at_bound[first:first + counts[index]]
+        first = sum(counts[: index % len(counts)])
+        return self.at_bound[first : first + counts[index]]
 
     @cached_property
     def losses(self):

@@ -17,8 +17,22 @@ from .experiment_files import AROUND, Body, ExperimentFile, Surroundings, read_e
 
 COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 OUTCOMES = ("fall_time_s", "rebound_height_m", "stop_distance_m", "slide_time_s", "rest_height_m")
-INPUTS = ("height_m", "slope", "speed_m_s", "angle_deg", "distance_m", "mass_kg", "radius_m", "friction", "restitution",
-          "gravity_m_s2", "fluid_density_kg_m3", "fluid_viscosity_pa_s", "spin_rad_s", "group")
+INPUTS = (
+    "height_m",
+    "slope",
+    "speed_m_s",
+    "angle_deg",
+    "distance_m",
+    "mass_kg",
+    "radius_m",
+    "friction",
+    "restitution",
+    "gravity_m_s2",
+    "fluid_density_kg_m3",
+    "fluid_viscosity_pa_s",
+    "spin_rad_s",
+    "group",
+)
 
 
 @dataclass(frozen=True)
@@ -42,14 +56,20 @@ class Trial:
         """Names of the measured channels: x, y, z and, with orientation, the rotation about the three axes rx, ry, rz."""
         seen = np.isfinite(self.position).any(axis=0)
         return [name for name, there in zip("xyz", seen, strict=True) if there] + (
-            ["rx", "ry", "rz"] if np.isfinite(self.orientation).any() else [])
-
+            ["rx", "ry", "rz"] if np.isfinite(self.orientation).any() else []
+        )
 
     def at(self, which, **changes):
         """The trial with some of its samples (a slice or indices), and other fields changed."""
         rows = None if self.rows is None else self.rows[which]
-        return replace(self, times=self.times[which], position=self.position[which], orientation=self.orientation[which],
-                       rows=rows, **changes)
+        return replace(
+            self,
+            times=self.times[which],
+            position=self.position[which],
+            orientation=self.orientation[which],
+            rows=rows,
+            **changes,
+        )
 
 
 @dataclass(frozen=True)
@@ -88,14 +108,21 @@ def read_measurement(path):
     for entry, name in zip(file.trials, names, strict=True):
         times, position, orientation, rows = read_recording(entry.file)
         trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings, rows=rows)
-        for check in (plausible.check_clock, plausible.check_units, plausible.check_length, plausible.check_axes,
-                      plausible.check_quaternions):
+        for check in (
+            plausible.check_clock,
+            plausible.check_units,
+            plausible.check_length,
+            plausible.check_axes,
+            plausible.check_quaternions,
+        ):
             check(trial, entry.file)
         notes += plausible.describe(trial, entry.file) + plausible.check_floor(trial, entry.file)
         trials.append(trial)
         if sum(len(one.times) for one in trials) > MOST_ROWS:
-            raise InputError(f"{file.path}: more than {MOST_ROWS:,} rows in its recordings up to {name}; keep every n-th row of "
-                             "each, or leave recordings out")
+            raise InputError(
+                f"{file.path}: more than {MOST_ROWS:,} rows in its recordings up to {name}; keep every n-th row of "
+                "each, or leave recordings out"
+            )
     plausible.check_duration(trials, file)
     plausible.refuse_copies(trials, [entry.file for entry in file.trials])
     static = None
@@ -148,16 +175,29 @@ def read_outcomes(path):
         raise InputError(f"{read.name}: {len(outcomes)} outcome columns; exactly one of {', '.join(OUTCOMES)} is needed")
     if len(rows) < 3:
         raise InputError(f"{read.name}: {len(rows)} rows; at least 3 experiments are needed")
-    limits = {"height_m": (0, 1e3), "speed_m_s": (0, 400), "angle_deg": (-90, 90), "mass_kg": (1e-9, 1e7),
-              "radius_m": (1e-6, 1e2), "distance_m": (0, 1e4), "slope": (-10, 10), "spin_rad_s": (-1e5, 1e5),
-              "friction": AROUND["friction"], "restitution": AROUND["restitution"], "gravity_m_s2": AROUND["gravity"],
-              "fluid_density_kg_m3": AROUND["fluid_density"], "fluid_viscosity_pa_s": AROUND["fluid_viscosity"],
-              outcomes[0]: (0 if outcomes[0].endswith("_s") else -10, 1e4)}
+    limits = {
+        "height_m": (0, 1e3),
+        "speed_m_s": (0, 400),
+        "angle_deg": (-90, 90),
+        "mass_kg": (1e-9, 1e7),
+        "radius_m": (1e-6, 1e2),
+        "distance_m": (0, 1e4),
+        "slope": (-10, 10),
+        "spin_rad_s": (-1e5, 1e5),
+        "friction": AROUND["friction"],
+        "restitution": AROUND["restitution"],
+        "gravity_m_s2": AROUND["gravity"],
+        "fluid_density_kg_m3": AROUND["fluid_density"],
+        "fluid_viscosity_pa_s": AROUND["fluid_viscosity"],
+        outcomes[0]: (0 if outcomes[0].endswith("_s") else -10, 1e4),
+    }
     for name, (low, high) in limits.items():
         if name in columns and (np.any(columns[name] < low) or np.any(columns[name] > high)):
             worst = int(np.argmax((columns[name] < low) | (columns[name] > high)))
-            raise InputError(f"{read.place(worst, name)}: {columns[name][worst]:g} cannot be right; it must be "
-                             f"between {low:g} and {high:g} (m, s, kg; angles in degrees, a slope is rise over run)")
+            raise InputError(
+                f"{read.place(worst, name)}: {columns[name][worst]:g} cannot be right; it must be "
+                f"between {low:g} and {high:g} (m, s, kg; angles in degrees, a slope is rise over run)"
+            )
     inputs = {name: values for name, values in columns.items() if name not in (*outcomes, "group")}
     groups = columns.get("group", np.array([f"row {row}" for row in rows]))
     table = np.column_stack(list(inputs.values())) if inputs else np.zeros((len(rows), 1))
@@ -168,8 +208,10 @@ def read_outcomes(path):
     if len(np.unique(pairs, axis=0)) < len(pairs):
         _, first = np.unique(pairs, axis=0, return_index=True)
         repeat = sorted(set(range(len(pairs))) - set(first.tolist()))
-        notes.append(f"{path.name}, row {rows[repeat[0]]}: repeats inputs and outcome of an earlier row digit for digit "
-                     f"({len(repeat)} such rows): a true repeat, or a copy?")
+        notes.append(
+            f"{path.name}, row {rows[repeat[0]]}: repeats inputs and outcome of an earlier row digit for digit "
+            f"({len(repeat)} such rows): a true repeat, or a copy?"
+        )
     return OutcomeTable(Path(path), outcomes[0], values, inputs, groups.astype(str), setting, rows), notes
 
 

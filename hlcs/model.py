@@ -48,11 +48,11 @@ class Model:
 
     def without(self, index):
         """The model without its term number `index`."""
-        return replace(self, terms=self.terms[:index] + self.terms[index + 1:])
+        return replace(self, terms=self.terms[:index] + self.terms[index + 1 :])
 
     def with_at(self, index, numbers):
         """The model with other numbers in its term number `index`."""
-        return replace(self, terms=self.terms[:index] + (self.terms[index].at(numbers),) + self.terms[index + 1:])
+        return replace(self, terms=self.terms[:index] + (self.terms[index].at(numbers),) + self.terms[index + 1 :])
 
     def changes(self, surroundings):
         """(effects for the engine with gravity first, changes of the set-up, changes of the look) in these surroundings."""
@@ -61,8 +61,11 @@ class Model:
         acting = [effect for effect in built if isinstance(effect, Effect)]
         changes = [change for change in built if isinstance(change, Change)]
         gravity = Gravity(acceleration=surroundings.gravity)
-        return (compose((gravity, *acting)), [c for c in changes if type(c).setup is not Change.setup],
-                [c for c in changes if type(c).look is not Change.look])
+        return (
+            compose((gravity, *acting)),
+            [c for c in changes if type(c).setup is not Change.setup],
+            [c for c in changes if type(c).look is not Change.look],
+        )
 
     @property
     def names(self):
@@ -77,8 +80,12 @@ class Model:
     def to_toml(self):
         """The [model] section of an experiment file that holds these effects."""
         entries = [dict(entry) for entry in self.fixed] + [{"name": term.name, **term.numbers} for term in self.terms]
-        written = ["{ " + ", ".join(f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value!r}"
-                                    for key, value in entry.items()) + " }" for entry in entries]
+        written = [
+            "{ "
+            + ", ".join(f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value!r}" for key, value in entry.items())
+            + " }"
+            for entry in entries
+        ]
         return "[model]\neffects = [" + ", ".join(written) + "]\n" + f"time_step = {self.time_step!r}\n"
 
     def files(self, folder):
@@ -89,7 +96,7 @@ class Model:
         """Positions (n, 3) and orientations (n, 4) of one trial at the times (n,), from a start (13,): x, v, q, w."""
         trial = replace(trial, times=np.asarray(times, dtype=float))
         shots = Shots(self, (trial,), start_time=np.array([0.0]), contact=trial.surroundings.floor_height is not None)
-        (position, orientation), = shots.simulate(self, np.asarray(start, dtype=float)[None], np.zeros(1, int))
+        ((position, orientation),) = shots.simulate(self, np.asarray(start, dtype=float)[None], np.zeros(1, int))
         return position, orientation
 
 

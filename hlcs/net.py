@@ -85,8 +85,9 @@ def _told(problem):
     if isinstance(problem, MemoryError):
         return _complain("not enough memory; take fewer units, rows, repeats or workers" + _stays("nothing was written"), 1)
     what = f"{type(problem).__name__}: {problem}".rstrip(": ")
-    return _complain(f"unexpected {what[:300]}; not foreseen, please report it; {_report(problem)}"
-                     + _stays("nothing was written"), 1)
+    return _complain(
+        f"unexpected {what[:300]}; not foreseen, please report it; {_report(problem)}" + _stays("nothing was written"), 1
+    )
 
 
 def _complain(what, status):

@@ -60,8 +60,10 @@ class Noise:
             recording, first = recordings[index], drawn.get(index, 0)
             drawn[index], n = first + count, len(recording.channel)
             white = generator.choice(self.pool, (n, count)) if self.pool is not None else generator.standard_normal((n, count))
-            blocks = [(part, filter, int(recording.channel[part.start] >= 3), recording.times[part].tobytes())
-                      for part, filter in recording.links.blocks]
+            blocks = [
+                (part, filter, int(recording.channel[part.start] >= 3), recording.times[part].tobytes())
+                for part, filter in recording.links.blocks
+            ]
             for k in range(PERTURBATIONS):
                 columns, filters = slice((k - first) % PERTURBATIONS, count, PERTURBATIONS), {}
                 if columns.start >= count:
@@ -72,12 +74,17 @@ class Noise:
                         continue
                     if (which, times) not in filters:
                         filters[which, times] = inference.correlation(
-                            recording.times[part], float(np.clip(known[which].rho + rho, 0.0, 0.98)),
-                            float(np.clip(known[which].white + share, 0.0, 0.9)), self.step)
+                            recording.times[part],
+                            float(np.clip(known[which].rho + rho, 0.0, 0.98)),
+                            float(np.clip(known[which].white + share, 0.0, 0.9)),
+                            self.step,
+                        )
                     there = part, columns
                     white[there] = inference.whitened(
-                        filter, inference.coloured(filters[which, times], np.exp(log_sigma) * white[there]))
+                        filter, inference.coloured(filters[which, times], np.exp(log_sigma) * white[there])
+                    )
             return white
+
         return draw
 
 
@@ -91,14 +98,21 @@ def estimate_noise(measurement):
             found[what], pool = _of_static(measurement.static, step, what, pool)
         source = "static recording" if any(found.values()) else "unknown"
         if source == "unknown":
-            notes.append(f"{measurement.file.static.name}: every reading is the same: the noise lies below the last digit and "
-                         "stays unknown")
+            notes.append(
+                f"{measurement.file.static.name}: every reading is the same: the noise lies below the last digit and "
+                "stays unknown"
+            )
     flexible = {what: _flexible(trials, step, what, stated.get(what)) for what in ("position", "orientation")}
     for what in ("position", "orientation"):
         if what in stated:
             base = found.get(what) or flexible[what]
-            found[what] = Correlated(stated[what], base.rho if base else 0.0, base.white if base else 0.0,
-                                     base.freedom if base else 0.0, _without_sigma(base))
+            found[what] = Correlated(
+                stated[what],
+                base.rho if base else 0.0,
+                base.white if base else 0.0,
+                base.freedom if base else 0.0,
+                _without_sigma(base),
+            )
             source = "stated" if source == "unknown" else source
     if not any(found.values()):
         replicates = _of_replicates(trials, step)
@@ -108,11 +122,14 @@ def estimate_noise(measurement):
     if "position" in stated:
         curve = _flexible(trials, step, "position")  # found without what is stated, so that it can check it
     if position and curve and not 1 / 1.5 < curve.sigma / position.sigma < 1.5:
-        notes.append(f"a flexible curve through the data leaves {curve.sigma:.3g} m, the {source} noise is {position.sigma:.3g} m"
-                     ": more than a factor 1.5 apart; check it")
+        notes.append(
+            f"a flexible curve through the data leaves {curve.sigma:.3g} m, the {source} noise is {position.sigma:.3g} m"
+            ": more than a factor 1.5 apart; check it"
+        )
     if any("rx" in trial.columns for trial in trials) and orientation is None and position is not None:
-        notes.append("noise of the orientation unknown: orientations are not judged; state noise.orientation or record a body "
-                     "at rest")
+        notes.append(
+            "noise of the orientation unknown: orientations are not judged; state noise.orientation or record a body at rest"
+        )
     return Noise(position, orientation, step, source, tuple(notes), curve.sigma if curve else None, pool)
 
 
@@ -130,8 +147,9 @@ def _values(trial, what):
         there = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
         if len(there) == 0:
             return []
-        steps = rotations.logarithm(rotations.product(trial.orientation[there[1:]],
-                                                      rotations.conjugate(trial.orientation[there[:-1]])))
+        steps = rotations.logarithm(
+            rotations.product(trial.orientation[there[1:]], rotations.conjugate(trial.orientation[there[:-1]]))
+        )
         table = np.full((len(trial.times), 3), np.nan)
         table[there] = np.cumsum(np.vstack([np.zeros(3), steps]), axis=0)
     return [(trial.times[good], table[good, axis]) for axis in range(3) if (good := np.isfinite(table[:, axis])).sum() >= 8]

@@ -22,19 +22,33 @@ from .search import Search
 from .solids import solid
 
 FORCES = ("linear_drag", "quadratic_drag", "drag_crisis", "buoyancy", "added_mass", "mass_offset", "size_error")
-SLIDING = ("friction", "stribeck_friction", "viscous_friction", "load_dependent_friction", "linear_drag", "quadratic_drag",
-           "mass_offset")
-FITTING = {"fall_time_s": (*FORCES, "clock_offset", "time_scale", "length_scale"),
-           "rebound_height_m": (*FORCES, "restitution", "velocity_dependent_restitution", "length_scale"),
-           "stop_distance_m": (*SLIDING, "length_scale"),
-           "slide_time_s": (*SLIDING, "clock_offset", "time_scale", "length_scale"),
-           "rest_height_m": ("size_error", "margin_offset", "length_scale")}
+SLIDING = (
+    "friction",
+    "stribeck_friction",
+    "viscous_friction",
+    "load_dependent_friction",
+    "linear_drag",
+    "quadratic_drag",
+    "mass_offset",
+)
+FITTING = {
+    "fall_time_s": (*FORCES, "clock_offset", "time_scale", "length_scale"),
+    "rebound_height_m": (*FORCES, "restitution", "velocity_dependent_restitution", "length_scale"),
+    "stop_distance_m": (*SLIDING, "length_scale"),
+    "slide_time_s": (*SLIDING, "clock_offset", "time_scale", "length_scale"),
+    "rest_height_m": ("size_error", "margin_offset", "length_scale"),
+}
 BLOCKS = 6  # contiguous blocks of the main input, held out alternately, where no groups are given
 
 
 # Measured over predicted: outside these bounds no effect is missing, a unit is wrong. Nothing falls faster than freely.
-PLAUSIBLE = {"fall_time_s": (0.2, 300.0), "rebound_height_m": (0.0, 5.0), "stop_distance_m": (0.02, 50.0),
-             "slide_time_s": (0.05, 300.0), "rest_height_m": (-np.inf, np.inf)}
+PLAUSIBLE = {
+    "fall_time_s": (0.2, 300.0),
+    "rebound_height_m": (0.0, 5.0),
+    "stop_distance_m": (0.02, 50.0),
+    "slide_time_s": (0.05, 300.0),
+    "rest_height_m": (-np.inf, np.inf),
+}
 
 
 @dataclass(frozen=True)
@@ -134,8 +148,10 @@ def check_table(file, table):
     """Refuse a table whose outcome needs an input or a body that is not there, or a noise stated for another outcome."""
     for key in file.noise:
         if key not in ("outcome", table.outcome):
-            raise InputError(f"{file.path}: measurement.noise.{key}: the table's outcome is {table.outcome}; write noise = "
-                             f"{{ {table.outcome} = {file.noise[key]:g} }}")
+            raise InputError(
+                f"{file.path}: measurement.noise.{key}: the table's outcome is {table.outcome}; write noise = "
+                f"{{ {table.outcome} = {file.noise[key]:g} }}"
+            )
     for column in table_motion.NEEDS[table.outcome]:
         if column not in table.inputs:
             near = difflib.get_close_matches(column, [*table.inputs, ""], n=1, cutoff=0.5)
@@ -158,16 +174,20 @@ def check_magnitude(problem, model):
     table, predicted = problem.table, problem.predict(model)
     lost = np.flatnonzero(~np.isfinite(predicted))
     if len(lost):
-        raise InputError(f"{table.file}, row {table.rows[lost[0]]}: the model has no {table.outcome} for this row (does its body "
-                         "move at all? friction, slope and speed decide)")
+        raise InputError(
+            f"{table.file}, row {table.rows[lost[0]]}: the model has no {table.outcome} for this row (does its body "
+            "move at all? friction, slope and speed decide)"
+        )
     against = np.maximum(table.inputs["height_m"], 1e-9) if table.outcome == "rebound_height_m" else predicted
     ratio = float(np.median(table.values / np.where(np.abs(against) > 1e-12, against, np.inf)))
     low, high = PLAUSIBLE[table.outcome]
     if low <= ratio <= high:
         return
     row = int(np.argmin(np.abs(table.values / against - ratio)))
-    raise InputError(f"{table.file}, row {table.rows[row]}, column {table.outcome}: {table.values[row]:g} where "
-                     f"{against[row]:.3g} is expected; units that cannot be right: lengths in m, times in s")
+    raise InputError(
+        f"{table.file}, row {table.rows[row]}, column {table.outcome}: {table.values[row]:g} where "
+        f"{against[row]:.3g} is expected; units that cannot be right: lengths in m, times in s"
+    )
 
 
 def table_candidates(file, table, names, own):
@@ -232,9 +252,17 @@ def judge_table(problem, fit):
     parts = np.split(flat, np.cumsum([len(part) for part in r])[:-1])
     verdict = inference.adequacy(parts, fit.linear.n, s, cuts, problem.noise.drawer(problem.recordings))
     raw = np.concatenate(fit.linear.raw)
-    columns = {"trial": np.concatenate([np.full(len(unit.rows), k) for k, unit in enumerate(problem.trials)]),
-               "channel": np.zeros(len(rows), int), "row": rows + 2, "input": main[rows], "measured": table.values[rows],
-               "model": table.values[rows] - raw, "residual": raw, "sigmas": raw / problem.noise.position, "white": flat}
+    columns = {
+        "trial": np.concatenate([np.full(len(unit.rows), k) for k, unit in enumerate(problem.trials)]),
+        "channel": np.zeros(len(rows), int),
+        "row": rows + 2,
+        "input": main[rows],
+        "measured": table.values[rows],
+        "model": table.values[rows] - raw,
+        "residual": raw,
+        "sigmas": raw / problem.noise.position,
+        "white": flat,
+    }
     return verdict, {**{name: values[rows] for name, values in table.inputs.items()}, **columns}
 
 
@@ -244,10 +272,16 @@ def where_in_table(problem, table):
     found = []
     for value in np.unique(table["input"]):
         here = table["input"] == value
-        found.append({"trial": f"{name} = {value:g}", "channel": problem.table.outcome, "phase": "table",
-                      "rms": float(np.sqrt(np.mean(table["residual"][here] ** 2))),
-                      "sigma": float(np.sqrt(np.mean(table["sigmas"][here] ** 2))),
-                      "mean": float(np.mean(table["residual"][here]))})
+        found.append(
+            {
+                "trial": f"{name} = {value:g}",
+                "channel": problem.table.outcome,
+                "phase": "table",
+                "rms": float(np.sqrt(np.mean(table["residual"][here] ** 2))),
+                "sigma": float(np.sqrt(np.mean(table["sigmas"][here] ** 2))),
+                "mean": float(np.mean(table["residual"][here])),
+            }
+        )
     return tuple(sorted(found, key=lambda row: (-row["sigma"], row["trial"])))
 
 
@@ -275,12 +309,28 @@ def compare_outcomes(measurement, own=()):
     noise = {"position": prepared.noise.position, "rho": 0.0, "source": prepared.noise.source}
     unit = measurement.table.outcome.rsplit("_", 1)[1]
     if prepared.problem is None:
-        return Comparison(file.kind, file.title, None, None, None, {"rms": None, "noise": None, "unit": unit}, (), noise,
-                          prepared.notes)
+        return Comparison(
+            file.kind, file.title, None, None, None, {"rms": None, "noise": None, "unit": unit}, (), noise, prepared.notes
+        )
     verdict, table = judge_table(prepared.problem, prepared.base)
-    error = {"rms": float(np.sqrt(np.mean(table["residual"] ** 2))), "unit": unit, "noise": prepared.noise.position,
-             "bias": float(-np.mean(table["residual"]))}
-    return Comparison(file.kind, file.title, verdict.adequate, verdict.statistic, verdict.p, error,
-                      where_in_table(prepared.problem, table), noise, prepared.notes, table,
-                      tuple(unit.name for unit in prepared.problem.trials), against=tuple(measurement.table.inputs),
-                      channels=(measurement.table.outcome,))
+    error = {
+        "rms": float(np.sqrt(np.mean(table["residual"] ** 2))),
+        "unit": unit,
+        "noise": prepared.noise.position,
+        "bias": float(-np.mean(table["residual"])),
+    }
+    return Comparison(
+        file.kind,
+        file.title,
+        verdict.adequate,
+        verdict.statistic,
+        verdict.p,
+        error,
+        where_in_table(prepared.problem, table),
+        noise,
+        prepared.notes,
+        table,
+        tuple(unit.name for unit in prepared.problem.trials),
+        against=tuple(measurement.table.inputs),
+        channels=(measurement.table.outcome,),
+    )

@@ -21,10 +21,16 @@ def hidden_pair(search, fit, trials):
     spoil each other's numbers in one half of the recordings. Pairs are ranked by their linear signatures together; where
     simulations are cheap, a second effect that acts only through the first is looked for too.
     """
-    pointing = [trial for trial in trials.values() if trial.fit is not None and trial.fails
-                and trial.gain > 2 * trial.price * max(trial.fit.chi2 / trial.fit.freedom, 1.0)
-                and not search.out_of_bounds(trial.fit) and not search.contradicts(trial.fit)
-                and not search.same_form(trial.candidate.name, fit.model.terms)]
+    pointing = [
+        trial
+        for trial in trials.values()
+        if trial.fit is not None
+        and trial.fails
+        and trial.gain > 2 * trial.price * max(trial.fit.chi2 / trial.fit.freedom, 1.0)
+        and not search.out_of_bounds(trial.fit)
+        and not search.contradicts(trial.fit)
+        and not search.same_form(trial.candidate.name, fit.model.terms)
+    ]
     if not pointing:
         return []
     most = search.budget.refits(search.problem, PAIRS_BESIDE, 1, PER_PAIR) if search.problem.shots.contact else PAIRS_TRIED
@@ -49,8 +55,11 @@ def hidden_pair(search, fit, trials):
     for first in sorted(pointing, key=lambda trial: (-(trial.gain - trial.price), trial.candidate.name))[:2]:
         if search.budget.search_over(f"what acts only through {first.candidate.name}"):
             break
-        seconds = [trial for trial in search.round(first.fit).values() if trial.fit is not None and not trial.fails
-                   and not search.same_form(trial.candidate.name, first.fit.model.terms)]
+        seconds = [
+            trial
+            for trial in search.round(first.fit).values()
+            if trial.fit is not None and not trial.fails and not search.same_form(trial.candidate.name, first.fit.model.terms)
+        ]
         if not seconds:
             continue
         second = max(seconds, key=lambda trial: (round(trial.gain - trial.price, 6), trial.candidate.name))
@@ -63,9 +72,11 @@ def pairs(search, fit, trials):
     """[(Try, Try)] of candidates that together point at the residual more than either alone, the best first."""
     q_now = inference.basis(np.concatenate(fit.linear.projected[1]))
     r = inference.project_out(q_now, np.concatenate(fit.linear.projected[0]))
-    seen = [(trial, inference.project_out(q_now, np.concatenate(trial.signature))) for trial in trials.values()
-            if trial.visible and trial.linear_gain > 0.5 * trial.price
-            and not search.same_form(trial.candidate.name, fit.model.terms)]
+    seen = [
+        (trial, inference.project_out(q_now, np.concatenate(trial.signature)))
+        for trial in trials.values()
+        if trial.visible and trial.linear_gain > 0.5 * trial.price and not search.same_form(trial.candidate.name, fit.model.terms)
+    ]
     found = []
     for place, (first, s) in enumerate(seen):
         for second, t in seen[:place]:

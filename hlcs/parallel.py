@@ -16,8 +16,10 @@ from minibullet.errors import InputError, RunError
 
 UNGUARDED = 79  # exit status of a worker that met, in the script it read, the call it is to work for; no other meaning has it
 DESERTED = 30.0  # how long a Dask scheduler may be without workers; one that starts again is there in a few seconds [s]
-GUARD = ('a worker process ended before its work was done: it read the script again and met the same call there. Put what calls '
-         'hlcs under `if __name__ == "__main__":`')
+GUARD = (
+    "a worker process ended before its work was done: it read the script again and met the same call there. Put what calls "
+    'hlcs under `if __name__ == "__main__":`'
+)
 
 
 def cores():
@@ -50,8 +52,9 @@ def each(function, tasks, workers=None, most=None):
     executor = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_obey)
     before, children = set(multiprocessing.active_children()), set()
     try:
-        yield from _drawn(executor, function, tasks, lambda: workers,
-                          lambda: children.update(set(multiprocessing.active_children()) - before))
+        yield from _drawn(
+            executor, function, tasks, lambda: workers, lambda: children.update(set(multiprocessing.active_children()) - before)
+        )
     except BaseException as problem:
         for child in children:
             child.terminate()

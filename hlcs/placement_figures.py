@@ -9,8 +9,14 @@ from hlcs.bottoms import Survey
 from minibullet import drawing, rotations
 
 # by the first of these words in a label
-STYLES = {"laboratory": ("#222222", "s"), "measured": ("#222222", "s"), "paper": ("#8a8a8a", "D"), "hull": ("#cf5a3c", "^"),
-          "pieces": ("#2f6db3", "o"), "model": ("#2f6db3", "o")}
+STYLES = {
+    "laboratory": ("#222222", "s"),
+    "measured": ("#222222", "s"),
+    "paper": ("#8a8a8a", "D"),
+    "hull": ("#cf5a3c", "^"),
+    "pieces": ("#2f6db3", "o"),
+    "model": ("#2f6db3", "o"),
+}
 
 
 def layer_axes(samples, ax=None, title=None):
@@ -25,8 +31,18 @@ def layer_axes(samples, ax=None, title=None):
         line = "none" if "laboratory" in label or "measured" in label else "-"
         layers = np.arange(1, len(sample.mean) + 1)
         half = _half_interval(sample)
-        ax.errorbar(layers + shift, sample.mean, yerr=half, label=label, color=colour, marker=marker, markersize=5,
-                    linestyle=line, linewidth=1, capsize=2.5)
+        ax.errorbar(
+            layers + shift,
+            sample.mean,
+            yerr=half,
+            label=label,
+            color=colour,
+            marker=marker,
+            markersize=5,
+            linestyle=line,
+            linewidth=1,
+            capsize=2.5,
+        )
     ax.set_xticks(np.arange(1, max(len(sample.mean) for _, sample in samples) + 1))
     ax.set_xlabel("layer")
     ax.set_ylabel("layer coefficient k = thickness / Dn")

@@ -1,12 +1,12 @@
 """Placement tests as TOML: `hlcs place TEST.toml`, the [placement] of layer experiments and sweeps, settings.toml of a result.
 
-    [placement]
-    grid = "TPG"            # every field of hlcs.PlacementTest by its own name; what is left out has its default
-    layers = 5
-    nominal_diameter = 1.07 # m, in place of `side`
-    stacking = "ABA"        # of a triangular grid
-    bottom = "bed.csv"      # relative to the file
-    effects = [{ name = "rolling_friction", arm = 0.02 }]   # of the engine's library, beside gravity
+[placement]
+grid = "TPG"            # every field of hlcs.PlacementTest by its own name; what is left out has its default
+layers = 5
+nominal_diameter = 1.07 # m, in place of `side`
+stacking = "ABA"        # of a triangular grid
+bottom = "bed.csv"      # relative to the file
+effects = [{ name = "rolling_friction", arm = 0.02 }]   # of the engine's library, beside gravity
 """
 
 from dataclasses import fields
@@ -102,7 +102,7 @@ def _made(table):
             raise InputError("placement: both side and nominal_diameter are given; leave one of the two out")
         table["side"] = _side(table.pop("nominal_diameter"), table.get("armour", "cubipod"))
     if "grid" in table and not isinstance(table["grid"], str | Grid):
-        raise InputError(f"placement: grid = {shown_value(table['grid'])}; it must be text such as \"TPG\" or \"1.5,1.3\"")
+        raise InputError(f'placement: grid = {shown_value(table["grid"])}; it must be text such as "TPG" or "1.5,1.3"')
     if "stacking" in table:
         table["grid"] = Grid.parse(table.get("grid", TPG)).stacked(table.pop("stacking"))
     for key, value in table.items():
@@ -145,14 +145,19 @@ def bottom_words(bottom, survey_file=SURVEY_FILE):
         return f"slope:{bottom.grade!r}"
     if isinstance(bottom, Survey):
         return str(survey_file)
-    raise InputError(f"placement: a bottom of your own ({type(bottom).__name__}) cannot be written to a file; "
-                     "use Flat, Slope or Survey")
+    raise InputError(
+        f"placement: a bottom of your own ({type(bottom).__name__}) cannot be written to a file; use Flat, Slope or Survey"
+    )
 
 
 def survey_csv(bottom):
     """A surveyed bed as the text of a CSV that reads back to the same numbers."""
-    rows = [f"{x!r},{y!r},{z!r}" for i, y in enumerate(bottom.y.tolist()) for j, x in enumerate(bottom.x.tolist())
-            for z in (float(bottom.z[i, j]),)]
+    rows = [
+        f"{x!r},{y!r},{z!r}"
+        for i, y in enumerate(bottom.y.tolist())
+        for j, x in enumerate(bottom.x.tolist())
+        for z in (float(bottom.z[i, j]),)
+    ]
     return "\n".join(["x_m,y_m,z_m", *rows, ""])
 
 
@@ -176,7 +181,7 @@ def _effects(entries):
         for key, value in numbers.items():
             known = parameters(kinds[name])
             if not known:
-                raise InputError(f"placement: effects: {name} has no numbers; write {{ name = \"{name}\" }}")
+                raise InputError(f'placement: effects: {name} has no numbers; write {{ name = "{name}" }}')
             if key not in known:
                 near = nearest(key, known)
                 raise InputError(f"placement: effects: {name} has no number {shown_value(key)}; the nearest is '{near}'")

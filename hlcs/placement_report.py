@@ -44,19 +44,26 @@ def report_page(result):
     else:
         comparison = compare_layers(result, measured)
         parts.append(comparison_table(comparison, data))
-        parts.append(f'<p class="note">Measured: {html.escape(measured.title)}, {html.escape(measured.source)}. '
-                     + html.escape("; ".join(comparison.notes)) + "</p>")
+        parts.append(
+            f'<p class="note">Measured: {html.escape(measured.title)}, {html.escape(measured.source)}. '
+            + html.escape("; ".join(comparison.notes))
+            + "</p>"
+        )
         samples.append(("laboratory", sample_of(measured)[1]))
         printed = paper_numerical("table3" if measured.bottom_slope else "table2", grid=measured.grid)
         samples.append(("paper's numerical model", sample_of(printed)[1]))
     picture = placement_figures.png_bytes(placement_figures.layer_axes(samples).figure)
     parts.append(f'<img alt="layer coefficients" src="data:image/png;base64,{base64.b64encode(picture).decode()}">')
     page = drawing.page(placement_figures.scene_of(result), title=title)
-    parts.append(f'<h2>The structure</h2><iframe title="the structure, drag to turn" srcdoc="{html.escape(page)}"></iframe>'
-                 '<p class="note">One colour a layer.</p>')
+    parts.append(
+        f'<h2>The structure</h2><iframe title="the structure, drag to turn" srcdoc="{html.escape(page)}"></iframe>'
+        '<p class="note">One colour a layer.</p>'
+    )
     parts.append(settings_table(test, data))
-    return (f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>'
-            f"<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n")
+    return (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>'
+        f"<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n"
+    )
 
 
 def headline(result, measured):
@@ -65,36 +72,77 @@ def headline(result, measured):
     lost = sum(row["lost"] for row in data["layers"])
     unsettled = sum(row["unsettled"] for row in data["layers"])
     units, rest = sum(row["units"] for row in data["layers"]), f"{unsettled} had not" if unsettled else "all had"
-    stand = (f"{units} units stand {data['height_over_dn']:.3f} Dn high" if data["structure"]
-             else f"{units} units were placed and left no structure that could be measured to its top")
-    text = (f"{stand}; {lost or 'none'} fell out of their layer, {rest} come to rest, and the deepest overlap was "
-            f"{data['max_penetration_over_dn']:.1e} Dn. Porosity {or_dash(data['achieved_porosity'], '.3f')} and packing "
-            f"density {or_dash(data['achieved_packing_density'], '.3f')} where the units came to rest, "
-            f"{or_dash(data['porosity'], '.3f')} and {data['packing_density']:.3f} nominal.")
+    stand = (
+        f"{units} units stand {data['height_over_dn']:.3f} Dn high"
+        if data["structure"]
+        else f"{units} units were placed and left no structure that could be measured to its top"
+    )
+    text = (
+        f"{stand}; {lost or 'none'} fell out of their layer, {rest} come to rest, and the deepest overlap was "
+        f"{data['max_penetration_over_dn']:.1e} Dn. Porosity {or_dash(data['achieved_porosity'], '.3f')} and packing "
+        f"density {or_dash(data['achieved_packing_density'], '.3f')} where the units came to rest, "
+        f"{or_dash(data['porosity'], '.3f')} and {data['packing_density']:.3f} nominal."
+    )
     if measured is not None:
         comparison = compare_layers(result, measured)
-        text += (f" Against the laboratory the layer coefficients miss by {percent(comparison.mean_relative_error)} % "
-                 f"on average, the height by {percent(comparison.height_error, '+.2f')} %.")
+        text += (
+            f" Against the laboratory the layer coefficients miss by {percent(comparison.mean_relative_error)} % "
+            f"on average, the height by {percent(comparison.height_error, '+.2f')} %."
+        )
     return text
 
 
 def layer_table(data):
     """The layers as an HTML table."""
-    rows = [(row["layer"], or_dash(row["k"], ".3f"), row["readings"], row["unsupported_readings"], row["units"], row["lost"],
-             row["unsettled"]) for row in data["layers"]]
+    rows = [
+        (
+            row["layer"],
+            or_dash(row["k"], ".3f"),
+            row["readings"],
+            row["unsupported_readings"],
+            row["units"],
+            row["lost"],
+            row["unsettled"],
+        )
+        for row in data["layers"]
+    ]
     return _table(("layer", "k", "plates", "plates left out", "units", "lost", "unsettled"), rows)
 
 
 def comparison_table(comparison, data):
     """The layers beside the measurement as an HTML table."""
-    rows = [(row.layer, or_dash(row.mean, ".3f"), f"{row.measured_mean:.3f}", percent(row.signed_error, "+.2f"),
-             or_dash(row.z, "+.1f"), layer["readings"], layer["unsupported_readings"], layer["units"], layer["lost"],
-             layer["unsettled"])
-            for row, layer in zip(comparison.to_dataframe().itertuples(), data["layers"], strict=False)]
-    rows.append(("sum", or_dash(comparison.model.mean.sum(), ".3f"), f"{comparison.measured.mean.sum():.3f}",
-                 percent(comparison.height_error, "+.2f"), "", "", "", "", "", ""))
-    return _table(("layer", "k, model", "k, laboratory", "error %", "z", "plates", "plates left out", "units", "lost",
-                   "unsettled"), rows)
+    rows = [
+        (
+            row.layer,
+            or_dash(row.mean, ".3f"),
+            f"{row.measured_mean:.3f}",
+            percent(row.signed_error, "+.2f"),
+            or_dash(row.z, "+.1f"),
+            layer["readings"],
+            layer["unsupported_readings"],
+            layer["units"],
+            layer["lost"],
+            layer["unsettled"],
+        )
+        for row, layer in zip(comparison.to_dataframe().itertuples(), data["layers"], strict=False)
+    ]
+    rows.append(
+        (
+            "sum",
+            or_dash(comparison.model.mean.sum(), ".3f"),
+            f"{comparison.measured.mean.sum():.3f}",
+            percent(comparison.height_error, "+.2f"),
+            "",
+            "",
+            "",
+            "",
+            "",
+            "",
+        )
+    )
+    return _table(
+        ("layer", "k, model", "k, laboratory", "error %", "z", "plates", "plates left out", "units", "lost", "unsettled"), rows
+    )
 
 
 def settings_table(test, data):

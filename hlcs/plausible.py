@@ -58,19 +58,25 @@ def check_effort(test):
     """InputError for a PlacementTest that would compute for weeks, or whose units fall through each other in one step."""
     steps = test.settle_time / test.time_step
     if steps > MOST_STEPS:
-        raise InputError(f"placement: time_step = {test.time_step:g} s makes {steps:.3g} steps of a layer with settle_time = "
-                         f"{test.settle_time:g} s, at most {MOST_STEPS:.0e} are computed; take time_step >= "
-                         f"{test.settle_time / MOST_STEPS:.2g} s, or a shorter settle_time")
+        raise InputError(
+            f"placement: time_step = {test.time_step:g} s makes {steps:.3g} steps of a layer with settle_time = "
+            f"{test.settle_time:g} s, at most {MOST_STEPS:.0e} are computed; take time_step >= "
+            f"{test.settle_time / MOST_STEPS:.2g} s, or a shorter settle_time"
+        )
     units = sum((test.rows - below) * (test.columns - below) for below in range(test.layers))
     if units > MOST_UNITS:
-        raise InputError(f"placement: {test.rows} rows, {test.columns} columns and {test.layers} layers are {units} units; at "
-                         f"most {MOST_UNITS} are placed: take fewer")
+        raise InputError(
+            f"placement: {test.rows} rows, {test.columns} columns and {test.layers} layers are {units} units; at "
+            f"most {MOST_UNITS} are placed: take fewer"
+        )
     size = test.side
     speed = sqrt(2 * 9.81 * (test.falling_distance + 1) * size)  # after its fall, and down into a gap of its own size
     if speed * test.time_step > STRIDE * size:
-        raise InputError(f"placement: a unit of side = {size:g} m falls by {speed * test.time_step:.2g} m in one time_step = "
-                         f"{test.time_step:g} s, more than half its size, and would pass through others; take time_step <= "
-                         f"{STRIDE * size / speed:.2g} s")
+        raise InputError(
+            f"placement: a unit of side = {size:g} m falls by {speed * test.time_step:.2g} m in one time_step = "
+            f"{test.time_step:g} s, more than half its size, and would pass through others; take time_step <= "
+            f"{STRIDE * size / speed:.2g} s"
+        )
 
 
 def check_duration(trials, file):
@@ -78,9 +84,11 @@ def check_duration(trials, file):
     step = file.time_step
     seconds = sum(float(trial.times[-1] - trial.times[0]) for trial in trials)
     if seconds / step > MOST_STEPS:
-        raise InputError(f"{file.path}: model.time_step = {step:g} s: the recordings last {seconds:.4g} s, which is "
-                         f"{seconds / step:.3g} steps; at most {MOST_STEPS:.0e} are computed: take time_step >= "
-                         f"{seconds / MOST_STEPS:.2g} s, or cut them")
+        raise InputError(
+            f"{file.path}: model.time_step = {step:g} s: the recordings last {seconds:.4g} s, which is "
+            f"{seconds / step:.3g} steps; at most {MOST_STEPS:.0e} are computed: take time_step >= "
+            f"{seconds / MOST_STEPS:.2g} s, or cut them"
+        )
 
 
 def acceleration(trial, axis, pieces=8, least=6):
@@ -98,8 +106,12 @@ def acceleration(trial, axis, pieces=8, least=6):
         scatter = np.std(values - np.polyval(curve, times - times[0]))
         return 2 * float(curve[0]), float(scatter) * np.sqrt(720 / len(times)) / (times[-1] - times[0]) ** 2
     count = int(np.clip(len(times) // least, 1, pieces))
-    found = np.array([2 * np.polyfit(times[part] - times[part[0]], values[part], 2)[0]
-                      for part in np.array_split(np.arange(len(times)), count)])
+    found = np.array(
+        [
+            2 * np.polyfit(times[part] - times[part[0]], values[part], 2)[0]
+            for part in np.array_split(np.arange(len(times)), count)
+        ]
+    )
     middle = float(np.median(found))
     return middle, 1.4826 * 1.25 * float(np.median(np.abs(found - middle))) / np.sqrt(count) if count > 2 else np.inf
 
@@ -115,14 +127,18 @@ def check_units(trial, path):
         t, z = trial.times[there], trial.position[there, axis]
         speed = np.median(np.abs(np.diff(z) / np.diff(t)))
         if speed > 400.0 or np.ptp(z) > 2000.0:
-            raise InputError(f"{path}, column {name}_m: typical speed {speed:.3g} m/s over {np.ptp(z):.3g} m; "
-                             "units that cannot be right: lengths in m, times in s")
+            raise InputError(
+                f"{path}, column {name}_m: typical speed {speed:.3g} m/s over {np.ptp(z):.3g} m; "
+                "units that cannot be right: lengths in m, times in s"
+            )
     found = acceleration(trial, 2)
     if gravity > 1 and found:
         a, error = found
         if a + (4 * error if floor is not None else 0.0) < -6 * gravity:
-            raise InputError(f"{path}, column z_m: apparent acceleration {-a:.3g} m/s2 in free flight; units that cannot be "
-                             "right: lengths in m, times in s")
+            raise InputError(
+                f"{path}, column z_m: apparent acceleration {-a:.3g} m/s2 in free flight; units that cannot be "
+                "right: lengths in m, times in s"
+            )
         if a + 4 * error < -TOO_FAST * gravity:
             _tell_fall(f"{path}, column z_m", -a, gravity)
         if floor is None and duration > 120 and trial.surroundings.fluid_density < LIQUID:
@@ -140,8 +156,11 @@ def check_falls(table, gravity):
 def _tell_fall(where, falls, gravity):
     """Warn of a fall that is too fast; air may have braked one in feet by a fifth."""
     units = "are these in feet?" if 0.8 * gravity <= falls * FEET <= 1.05 * gravity else "times in s"
-    warnings.warn(f"{where}: a fall of {falls:.3g} m/s2 where gravity is {gravity:.3g} m/s2; lengths are in m, {units}",
-                  InputWarning, stacklevel=3)
+    warnings.warn(
+        f"{where}: a fall of {falls:.3g} m/s2 where gravity is {gravity:.3g} m/s2; lengths are in m, {units}",
+        InputWarning,
+        stacklevel=3,
+    )
 
 
 def check_clock(trial, path):
@@ -195,8 +214,10 @@ def check_axes(trial, path):
         if name in found and abs(a) + 4 * error < 0.25 * gravity:
             b, other = found[name]
             if 4 * other < 0.25 * gravity and abs(abs(b) - gravity) < 0.25 * gravity:
-                raise InputError(f"{path}: falls along {name}_m (apparent acceleration {b:+.3g} m/s2, along z_m {a:+.3g}); z "
-                                 f"points up: are the columns {name}_m and z_m mixed up?")
+                raise InputError(
+                    f"{path}: falls along {name}_m (apparent acceleration {b:+.3g} m/s2, along z_m {a:+.3g}); z "
+                    f"points up: are the columns {name}_m and z_m mixed up?"
+                )
 
 
 def inner_radius(body):
@@ -219,13 +240,17 @@ def check_floor(trial, path):
     lift = trial.position[there][:, used] @ normal[used] - around.floor_height
     if np.median(lift) < -radius:
         row = int(np.flatnonzero(there)[np.argmin(lift)]) + 2
-        raise InputError(f"{path}, row {row}: the centre of the body is {-lift.min():.3g} m below its floor, most samples are; "
-                         "check floor.height and the zero of the positions")
+        raise InputError(
+            f"{path}, row {row}: the centre of the body is {-lift.min():.3g} m below its floor, most samples are; "
+            "check floor.height and the zero of the positions"
+        )
     low = float(np.quantile(lift, 0.05))
     scatter = float(np.std(np.diff(lift, 3))) / np.sqrt(20) if len(lift) > 8 else 0.0
     if low < 0.6 * radius - 4 * scatter:
-        return [f"{path.name}: comes as near as {low:.3g} m to the floor, but the centre of this body cannot come nearer than "
-                f"{radius:.3g} m: positions are of the centre; check floor.height and the zero of the positions"]
+        return [
+            f"{path.name}: comes as near as {low:.3g} m to the floor, but the centre of this body cannot come nearer than "
+            f"{radius:.3g} m: positions are of the centre; check floor.height and the zero of the positions"
+        ]
     return []
 
 
@@ -250,8 +275,10 @@ def check_quaternions(trial, path):
         sinks = [float(np.quantile(reach(q, body.size, around.floor_normal) - lift, 0.75)) for q in (given, last)]
         wrong |= sinks[0] > 0.2 * min(body.size) and sinks[1] < 0.05 * min(body.size)
     if wrong:
-        raise InputError(f"{path}, columns qw..qz: only with the scalar last do these orientations agree with the start or the "
-                         "floor; quaternions are scalar first: qw, qx, qy, qz")
+        raise InputError(
+            f"{path}, columns qw..qz: only with the scalar last do these orientations agree with the start or the "
+            "floor; quaternions are scalar first: qw, qx, qy, qz"
+        )
 
 
 def reach(orientations, size, normal):
@@ -268,8 +295,9 @@ def check_length(trial, path):
         count = int(np.isfinite(trial.position[:, axis]).sum())
         unknown = 2 - ("position" in trial.start) - ("velocity" in trial.start)
         if 0 < count < unknown + 2:
-            raise InputError(f"{path}, column {name}_m: {count} samples; {unknown + 2} are needed "
-                             f"({unknown} for the start and 2 to judge by)")
+            raise InputError(
+                f"{path}, column {name}_m: {count} samples; {unknown + 2} are needed ({unknown} for the start and 2 to judge by)"
+            )
     if not trial.columns:
         raise InputError(f"{path}: no sample at all in any column but t_s")
 
@@ -281,8 +309,13 @@ def check_at_rest(trial, path):
         t, z = trial.times[there], trial.position[there, axis]
         if len(z) >= 20:
             half = len(z) // 2
-            scatter = max(*(np.std(part - np.polyval(np.polyfit(when, part, 1), when))
-                            for when, part in ((t[:half] - t[0], z[:half]), (t[half:] - t[half], z[half:]))), 1e-12)
+            scatter = max(
+                *(
+                    np.std(part - np.polyval(np.polyfit(when, part, 1), when))
+                    for when, part in ((t[:half] - t[0], z[:half]), (t[half:] - t[half], z[half:]))
+                ),
+                1e-12,
+            )
             moved = abs(np.median(z[half:]) - np.median(z[:half]))
             if moved > 6 * scatter:
                 raise InputError(f"{path}, column {name}_m: moves by {moved:.3g} m; a static recording must show a body at rest")
@@ -296,8 +329,9 @@ def describe(trial, path):
     gaps = np.flatnonzero(steps > 1.6 * typical)
     if len(gaps):
         where = trial.times[np.argmax(steps)]
-        notes.append(f"{path.name}: {len(gaps)} gaps, the longest {steps.max():.3g} s at t_s = {where:.4g} (typical step "
-                     f"{typical:.3g} s)")
+        notes.append(
+            f"{path.name}: {len(gaps)} gaps, the longest {steps.max():.3g} s at t_s = {where:.4g} (typical step {typical:.3g} s)"
+        )
     jitter = np.std(steps[steps <= 1.6 * typical]) / typical
     if jitter > 0.005:
         notes.append(f"{path.name}: time steps jitter by {100 * jitter:.1f} % of {typical:.3g} s; true stamps are used")
@@ -341,12 +375,13 @@ def refuse_copies(trials, paths):
         alike.sort(key=lambda one: one[:2])
         for place, (way, index, steps) in enumerate(alike):
             near = SAME * steps.max()
-            for other_way, other, others in alike[place + 1:]:
+            for other_way, other, others in alike[place + 1 :]:
                 if other_way - way > len(steps) * max(near, SAME * others.max()):
                     break
                 first, second = sorted((index, other))
                 if np.max(np.abs(steps - others)) < SAME * max(steps.max(), others.max()) and np.allclose(
-                        np.diff(trials[first].times), np.diff(trials[second].times), rtol=SAME, atol=1e-9):
+                    np.diff(trials[first].times), np.diff(trials[second].times), rtol=SAME, atol=1e-9
+                ):
                     same = np.allclose(trials[first].position, trials[second].position, rtol=0, atol=1e-9, equal_nan=True)
                     kind = "the same recording" if same else "a shifted or rotated copy"
                     raise InputError(f"{paths[second]}: {kind} as {paths[first].name}; copies may not stand as separate trials")

@@ -29,8 +29,10 @@ def comparison_text(comparison):
         says = "nothing but noise" if comparison.adequate else "more than noise"
         lines.append(f"The residuals show {says}: statistic {number(comparison.statistic)}, p = {number(comparison.p)}")
         measure = error.get("measure") or "rms"
-        lines.append(f"error {measure} {number(error['rms'], unit)}, noise {number(error['noise'], unit)} "
-                     f"({_noise(comparison.noise)}), bias (model - measured) {number(error.get('bias'), unit)}")
+        lines.append(
+            f"error {measure} {number(error['rms'], unit)}, noise {number(error['noise'], unit)} "
+            f"({_noise(comparison.noise)}), bias (model - measured) {number(error.get('bias'), unit)}"
+        )
     if comparison.where:
         lines += ["", "Where (worst first)", *_where_lines(comparison.where[:12], unit)]
         if len(comparison.where) > 12:
@@ -68,8 +70,11 @@ def _notes(notes):
 
 def diagnosis_text(diagnosis):
     """The printed report of a Diagnosis."""
-    lines = [f"Diagnosis: {diagnosis.title} ({diagnosis.kind})", "",
-             f"Verdict: {diagnosis.verdict}: " + VERDICTS[diagnosis.verdict].format(effects=", then ".join(diagnosis.effects))]
+    lines = [
+        f"Diagnosis: {diagnosis.title} ({diagnosis.kind})",
+        "",
+        f"Verdict: {diagnosis.verdict}: " + VERDICTS[diagnosis.verdict].format(effects=", then ".join(diagnosis.effects)),
+    ]
     if diagnosis.verdict == "unexplained" and diagnosis.effects:
         lines.append(f"Accepted on the way: {', then '.join(diagnosis.effects)}; more than noise remains after that.")
     for members in diagnosis.ambiguous:
@@ -85,14 +90,18 @@ def diagnosis_text(diagnosis):
     adequate = diagnosis.adequate
     if adequate["after"] is not None:
         words = {True: "adequate", False: "not adequate"}
-        lines.append(f"Model {words[adequate['before']]} before, {words[adequate['after']]} after (statistic "
-                     f"{number(adequate['statistic'])}, p = {number(adequate['p'])})")
+        lines.append(
+            f"Model {words[adequate['before']]} before, {words[adequate['after']]} after (statistic "
+            f"{number(adequate['statistic'])}, p = {number(adequate['p'])})"
+        )
     if diagnosis.candidates:
         lines += ["", "Candidates", f"  {'effect':30s} {'evidence':>10s} {'fitted':>10s} {'held out':>10s}  why"]
         for finding in (entry for entry in diagnosis.candidates if not entry.why.startswith("not tried")):
             mark = "*" if finding.accepted else " "
-            lines.append(f" {mark}{finding.effect:30s} {number(finding.evidence, digits=4):>10s} {number(finding.fitted):>10s} "
-                         f"{number(finding.held_out):>10s}  {finding.why}")
+            lines.append(
+                f" {mark}{finding.effect:30s} {number(finding.evidence, digits=4):>10s} {number(finding.fitted):>10s} "
+                f"{number(finding.held_out):>10s}  {finding.why}"
+            )
     untried = {}
     for finding in diagnosis.candidates:
         if finding.why.startswith("not tried: "):
@@ -131,16 +140,20 @@ def fragment(title, text, picture=None):
     image = ""
     if picture is not None:
         image = f'<img alt="{html.escape(title)}" src="data:image/png;base64,{base64.b64encode(picture).decode()}">'
-    return ('<div class="hlcs-report"><style>.hlcs-report pre{overflow-x:auto;line-height:1.35}'
-            f".hlcs-report img{{max-width:100%;height:auto}}</style>{image}<pre>{html.escape(text)}</pre></div>")
+    return (
+        '<div class="hlcs-report"><style>.hlcs-report pre{overflow-x:auto;line-height:1.35}'
+        f".hlcs-report img{{max-width:100%;height:auto}}</style>{image}<pre>{html.escape(text)}</pre></div>"
+    )
 
 
 def as_html(title, text, picture=None):
     """One page that opens offline: the printed report and, embedded, a picture (PNG bytes)."""
-    return ("<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>" + html.escape(title) + "</title><style>"
-            "body{font-family:system-ui,sans-serif;margin:2em auto;max-width:75em;padding:0 1em;color:#222}"
-            "pre{background:#f6f6f4;padding:1em}"
-            f"</style></head><body><h1>{html.escape(title)}</h1>{fragment(title, text, picture)}</body></html>")
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>' + html.escape(title) + "</title><style>"
+        "body{font-family:system-ui,sans-serif;margin:2em auto;max-width:75em;padding:0 1em;color:#222}"
+        "pre{background:#f6f6f4;padding:1em}"
+        f"</style></head><body><h1>{html.escape(title)}</h1>{fragment(title, text, picture)}</body></html>"
+    )
 
 
 def diagnosis_html(diagnosis):
@@ -158,9 +171,11 @@ def _picture(result):
 def save_diagnosis(diagnosis, folder):
     """Write the files of a diagnosis into a folder; returns the folder."""
     picture = _picture(diagnosis)
-    found = {"candidates.csv": csv_text(diagnosis.to_dataframe()).encode(),
-             "report.txt": (diagnosis.summary() + "\n").encode(),
-             "report.html": as_html(diagnosis.title, diagnosis.summary(), picture).encode()}
+    found = {
+        "candidates.csv": csv_text(diagnosis.to_dataframe()).encode(),
+        "report.txt": (diagnosis.summary() + "\n").encode(),
+        "report.html": as_html(diagnosis.title, diagnosis.summary(), picture).encode(),
+    }
     if picture is not None:
         found["diagnosis.png"] = picture
     if diagnosis.model is not None and hasattr(diagnosis.model, "files"):
@@ -173,8 +188,10 @@ def save_comparison(comparison, folder):
     """Write the files of a comparison into a folder; returns the folder."""
     import json
 
-    found = {"residuals.csv": csv_text(comparison.to_dataframe()).encode(),
-             "comparison.txt": (comparison.summary() + "\n").encode()}
+    found = {
+        "residuals.csv": csv_text(comparison.to_dataframe()).encode(),
+        "comparison.txt": (comparison.summary() + "\n").encode(),
+    }
     picture = _picture(comparison)
     if picture is not None:
         found["comparison.png"] = picture

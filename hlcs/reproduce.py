@@ -70,14 +70,19 @@ def blind(plan, progress=None):
     results = _run(tests, plan, progress)
     rows = []
     for number, (bottom, reference) in enumerate(cases):
-        own = results[number * len(seeds):(number + 1) * len(seeds)]
+        own = results[number * len(seeds) : (number + 1) * len(seeds)]
         far = [int((np.linalg.norm(layer, axis=1) > 0.5).sum()) for result in own for layer in result.misses]
-        rows.append({"bottom_slope": getattr(bottom, "grade", 0.0), "reference": reference,
-                     "layers": [float(k) for k in _mean(own, lambda result: result.layer_coefficients).mean],
-                     "height_over_dn": float(_mean(own, lambda result: [result.height_over_dn]).mean[0]),
-                     "drift_over_dn": [float(d) for d in _mean(own, lambda result: result.drift).mean],
-                     "misplaced_units": sum(far),
-                     **_counts(own)})
+        rows.append(
+            {
+                "bottom_slope": getattr(bottom, "grade", 0.0),
+                "reference": reference,
+                "layers": [float(k) for k in _mean(own, lambda result: result.layer_coefficients).mean],
+                "height_over_dn": float(_mean(own, lambda result: [result.height_over_dn]).mean[0]),
+                "drift_over_dn": [float(d) for d in _mean(own, lambda result: result.drift).mean],
+                "misplaced_units": sum(far),
+                **_counts(own),
+            }
+        )
     return _document("blind", plan, seeds) | {"cases": rows}
 
 
@@ -99,8 +104,12 @@ def table1(plan, progress=None):
         summary = _summary(own, measured)
         rows.append({"parameter": name, "value": value, **summary})
     errors = [row["mean_relative_error"] for row in rows if np.isfinite(row["mean_relative_error"])] or [np.nan]
-    return _document("table1", plan, seeds) | {"rows": rows, "lowest_error": min(errors), "highest_error": max(errors),
-                                               "units": sum(base.grid.units(10, 10, layer) for layer in (1, 2, 3))}
+    return _document("table1", plan, seeds) | {
+        "rows": rows,
+        "lowest_error": min(errors),
+        "highest_error": max(errors),
+        "units": sum(base.grid.units(10, 10, layer) for layer in (1, 2, 3)),
+    }
 
 
 def figures(plan, progress=None):
@@ -113,7 +122,7 @@ def figures(plan, progress=None):
     results = _run([plan.test(grid=grid, shape=shape, seed=seed) for grid, shape in cases for seed in seeds], plan, progress)
     shapes = {"pieces": {}, "hull": {}}
     for number, (grid, shape) in enumerate(cases):
-        own = results[number * len(seeds):(number + 1) * len(seeds)]
+        own = results[number * len(seeds) : (number + 1) * len(seeds)]
         shapes[shape][grid.name] = _summary(own, laboratory("table2", grid=grid))
     return _document("figures", plan, seeds) | {"shapes": shapes}, results[2 * len(seeds)]
 
@@ -122,14 +131,17 @@ def figures(plan, progress=None):
 def _table(name, grids, plan, progress):
     """The document of a table; beside the first friction stands, under "other_frictions", every other one."""
     seeds, frictions = plan.seeds(name), plan.frictions
-    tests = [plan.test(friction=friction, seed=seed, **case)
-             for friction in frictions for case in grids.values() for seed in seeds]
+    tests = [
+        plan.test(friction=friction, seed=seed, **case) for friction in frictions for case in grids.values() for seed in seeds
+    ]
     results = iter(_run(tests, plan, progress))
-    by_friction = [{grid: _summary([next(results) for _ in seeds], laboratory(name, grid=grid)) for grid in grids}
-                   for _ in frictions]
+    by_friction = [
+        {grid: _summary([next(results) for _ in seeds], laboratory(name, grid=grid)) for grid in grids} for _ in frictions
+    ]
     document = _document(name, plan, seeds) | {"grids": by_friction[0]}
-    document["other_frictions"] = [{"friction": friction, "grids": found}
-                                   for friction, found in zip(frictions[1:], by_friction[1:], strict=True)]
+    document["other_frictions"] = [
+        {"friction": friction, "grids": found} for friction, found in zip(frictions[1:], by_friction[1:], strict=True)
+    ]
     return document
 
 
@@ -146,11 +158,25 @@ def _summary(results, measured):
     model = _mean(results, lambda result: result.layer_coefficients)
     layers = len(model.mean)
     comparison = compare_layers(model, measured)
-    rows = [{"layer": j + 1, "mean": float(model.mean[j]), "cv": float(model.cv[j]), "tests": int(model.tests[j]),
-             "relative_error": float(abs(comparison.signed_errors[j]))} for j in range(layers)]
-    return {"layers": rows, "mean_relative_error": comparison.mean_relative_error, "signed_bias": comparison.signed_bias,
-            "height_over_dn": float(model.mean.sum()), "height_error": comparison.height_error,
-            "porosity": float(_mean(results, lambda result: [result.porosity]).mean[0]), **_counts(results)}
+    rows = [
+        {
+            "layer": j + 1,
+            "mean": float(model.mean[j]),
+            "cv": float(model.cv[j]),
+            "tests": int(model.tests[j]),
+            "relative_error": float(abs(comparison.signed_errors[j])),
+        }
+        for j in range(layers)
+    ]
+    return {
+        "layers": rows,
+        "mean_relative_error": comparison.mean_relative_error,
+        "signed_bias": comparison.signed_bias,
+        "height_over_dn": float(model.mean.sum()),
+        "height_error": comparison.height_error,
+        "porosity": float(_mean(results, lambda result: [result.porosity]).mean[0]),
+        **_counts(results),
+    }
 
 
 def _mean(results, numbers):
@@ -164,12 +190,15 @@ def _mean(results, numbers):
 
 def _counts(results):
     """Units of one test; those lost and unsettled in all tests together; the deepest overlap; seconds a test."""
-    return {"units": sum(len(poses) for poses in results[0].poses),
-            "lost_units": int(sum(result.lost.sum() for result in results)),
-            "unsettled_units": sum(record.unsettled for result in results for record in result.records),
-            "max_penetration_over_dn": max(record.penetration / result.test.unit.nominal_diameter
-                                           for result in results for record in result.records),
-            "wall_seconds_per_test": float(np.mean([result.wall_seconds for result in results]))}
+    return {
+        "units": sum(len(poses) for poses in results[0].poses),
+        "lost_units": int(sum(result.lost.sum() for result in results)),
+        "unsettled_units": sum(record.unsettled for result in results for record in result.records),
+        "max_penetration_over_dn": max(
+            record.penetration / result.test.unit.nominal_diameter for result in results for record in result.records
+        ),
+        "wall_seconds_per_test": float(np.mean([result.wall_seconds for result in results])),
+    }
 
 
 def run_test(test):

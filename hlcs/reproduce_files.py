@@ -64,10 +64,13 @@ def _panels(table, variants):
     panels = {}
     for grid in variants[0][1]:
         layers = len(variants[0][1][grid]["layers"])
-        samples = [("laboratory", _cut(laboratory(table, grid=grid), layers)),
-                   ("paper's numerical model", _cut(paper_numerical(table, grid=grid), layers))]
-        samples += [(f"{name}: {percent(grids[grid]['mean_relative_error'])} %", _sample(grids[grid]))
-                    for name, grids in variants]
+        samples = [
+            ("laboratory", _cut(laboratory(table, grid=grid), layers)),
+            ("paper's numerical model", _cut(paper_numerical(table, grid=grid), layers)),
+        ]
+        samples += [
+            (f"{name}: {percent(grids[grid]['mean_relative_error'])} %", _sample(grids[grid])) for name, grids in variants
+        ]
         panels[f"{grid}: layer coefficients, and mean error to the laboratory"] = samples
     return placement_figures.grid_figure(panels)
 

@@ -18,8 +18,9 @@ left out of means and ranges (lost and moving units are of all tests)."""
 
 def text_of(document):
     """The printed form of any document of `hlcs.reproduce`."""
-    return {"table1": table1_text, "table2": table_text, "table3": table_text, "blind": blind_text,
-            "figures": figures_text}[document["table"]](document)
+    return {"table1": table1_text, "table2": table_text, "table3": table_text, "blind": blind_text, "figures": figures_text}[
+        document["table"]
+    ](document)
 
 
 def table_text(document):
@@ -36,9 +37,16 @@ def table_text(document):
 
 def figures_text(document):
     """The true unit beside its convex hull, one block a grid."""
-    blocks = [_block(f"Table 2, {grid}", "table2", grid, [(f"model, {shape}", grids[grid]) for shape, grids in
-                                                          document["shapes"].items()], document["repeats"])
-              for grid in document["shapes"]["pieces"]]
+    blocks = [
+        _block(
+            f"Table 2, {grid}",
+            "table2",
+            grid,
+            [(f"model, {shape}", grids[grid]) for shape, grids in document["shapes"].items()],
+            document["repeats"],
+        )
+        for grid in document["shapes"]["pieces"]
+    ]
     return "\n\n".join([*blocks, _settings_line(document)])
 
 
@@ -49,11 +57,16 @@ def blind_text(document):
     for row in document["cases"]:
         bottom = f"{row['bottom_slope']:.0%}" if row["bottom_slope"] else "flat"
         drift = " ".join(or_dash(value, ".2f") for value in row["drift_over_dn"])
-        lines.append(f"{bottom:>8} {row['reference']:>10} {or_dash(row['height_over_dn'], '.3f'):>10} {row['lost_units']:>5} "
-                     f"{row['misplaced_units']:>10}  {drift}")
-    lines += ["drift: how far the middle of the units in a layer lies from its aim, mean of the tests; misplaced: over 0.5 Dn",
-              "from the aim; lost: fell to the level of the layer under theirs or deeper; both of all tests together, of "
-              f"{document['repeats'] * document['cases'][0]['units']}.", *_blind_findings(document)]
+        lines.append(
+            f"{bottom:>8} {row['reference']:>10} {or_dash(row['height_over_dn'], '.3f'):>10} {row['lost_units']:>5} "
+            f"{row['misplaced_units']:>10}  {drift}"
+        )
+    lines += [
+        "drift: how far the middle of the units in a layer lies from its aim, mean of the tests; misplaced: over 0.5 Dn",
+        "from the aim; lost: fell to the level of the layer under theirs or deeper; both of all tests together, of "
+        f"{document['repeats'] * document['cases'][0]['units']}.",
+        *_blind_findings(document),
+    ]
     return "\n".join([*lines, "", _settings_line(document)])
 
 
@@ -64,35 +77,43 @@ def _blind_findings(document):
     for slope in dict.fromkeys(row["bottom_slope"] for row in document["cases"]):
         before, after = rows[slope, "layer"], rows[slope, "blind"]
         drift = [or_dash(row["drift_over_dn"][-1], ".2f") for row in (before, after)]
-        lines.append(f"{f'{slope:.0%}' if slope else 'flat'}, from layer to blind reference: misplaced "
-                     f"{before['misplaced_units']} -> {after['misplaced_units']}, lost {before['lost_units']} -> "
-                     f"{after['lost_units']}, drift of the last layer {drift[0]} -> {drift[1]} Dn")
+        lines.append(
+            f"{f'{slope:.0%}' if slope else 'flat'}, from layer to blind reference: misplaced "
+            f"{before['misplaced_units']} -> {after['misplaced_units']}, lost {before['lost_units']} -> "
+            f"{after['lost_units']}, drift of the last layer {drift[0]} -> {drift[1]} Dn"
+        )
     return lines
 
 
 def table1_text(document):
     """Table 1: one line a parameter value."""
     head = "".join(f"{name:>8}" for name in ("k1", "k2", "k3", "eps_R %", "bias %", "lost", "moving"))
-    lines = [f"Table 1, three layers on RPG, {document['units']} units, {document['repeats']} test(s) each: sensitivity",
-             f"{'parameter':>18} {'value':>6}{head}"]
+    lines = [
+        f"Table 1, three layers on RPG, {document['units']} units, {document['repeats']} test(s) each: sensitivity",
+        f"{'parameter':>18} {'value':>6}{head}",
+    ]
     for row in document["rows"]:
         k = "".join(f"{or_dash(layer['mean'], '.3f'):>8}" for layer in row["layers"])
         errors = f"{percent(row['mean_relative_error']):>8}{percent(row['signed_bias'], '+.2f'):>8}"
         failed = _failed(row, document["repeats"])
         note = f"   {failed} of {document['repeats']} left no structure" if 0 < failed < document["repeats"] else ""
-        lines.append(f"{row['parameter'].replace('_', ' '):>18} {row['value']:>6g}{k}"
-                     f"{errors if failed < document['repeats'] else f'{NO_STRUCTURE:>16}'}"
-                     f"{row['lost_units']:>8}{row['unsettled_units']:>8}{note}")
+        lines.append(
+            f"{row['parameter'].replace('_', ' '):>18} {row['value']:>6g}{k}"
+            f"{errors if failed < document['repeats'] else f'{NO_STRUCTURE:>16}'}"
+            f"{row['lost_units']:>8}{row['unsettled_units']:>8}{note}"
+        )
     printed = paper_numerical("table2", grid="RPG").mean[:3]
     own = statistics.mean_relative_error(laboratory("table2", grid="RPG").mean[:3], printed)
     low, high = percent(document["lowest_error"]), percent(document["highest_error"])
     if any(_failed(row, document["repeats"]) for row in document["rows"]):
         lines.append(f"{NO_STRUCTURE}: {WHAT_IS_NONE}")
-    lines += [f"mean relative error from {low} to {high} %; the paper prints 1.9 to 7.6 %,",
-              f"though its Table 2 gives {100 * own:.2f} % for these three layers.",
-              "friction is the contact's: 0.36, 0.49, 0.64 are what Bullet makes of the printed 0.6, 0.7, 0.8 on both bodies.",
-              "side = 2 m is the printed Dn = 2.14 m; side = 1.5 m, printed beside it, is Dn = 1.60 m: both are run.",
-              "linear damping = 1 stops every body at each step (Eq. 6): it sinks at g dt, so its result hangs on the time step."]
+    lines += [
+        f"mean relative error from {low} to {high} %; the paper prints 1.9 to 7.6 %,",
+        f"though its Table 2 gives {100 * own:.2f} % for these three layers.",
+        "friction is the contact's: 0.36, 0.49, 0.64 are what Bullet makes of the printed 0.6, 0.7, 0.8 on both bodies.",
+        "side = 2 m is the printed Dn = 2.14 m; side = 1.5 m, printed beside it, is Dn = 1.60 m: both are run.",
+        "linear damping = 1 stops every body at each step (Eq. 6): it sinks at g dt, so its result hangs on the time step.",
+    ]
     return "\n".join([*lines, "", _settings_line(document)])
 
 
@@ -111,13 +132,17 @@ def _block(title, table, grid, columns, tests):
     error = statistics.mean_relative_error(physical.mean[:layers], numerical.mean[:layers])
     bias = statistics.signed_bias(physical.mean[:layers], numerical.mean[:layers])
     height = statistics.height_error(physical.mean[:layers], numerical.mean[:layers])
-    for label, own, key in (("eps_R %", error, "mean_relative_error"), ("bias %", bias, "signed_bias"),
-                            ("height error %", height, "height_error")):
+    for label, own, key in (
+        ("eps_R %", error, "mean_relative_error"),
+        ("bias %", bias, "signed_bias"),
+        ("height error %", height, "height_error"),
+    ):
         form = ".2f" if key == "mean_relative_error" else "+.2f"
         lines.append(_row(label, ["", percent(own, form), *(percent(found[key], form) for _, found in columns)]))
     means = [np.array([row["mean"] for row in found["layers"]], dtype=float) for _, found in columns]
-    to_paper = [statistics.mean_relative_error(numerical.mean[:layers], mean) if np.isfinite(mean).all() else None
-                for mean in means]
+    to_paper = [
+        statistics.mean_relative_error(numerical.mean[:layers], mean) if np.isfinite(mean).all() else None for mean in means
+    ]
     lines.append(_row("to paper %", ["", "", *(percent(value) for value in to_paper)]))
     failed = [_failed(found, tests) for _, found in columns]
     if any(failed):
@@ -152,7 +177,9 @@ def _name(document):
 
 def _settings_line(document):
     settings, seeds = document["settings"], document["seeds"]
-    return (f"Settings: shape {settings['shape']}, contact friction {settings['friction']:g}, restitution "
-            f"{settings['restitution']:g}, margin {settings['margin']:g} Dn,\n"
-            f"falling distance {settings['falling_distance']:g} Dn, side {settings['side']:g} m, time step "
-            f"1/{1 / settings['time_step']:.0f} s, seeds {seeds[0]} to {seeds[-1]}")
+    return (
+        f"Settings: shape {settings['shape']}, contact friction {settings['friction']:g}, restitution "
+        f"{settings['restitution']:g}, margin {settings['margin']:g} Dn,\n"
+        f"falling distance {settings['falling_distance']:g} Dn, side {settings['side']:g} m, time step "
+        f"1/{1 / settings['time_step']:.0f} s, seeds {seeds[0]} to {seeds[-1]}"
+    )

@@ -68,17 +68,24 @@ def load_placement(folder):
     arrays = ArrayFile(folder / ARRAYS, f"folder '{folder}': '{ARRAYS}'", MOST_BYTES, remedy, packed=True)
     poses = tuple(arrays.take(f"poses_{j}", float, (f"units of layer {j}", 7)) for j in range(1, test.layers + 1))
     readings = tuple(arrays.take(f"readings_{j}", float, (f"plates on layer {j}",)) for j in range(1, test.layers + 1))
-    aims = tuple(arrays.take(f"aims_{j}", float, (f"units of layer {j}", 2)) for j in range(1, test.layers + 1)
-                 if f"aims_{j}" in arrays)
+    aims = tuple(
+        arrays.take(f"aims_{j}", float, (f"units of layer {j}", 2)) for j in range(1, test.layers + 1) if f"aims_{j}" in arrays
+    )
     for j, layer in enumerate(poses, start=1):
         if not len(layer) or not np.isfinite(layer).all():
             arrays.fail(f"poses_{j} has no rows, or a value that is not finite")
     text = read_text(folder / VALUES, f"folder '{folder}': '{VALUES}'", MOST_BYTES, remedy)
     try:
         values = json.loads(text)
-        records = tuple(LayerRecord(layer=j, handles=(), **{name: row[name] for name in RECORD_FIELDS},
-                                    **{name: row[name] for name in LATER_FIELDS if name in row})
-                        for j, row in enumerate(values["records"], start=1))
+        records = tuple(
+            LayerRecord(
+                layer=j,
+                handles=(),
+                **{name: row[name] for name in RECORD_FIELDS},
+                **{name: row[name] for name in LATER_FIELDS if name in row},
+            )
+            for j, row in enumerate(values["records"], start=1)
+        )
         carried_by = tuple(tuple(row["carried_by"]) for row in values.get("plates", ()))
         notices = tuple(map(str, values.get("notices", ())))
         seconds = float(values["wall_seconds"])

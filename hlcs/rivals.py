@@ -46,7 +46,7 @@ def replacements(search, fit, index, share, margin):
     most = search.budget.refits(search.problem, max(len(likely) - done, 1))
     if most < len(likely) - done:
         search.budget.note(f"refits of rivals but the {most} most likely")
-    likely = likely[:done + most]
+    likely = likely[: done + most]
     search.progress("rivals " + ", ".join(entry.name for entry, _ in likely))
     search.problem.at_once([partial(put_in, search, fit, index, place, *one) for one in likely if one[0].name not in place.fits])
     found = [(entry, place.fits[entry.name]) for entry, _ in likely]
@@ -59,8 +59,11 @@ def promising(search, fit, index, place, needed):
     r = np.concatenate(without.linear.projected[0])
     q_now = inference.basis(np.concatenate(without.linear.projected[1]))
     r = inference.project_out(q_now, r)
-    entries = [entry for entry in search.candidates
-               if entry.name not in fit.model.names and not search.same_form(entry.name, without.model.terms)]
+    entries = [
+        entry
+        for entry in search.candidates
+        if entry.name not in fit.model.names and not search.same_form(entry.name, without.model.terms)
+    ]
     if search.budget.rivals_over("rivals that are not another form of an accepted law"):
         entries = [entry for entry in entries if search.same_form(entry.name, (term,)) or entry.name in place.fits]
     unseen = [entry for entry in entries if entry.name not in place.looks]
@@ -68,8 +71,8 @@ def promising(search, fit, index, place, needed):
     if search.problem.shots.contact:
         work += [partial(search.local, fit, index, entry) for entry in unseen]
     seen = search.problem.at_once(work)
-    near = seen[len(unseen):] or [None] * len(unseen)
-    place.looks |= {entry.name: both for entry, *both in zip(unseen, seen[:len(unseen)], near, strict=True)}
+    near = seen[len(unseen) :] or [None] * len(unseen)
+    place.looks |= {entry.name: both for entry, *both in zip(unseen, seen[: len(unseen)], near, strict=True)}
     found = []
     for entry in entries:
         signature, here = place.looks[entry.name]
@@ -87,6 +90,7 @@ def promising(search, fit, index, place, needed):
 
 def put_in(search, fit, index, place, entry, numbers):
     """Fit a candidate in the place of a term and keep it there: from numbers that imitate the term, or on top of what is left."""
+
     def beside(numbers):  # with the numbers and starts that the others have beside the term: an equal law needs no others
         return search.problem.fit(fit.model.without(index).with_term(Term(entry, tuple(numbers.items()))), fit.starts)
 
@@ -139,8 +143,9 @@ def other_forms(search, fit, index, inflation):
             continue
         search.progress(f"rival {entry.name}")
         rest = fit.model.without(index)
-        fits = search.problem.at_once([partial(search.problem.fit, rest.with_term(Term(entry, values)), fit.starts)
-                                       for values in entry.starts])
+        fits = search.problem.at_once(
+            [partial(search.problem.fit, rest.with_term(Term(entry, values)), fit.starts) for values in entry.starts]
+        )
         other = min(fits, key=lambda found: found.chi2)
         behind = other.chi2 + search.fee(entry) - fit.chi2 - search.fee(term.candidate)
         if search.out_of_bounds(other) or search.contradicts(other) or behind > RIVAL_MARGIN * inflation:
@@ -179,4 +184,4 @@ def own_columns(fit, index):
     start = sum(counts[:index])
     columns = np.concatenate(fit.linear.projected[1])
     others = np.delete(columns, np.arange(start, start + counts[index]), axis=1)
-    return inference.project_out(inference.basis(others), columns[:, start:start + counts[index]])
+    return inference.project_out(inference.basis(others), columns[:, start : start + counts[index]])

@@ -40,8 +40,10 @@ def reformed(search, fits, rounds):
                 continue
             search.progress(f"{entry.name} in place of {term.name}")
             rest = first.model.without(index)
-            start = min((search.problem.fit(rest.with_term(Term(entry, values)), first.starts) for values in entry.starts),
-                        key=lambda found: found.chi2)
+            start = min(
+                (search.problem.fit(rest.with_term(Term(entry, values)), first.starts) for values in entry.starts),
+                key=lambda found: found.chi2,
+            )
             if search.out_of_bounds(start) or search.contradicts(start):
                 continue
             found, more = search.run(start)
@@ -62,17 +64,25 @@ def rerouted(search, fits, rounds):
         return fits, rounds
     least = cost(search, last) - MANY
     firsts = other_firsts(search, base, rounds[0].values(), last)
-    promising = [(first, entry) for first, entry in pairs_below(search, firsts, least)
-                 if {first.model.names[-1], entry.name} != set(last.model.names)]
-    promising = promising[:search.budget.refits(search.problem, PAIRS)]
+    promising = [
+        (first, entry)
+        for first, entry in pairs_below(search, firsts, least)
+        if {first.model.names[-1], entry.name} != set(last.model.names)
+    ]
+    promising = promising[: search.budget.refits(search.problem, PAIRS)]
     search.progress(f"refitting {len(promising)} pairs that begin with another effect")
     both = search.problem.at_once([partial(search.refit, *pair) for pair in promising])
     found = []
     for (first, entry), fit in zip(promising, both, strict=True):
         check = Try(entry, price=search.price(entry))
         search.judge(first, entry, fit, check)
-        if fit.chi2 < EXPLAINED * fit.freedom and cost(search, fit) < least and not any(fit.at_bound) and passes(
-                search, check, len(search.candidates)) and search.prune(fit, newest=0) is None:
+        if (
+            fit.chi2 < EXPLAINED * fit.freedom
+            and cost(search, fit) < least
+            and not any(fit.at_bound)
+            and passes(search, check, len(search.candidates))
+            and search.prune(fit, newest=0) is None
+        ):
             found.append(fit)
     if not found:
         return fits, rounds
@@ -89,8 +99,11 @@ def pairs_below(search, firsts, least):
     for first in firsts:
         q = inference.basis(np.concatenate(first.linear.projected[1]))
         r = inference.project_out(q, np.concatenate(first.linear.projected[0]))
-        entries = [entry for entry in search.candidates
-                   if entry.name not in first.model.names and not search.same_form(entry.name, first.model.terms)]
+        entries = [
+            entry
+            for entry in search.candidates
+            if entry.name not in first.model.names and not search.same_form(entry.name, first.model.terms)
+        ]
         seen = search.problem.at_once([partial(search.screen, first, entry) for entry in entries])
         for entry, signature in zip(entries, seen, strict=True):
             if signature is None:
@@ -104,8 +117,10 @@ def pairs_below(search, firsts, least):
 
 def remember(search, fit, other):
     """Keep a pair that shares a term with a better one as a rival of the other term: signatures may not show that it is."""
-    mine, its = ([index for index, term in enumerate(one.model.terms) if term.name not in another.model.names]
-                 for one, another in ((other, fit), (fit, other)))
+    mine, its = (
+        [index for index, term in enumerate(one.model.terms) if term.name not in another.model.names]
+        for one, another in ((other, fit), (fit, other))
+    )
     if len(mine) == 1:
         term = other.model.terms[mine[0]]
         model = other.model.without(mine[0]).with_term(term)
@@ -120,14 +135,21 @@ def other_firsts(search, base, trials, last):
     """
     most = max(trial.gain for trial in trials if trial.fit is not None)
     accepted = last.model.terms[:1]
-    strong = [trial for trial in trials if trial.fit is not None and trial.gain > PART * most
-              and trial.candidate.name != accepted[0].name and not search.same_form(trial.candidate.name, accepted)]
+    strong = [
+        trial
+        for trial in trials
+        if trial.fit is not None
+        and trial.gain > PART * most
+        and trial.candidate.name != accepted[0].name
+        and not search.same_form(trial.candidate.name, accepted)
+    ]
     strong.sort(key=lambda trial: (trial.price - trial.gain, trial.candidate.name))
     found = [last] if len(last.model.terms) == 1 else []
-    strong = strong[:search.budget.refits(search.problem, FIRSTS)]
+    strong = strong[: search.budget.refits(search.problem, FIRSTS)]
     for fit in search.problem.at_once([partial(search.refit, base, trial.candidate) for trial in strong]):
-        if not search.contradicts(fit) and (search.problem.shots.contact or all(
-                abs(fit.chi2 - other.chi2) > 1.0 for other in found)):
+        if not search.contradicts(fit) and (
+            search.problem.shots.contact or all(abs(fit.chi2 - other.chi2) > 1.0 for other in found)
+        ):
             found.append(fit)
     return [fit for fit in found if fit is not last]
 
@@ -156,8 +178,11 @@ def submerged(search, fits, rounds):
         found = [*found, smaller]
     before, after = cost(search, last), cost(search, found[-1])
     spare = RIVAL_MARGIN * len(entries) if explains else np.inf
-    kept = found[-1].chi2 < EXPLAINED * found[-1].freedom and after < before + spare and any(
-        entry.name in found[-1].model.names for entry in entries)
+    kept = (
+        found[-1].chi2 < EXPLAINED * found[-1].freedom
+        and after < before + spare
+        and any(entry.name in found[-1].model.names for entry in entries)
+    )
     return ([base, *found], rounds + more) if kept else (fits, rounds)
 
 
@@ -194,9 +219,14 @@ def swapped(search, fit):
                 if term.name in search.read and entry.name not in search.read and not explained(search.problem, other):
                     continue  # what the impacts show directly gives way only to what explains the data
                 gain = (fit.chi2 - other.chi2) + search.fee(term.candidate) - search.fee(entry)
-                if gain > 2.0 and not search.out_of_bounds(other) and not search.contradicts(other) and (
-                        not search.same_form(entry.name, (term,))) and holds_out(search, without, other) and (
-                        better is None or gain > better[0]):
+                if (
+                    gain > 2.0
+                    and not search.out_of_bounds(other)
+                    and not search.contradicts(other)
+                    and (not search.same_form(entry.name, (term,)))
+                    and holds_out(search, without, other)
+                    and (better is None or gain > better[0])
+                ):
                     better = gain, other
         if better is None:
             break

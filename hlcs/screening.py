@@ -51,8 +51,10 @@ class Screening:
                 self.kept[entry.name] = found
         else:
             found = self.kept[entry.name]
-        return [(view, [inference.project_out(q, part) for q, part in zip(fit.linear.bases, columns, strict=True)])
-                for view, columns in found]
+        return [
+            (view, [inference.project_out(q, part) for q, part in zip(fit.linear.bases, columns, strict=True)])
+            for view, columns in found
+        ]
 
     def columns(self, fit, entry, view):
         """White signatures of a candidate at a fit, list of (n_i, p); view: its values while absent, None = it never is."""
@@ -63,6 +65,7 @@ class Screening:
         def slope(free):
             def moved(value):
                 return fit.model.with_term(Term(entry, tuple((view | {free.name: value}).items())))
+
             return self.problem.derivative(entry.name, free, free.null, moved, fit.linear, fit.starts, reach=FAR)[0]
 
         parts = self.problem.at_once([partial(slope, free) for free in entry.free if free.null is not None])
@@ -81,8 +84,10 @@ class Screening:
         mine = slice(counts[index], counts[index + 1])
         columns = np.concatenate(fit.linear.projected[1])
         q = inference.basis(np.delete(columns, np.arange(mine.start, mine.stop), axis=1))
-        null = [free.null if free.null is not None else value  # a number that means nothing while the effect is absent
-                for free, value in zip(fit.model.terms[index].candidate.free, fit.estimate[mine], strict=True)]
+        null = [
+            free.null if free.null is not None else value  # a number that means nothing while the effect is absent
+            for free, value in zip(fit.model.terms[index].candidate.free, fit.estimate[mine], strict=True)
+        ]
         does = inference.project_out(q, columns[:, mine]) @ (fit.estimate[mine] - null)
         view, signature, step = chosen(looks, q, does)
         likeness = inference.project_out(q, np.concatenate(signature)) @ step
@@ -122,5 +127,5 @@ class Screening:
         bounds = [free for term in fit.model.terms for free in term.candidate.free] + list(entry.free)
         step = self.problem.bounded_step(Linear(fit.linear.raw, fit.linear.r, fit.linear.n, s), start, bounds)
         moved = Linear(fit.linear.raw, [r - part @ step for r, part in zip(fit.linear.r, s, strict=True)], fit.linear.n, s)
-        numbers = zip((free.name for free in entry.free), (start + step)[len(fit.estimate):].tolist(), strict=True)
+        numbers = zip((free.name for free in entry.free), (start + step)[len(fit.estimate) :].tolist(), strict=True)
         return self.problem.finished(fit.model.with_term(Term(entry, tuple(numbers))), fit.starts, moved)

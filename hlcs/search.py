@@ -56,8 +56,9 @@ class Search(Screening):
             begin = [tuple((self.view.get(entry.name) or entry.absent).items())]
         if entry.name in self.read:
             begin.append(tuple(self.read[entry.name].items()))
-        fits = self.problem.at_once([partial(self.problem.fit, fit.model.with_term(Term(entry, values)), fit.starts)
-                                     for values in begin])
+        fits = self.problem.at_once(
+            [partial(self.problem.fit, fit.model.with_term(Term(entry, values)), fit.starts) for values in begin]
+        )
         self.refitted[key] = min(fits, key=lambda found: found.chi2)
         return self.refitted[key]
 
@@ -89,8 +90,10 @@ class Search(Screening):
 
     def coloured(self, residuals):
         """White residuals turned back into residuals in units of sigma, list of (n_i,)."""
-        return [inference.colour(recording.links, part) / recording.links.sigma
-                for recording, part in zip(self.problem.recordings, residuals, strict=True)]
+        return [
+            inference.colour(recording.links, part) / recording.links.sigma
+            for recording, part in zip(self.problem.recordings, residuals, strict=True)
+        ]
 
     def decide(self, trials):
         """Fill in `fails`: the rules each refitted candidate breaks."""
@@ -163,10 +166,18 @@ class Search(Screening):
             trial.visible = float(np.linalg.norm(s)) if np.linalg.norm(s) > 1e-6 * max(full, 1e-300) and full > 1e-9 else 0.0
             if trial.visible:
                 trial.linear_gain = inference.least_squares(s, r).gain
-        ranked = sorted((trial for trial in trials.values() if trial.visible), key=lambda trial: (
-            trial.candidate.name not in self.read, trial.price - trial.linear_gain, trial.candidate.name))
-        worth = [trial for place, trial in enumerate(ranked) if trial.linear_gain > 0.6 * trial.price
-                 or trial.candidate.name in self.read or place < REFIT_BEST and trial.linear_gain > 0.3 * trial.price]
+        ranked = sorted(
+            (trial for trial in trials.values() if trial.visible),
+            key=lambda trial: (trial.candidate.name not in self.read, trial.price - trial.linear_gain, trial.candidate.name),
+        )
+        worth = [
+            trial
+            for place, trial in enumerate(ranked)
+            if trial.linear_gain > 0.6 * trial.price
+            or trial.candidate.name in self.read
+            or place < REFIT_BEST
+            and trial.linear_gain > 0.3 * trial.price
+        ]
         for trial, found in zip(worth, self.refits(fit, worth), strict=True):
             self.judge(fit, trial.candidate, found, trial)
         self.decide(list(trials.values()))
@@ -188,8 +199,9 @@ class Search(Screening):
             waves = [range(len(worth))]
         most_gain, explains = max((trial.linear_gain for trial in worth), default=0.0), False
         for wave in waves:
-            places = [place for place in wave if place < len(worth)
-                      and (not explains or worth[place].linear_gain > ABREAST * most_gain)]
+            places = [
+                place for place in wave if place < len(worth) and (not explains or worth[place].linear_gain > ABREAST * most_gain)
+            ]
             if not places:
                 break
             self.progress("refitting " + ", ".join(worth[place].candidate.name for place in places[:3]))
@@ -198,10 +210,16 @@ class Search(Screening):
                 found[place] = refitted
             if not self.problem.shots.contact:
                 break
-            short = [place for place in places if fit.chi2 - found[place].chi2 < SHORT * worth[place].linear_gain
-                     and worth[place].candidate.absent is not None and not cut(self.problem)]
-            far = [self.extrapolated(fit, worth[place].candidate, worth[place].signature).model
-                   for place in short]  # a law that bends is reached from its other side
+            short = [
+                place
+                for place in places
+                if fit.chi2 - found[place].chi2 < SHORT * worth[place].linear_gain
+                and worth[place].candidate.absent is not None
+                and not cut(self.problem)
+            ]
+            far = [
+                self.extrapolated(fit, worth[place].candidate, worth[place].signature).model for place in short
+            ]  # a law that bends is reached from its other side
             again = self.problem.at_once([partial(self.problem.fit, model, fit.starts) for model in far])
             for place, refitted in zip(short, again, strict=True):
                 found[place] = min(found[place], refitted, key=lambda one: one.chi2)
@@ -214,8 +232,9 @@ class Search(Screening):
         fits = self.problem.at_once([partial(self.refit, fit, worth[place].candidate) for place in rest])
         for place, refitted in zip(rest, fits, strict=True):
             found[place] = refitted
-        self.refitted |= {(fit.model.terms, trial.candidate.name): one for trial, one in zip(worth, found, strict=True)
-                          if not trial.linear}
+        self.refitted |= {
+            (fit.model.terms, trial.candidate.name): one for trial, one in zip(worth, found, strict=True) if not trial.linear
+        }
         return found
 
     def run(self, fit):
@@ -225,8 +244,11 @@ class Search(Screening):
             trials, kept = kept or self.round(fits[-1]), None
             rounds.append(trials)
             terms = fits[-1].model.terms
-            allowed = [trial for trial in trials.values() if trial.fit is not None and not trial.fails
-                       and not self.same_form(trial.candidate.name, terms)]
+            allowed = [
+                trial
+                for trial in trials.values()
+                if trial.fit is not None and not trial.fails and not self.same_form(trial.candidate.name, terms)
+            ]
             if len(terms) >= MOST_TERMS:
                 break
             if fits[1:] and self.budget.search_over("a search beyond " + ", ".join(term.name for term in terms)):
@@ -268,8 +290,15 @@ class Search(Screening):
         most = max(trial.gain - trial.price for trial in allowed)
         dry = self.problem.trials[0].surroundings.fluid_density == 0.0
         near = [trial for trial in allowed if trial.gain - trial.price > most - 1.0]
-        best = max(near, key=lambda trial: (not (dry and trial.candidate.group == "fluid"), trial.candidate.kind in STATED,
-                                            round(trial.gain - trial.price, 6), trial.candidate.name))
+        best = max(
+            near,
+            key=lambda trial: (
+                not (dry and trial.candidate.group == "fluid"),
+                trial.candidate.kind in STATED,
+                round(trial.gain - trial.price, 6),
+                trial.candidate.name,
+            ),
+        )
         if best.candidate.name in self.read or explained(self.problem, best.fit):
             return best
         witnessed = [trial for trial in allowed if trial.candidate.name in self.read and trial.gain > WITNESSED * best.gain]
@@ -289,8 +318,11 @@ class Search(Screening):
         """Among forms of one law that all leave the model inadequate, the one with the fewest numbers."""
         if best.fit.chi2 < 1.5 * best.fit.freedom:
             return best
-        forms = [trial for trial in allowed if self.same_form(trial.candidate.name, (best.fit.model.terms[-1],))
-                 and trial.gain > 0.5 * best.gain]
+        forms = [
+            trial
+            for trial in allowed
+            if self.same_form(trial.candidate.name, (best.fit.model.terms[-1],)) and trial.gain > 0.5 * best.gain
+        ]
         return min(forms, key=lambda trial: (len(trial.candidate.free), -trial.gain), default=best)
 
     @staticmethod
@@ -302,7 +334,7 @@ class Search(Screening):
         plausible; None where there is none. The `newest` ones stay."""
         if len(fit.model.terms) < 2:
             return None
-        for index, term in enumerate(fit.model.terms[:len(fit.model.terms) - newest]):
+        for index, term in enumerate(fit.model.terms[: len(fit.model.terms) - newest]):
             if carries(fit.model, index):
                 continue
             without = self.problem.fit(fit.model.without(index), fit.starts)

@@ -44,7 +44,7 @@ class Shots:
 
     def simulate(self, model, starts, owner, time_step=None):
         """[(position (n, 3), orientation (n, 4)) at the sample times of trials[owner[b]]] for starts (B, 13), owner (B,)."""
-        answer, = self.simulate_all([(model, starts, owner, time_step)])
+        (answer,) = self.simulate_all([(model, starts, owner, time_step)])
         if isinstance(answer, Exception):
             raise answer
         return answer
@@ -63,7 +63,7 @@ class Shots:
             return self._side_by_side(requests)
         coarse, fine = ([(*request[:3], request[3] or step) for request in requests] for step in self.pair)
         answers = self._side_by_side(coarse + fine)
-        return [carried_on(*both) for both in zip(answers[:len(requests)], answers[len(requests):], strict=True)]
+        return [carried_on(*both) for both in zip(answers[: len(requests)], answers[len(requests) :], strict=True)]
 
     def _side_by_side(self, requests):
         """Answers to requests with contacts, those of one time step and one class of durations in one World."""
@@ -98,7 +98,7 @@ class Shots:
             answers = [None] * len(owner)
             for members in self._together(model, owner):
                 inside = np.array(members)
-                found, = self._batch([(model, starts[inside], owner[inside], time_step)])
+                (found,) = self._batch([(model, starts[inside], owner[inside], time_step)])
                 for b, answer in zip(members, found, strict=True):
                     answers[b] = answer
             return answers
@@ -153,14 +153,15 @@ class Shots:
                 look = (track if len(some) == len(runs) else track.of(some)).look
                 if changes:
                     still = np.all(starts[some, 3:6] == 0, axis=1) & np.array(
-                        ["velocity" in self.trials[who].start for who in owner[some]])
+                        ["velocity" in self.trials[who].start for who in owner[some]]
+                    )
                     scene = Scene(starts[some, :3], still, mine.floor_height, *self.range)
                     for change in changes:
                         look = change.look(look, scene)
                 longest = max(lengths[some])
                 position, orientation = look(np.stack([np.pad(samples[b], (0, longest - lengths[b]), mode="edge") for b in some]))
                 for place, b in enumerate(some):
-                    answer[b - span.start] = position[place, :lengths[b]], orientation[place, :lengths[b]]
+                    answer[b - span.start] = position[place, : lengths[b]], orientation[place, : lengths[b]]
             answers.append(answer)
         return answers
 
@@ -172,29 +173,52 @@ class Shots:
         if self.contact:
             from . import contact_motion
 
-            starts = np.array([contact_motion.seat(shape, start, self.trials[who].surroundings, setup.surroundings, setup.margin)
-                               if self.seated[who] else start
-                               for shape, start, who, setup in zip(shapes, starts, owner, setups, strict=True)])
+            starts = np.array(
+                [
+                    contact_motion.seat(shape, start, self.trials[who].surroundings, setup.surroundings, setup.margin)
+                    if self.seated[who]
+                    else start
+                    for shape, start, who, setup in zip(shapes, starts, owner, setups, strict=True)
+                ]
+            )
             # a gap that contacts keep open lifts the floor: the body touches, rolls and turns with its own surface
-            floors = [None if setup.surroundings.floor_height is None else
-                      (setup.surroundings.floor_normal, setup.surroundings.floor_height + setup.margin) for setup in setups]
+            floors = [
+                None
+                if setup.surroundings.floor_height is None
+                else (setup.surroundings.floor_normal, setup.surroundings.floor_height + setup.margin)
+                for setup in setups
+            ]
         starts = starts.copy()
         off_centre = bool(centres.any())
         if off_centre:
             arms = rotations.rotate(starts[:, 6:10], centres)
             starts[:, :3] += arms
             starts[:, 3:6] += np.cross(starts[:, 10:13], arms)
-            shapes = [contact_motion.off_centre(shape, setup.centre) if self.contact else shape
-                      for shape, setup in zip(shapes, setups, strict=True)]
+            shapes = [
+                contact_motion.off_centre(shape, setup.centre) if self.contact else shape
+                for shape, setup in zip(shapes, setups, strict=True)
+            ]
         if self.contact:
-            track = contact_motion.run(solids, shapes, starts, floors, effects,
-                                       np.array([setup.surroundings.friction for setup in setups]),
-                                       np.array([setup.surroundings.restitution for setup in setups]), duration, step)
+            track = contact_motion.run(
+                solids,
+                shapes,
+                starts,
+                floors,
+                effects,
+                np.array([setup.surroundings.friction for setup in setups]),
+                np.array([setup.surroundings.restitution for setup in setups]),
+                duration,
+                step,
+            )
         else:
             turn = np.array([s.turn for s in solids])
             twist = np.concatenate([starts[:, 3:6], starts[:, 10:13]], axis=1)
-            state = Bodies(starts[:, :3], rotations.product(starts[:, 6:10], turn), twist, *(
-                np.array([getattr(s, name) for s in solids]) for name in ("mass", "inertia", "volume", "area", "radius")))
+            state = Bodies(
+                starts[:, :3],
+                rotations.product(starts[:, 6:10], turn),
+                twist,
+                *(np.array([getattr(s, name) for s in solids]) for name in ("mass", "inertia", "volume", "area", "radius")),
+            )
             track = fly(state, effects[0], duration, step)
             track = track._replace(orientation=rotations.product(track.orientation, rotations.conjugate(turn)))
         if off_centre:
@@ -226,5 +250,7 @@ def carried_on(coarse, fine):
     """
     if isinstance(coarse, Exception) or isinstance(fine, Exception):
         return coarse if isinstance(coarse, Exception) else fine
-    return [(2 * near - far, rotations.product(rotations.product(turn, rotations.conjugate(before)), turn))
-            for (far, before), (near, turn) in zip(coarse, fine, strict=True)]
+    return [
+        (2 * near - far, rotations.product(rotations.product(turn, rotations.conjugate(before)), turn))
+        for (far, before), (near, turn) in zip(coarse, fine, strict=True)
+    ]

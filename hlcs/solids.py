@@ -44,6 +44,7 @@ def solid(body: Body) -> Solid:
         shape = shapes.Box(*(body.size or (0.1, 0.1, 0.1)))
     elif body.shape == "cubipod":
         from .armour import Cubipod
+
         shape = Cubipod(body.side or 1.0).pieces
     else:
         shape = body.form or mesh_file(body.mesh)
@@ -55,5 +56,12 @@ def solid(body: Body) -> Solid:
         axes = axes * np.array([1.0, 1.0, np.sign(np.linalg.det(axes))])
         stated = stated and sorted(stated)
     moments = np.asarray(stated) if stated else moments * mass / shape.volume
-    return Solid(mass, tuple(float(m) for m in moments), shape.volume, shape.surface_area / 4,
-                 (3 * shape.volume / (4 * np.pi)) ** (1 / 3), tuple(rotations.from_matrix(axes)), shape)
+    return Solid(
+        mass,
+        tuple(float(m) for m in moments),
+        shape.volume,
+        shape.surface_area / 4,
+        (3 * shape.volume / (4 * np.pi)) ** (1 / 3),
+        tuple(rotations.from_matrix(axes)),
+        shape,
+    )

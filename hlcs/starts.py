@@ -47,7 +47,7 @@ def guess(trial, start_time, seated, flat, contact):
             if axis == 2 and not contact:
                 start[5] = trial.surroundings.gravity * (trial.times[-1] - start_time) / 2  # unseen: back to its height
             continue
-        first = there[:max(4, min(9, len(there) // 3))]
+        first = there[: max(4, min(9, len(there) // 3))]
         t = trial.times[first] - start_time
         fall = -0.5 * trial.surroundings.gravity * t**2 if axis == 2 and trial.surroundings.floor_height is None else 0.0
         start[3 + axis], start[axis] = np.polyfit(t, trial.position[first, axis] - fall, 1)
@@ -102,7 +102,7 @@ def steady_turn(times, orientation):
     below a radian; samples far off the rest (a lost tracker) are left out, the first one included.
     """
     first = min(7, len(times))
-    turns = rotations.logarithm(rotations.product(orientation[1:first], rotations.conjugate(orientation[:first - 1])))
+    turns = rotations.logarithm(rotations.product(orientation[1:first], rotations.conjugate(orientation[: first - 1])))
     spin = np.median(turns / np.diff(times[:first])[:, None], axis=0)
     start, window = orientation[0], first
     while True:

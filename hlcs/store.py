@@ -130,8 +130,14 @@ class Store:
     def add(self, settings, result):
         """Keep a finished run; one that is there already stays as it is, unless it is damaged."""
         key = key_of(settings)
-        row = (key, self.code, json.dumps(settings, sort_keys=True), files.to_json(result), files.to_json(files.versions()),
-               datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"))
+        row = (
+            key,
+            self.code,
+            json.dumps(settings, sort_keys=True),
+            files.to_json(result),
+            files.to_json(files.versions()),
+            datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        )
         with self._explained("written"), self._changing() as connection:
             if key not in self:
                 connection.execute("INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?, ?)", row)
@@ -144,8 +150,10 @@ class Store:
         with self._explained("written"), self._changing() as connection:
             if key in self or self._taken(key):  # asked again, now that nobody else can write
                 return False
-            connection.execute("INSERT OR REPLACE INTO claims VALUES (?, ?, ?, ?, ?, ?)",
-                               (key, self.code, platform.node(), os.getpid(), self._owner, time.time()))
+            connection.execute(
+                "INSERT OR REPLACE INTO claims VALUES (?, ?, ?, ?, ?, ?)",
+                (key, self.code, platform.node(), os.getpid(), self._owner, time.time()),
+            )
         if self._heart is None:
             self._heart = threading.Event()
             threading.Thread(target=self._beat, daemon=True).start()
@@ -154,8 +162,9 @@ class Store:
     def _taken(self, key):
         """Whether somebody else who lives works on a run."""
         with self._explained("read"):
-            found = self._connection.execute("SELECT host, process, owner, seen FROM claims WHERE key = ? AND code = ?",
-                                             (key, self.code)).fetchone()
+            found = self._connection.execute(
+                "SELECT host, process, owner, seen FROM claims WHERE key = ? AND code = ?", (key, self.code)
+            ).fetchone()
         if found is None:
             return False
         host, process, owner, seen = found
@@ -220,8 +229,10 @@ class Store:
         except sqlite3.Error as problem:
             code = getattr(problem, "sqlite_errorcode", None)  # its lowest byte says what kind
             if code is not None and code & 0xFF in INPUT:
-                raise InputError(f"store '{self.path}' cannot be {what} ({problem}); give a new file or an earlier store, "
-                                 "or make this one writable") from None
+                raise InputError(
+                    f"store '{self.path}' cannot be {what} ({problem}); give a new file or an earlier store, "
+                    "or make this one writable"
+                ) from None
             raise RunError(f"store '{self.path}' cannot be {what} ({problem})") from None
         except (OSError, ValueError) as problem:
             if isinstance(problem, InputError):

@@ -1,11 +1,11 @@
 """Sweeps: every combination of some settings, each run kept as soon as it ends, so that a sweep can be killed and go on.
 
-    title = "how much does friction matter"
-    [placement]                     # what all runs share, as in `hlcs place TEST.toml`
-    grid = "TPG"
-    [sweep]                         # lists; every combination is run
-    friction = [0.3, 0.6]
-    seed = [1, 2, 3]
+title = "how much does friction matter"
+[placement]                     # what all runs share, as in `hlcs place TEST.toml`
+grid = "TPG"
+[sweep]                         # lists; every combination is run
+friction = [0.3, 0.6]
+seed = [1, 2, 3]
 """
 
 import hashlib
@@ -137,8 +137,10 @@ def summary_rows(sweep, rows):
         if measured is not None:
             comparison = compare_layers(model, measured)
             whole = comparison.known.all()  # a mean over fewer layers would rank a broken run before a whole one
-            summary |= {"mean_relative_error": comparison.mean_relative_error if whole else np.nan,
-                        "signed_bias": comparison.signed_bias if whole else np.nan}
+            summary |= {
+                "mean_relative_error": comparison.mean_relative_error if whole else np.nan,
+                "signed_bias": comparison.signed_bias if whole else np.nan,
+            }
         summary |= {"lost": sum(row["lost"] for row, _ in members), "unsettled": sum(row["unsettled"] for row, _ in members)}
         found.append(summary)
     return found
@@ -161,8 +163,16 @@ def summary_text(sweep, outcome):
 
 def document(sweep, outcome):
     """The JSON of `hlcs sweep`."""
-    return {"format": 1, "title": sweep.title, "runs": outcome["rows"], "summary": summary_rows(sweep, outcome["rows"]),
-            "ran": outcome["ran"], "kept": outcome["kept"], "told": outcome["told"], "versions": files.versions()}
+    return {
+        "format": 1,
+        "title": sweep.title,
+        "runs": outcome["rows"],
+        "summary": summary_rows(sweep, outcome["rows"]),
+        "ran": outcome["ran"],
+        "kept": outcome["kept"],
+        "told": outcome["told"],
+        "versions": files.versions(),
+    }
 
 
 def write_sweep(sweep, outcome, folder):
@@ -170,8 +180,11 @@ def write_sweep(sweep, outcome, folder):
     import pandas as pd
 
     found = document(sweep, outcome)
-    texts = {"runs.csv": csv_text(pd.DataFrame(found["runs"])), "summary.csv": csv_text(pd.DataFrame(found["summary"])),
-             "sweep.json": files.to_json(found)}
+    texts = {
+        "runs.csv": csv_text(pd.DataFrame(found["runs"])),
+        "summary.csv": csv_text(pd.DataFrame(found["summary"])),
+        "sweep.json": files.to_json(found),
+    }
 
     def write(place):
         for name, text in texts.items():
@@ -185,11 +198,13 @@ def _row(result):
     if "error" in result:
         return {"error": str(result["error"])}
     layers = result["layers"]
-    return {**{f"k{row['layer']}": row["k"] for row in layers},
-            "structure": result.get("structure", True),  # rows of earlier versions do not say
-            "height_over_dn": result["height_over_dn"],
-            "porosity": result["porosity"], "lost": sum(row["lost"] for row in layers),
-            "unsettled": sum(row["unsettled"] for row in layers), "max_penetration_over_dn": result["max_penetration_over_dn"],
-            "wall_seconds": result["wall_seconds"]}
-
-
+    return {
+        **{f"k{row['layer']}": row["k"] for row in layers},
+        "structure": result.get("structure", True),  # rows of earlier versions do not say
+        "height_over_dn": result["height_over_dn"],
+        "porosity": result["porosity"],
+        "lost": sum(row["lost"] for row in layers),
+        "unsettled": sum(row["unsettled"] for row in layers),
+        "max_penetration_over_dn": result["max_penetration_over_dn"],
+        "wall_seconds": result["wall_seconds"],
+    }

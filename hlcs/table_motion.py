@@ -91,8 +91,12 @@ def law_at(setups, effects, state, velocity, normal):
     """ContactLaw of bodies moving with `velocity` (d, 3) on a floor with unit normal (d, 3), under their weight."""
     count = len(setups)
     surroundings = setups[0].surroundings
-    both = Bodies(*(np.concatenate([np.asarray(field), np.full((1, *np.shape(field)[1:]), np.inf if name == "mass" else 0.0)])
-                    for name, field in zip(Bodies._fields, state, strict=True)))
+    both = Bodies(
+        *(
+            np.concatenate([np.asarray(field), np.full((1, *np.shape(field)[1:]), np.inf if name == "mass" else 0.0)])
+            for name, field in zip(Bodies._fields, state, strict=True)
+        )
+    )
     load = state.mass * surroundings.gravity * normal[:, 2]
     contacts = Contacts(np.full(count, count), np.arange(count), np.zeros((count, 3)), normal, np.zeros(count), velocity, load)
     law = ContactLaw(np.full(count, surroundings.friction), np.full(count, surroundings.restitution), *np.zeros((3, count)))
@@ -189,17 +193,39 @@ def slide_time(setups, effects, inputs):
 
 def rest_height(setups, effects, inputs):
     """Height of the centre of a body at rest on its floor."""
-    return np.array([(setup.surroundings.floor_height or 0.0) + setup.margin - support(
-        solid(setup.body).shape, np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])).min() for setup in setups])
+    return np.array(
+        [
+            (setup.surroundings.floor_height or 0.0)
+            + setup.margin
+            - support(solid(setup.body).shape, np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])).min()
+            for setup in setups
+        ]
+    )
 
 
-LAWS = {"fall_time_s": fall_time, "rebound_height_m": rebound_height, "stop_distance_m": stop_distance,
-        "slide_time_s": slide_time, "rest_height_m": rest_height}
-NEEDS = {"fall_time_s": ("height_m",), "rebound_height_m": ("height_m",), "stop_distance_m": ("speed_m_s",), "slide_time_s": (),
-         "rest_height_m": ()}
-ROW_KEYS = {"mass_kg": ("body", "mass"), "radius_m": ("body", "radius"), "friction": ("surroundings", "friction"),
-            "restitution": ("surroundings", "restitution"), "gravity_m_s2": ("surroundings", "gravity"),
-            "fluid_density_kg_m3": ("surroundings", "fluid_density"), "fluid_viscosity_pa_s": ("surroundings", "fluid_viscosity")}
+LAWS = {
+    "fall_time_s": fall_time,
+    "rebound_height_m": rebound_height,
+    "stop_distance_m": stop_distance,
+    "slide_time_s": slide_time,
+    "rest_height_m": rest_height,
+}
+NEEDS = {
+    "fall_time_s": ("height_m",),
+    "rebound_height_m": ("height_m",),
+    "stop_distance_m": ("speed_m_s",),
+    "slide_time_s": (),
+    "rest_height_m": (),
+}
+ROW_KEYS = {
+    "mass_kg": ("body", "mass"),
+    "radius_m": ("body", "radius"),
+    "friction": ("surroundings", "friction"),
+    "restitution": ("surroundings", "restitution"),
+    "gravity_m_s2": ("surroundings", "gravity"),
+    "fluid_density_kg_m3": ("surroundings", "fluid_density"),
+    "fluid_viscosity_pa_s": ("surroundings", "fluid_viscosity"),
+}
 
 
 def row_setup(file, inputs, row):

@@ -32,19 +32,21 @@ def thinned(measurement, noise):
         return measurement
     seen = sorted(read_impacts(measurement, noise), key=lambda impact: -impact.speed)
     impacts = {}
-    for impact in seen[:MOST_SEARCHED // (2 * AROUND)]:  # the slowest of very many tell no more than other samples do
+    for impact in seen[: MOST_SEARCHED // (2 * AROUND)]:  # the slowest of very many tell no more than other samples do
         impacts.setdefault(impact.trial, []).append(impact.time)
     found = []
     for trial in trials:
         keep = np.arange(len(trial.times)) % every == 0
         keep[:BEGINNING] = keep[-1] = True
         for place in np.searchsorted(trial.times, impacts.get(trial.name, ())):
-            keep[max(place - AROUND, 0):place + AROUND] = True
+            keep[max(place - AROUND, 0) : place + AROUND] = True
         found.append(trial.at(np.flatnonzero(keep)))
     kept, step = sum(len(trial.times) for trial in found), every * noise.step
-    note = (f"{total:,} rows: the search uses {kept:,} of them, every {every}th (one in {step:.3g} s) and all around the "
-            f"{sum(map(len, impacts.values()))} fastest of {len(seen)} impacts seen, to tell candidates apart; noise, impacts, "
-            "the numbers of what was found and the verdict are of all rows")
+    note = (
+        f"{total:,} rows: the search uses {kept:,} of them, every {every}th (one in {step:.3g} s) and all around the "
+        f"{sum(map(len, impacts.values()))} fastest of {len(seen)} impacts seen, to tell candidates apart; noise, impacts, "
+        "the numbers of what was found and the verdict are of all rows"
+    )
     return replace(measurement, trials=tuple(found), notes=(*measurement.notes, note))
 
 
@@ -59,8 +61,9 @@ def on_all_rows(measurement):
         shots, first = problem.shots, problem not in found
         if first:
             trials = [_filled(trial, measurement.trials) for trial in problem.trials]
-            found[problem] = Problem(trials, problem.noise, Shots(fit.model, trials, shots.start_time, shots.contact, shots.step,
-                                                                  shots.seated))
+            found[problem] = Problem(
+                trials, problem.noise, Shots(fit.model, trials, shots.start_time, shots.contact, shots.step, shots.seated)
+            )
         full = found[problem]
         full.shots.pair = shots.pair
         fit = full.fit(fit.model, fit.starts)
@@ -73,7 +76,8 @@ def on_all_rows(measurement):
 
 def _filled(trial, trials):
     """A thinned recording, or a piece of one, with all rows between its first and its last."""
-    source, = (one for one in trials if one.name == (trial.recording or trial.name))
+    (source,) = (one for one in trials if one.name == (trial.recording or trial.name))
     begin, end = np.searchsorted(source.times, trial.times[[0, -1]])
-    return source.at(slice(begin, end + 1), name=trial.name, start=trial.start, recording=trial.recording,
-                     first_row=trial.first_row)
+    return source.at(
+        slice(begin, end + 1), name=trial.name, start=trial.start, recording=trial.recording, first_row=trial.first_row
+    )

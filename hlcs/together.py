@@ -83,7 +83,7 @@ def together(answer, functions):
             found = answer([request for piece in waiting for request in piece.requests]) if waiting else []
             place = 0
             for piece in waiting:
-                piece.answers = found[place:place + len(piece.requests)]
+                piece.answers = found[place : place + len(piece.requests)]
                 place += len(piece.requests)
     finally:
         for piece in pieces:

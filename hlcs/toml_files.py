@@ -16,8 +16,11 @@ from hlcs import plausible
 from minibullet.errors import InputError, InputWarning, is_number, shown, shown_value
 from minibullet.user_files import read_text
 
-EXAMPLES = {"measurement.noise": "{ position = 0.002 }", "surroundings.floor": "{ height = 0.0 }",
-            "trial.start": "{ velocity = [0.0, 0.0, 0.0] }"}
+EXAMPLES = {
+    "measurement.noise": "{ position = 0.002 }",
+    "surroundings.floor": "{ height = 0.0 }",
+    "trial.start": "{ velocity = [0.0, 0.0, 0.0] }",
+}
 MOST_BYTES = 2_000_000  # ten thousand recordings with starts of their own; read in 2 s
 MOST_DEPTH = 16  # of tables and lists in each other; files of ours have 4
 LARGEST = 1e12  # no quantity of a laboratory is larger in SI units, and its cube is still a number
@@ -76,8 +79,10 @@ class TomlFile:
             elif isinstance(value, int) and not -(2**63) <= value < 2**63:
                 line = self.line_of(name)
                 where = f"{self.path}" + (f", line {line}" if line else "")
-                raise InputError(f"{where}: {shown(name)}: a whole number of {value.bit_length()} bits; TOML has 64: write a "
-                                 "smaller one, or one with a point")
+                raise InputError(
+                    f"{where}: {shown(name)}: a whole number of {value.bit_length()} bits; TOML has 64: write a "
+                    "smaller one, or one with a point"
+                )
 
     def line_of(self, key, section="", index=None):
         """Line number (from 1) where the key stands in its section, by a search of the text; None where not found."""
@@ -123,8 +128,13 @@ class TomlFile:
         path = self.path.parent / name
         inside = Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.path.parent))
         if not inside and not self.allow_outside:
-            self.fail(key, f"'{shown(name)}' lies outside the folder of this file; put it there, or allow it with "
-                      "--allow-outside (in Python: allow_outside=True)", section, index)
+            self.fail(
+                key,
+                f"'{shown(name)}' lies outside the folder of this file; put it there, or allow it with "
+                "--allow-outside (in Python: allow_outside=True)",
+                section,
+                index,
+            )
         if not os.path.isfile(path):
             self.fail(key, f"file '{shown(name)}' is not there (looked for {shown(path, 200)})", section, index)
         return path
@@ -161,8 +171,11 @@ class TomlFile:
         if key not in table:
             return None
         value = table[key]
-        good = isinstance(value, list) and len(value) == length and all(
-            isinstance(v, int | float) and not isinstance(v, bool) and np.isfinite(v) for v in value)
+        good = (
+            isinstance(value, list)
+            and len(value) == length
+            and all(isinstance(v, int | float) and not isinstance(v, bool) and np.isfinite(v) for v in value)
+        )
         if not good:
             self.fail(key, f"must be {length} finite numbers, got {shown_value(value)}", section, index)
         if not low <= min(value) <= max(value) <= high:
@@ -178,6 +191,7 @@ class TomlFile:
         if not isinstance(value, str):
             self.fail(key, f"must be text, got {shown_value(value)}", section, index)
         if allowed and value not in allowed:
-            self.fail(key, f"'{shown(value)}' is not one of {', '.join(allowed)}; nearest: '{nearest(value, allowed)}'", section,
-                      index)
+            self.fail(
+                key, f"'{shown(value)}' is not one of {', '.join(allowed)}; nearest: '{nearest(value, allowed)}'", section, index
+            )
         return value

@@ -169,15 +169,21 @@ def in_long_steps(measurement, noise, model):
         problem, base, shift, sentences = fitted(posed(measurement, noise, model, True, step), model)
         if shift < STILL and not cut(problem):
             steps = " and ".join(f"{one:.3g} s" for one in problem.shots.pair or (step,))
-            sentences.append(f"numerics: motion of {span:.3g} s is computed in steps of {steps} where the file says "
-                             f"{model.time_step:.3g} s: shorter ones move the prediction by {shift:.1g} sigma only")
+            sentences.append(
+                f"numerics: motion of {span:.3g} s is computed in steps of {steps} where the file says "
+                f"{model.time_step:.3g} s: shorter ones move the prediction by {shift:.1g} sigma only"
+            )
             return problem, base, shift, sentences
     except InputError:
         pass  # not so in the model's own steps, or told from there
     count = span / model.time_step
-    warnings.warn(f"{measurement.file.path}: a motion of {span:.4g} s with contacts takes {count:.3g} steps, and does not stand "
-                  f"still in longer ones: {RUNS} runs, for one fit, take {RUNS * count * A_STEP / 60:.2g} min, a search many "
-                  "times that; keep the seconds that matter of each recording", InputWarning, stacklevel=2)
+    warnings.warn(
+        f"{measurement.file.path}: a motion of {span:.4g} s with contacts takes {count:.3g} steps, and does not stand "
+        f"still in longer ones: {RUNS} runs, for one fit, take {RUNS * count * A_STEP / 60:.2g} min, a search many "
+        "times that; keep the seconds that matter of each recording",
+        InputWarning,
+        stacklevel=2,
+    )
     return none
 
 
@@ -204,8 +210,9 @@ def fitted(problem, model):
 def without_isolated(problem, fit):
     """(fit without the samples that stand alone, sentences); the problem drops them for every model alike."""
     trials = problem.trials  # pieces of those that were read, or those without their rest at the end
-    flags = [isolated(trial, recording, raw)
-             for trial, recording, raw in zip(trials, problem.recordings, fit.linear.raw, strict=True)]
+    flags = [
+        isolated(trial, recording, raw) for trial, recording, raw in zip(trials, problem.recordings, fit.linear.raw, strict=True)
+    ]
     if not any(flag.any() for flag in flags):
         return fit, []
     problem.drop(flags)
@@ -230,8 +237,10 @@ def set_aside(trials, flags):
             mine.setdefault(CHANNELS[channel], []).append(int(trial.rows[row]))
     found = []
     for name, mine in rows.items():
-        parts = [f"{channel} row{'s' * (len(its) > 1)} " + ", ".join(map(str, its[:4])) + " .." * (len(its) > 4)
-                 for channel, its in mine.items()]
+        parts = [
+            f"{channel} row{'s' * (len(its) > 1)} " + ", ".join(map(str, its[:4])) + " .." * (len(its) > 4)
+            for channel, its in mine.items()
+        ]
         found.append(f"{name}: {sum(map(len, mine.values()))} isolated samples set aside for all models: " + "; ".join(parts))
     return found
 
@@ -246,9 +255,19 @@ def refine(problem, base):
     owner = np.arange(len(problem.trials))
 
     def moved(one, other):
-        return float(np.sqrt(np.mean(np.concatenate([
-            (problem.residual(k, a) - problem.residual(k, b)) * recording_scale(problem.recordings[k])
-            for k, (a, b) in enumerate(zip(one, other, strict=True))]) ** 2)))
+        return float(
+            np.sqrt(
+                np.mean(
+                    np.concatenate(
+                        [
+                            (problem.residual(k, a) - problem.residual(k, b)) * recording_scale(problem.recordings[k])
+                            for k, (a, b) in enumerate(zip(one, other, strict=True))
+                        ]
+                    )
+                    ** 2
+                )
+            )
+        )
 
     while True:
         runs = {1: base.linear.answers, 0.5: shots.simulate(base.model, base.starts, owner, time_step=shots.step / 2)}
@@ -315,10 +334,19 @@ def observations(problem, fit):
         turn = rotations.logarithm(orientation)
         table = np.concatenate([position, turn], axis=1)[recording.sample, recording.channel]
         doing = phases(problem.trials[k], solid(problem.trials[k].body).shape, position, orientation)
-        rows = {"trial": np.full(len(raw), k), "channel": recording.channel, "time": recording.times,
-                "phase": np.array(PHASES)[doing[recording.sample]],
-                "height": position[recording.sample, 2], "speed": speed[recording.sample], "measured": table + raw,
-                "model": table, "residual": raw, "sigmas": raw * recording_scale(recording), "white": white[k]}
+        rows = {
+            "trial": np.full(len(raw), k),
+            "channel": recording.channel,
+            "time": recording.times,
+            "phase": np.array(PHASES)[doing[recording.sample]],
+            "height": position[recording.sample, 2],
+            "speed": speed[recording.sample],
+            "measured": table + raw,
+            "model": table,
+            "residual": raw,
+            "sigmas": raw * recording_scale(recording),
+            "white": white[k],
+        }
         for name, values in rows.items():
             columns.setdefault(name, []).append(values)
     return {name: np.concatenate(parts) for name, parts in columns.items()}

@@ -52,8 +52,10 @@ def results(store, keys):
 
 def _kept(problem, store, count, total):
     """The RunError `problem` with what is kept of the work and how to go on."""
-    return RunError(f"{problem}; {count} of {total} runs are kept in '{store.path}', and the same command, typed again, goes on "
-                    "from there", problem.result)
+    return RunError(
+        f"{problem}; {count} of {total} runs are kept in '{store.path}', and the same command, typed again, goes on from there",
+        problem.result,
+    )
 
 
 def told(store, keys):
@@ -61,8 +63,10 @@ def told(store, keys):
     others, damaged = store.rejected(keys)
     found = []
     if others:
-        found.append(f"{others} runs in the store were made by other code (another version of hlcs or of a library); they are "
-                     "computed again, the earlier rows stay")
+        found.append(
+            f"{others} runs in the store were made by other code (another version of hlcs or of a library); they are "
+            "computed again, the earlier rows stay"
+        )
     if damaged:
         found.append(f"{damaged} rows of the store are damaged; they are computed again")
     return "; ".join(found)

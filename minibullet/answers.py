@@ -167,10 +167,7 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
         rank(best, apart - CORNER * size, sx, sy, sz, float(DIRECTION), 0.0, 0.0)
     best_a, best_b, face_of_a, face_of_b = -np.inf, -np.inf, -1, -1
     for face in range(pieces.ranges[i, FACES], pieces.ranges[i, FACES + 1]):
-        if (
-            not everywhere
-            and pieces.normals[face, 0] * ax + pieces.normals[face, 1] * ay + pieces.normals[face, 2] * az < FACING
-        ):
+        if not everywhere and pieces.normals[face, 0] * ax + pieces.normals[face, 1] * ay + pieces.normals[face, 2] * az < FACING:
             continue
         most = height(pieces, face, rotation[a], px + qx, py + qy, pz + qz) - rounding
         if most <= best_a and most <= best[1, 0]:
@@ -180,10 +177,7 @@ def search(pieces, rows, answers, numbers, k, position, rotation, margin, nx, ny
             best_a, face_of_a = apart, face
         rank(best, apart, x, y, z, float(FACE_A), float(face), 0.0)
     for face in range(pieces.ranges[j, FACES], pieces.ranges[j, FACES + 1]):
-        if (
-            not everywhere
-            and pieces.normals[face, 0] * bx + pieces.normals[face, 1] * by + pieces.normals[face, 2] * bz < FACING
-        ):
+        if not everywhere and pieces.normals[face, 0] * bx + pieces.normals[face, 1] * by + pieces.normals[face, 2] * bz < FACING:
             continue
         most = height(pieces, face, rotation[b], px - dx, py - dy, pz - dz) - rounding
         if most <= best_b and most <= best[1, 0]:
@@ -338,8 +332,5 @@ def relative_poses(rows, ask, position, rotation, poses):
                     + rotation[a, 2, i] * rotation[b, 2, j]
                 )
         poses[place, 9], poses[place, 10], poses[place, 11] = turn_back(
-            rotation[a],
-            position[b, 0] - position[a, 0],
-            position[b, 1] - position[a, 1],
-            position[b, 2] - position[a, 2],
+            rotation[a], position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
         )

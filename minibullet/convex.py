@@ -35,8 +35,10 @@ class ConvexPiece:
             return
         check_lengths("hull", radius=self.radius)
         if len(points) > 2 or (len(points) == 2 and np.array_equal(points[0], points[1])):
-            raise InputError(f"hull: radius = {self.radius} with {len(points)} points; only one point (a ball) "
-                             "or two different points (a capsule) can be rounded")
+            raise InputError(
+                f"hull: radius = {self.radius} with {len(points)} points; only one point (a ball) "
+                "or two different points (a capsule) can be rounded"
+            )
         self._set(points, ())
         self._refuse_unweighable()
 
@@ -44,7 +46,7 @@ class ConvexPiece:
         vertices.setflags(write=False)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "radius", float(self.radius))
-        object.__setattr__(self, "faces", faces)       # tuple of counter-clockwise loops of vertex indices
+        object.__setattr__(self, "faces", faces)  # tuple of counter-clockwise loops of vertex indices
 
     def _refuse_unweighable(self):
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
@@ -52,8 +54,10 @@ class ConvexPiece:
         if not (np.isfinite(size) and self.volume > 0 and size > 0):
             raise InputError(f"hull: volume = {self.volume} m3; mass and inertia must be numbers that double precision can hold")
         if self.faces and not np.linalg.eigvalsh(self.inertia / size)[0] > NEEDLE:
-            raise InputError("hull: the least moment of inertia is lost in the rounding of the largest; a needle must be thicker "
-                             "than a millionth of its length")
+            raise InputError(
+                "hull: the least moment of inertia is lost in the rounding of the largest; a needle must be thicker "
+                "than a millionth of its length"
+            )
 
     def moved(self, translation=(0.0, 0.0, 0.0), orientation=None):
         """The same piece turned by the quaternion orientation, then shifted by translation [m]."""
@@ -172,6 +176,7 @@ def swept_ball(radius, length):
     cylinder, ball = pi * square * length, 4.0 / 3.0 * pi * square * radius
     along = 0.5 * cylinder * square + 0.4 * ball * square
     # A half ball's centre lies 3/8 r from its flat side; moved out by half the core this gives the second bracket.
-    across = (cylinder * (square / 4.0 + length * length / 12.0)
-              + ball * (0.4 * square + 0.375 * radius * length + 0.25 * length * length))
+    across = cylinder * (square / 4.0 + length * length / 12.0) + ball * (
+        0.4 * square + 0.375 * radius * length + 0.25 * length * length
+    )
     return cylinder + ball, (along, across, across)

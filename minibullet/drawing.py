@@ -24,11 +24,11 @@ FIXED_COLOUR, FLOOR_COLOUR = "#b9b5ac", "#e6e2d8"
 class Item(NamedTuple):
     """One thing to draw."""
 
-    key: object             # equal for things of the same form: their vertices are stored once
-    parts: tuple            # of (vertices (v, 3), faces): convex, body frame
-    position: np.ndarray    # (3,) m
-    orientation: np.ndarray     # (4,)
-    colour: tuple           # red, green, blue from 0 to 1
+    key: object  # equal for things of the same form: their vertices are stored once
+    parts: tuple  # of (vertices (v, 3), faces): convex, body frame
+    position: np.ndarray  # (3,) m
+    orientation: np.ndarray  # (4,)
+    colour: tuple  # red, green, blue from 0 to 1
 
 
 def draw_scene(scene, path=None, ax=None, *, colours=None, azimuth=-60.0, elevation=28.0, width=1200, height=800):
@@ -96,8 +96,10 @@ def write_glb(path, scene, *, colours=None):
 def _items(scene, colours):
     """What to draw, floors last."""
     rows = _rows_of_world(scene, colours) if hasattr(scene, "bodies") else list(scene)
-    rows = [(shape, np.asarray(position, dtype=float), np.asarray(orientation, dtype=float), colour)
-            for shape, position, orientation, colour in rows]
+    rows = [
+        (shape, np.asarray(position, dtype=float), np.asarray(orientation, dtype=float), colour)
+        for shape, position, orientation, colour in rows
+    ]
     solid = [row for row in rows if row[0] is not None]
     if not solid:
         raise InputError("drawing: nothing to draw; give at least one body")
@@ -148,8 +150,11 @@ def _round_part(piece):
 
 
 def _solids(items):
-    return [Solid(rotations.rotate(item.orientation, vertices) + item.position, faces, item.colour)
-            for item in items for vertices, faces in item.parts]
+    return [
+        Solid(rotations.rotate(item.orientation, vertices) + item.position, faces, item.colour)
+        for item in items
+        for vertices, faces in item.parts
+    ]
 
 
 def _flat_mesh(item):

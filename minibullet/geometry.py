@@ -48,7 +48,7 @@ def edge_directions(vertices, edges):
         if match is None:
             match = len(directions)
             directions.append(line)
-            for low, high in (reach[4 * k:4 * k + 2], reach[4 * k + 2:4 * k + 4]):
+            for low, high in (reach[4 * k : 4 * k + 2], reach[4 * k + 2 : 4 * k + 4]):
                 for cell in {low} if low == high else set(product(*zip(low, high, strict=True))):
                     known.setdefault(cell, []).append(match)
         index.append(match)

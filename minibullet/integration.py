@@ -243,9 +243,7 @@ def keep_angular_momentum(old, new, inertia, rate, spun, final):
             rate[n, 2] + final[n, 2] - spun[n, 2],
         )
         lx, ly, lz = principal_rate(old[n, 0], old[n, 1], old[n, 2], old[n, 3], 1.0 / i0, 1.0 / i1, 1.0 / i2, x, y, z)
-        final[n, 0], final[n, 1], final[n, 2] = principal_rate(
-            new[n, 0], new[n, 1], new[n, 2], new[n, 3], i0, i1, i2, lx, ly, lz
-        )
+        final[n, 0], final[n, 1], final[n, 2] = principal_rate(new[n, 0], new[n, 1], new[n, 2], new[n, 3], i0, i1, i2, lx, ly, lz)
 
 
 @kernel

@@ -16,8 +16,8 @@ from minibullet.mesh_text import Indexed, Surface, integer, lines, quoted, refus
 from minibullet.ply_files import read_ply
 from minibullet.user_files import read_bytes
 
-MOST_BYTES = 64_000_000                     # an ASCII STL of the most triangles with all digits of its numbers has 50 MB
-STL_HEADER, STL_TRIANGLE = 84, 50           # bytes; each triangle: 12 32-bit numbers and 2 bytes more
+MOST_BYTES = 64_000_000  # an ASCII STL of the most triangles with all digits of its numbers has 50 MB
+STL_HEADER, STL_TRIANGLE = 84, 50  # bytes; each triangle: 12 32-bit numbers and 2 bytes more
 
 
 def mesh_file(path, scale=1.0):
@@ -44,6 +44,7 @@ def mesh_file(path, scale=1.0):
 
 # --- STL
 
+
 def _read_stl(data, name):
     announced = int.from_bytes(data[80:84], "little")
     size = STL_HEADER + STL_TRIANGLE * announced
@@ -53,10 +54,12 @@ def _read_stl(data, name):
     if data[:STL_HEADER].lstrip()[:5].lower() == b"solid" and b"\0" not in data:
         return _read_ascii_stl(data, name)
     if len(data) < STL_HEADER:
-        raise InputError(f"{name}: the file has {len(data)} bytes; a binary STL has {STL_HEADER} or more, "
-                         "an ASCII STL begins with 'solid'")
-    raise InputError(f"{name}: header announces {announced} triangles ({_size(size)}), the file has {len(data)} bytes; "
-                     "is it an ASCII STL?")
+        raise InputError(
+            f"{name}: the file has {len(data)} bytes; a binary STL has {STL_HEADER} or more, an ASCII STL begins with 'solid'"
+        )
+    raise InputError(
+        f"{name}: header announces {announced} triangles ({_size(size)}), the file has {len(data)} bytes; is it an ASCII STL?"
+    )
 
 
 def _size(count):
@@ -100,6 +103,7 @@ def _read_ascii_stl(data, name):
 
 # --- OBJ
 
+
 def _read_obj(data, name):
     """Vertices `v x y z`, faces `f a b c ...` with indices from 1 (or from the end if negative), groups `o` and `g`."""
     mesh, groups = Indexed(name, first=1), 0
@@ -116,6 +120,7 @@ def _read_obj(data, name):
 
 # --- OFF
 
+
 def _read_off(data, name):
     """The word OFF, how many vertices and faces, then a line for each: coordinates; how many corners, and their indices."""
     mesh, rows = Indexed(name, first=0), lines(BytesIO(data), name)
@@ -124,21 +129,24 @@ def _read_off(data, name):
         raise InputError(f"{name}: not a readable OFF file; it must begin with the word OFF and be of text")
     counts = words[1:3] or next(rows, (line, []))[1][:2]
     if len(counts) < 2 or not all(count.isascii() and count.isdigit() for count in counts):
-        raise InputError(f"{name}: not a readable OFF file; {quoted(counts)} follows OFF, the numbers of vertices and faces are "
-                         "needed")
+        raise InputError(
+            f"{name}: not a readable OFF file; {quoted(counts)} follows OFF, the numbers of vertices and faces are needed"
+        )
     vertices, faces = map(integer, counts)
     refuse_many(vertices, name, mesh_text.MOST_VERTICES, "vertices")
     refuse_many(faces, name, mesh_text.MOST_TRIANGLES, "triangles")
     for number in range(vertices + faces):
         line, words = next(rows, (line, None))
         if words is None:
-            raise InputError(f"{name}, line {line}: the file ends here, its header announces {vertices} vertices and {faces} "
-                             "faces; it was cut off")
+            raise InputError(
+                f"{name}, line {line}: the file ends here, its header announces {vertices} vertices and {faces} "
+                "faces; it was cut off"
+            )
         if number < vertices:
             mesh.vertex(words[:3], line)
             continue
         corners = integer(words[0])
         if corners is None or not 0 <= corners < len(words):
             raise InputError(f"{name}, line {line}: face {quoted(words)}; the number of its corners must stand first, then they")
-        mesh.face(mesh.numbers(words[1:1 + corners], line), line)
+        mesh.face(mesh.numbers(words[1 : 1 + corners], line), line)
     return mesh.surface()

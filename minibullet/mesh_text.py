@@ -14,16 +14,16 @@ from minibullet.errors import InputError, shown
 
 # A rigid body is made of few faces; a file beyond these sizes is a mistake, and would take longer than a user waits.
 MOST_TRIANGLES = 100_000
-MOST_VERTICES = 3 * MOST_TRIANGLES          # no two triangles need share a corner
-MOST_LINES = 20 * MOST_TRIANGLES            # an ASCII STL has 7 to a triangle; OBJ as many with normals, textures and blanks
-MOST_LINE = 24 * MOST_TRIANGLES             # bytes: one face of so many corners, each vertex/texture/normal
+MOST_VERTICES = 3 * MOST_TRIANGLES  # no two triangles need share a corner
+MOST_LINES = 20 * MOST_TRIANGLES  # an ASCII STL has 7 to a triangle; OBJ as many with normals, textures and blanks
+MOST_LINE = 24 * MOST_TRIANGLES  # bytes: one face of so many corners, each vertex/texture/normal
 
 
 class Surface(NamedTuple):
     """Triangles as they stand in a file."""
 
-    corners: np.ndarray     # (t, 3, 3) m: triangle, corner, coordinate
-    group: np.ndarray       # (t,) which named part of the file a triangle belongs to
+    corners: np.ndarray  # (t, 3, 3) m: triangle, corner, coordinate
+    group: np.ndarray  # (t,) which named part of the file a triangle belongs to
 
 
 def refuse_many(count, name, most, what):
@@ -76,10 +76,10 @@ class Indexed:
     """Vertices and the faces that number them, as they are read; a face becomes a fan of triangles."""
 
     def __init__(self, name, first, unit="line"):
-        self.name, self.unit = name, unit       # unit: what the places count, in messages
-        self.first = first                      # number of the first vertex, as the file counts
+        self.name, self.unit = name, unit  # unit: what the places count, in messages
+        self.first = first  # number of the first vertex, as the file counts
         self.vertices, self.triangles = array("d"), array("q")
-        self.group, self.places = array("q"), array("q")    # of each triangle
+        self.group, self.places = array("q"), array("q")  # of each triangle
 
     @property
     def defined(self):
@@ -102,7 +102,7 @@ class Indexed:
         """The whole numbers of a face's corners such as 3, 3/1, 3//2 or -1; InputError where a word is none."""
         try:
             return [int(word.partition("/")[0]) for word in words]
-        except ValueError:      # letters, or thousands of digits
+        except ValueError:  # letters, or thousands of digits
             bad = next(word for word in words if integer(word.partition("/")[0]) is None or len(word) > 40)
             raise InputError(f"{self.name}, {self.unit} {place}: face corner {quoted([bad])} is no vertex number") from None
 
@@ -122,8 +122,10 @@ class Indexed:
     def refuse(self, number, place):
         """Refuse a face that uses a vertex which is not there."""
         counted = "" if self.first else " (from 0)"
-        raise InputError(f"{self.name}, {self.unit} {place}: face uses vertex {str(number)[:40]}{counted}, "
-                         f"but only {self.defined} vertices are defined")
+        raise InputError(
+            f"{self.name}, {self.unit} {place}: face uses vertex {str(number)[:40]}{counted}, "
+            f"but only {self.defined} vertices are defined"
+        )
 
     def surface(self):
         """All faces as a Surface, after the check that their vertices are there."""

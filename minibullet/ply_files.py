@@ -12,23 +12,38 @@ from minibullet.mesh_text import Indexed, integer, lines, quoted, refuse_many
 # Elements of a file, and properties of one: a scanner writes ten or so to a vertex, and each costs a step for every face.
 MOST_PROPERTIES = 30
 ORDERS = {"ascii": None, "binary_little_endian": "<", "binary_big_endian": ">"}
-TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4", "float": "f4", "double": "f8",
-         "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "float32": "f4",
-         "float64": "f8"}
+TYPES = {
+    "char": "i1",
+    "uchar": "u1",
+    "short": "i2",
+    "ushort": "u2",
+    "int": "i4",
+    "uint": "u4",
+    "float": "f4",
+    "double": "f8",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "i2",
+    "uint16": "u2",
+    "int32": "i4",
+    "uint32": "u4",
+    "float32": "f4",
+    "float64": "f8",
+}
 CORNERS = ("vertex_indices", "vertex_index")
 
 
 class _Property(NamedTuple):
     name: str
     kind: np.dtype
-    length: np.dtype | None     # kind of the number before a list; None where there is one value
+    length: np.dtype | None  # kind of the number before a list; None where there is one value
 
 
 class _Element(NamedTuple):
     name: str
     count: int
     properties: list
-    place: str                  # where the header announces it, for messages
+    place: str  # where the header announces it, for messages
 
 
 def read_ply(data, name):
@@ -78,7 +93,7 @@ def _header(text, name):
 def _property(words, order, where):
     """`property KIND NAME` or `property list KIND KIND NAME`."""
     listed = words[1:2] == ["list"]
-    kinds = words[1 + listed:-1]
+    kinds = words[1 + listed : -1]
     if len(kinds) == 1 + listed and set(kinds) <= set(TYPES):
         *length, kind = (np.dtype(TYPES[kind]).newbyteorder(order) for kind in kinds)
         if not (length and "f" in length[0].kind + kind.kind * (words[-1] in CORNERS)):
@@ -109,13 +124,14 @@ def _rows(mesh, element, rows, at, size):
         elif element.name == "face":
             place = 0
             for part in element.properties:
-                length = 1 if part.length is None else integer("".join(words[place:place + 1]))
+                length = 1 if part.length is None else integer("".join(words[place : place + 1]))
                 place += part.length is not None
                 if length is None or not 0 <= length <= len(words) - place:
-                    raise InputError(f"{mesh.name}, line {line}: face {quoted(words)}; the number of corners must stand first, "
-                                     "then they")
+                    raise InputError(
+                        f"{mesh.name}, line {line}: face {quoted(words)}; the number of corners must stand first, then they"
+                    )
                 if part.name in CORNERS:
-                    mesh.face(mesh.numbers(words[place:place + length], line), line)
+                    mesh.face(mesh.numbers(words[place : place + length], line), line)
                 place += length
     return at
 
@@ -137,7 +153,7 @@ def _records(mesh, element, data, at):
         for part in element.properties:
             length = 1
             if part.length is not None:
-                length, = _values(data, part.length, 1, at, mesh, element)
+                (length,) = _values(data, part.length, 1, at, mesh, element)
                 at += part.length.itemsize
             if part.name in CORNERS:
                 mesh.face(_values(data, part.kind, length, at, mesh, element), face)

@@ -30,9 +30,9 @@ MOST_MERGED = 2000
 class MassProperties(NamedTuple):
     """What a solid of unit density weighs and how it resists turning."""
 
-    volume: float                  # m3
-    centre_of_mass: np.ndarray     # (3,) m, in the frame of the vertices
-    inertia: np.ndarray            # (3, 3) m5 = kg m2 per kg/m3, about the centre of mass, axes of the vertices
+    volume: float  # m3
+    centre_of_mass: np.ndarray  # (3,) m, in the frame of the vertices
+    inertia: np.ndarray  # (3, 3) m5 = kg m2 per kg/m3, about the centre of mass, axes of the vertices
 
 
 def middle(points):
@@ -82,8 +82,9 @@ def convex_hull(points, name="hull"):
 
 
 def _flat(name, count):
-    return InputError(f"{name}: {count} points are coplanar within {FLAT:.0e} of the size; "
-                      "a hull needs volume (give the plate a thickness)")
+    return InputError(
+        f"{name}: {count} points are coplanar within {FLAT:.0e} of the size; a hull needs volume (give the plate a thickness)"
+    )
 
 
 def _outward(triangles, normals, points):
@@ -102,7 +103,7 @@ def _coplanar_regions(triangles, normals, neighbours, points, tolerance):
     a, b, c = (points[triangles[:, k]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     longest = np.max(np.linalg.norm([b - a, c - b, a - c], axis=2), axis=0)
-    sliver = (area <= tolerance * longest).tolist()     # rounding turns its normal anywhere
+    sliver = (area <= tolerance * longest).tolist()  # rounding turns its normal anywhere
     free = [True] * len(triangles)
     # Lists of plain numbers: most regions are of two triangles, where calls on small arrays cost more than the arithmetic.
     (x, y, z), (u, v, w), (a, b, c) = points.T.tolist(), normals.T.tolist(), triangles.T.tolist()
@@ -115,12 +116,15 @@ def _coplanar_regions(triangles, normals, neighbours, points, tolerance):
         offset = nx * x[a[seed]] + ny * y[a[seed]] + nz * z[a[seed]]
         free[seed] = False
         region = [seed]
-        for one in region:                              # it grows while it is walked
-            for other in beside[3 * one:3 * one + 3]:
-                if (free[other] and (sliver[other] or nx * u[other] + ny * v[other] + nz * w[other] > COPLANAR_COSINE)
-                        and abs(nx * x[a[other]] + ny * y[a[other]] + nz * z[a[other]] - offset) < tolerance
-                        and abs(nx * x[b[other]] + ny * y[b[other]] + nz * z[b[other]] - offset) < tolerance
-                        and abs(nx * x[c[other]] + ny * y[c[other]] + nz * z[c[other]] - offset) < tolerance):
+        for one in region:  # it grows while it is walked
+            for other in beside[3 * one : 3 * one + 3]:
+                if (
+                    free[other]
+                    and (sliver[other] or nx * u[other] + ny * v[other] + nz * w[other] > COPLANAR_COSINE)
+                    and abs(nx * x[a[other]] + ny * y[a[other]] + nz * z[a[other]] - offset) < tolerance
+                    and abs(nx * x[b[other]] + ny * y[b[other]] + nz * z[b[other]] - offset) < tolerance
+                    and abs(nx * x[c[other]] + ny * y[c[other]] + nz * z[c[other]] - offset) < tolerance
+                ):
                     free[other] = False
                     region.append(other)
         regions.append(region)
@@ -160,11 +164,11 @@ def planes_of(vertices, faces):
     doubled[:-1] = np.cross(arms[:-1], arms[1:])
     normals, offsets = [], []
     for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
-        area = np.sum(doubled[start + 1:end - 1], axis=0)
+        area = np.sum(doubled[start + 1 : end - 1], axis=0)
         scale = np.max(np.abs(area))
         normal = area / scale
         normal = normal / np.sqrt(dot(normal, normal))
-        normals.append(normal + 0.0)        # no negative zeros
+        normals.append(normal + 0.0)  # no negative zeros
         offsets.append(np.max(dot(points[start:end], normal)))
     return np.array(normals), np.array(offsets)
 

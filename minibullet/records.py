@@ -181,9 +181,7 @@ def _number(title, field, value, low, high):
     """A finite number within bounds."""
     if not is_number(value) or not low <= value <= high:
         bound = (
-            f"between {low:g} and {high:g}"
-            if np.isfinite(high)
-            else (f">= {low:g} and finite" if np.isfinite(low) else "finite")
+            f"between {low:g} and {high:g}" if np.isfinite(high) else (f">= {low:g} and finite" if np.isfinite(low) else "finite")
         )
         raise InputError(f"{title}: {field} = {shown_value(value)}; it must be {bound}")
     return float(value)

@@ -11,25 +11,25 @@ import numpy as np
 from scipy.ndimage import uniform_filter
 
 SUN = np.array([-0.45, -0.35, 0.82]) / np.linalg.norm([-0.45, -0.35, 0.82])
-DISTANCE = 3.2          # of the eye from the middle of the scene, in radii of the scene
+DISTANCE = 3.2  # of the eye from the middle of the scene, in radii of the scene
 
 
 class Solid(NamedTuple):
     """A body to be drawn."""
 
-    vertices: np.ndarray    # (v, 3) m, world
-    faces: tuple            # loops of vertex indices, counter-clockwise from outside, convex
-    colour: tuple           # red, green, blue from 0 to 1
+    vertices: np.ndarray  # (v, 3) m, world
+    faces: tuple  # loops of vertex indices, counter-clockwise from outside, convex
+    colour: tuple  # red, green, blue from 0 to 1
 
 
 class Faces(NamedTuple):
     """All faces that look at the eye, f of them."""
 
-    corners: list           # of (k, 2) pixels
-    plane: np.ndarray       # (f, 3): 1/depth = plane . (column, row, 1)
-    normal: np.ndarray      # (f, 3) world
-    colour: np.ndarray      # (f, 3)
-    solid: np.ndarray       # (f,) which solid
+    corners: list  # of (k, 2) pixels
+    plane: np.ndarray  # (f, 3): 1/depth = plane . (column, row, 1)
+    normal: np.ndarray  # (f, 3) world
+    colour: np.ndarray  # (f, 3)
+    solid: np.ndarray  # (f,) which solid
 
 
 def render(solids, width=1200, height=800, azimuth=-60.0, elevation=28.0, supersample=2):
@@ -71,7 +71,7 @@ def _visible(solids, width, height, azimuth, elevation):
             normal = np.sum(np.cross(a[1:-1] - a[0], a[2:] - a[0]), axis=0)
             offset = normal @ a[0]
             size = np.sqrt(normal @ normal)
-            if offset >= -1e-9 * size * radius:         # looks away, or is seen edge-on
+            if offset >= -1e-9 * size * radius:  # looks away, or is seen edge-on
                 continue
             # normal . (x, y, z) = offset with x/z = (column - shift)/scale gives 1/z in pixels.
             per_pixel = normal[:2] / scale

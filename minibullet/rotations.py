@@ -19,10 +19,15 @@ def product(a, b):
     """Hamilton product a b: turn by b first, then by a. (..., 4), (..., 4) -> (..., 4)."""
     aw, ax, ay, az = _components(a)
     bw, bx, by, bz = _components(b)
-    return np.stack([aw * bw - ax * bx - ay * by - az * bz,
-                     aw * bx + ax * bw + ay * bz - az * by,
-                     aw * by - ax * bz + ay * bw + az * bx,
-                     aw * bz + ax * by - ay * bx + az * bw], axis=-1)
+    return np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=-1,
+    )
 
 
 def conjugate(q):
@@ -42,9 +47,11 @@ def normalised(q):
 def matrix(q):
     """Rotation matrix R with R v = rotate(q, v); columns are the body axes in the world. (..., 4) -> (..., 3, 3)."""
     w, x, y, z = _components(q)
-    rows = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
@@ -59,11 +66,18 @@ def from_matrix(rotation):
     wx, wy, wz = r[..., 2, 1] - r[..., 1, 2], r[..., 0, 2] - r[..., 2, 0], r[..., 1, 0] - r[..., 0, 1]
     xy, xz, yz = r[..., 0, 1] + r[..., 1, 0], r[..., 0, 2] + r[..., 2, 0], r[..., 1, 2] + r[..., 2, 1]
     # Row k of this symmetric matrix is 4 q_k q.
-    outer = np.stack([np.stack(row, axis=-1) for row in (
-        (1 + xx + yy + zz, wx, wy, wz),
-        (wx, 1 + xx - yy - zz, xy, xz),
-        (wy, xy, 1 - xx + yy - zz, yz),
-        (wz, xz, yz, 1 - xx - yy + zz))], axis=-2)
+    outer = np.stack(
+        [
+            np.stack(row, axis=-1)
+            for row in (
+                (1 + xx + yy + zz, wx, wy, wz),
+                (wx, 1 + xx - yy - zz, xy, xz),
+                (wy, xy, 1 - xx + yy - zz, yz),
+                (wz, xz, yz, 1 - xx - yy + zz),
+            )
+        ],
+        axis=-2,
+    )
     largest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
     row = np.take_along_axis(outer, largest[..., None, None], axis=-2)[..., 0, :]
     return normalised(np.where(row[..., :1] < 0, -row, row))
@@ -150,8 +164,11 @@ def between(u, v):
     # half of the angle, from whichever of its sine and cosine loses no digits
     larger = np.sqrt(0.5 * (1.0 + np.abs(cosine)))
     smaller = 0.5 * sine / larger
-    return normalised(np.where(cosine >= 0.0, np.concatenate([larger, smaller * axis], axis=-1),
-                               np.concatenate([smaller, larger * axis], axis=-1)))
+    return normalised(
+        np.where(
+            cosine >= 0.0, np.concatenate([larger, smaller * axis], axis=-1), np.concatenate([smaller, larger * axis], axis=-1)
+        )
+    )
 
 
 def _components(q):

@@ -45,12 +45,5 @@ def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6, stop=False
         sweep_rows(problem.bodies, problem.rows, problem.target, problem.friction, impulse, twist, sweeps)
     stalled = np.empty(0, dtype=np.int64)
     return certify(
-        problem,
-        impulse,
-        np.zeros_like(impulse),
-        twist,
-        free_size(problem),
-        iterations,
-        iterations * len(problem.bodies),
-        stalled,
+        problem, impulse, np.zeros_like(impulse), twist, free_size(problem), iterations, iterations * len(problem.bodies), stalled
     )

@@ -38,8 +38,10 @@ class Settings:
             "margin": (lambda v: v >= 0, "must be >= 0 (metres)"),
             "linear_damping": (lambda v: 0 <= v <= 1, "must lie between 0 and 1"),
             "angular_damping": (lambda v: 0 <= v <= 1, "must lie between 0 and 1"),
-            "iterations": (lambda v: 1 <= v <= MOST_ITERATIONS and v == int(v),
-                           f"must be a whole number >= 1, at most {MOST_ITERATIONS}"),
+            "iterations": (
+                lambda v: 1 <= v <= MOST_ITERATIONS and v == int(v),
+                f"must be a whole number >= 1, at most {MOST_ITERATIONS}",
+            ),
             "tolerance": (lambda v: v > 0, "must be > 0"),
         }
         for field in fields(self):

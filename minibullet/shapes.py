@@ -196,16 +196,18 @@ class Compound:
         low = np.array([piece.vertices.min(axis=0) for _, piece in flat]).reshape(-1, 3)
         high = np.array([piece.vertices.max(axis=0) for _, piece in flat]).reshape(-1, 3)
         for i, (number, piece) in enumerate(flat):
-            common = np.minimum(high[i], high[i + 1:]) - np.maximum(low[i], low[i + 1:])
-            allowed = OVERLAP * np.minimum(np.max(high[i] - low[i]), np.max(high[i + 1:] - low[i + 1:], axis=1))
+            common = np.minimum(high[i], high[i + 1 :]) - np.maximum(low[i], low[i + 1 :])
+            allowed = OVERLAP * np.minimum(np.max(high[i] - low[i]), np.max(high[i + 1 :] - low[i + 1 :], axis=1))
             for j in i + 1 + np.flatnonzero(np.min(common, axis=1) > 2.0 * allowed):
                 other, second = flat[j]
                 if number == other or _parted(piece, second, allowed[j - i - 1]) or _parted(second, piece, allowed[j - i - 1]):
                     continue
                 ball = polyhedra.common_ball((piece.normals, piece.offsets), (second.normals, second.offsets))
                 if ball > allowed[j - i - 1]:
-                    raise InputError(f"compound: parts {number} and {other} overlap (a ball of radius {ball:.3g} m fits "
-                                     "into both); cut them so that they only touch")
+                    raise InputError(
+                        f"compound: parts {number} and {other} overlap (a ball of radius {ball:.3g} m fits "
+                        "into both); cut them so that they only touch"
+                    )
 
     @cached_property
     def volume(self):

@@ -30,8 +30,10 @@ def solid(surface, name):
         open_edge = _open_edge(triangles, group)
         if open_edge is not None:
             (a, b), why = open_edge
-            raise InputError(f"{name}: not a closed surface, {why} at the edge {_text(vertices[a])} - {_text(vertices[b])}; "
-                             "repair the mesh (solids that touch: one named solid or object each)")
+            raise InputError(
+                f"{name}: not a closed surface, {why} at the edge {_text(vertices[a])} - {_text(vertices[b])}; "
+                "repair the mesh (solids that touch: one named solid or object each)"
+            )
     count, label = _connected(triangles, group)
     if count == 0:
         raise InputError(f"{name}: all triangles have zero size; the file is empty")
@@ -56,7 +58,7 @@ def _welded(surface):
 
     The vertices are sorted by x, then y, then z.
     """
-    corners = surface.corners.reshape(-1, 3) + 0.0      # no negative zeros
+    corners = surface.corners.reshape(-1, 3) + 0.0  # no negative zeros
     order = np.lexsort(corners.T[::-1])
     corners = corners[order]
     first = np.ones(len(corners), dtype=bool)
@@ -113,8 +115,10 @@ def _convex_piece(vertices, triangles, name, number):
     vertices, triangles = vertices[used], index.reshape(-1, 3)
     volume = polyhedra.mass_properties(vertices, triangles).volume
     if volume < 0:
-        raise InputError(f"{name}: solid {number} is inside out, volume = {volume:.6g} m3; turn its faces outward "
-                         "(hollow solids cannot be read)")
+        raise InputError(
+            f"{name}: solid {number} is inside out, volume = {volume:.6g} m3; turn its faces outward "
+            "(hollow solids cannot be read)"
+        )
     try:
         piece = ConvexPiece(vertices)
     except InputError as error:
@@ -122,8 +126,12 @@ def _convex_piece(vertices, triangles, name, number):
     if not abs(piece.volume - volume) <= CONVEX * piece.volume:
         share = f"{100 * volume / piece.volume:.6g} % of its hull"
         if volume > piece.volume:
-            raise InputError(f"{name}: solid {number} holds {share}: the surface overlaps itself, or its faces are too fine "
-                             "for its thickness; simplify the mesh")
-        raise InputError(f"{name}: solid {number} is not convex, it fills {share}; "
-                         "cut it into closed convex pieces, one named solid or object each")
+            raise InputError(
+                f"{name}: solid {number} holds {share}: the surface overlaps itself, or its faces are too fine "
+                "for its thickness; simplify the mesh"
+            )
+        raise InputError(
+            f"{name}: solid {number} is not convex, it fills {share}; "
+            "cut it into closed convex pieces, one named solid or object each"
+        )
     return piece

@@ -9,8 +9,20 @@ from pathlib import Path
 from minibullet.errors import InputError, RunError
 
 # refusals that speak of the name that was given; all others (a full disk, a broken one, too many open files) are nobody's input
-NAMED = {errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.EACCES, errno.EPERM, errno.EROFS, errno.ENAMETOOLONG,
-         errno.ELOOP, errno.EINVAL, errno.ENXIO, errno.ENODEV}
+NAMED = {
+    errno.ENOENT,
+    errno.ENOTDIR,
+    errno.EISDIR,
+    errno.EEXIST,
+    errno.EACCES,
+    errno.EPERM,
+    errno.EROFS,
+    errno.ENAMETOOLONG,
+    errno.ELOOP,
+    errno.EINVAL,
+    errno.ENXIO,
+    errno.ENODEV,
+}
 
 
 @contextmanager

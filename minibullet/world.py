@@ -143,9 +143,7 @@ class World:
                 scene.margin,
                 *NOTHING_KEPT,
             )
-            shift = solver.separate(
-                pair, constraints.frames(pair, arms, inverse), gap, np.zeros(len(gap)), len(movable), 1.0, 50
-            )
+            shift = solver.separate(pair, constraints.frames(pair, arms, inverse), gap, np.zeros(len(gap)), len(movable), 1.0, 50)
             scene.bodies = scene.bodies._replace(position=scene.bodies.position + shift[:, :3])
             scene.moved = np.sqrt((shift[:, :3] ** 2).sum(axis=1))
             scene.collision.numbers[:, 10] = np.inf  # last step's contact points have been left behind
@@ -201,6 +199,7 @@ class World:
             text += f"; run stopped, state of step {self.steps} saved in {str(self.rescue)!r}"
             if self._past:
                 from minibullet import saving
+
                 saving.save_past(self._past, f"{self.rescue}.past.npz")
                 text += f", the last {len(self._past)} states in {f'{self.rescue}.past.npz'!r}"
             raise InputError(text) from None
@@ -369,6 +368,7 @@ class World:
     def save(self, path):
         """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""
         from minibullet import saving
+
         saving.save(self, path)
 
     @classmethod
@@ -379,6 +379,7 @@ class World:
         be or its parts disagree, or where it holds effects that are not minibullet's.
         """
         from minibullet import saving
+
         return saving.load(cls, path, effects)
 
     @property

@@ -23,21 +23,36 @@ from .contract import Change, name_of, parameters
 
 SHARED_FORCES = {forces.Gravity}  # part of every model, never a candidate
 STATED = (forces.Friction, forces.Restitution)  # other values of numbers that every model has
-NOT_FORCES = (measurement.TiltedFrame, measurement.LengthScale, measurement.TimeScale, measurement.ClockOffset,
-              measurement.CalibrationCurve, measurement.TrackerSmoothing, body.MassOffset, body.SizeError,
-              body.InertiaError, body.CentreOfMassOffset, ground.BottomSlope, numerics.MarginOffset)
+NOT_FORCES = (
+    measurement.TiltedFrame,
+    measurement.LengthScale,
+    measurement.TimeScale,
+    measurement.ClockOffset,
+    measurement.CalibrationCurve,
+    measurement.TrackerSmoothing,
+    body.MassOffset,
+    body.SizeError,
+    body.InertiaError,
+    body.CentreOfMassOffset,
+    ground.BottomSlope,
+    numerics.MarginOffset,
+)
 
 # Entries that may turn out to be one and the same for given data, with the name of their set.
-SETS = {"effective_gravity": ("buoyancy", "length_scale", "time_scale"),
-        "drag_form": ("linear_drag", "quadratic_drag", "drag_crisis"),
-        "tilt": ("tilted_gravity", "tilted_frame", "uniform_flow"),
-        "rest_height": ("margin_offset", "size_error", "plate_bias", "settlement")}
+SETS = {
+    "effective_gravity": ("buoyancy", "length_scale", "time_scale"),
+    "drag_form": ("linear_drag", "quadratic_drag", "drag_crisis"),
+    "tilt": ("tilted_gravity", "tilted_frame", "uniform_flow"),
+    "rest_height": ("margin_offset", "size_error", "plate_bias", "settlement"),
+}
 FORMS = ("drag_form",)  # sets whose members are forms of one law: never two of them in one model
 
 # Numbers that mean nothing while their effect is absent: what they would do is looked at from several values.
 PERIODS = {(forces.AnisotropicFriction, "angle"): float(np.pi)}
-VIEWS = {(forces.AnisotropicFriction, "angle"): tuple(np.pi * k / 4 for k in range(4)),
-         (forces.StribeckFriction, "speed"): (0.05, 0.1, 0.2, 0.4)}
+VIEWS = {
+    (forces.AnisotropicFriction, "angle"): tuple(np.pi * k / 4 for k in range(4)),
+    (forces.StribeckFriction, "speed"): (0.05, 0.1, 0.2, 0.4),
+}
 
 AIR_DENSITY, AIR_VISCOSITY = 1.2, 1.8e-5  # taken where the file names no fluid [kg/m3, Pa s]
 
@@ -125,13 +140,22 @@ class Candidate:
 def build(kind, values, surroundings: Surroundings):
     """A value of an effect class from numbers and the surroundings."""
     normal = tuple(surroundings.floor_normal)
-    known = {"fluid_density": surroundings.fluid_density or AIR_DENSITY, "fluid_viscosity": surroundings.fluid_viscosity or
-             AIR_VISCOSITY, "acceleration": surroundings.gravity, "wall_height": surroundings.floor_height or 0.0,
-             "ground_height": surroundings.floor_height or 0.0, "wall_normal": normal, "ground_normal": normal}
+    known = {
+        "fluid_density": surroundings.fluid_density or AIR_DENSITY,
+        "fluid_viscosity": surroundings.fluid_viscosity or AIR_VISCOSITY,
+        "acceleration": surroundings.gravity,
+        "wall_height": surroundings.floor_height or 0.0,
+        "ground_height": surroundings.floor_height or 0.0,
+        "wall_normal": normal,
+        "ground_normal": normal,
+    }
     fields = {field.name for field in dataclasses.fields(kind) if field.init}
     numbers = parameters(kind)
-    given = {name: value for name, value in known.items()
-             if name in fields and name not in values and (name not in numbers or numbers[name].given)}
+    given = {
+        name: value
+        for name, value in known.items()
+        if name in fields and name not in values and (name not in numbers or numbers[name].given)
+    }
     return kind(**given, **{name: float(value) for name, value in values.items()})
 
 
@@ -145,11 +169,20 @@ def candidate(kind, surroundings: Surroundings, radius=None, own=False, only=Non
         if null is None and kind in STATED:
             null = getattr(surroundings, name_of(kind))
         scale = radius if known.bounds_in == "radius" and radius else 1.0
-        low, high = (bound * scale if bound is not None else sign * 1e6
-                     for bound, sign in ((known.low, -1), (known.high, 1)))
+        low, high = (bound * scale if bound is not None else sign * 1e6 for bound, sign in ((known.low, -1), (known.high, 1)))
         start = null if null is not None else known.default
-        free.append(Free(name, "1" if known.unit == "-" else known.unit, low, high, null, start, PERIODS.get((kind, name)),
-                         VIEWS.get((kind, name), ())))
+        free.append(
+            Free(
+                name,
+                "1" if known.unit == "-" else known.unit,
+                low,
+                high,
+                null,
+                start,
+                PERIODS.get((kind, name)),
+                VIEWS.get((kind, name), ()),
+            )
+        )
     return Candidate(name_of(kind), kind, tuple(free), own)
 
 
@@ -193,8 +226,10 @@ def own_classes(effects=None, effects_file=None):
         kinds += list(forces.load_effects(Path(effects_file)).values())
     for kind in kinds:
         if not any(known.null is not None and not known.given for known in parameters(kind).values()):
-            raise InputError(f"{kind.__name__}: no number with a null value to look for; write "
-                             "name: float = minibullet.parameter(0.0, unit=..., low=..., high=..., null=0.0)")
+            raise InputError(
+                f"{kind.__name__}: no number with a null value to look for; write "
+                "name: float = minibullet.parameter(0.0, unit=..., low=..., high=..., null=0.0)"
+            )
     return tuple(dict.fromkeys(kinds))
 
 

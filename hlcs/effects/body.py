@@ -28,10 +28,15 @@ class SizeError(Change):
 
     def setup(self, setup):
         body, factor = setup.body, 1 + self.relative
-        return replace(setup, body=replace(
-            body, radius=None if body.radius is None else factor * body.radius,
-            side=None if body.side is None else factor * body.side,
-            size=None if body.size is None else tuple(factor * edge for edge in body.size)))
+        return replace(
+            setup,
+            body=replace(
+                body,
+                radius=None if body.radius is None else factor * body.radius,
+                side=None if body.side is None else factor * body.side,
+                size=None if body.size is None else tuple(factor * edge for edge in body.size),
+            ),
+        )
 
 
 @dataclass(frozen=True)

@@ -21,12 +21,14 @@ class TiltedFrame(Change):
     group = "measurement"
 
     def look(self, look, scene):
-        turn = rotations.product(rotations.exponential(np.array([0.0, self.angle_y, 0.0])),
-                                 rotations.exponential(np.array([self.angle_x, 0.0, 0.0])))
+        turn = rotations.product(
+            rotations.exponential(np.array([0.0, self.angle_y, 0.0])), rotations.exponential(np.array([self.angle_x, 0.0, 0.0]))
+        )
 
         def seen(times):
             position, orientation = look(times)
             return rotations.rotate(turn, position), rotations.product(turn, orientation)
+
         return seen
 
 
@@ -44,6 +46,7 @@ class LengthScale(Change):
         def seen(times):
             position, orientation = look(times)
             return self.factor * position, orientation
+
         return seen
 
     def inputs(self, inputs, unit):
@@ -79,6 +82,7 @@ class ClockOffset(Change):
         def seen(times):
             late = times - self.offset
             return look(np.where(scene.still_before[:, None], np.maximum(late, 0.0), late))
+
         return seen
 
     def outcome(self, values, unit):
@@ -110,6 +114,7 @@ class CalibrationCurve(Change):
             position = position.copy()
             position[..., 2] += np.polynomial.chebyshev.chebval(u, coefficients)
             return position, orientation
+
         return seen
 
 
@@ -125,4 +130,5 @@ class TrackerSmoothing(Change):
             here, orientation = look(times)
             mean = sum(weight * look(times + node * self.window)[0] for node, weight in zip(_NODES, _WEIGHTS, strict=True))
             return (mean if self.window > 0 else here), orientation
+
         return seen

@@ -41,8 +41,9 @@ class ConstantForce(Effect):
 class Gravity(ConstantForce):
     """Uniform gravity, F = m g d. Newton's law of gravitation near the ground."""
 
-    acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", low=9.78, high=9.83, null=0.0, given=True,
-                                    source="9.78 (equator) to 9.83 (pole): WGS 84")
+    acceleration: float = parameter(
+        STANDARD_GRAVITY, unit="m/s2", low=9.78, high=9.83, null=0.0, given=True, source="9.78 (equator) to 9.83 (pole): WGS 84"
+    )
     direction: tuple = (0.0, 0.0, -1.0)  # where things fall to, any length, world frame (3,)
     isotropic = False
 

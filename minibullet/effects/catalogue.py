@@ -22,11 +22,31 @@ MOST_BYTES = 1_000_000  # of a file of effects: a thousand effects written by ha
 LIGHT = 3e8  # no body is faster [m/s, rad/s]
 
 SHIPPED = (
-    body.Gravity, fluid.LinearDrag, fluid.QuadraticDrag, fluid.DragCrisis, flow.OrientationDrag, fluid.Buoyancy,
-    fluid.AddedMass, flow.UniformFlow, fluid.Magnus, fluid.SpinDecay, fluid.HistoryForce, flow.WallDrag, fluid.GroundCushion,
-    body.TiltedGravity, contact.Restitution, contact.VelocityDependentRestitution, contact.Adhesion, contact.Friction,
-    contact.StaticFriction, contact.StribeckFriction, contact.ViscousFriction, contact.LoadDependentFriction,
-    contact.AnisotropicFriction, contact.RollingFriction, contact.SpinningFriction,
+    body.Gravity,
+    fluid.LinearDrag,
+    fluid.QuadraticDrag,
+    fluid.DragCrisis,
+    flow.OrientationDrag,
+    fluid.Buoyancy,
+    fluid.AddedMass,
+    flow.UniformFlow,
+    fluid.Magnus,
+    fluid.SpinDecay,
+    fluid.HistoryForce,
+    flow.WallDrag,
+    fluid.GroundCushion,
+    body.TiltedGravity,
+    contact.Restitution,
+    contact.VelocityDependentRestitution,
+    contact.Adhesion,
+    contact.Friction,
+    contact.StaticFriction,
+    contact.StribeckFriction,
+    contact.ViscousFriction,
+    contact.LoadDependentFriction,
+    contact.AnisotropicFriction,
+    contact.RollingFriction,
+    contact.SpinningFriction,
 )
 
 
@@ -43,8 +63,11 @@ def load_effects(path) -> dict[str, type[Effect]]:
     """
     path = Path(path)
     module = _run(path)
-    kinds = [kind for name, kind in vars(module).items() if isinstance(kind, type) and issubclass(kind, Effect)
-             and kind.__module__ == module.__name__ and not name.startswith("_")]
+    kinds = [
+        kind
+        for name, kind in vars(module).items()
+        if isinstance(kind, type) and issubclass(kind, Effect) and kind.__module__ == module.__name__ and not name.startswith("_")
+    ]
     if not kinds:
         raise InputError(f"{path}: defines no effect; write a subclass of minibullet.Effect")
     shipped, found = library(), {}

@@ -61,8 +61,10 @@ def declaration(effect):
     for field in fields(effect):
         value = getattr(effect, field.name)
         if field.name not in known and isinstance(value, Real) and not isinstance(value, bool):
-            raise _Broken(f'{field.name} has no unit and bounds; write {field.name}: float = parameter({value!r}, unit="...", '
-                          f'low=..., high=..., null=...), or unit="..." and given=True for a number that is known')
+            raise _Broken(
+                f'{field.name} has no unit and bounds; write {field.name}: float = parameter({value!r}, unit="...", '
+                f'low=..., high=..., null=...), or unit="..." and given=True for a number that is known'
+            )
     for name, number in known.items():
         if not isinstance(number.unit, str) or not number.unit.strip():
             raise _Broken(f'{name} needs a unit, such as "1/s", or "-" for a pure number')
@@ -132,8 +134,10 @@ def rotation(effect):
         turn = samples.turned_columns(q, np.eye(6)).T
         expected = [samples.turned_columns(q, straight[0]), turn @ straight[1] @ turn.T, *straight[2:]]
         if not _close(turned, expected):
-            raise _Broken("turning all bodies does not turn the answer with them; if a direction is meant, write "
-                          "isotropic = False in the class")
+            raise _Broken(
+                "turning all bodies does not turn the answer with them; if a direction is meant, write "
+                "isotropic = False in the class"
+            )
     return True
 
 
@@ -164,7 +168,7 @@ def independence(effect):
             raise _Broken("the answer for a body depends on the order of the bodies; row k must be about body k")
         for k in range(len(bodies.mass)):
             alone = _answers(variant, samples.rows(bodies, slice(k, k + 1)), TIMES[1])[:2]
-            if not _close(alone, [array[k:k + 1] for array in straight[:2]]):
+            if not _close(alone, [array[k : k + 1] for array in straight[:2]]):
                 raise _Broken("the answer for a body changes when the others are not there; use each body's own row only")
         other = _answers(variant, bodies, TIMES[1], samples.rows(contacts, backwards), samples.rows(law, backwards))
         if not _close(other[2:], [array[backwards] for array in straight[2:]]):
@@ -185,8 +189,17 @@ def mass_matrix(effect):
     return True
 
 
-RULES = {"declaration": declaration, "answer": answer, "reads only": reads_only, "repeatable": repeatable, "null": null,
-         "rotation": rotation, "dissipative": dissipative, "independence": independence, "mass matrix": mass_matrix}
+RULES = {
+    "declaration": declaration,
+    "answer": answer,
+    "reads only": reads_only,
+    "repeatable": repeatable,
+    "null": null,
+    "rotation": rotation,
+    "dissipative": dissipative,
+    "independence": independence,
+    "mass matrix": mass_matrix,
+}
 
 
 def _notes(effect):
@@ -210,18 +223,26 @@ def _notes(effect):
         force, moment = (samples.factor(kind, OTHER_UNITS) for kind in samples.WRENCH_DIMENSIONS)
         lever = moment / force
         block = OTHER_UNITS[1] * np.outer(*2 * [np.repeat([1.0, lever], 3)])
-        expected = [samples.in_units_columns(OTHER_UNITS, straight[0], samples.WRENCH_DIMENSIONS), straight[1] * block,
-                    *samples.in_units(OTHER_UNITS, type(law)(*straight[2:]))]
+        expected = [
+            samples.in_units_columns(OTHER_UNITS, straight[0], samples.WRENCH_DIMENSIONS),
+            straight[1] * block,
+            *samples.in_units(OTHER_UNITS, type(law)(*straight[2:])),
+        ]
         if not _close(changed, expected):
-            yield ("in other units the answer is another one: a dimension is wrong (is the mass missing from a force?), or a "
-                   "constant in SI units is built in; make that a parameter with given=True")
+            yield (
+                "in other units the answer is another one: a dimension is wrong (is the mass missing from a force?), or a "
+                "constant in SI units is built in; make that a parameter with given=True"
+            )
             return
 
 
 def _variants(effect):
     """The effect as it is, and with the numbers that stand at their null values moved away from them."""
-    moved = {name: _active_value(number) for name, number in parameters(effect).items()
-             if not number.given and number.null is not None and getattr(effect, name) == number.null}
+    moved = {
+        name: _active_value(number)
+        for name, number in parameters(effect).items()
+        if not number.given and number.null is not None and getattr(effect, name) == number.null
+    }
     return (effect, replace(effect, **moved)) if moved else (effect,)
 
 

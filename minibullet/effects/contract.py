@@ -58,14 +58,19 @@ class Parameter(NamedTuple):
 
 def parameter(default, *, unit, low=None, high=None, null=None, source="", given=False, bounds_in=""):
     """A number of an effect, as a dataclass field that knows its unit, bounds and null value (fields of Parameter)."""
-    return dataclasses.field(default=default, metadata={
-        "unit": unit, "low": low, "high": high, "null": null, "source": source, "given": given, "bounds_in": bounds_in})
+    return dataclasses.field(
+        default=default,
+        metadata={"unit": unit, "low": low, "high": high, "null": null, "source": source, "given": given, "bounds_in": bounds_in},
+    )
 
 
 def parameters(effect) -> dict[str, Parameter]:
     """Name -> Parameter of every number of an effect or an effect class, in order of definition."""
-    return {field.name: Parameter(field.name, field.default, **field.metadata)
-            for field in dataclasses.fields(effect) if "unit" in field.metadata}
+    return {
+        field.name: Parameter(field.name, field.default, **field.metadata)
+        for field in dataclasses.fields(effect)
+        if "unit" in field.metadata
+    }
 
 
 def name_of(effect) -> str:
@@ -163,7 +168,7 @@ def _movable(bodies):
     if count == len(rows):
         return slice(None), bodies
     first = int(rows.argmax())
-    if np.count_nonzero(rows[first:first + count]) == count:
+    if np.count_nonzero(rows[first : first + count]) == count:
         rows = slice(first, first + count)
     return rows, Bodies(*[array[rows] for array in bodies])
 

@@ -106,8 +106,12 @@ def compose(effects) -> tuple[Effect, ...]:
     tilt = sum((effect.turned_minus_level for effect in effects if isinstance(effect, TiltedGravity)), np.zeros(3))
     if tilt.any():
         level = (0.0, 0.0, -1.0)
-        effects = [replace(effect, direction=tuple((tilt + level).tolist()))
-                   if isinstance(effect, Buoyancy) and tuple(effect.direction) == level else effect for effect in effects]
+        effects = [
+            replace(effect, direction=tuple((tilt + level).tolist()))
+            if isinstance(effect, Buoyancy) and tuple(effect.direction) == level
+            else effect
+            for effect in effects
+        ]
     drags = tuple(effect for effect in effects if isinstance(effect, Drag))
     for k, effect in enumerate(effects):
         if isinstance(effect, DragModifier) and not isinstance(effect, UniformFlow):

@@ -12,13 +12,37 @@ from minibullet.effects.contract import Effect, parameters
 from minibullet.rotations import between, product, random, rotate
 
 # exponents of (length, mass, time) of the units that parameters are written in
-DIMENSIONS = {"-": (0, 0, 0), "1": (0, 0, 0), "rad": (0, 0, 0), "weights": (0, 0, 0), "m": (1, 0, 0), "kg": (0, 1, 0),
-              "s": (0, 0, 1), "Hz": (0, 0, -1), "N": (1, 1, -2), "Pa": (-1, 1, -2), "J": (2, 1, -2), "W": (2, 1, -3)}
+DIMENSIONS = {
+    "-": (0, 0, 0),
+    "1": (0, 0, 0),
+    "rad": (0, 0, 0),
+    "weights": (0, 0, 0),
+    "m": (1, 0, 0),
+    "kg": (0, 1, 0),
+    "s": (0, 0, 1),
+    "Hz": (0, 0, -1),
+    "N": (1, 1, -2),
+    "Pa": (-1, 1, -2),
+    "J": (2, 1, -2),
+    "W": (2, 1, -3),
+}
 # and of the columns of the records, by field; a twist has two kinds of columns
-RECORD_DIMENSIONS = {"position": (1, 0, 0), "mass": (0, 1, 0), "inertia": (2, 1, 0), "volume": (3, 0, 0), "area": (2, 0, 0),
-                     "radius": (1, 0, 0), "twist": ((1, 0, -1), (0, 0, -1)), "point": (1, 0, 0), "gap": (1, 0, 0),
-                     "velocity": (1, 0, -1), "load": (1, 1, -2), "rolling_arm": (1, 0, 0), "spinning_arm": (1, 0, 0),
-                     "adhesion": (1, 1, -2)}
+RECORD_DIMENSIONS = {
+    "position": (1, 0, 0),
+    "mass": (0, 1, 0),
+    "inertia": (2, 1, 0),
+    "volume": (3, 0, 0),
+    "area": (2, 0, 0),
+    "radius": (1, 0, 0),
+    "twist": ((1, 0, -1), (0, 0, -1)),
+    "point": (1, 0, 0),
+    "gap": (1, 0, 0),
+    "velocity": (1, 0, -1),
+    "load": (1, 1, -2),
+    "rolling_arm": (1, 0, 0),
+    "spinning_arm": (1, 0, 0),
+    "adhesion": (1, 1, -2),
+}
 WRENCH_DIMENSIONS = ((1, 1, -2), (2, 1, -2))
 
 
@@ -68,8 +92,9 @@ def sample_contacts() -> tuple[Contacts, ContactLaw]:
 def turned(q, record):
     """The same Bodies or Contacts in a world turned by q."""
     if isinstance(record, Bodies):
-        return record._replace(position=rotate(q, record.position), orientation=product(q, record.orientation),
-                               twist=turned_columns(q, record.twist))
+        return record._replace(
+            position=rotate(q, record.position), orientation=product(q, record.orientation), twist=turned_columns(q, record.twist)
+        )
     return record._replace(point=rotate(q, record.point), normal=rotate(q, record.normal), velocity=rotate(q, record.velocity))
 
 
@@ -119,8 +144,13 @@ def in_units(units, value):
             if isinstance(inner, tuple) and inner and isinstance(inner[0], Effect):
                 changes[field.name] = tuple(in_units(units, effect) for effect in inner)
         return replace(value, **changes)
-    return value._replace(**{name: in_units_columns(units, getattr(value, name), dimensions)
-                             for name, dimensions in RECORD_DIMENSIONS.items() if name in value._fields})
+    return value._replace(
+        **{
+            name: in_units_columns(units, getattr(value, name), dimensions)
+            for name, dimensions in RECORD_DIMENSIONS.items()
+            if name in value._fields
+        }
+    )
 
 
 def in_units_columns(units, array, dimensions):

@@ -16,11 +16,19 @@ import hlcs
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "balls"
 pytestmark = pytest.mark.skipif(not (DATA / "ball_drops.csv").is_file(), reason="the balls' data are not on this machine")
 
-DRAGGED = ("whiffle_ball_1", "whiffle_ball_2", "yellow_whiffle_ball", "orange_whiffle_ball", "tennis_ball", "volleyball",
-           "blue_basketball", "green_basketball")
+DRAGGED = (
+    "whiffle_ball_1",
+    "whiffle_ball_2",
+    "yellow_whiffle_ball",
+    "orange_whiffle_ball",
+    "tennis_ball",
+    "volleyball",
+    "blue_basketball",
+    "green_basketball",
+)
 DENSE = ("baseball", "golf_ball", "bowling_ball")
 DRAGS = {"linear_drag", "quadratic_drag", "drag_crisis"}
-HEAD = '[surroundings]\nfluid_density = 1.21\nfluid_viscosity = 1.8e-5\n[measurement]\nnoise = { position = 0.045 }\n'
+HEAD = "[surroundings]\nfluid_density = 1.21\nfluid_viscosity = 1.8e-5\n[measurement]\nnoise = { position = 0.045 }\n"
 
 
 def cut(times, heights):
@@ -45,7 +53,7 @@ def folder(tmp_path_factory):
     for ball in balls:
         name, body, trials = ball["ball"], "", ""
         if ball["mass_kg"]:
-            body = f'mass = {ball["mass_kg"]}\nradius = {float(ball["diameter_m"]) / 2!r}\n'
+            body = f"mass = {ball['mass_kg']}\nradius = {float(ball['diameter_m']) / 2!r}\n"
         for drop in (1, 2):
             rows = drops[(drops["ball"] == name) & (drops["drop"] == drop)]
             times, heights = cut(rows["t_s"], rows["height_m"])

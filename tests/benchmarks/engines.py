@@ -47,15 +47,21 @@ class Pybullet:
         self.client = pybullet.connect(pybullet.DIRECT)
         pybullet.setGravity(0, 0, -9.81)
         pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=scene.time_step, numSolverIterations=iterations, numSubSteps=0, enableConeFriction=int(cone),
-            solverResidualThreshold=1e-7 if residual_stop else 0.0, restitutionVelocityThreshold=1e-3,
-            deterministicOverlappingPairs=1)
+            fixedTimeStep=scene.time_step,
+            numSolverIterations=iterations,
+            numSubSteps=0,
+            enableConeFriction=int(cone),
+            solverResidualThreshold=1e-7 if residual_stop else 0.0,
+            restitutionVelocityThreshold=1e-3,
+            deterministicOverlappingPairs=1,
+        )
         self.shape = self._shape(scene.form)
         self.ids = []
         for normal, height in scene.planes:
             plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, planeNormal=normal)
-            body = pybullet.createMultiBody(0, plane, basePosition=list(np.multiply(normal, height)),
-                                            useMaximalCoordinates=maximal)
+            body = pybullet.createMultiBody(
+                0, plane, basePosition=list(np.multiply(normal, height)), useMaximalCoordinates=maximal
+            )
             pybullet.changeDynamics(body, -1, lateralFriction=np.sqrt(scene.friction), restitution=0)
         self.add(scene.position, scene.orientation, scene.fixed)
 
@@ -75,12 +81,26 @@ class Pybullet:
     def _body(self, position, orientation, fixed):
         bullet, form = self.bullet, self.scene.form
         w, x, y, z = orientation
-        body = bullet.createMultiBody(0.0 if fixed else form.mass, self.shape, basePosition=list(position),
-                                      baseOrientation=[x, y, z, w], useMaximalCoordinates=self.maximal)
+        body = bullet.createMultiBody(
+            0.0 if fixed else form.mass,
+            self.shape,
+            basePosition=list(position),
+            baseOrientation=[x, y, z, w],
+            useMaximalCoordinates=self.maximal,
+        )
         # without the mass beside it Bullet makes NaN of the inertia
         inertia = {} if fixed else {"mass": form.mass, "localInertiaDiagonal": list(form.inertia)}
-        bullet.changeDynamics(body, -1, lateralFriction=np.sqrt(self.scene.friction), restitution=0, rollingFriction=0,
-                              spinningFriction=0, linearDamping=0, angularDamping=0, **inertia)
+        bullet.changeDynamics(
+            body,
+            -1,
+            lateralFriction=np.sqrt(self.scene.friction),
+            restitution=0,
+            rollingFriction=0,
+            spinningFriction=0,
+            linearDamping=0,
+            angularDamping=0,
+            **inertia,
+        )
         if self.scene.margin > 0:
             bullet.changeDynamics(body, -1, collisionMargin=self.scene.margin)
         return body
@@ -182,5 +202,9 @@ class Minibullet:
     def counts(self):
         """Collision calls and sweeps a step, and the worst residual of the run."""
         calls = self.world.last_step.fcl_calls  # counted from the beginning of the world
-        return {"fcl_calls_per_step": calls / self.steps, "iterations_per_step": self.sweeps / self.steps,
-                "worst_residual": self.world.worst_residual, "unsolved_steps": self.world.unsolved_steps / self.steps}
+        return {
+            "fcl_calls_per_step": calls / self.steps,
+            "iterations_per_step": self.sweeps / self.steps,
+            "worst_residual": self.world.worst_residual,
+            "unsolved_steps": self.world.unsolved_steps / self.steps,
+        }

@@ -93,15 +93,28 @@ def run_once(variant, name):
     velocity = engine.velocities()[on_the_structure(engine, scene, numbers)]
     fixed = np.ones(len(position), bool)
     fixed[numbers] = False
-    overlap = geometry.deepest_overlap(scene.form, scene.planes, engine.margin, position, orientation,
-                                       fixed if not scene.layers else np.zeros(len(position), bool))
+    overlap = geometry.deepest_overlap(
+        scene.form,
+        scene.planes,
+        engine.margin,
+        position,
+        orientation,
+        fixed if not scene.layers else np.zeros(len(position), bool),
+    )
     before = position[numbers]
     engine.step(round(1.0 / scene.time_step))
     drift = np.linalg.norm(engine.poses()[0][numbers] - before, axis=1)
-    return {"wall": wall, "cpu": cpu, "steps": steps, "penetration": overlap / scene.size,
-            "residual_speed": float(np.sqrt((velocity[:, :3] ** 2).sum(axis=1).mean())),
-            "lost": len(numbers) - len(velocity),
-            "drift": float(np.median(drift)), "mean_height": float(position[:, 2].mean()), **engine.counts()}
+    return {
+        "wall": wall,
+        "cpu": cpu,
+        "steps": steps,
+        "penetration": overlap / scene.size,
+        "residual_speed": float(np.sqrt((velocity[:, :3] ** 2).sum(axis=1).mean())),
+        "lost": len(numbers) - len(velocity),
+        "drift": float(np.median(drift)),
+        "mean_height": float(position[:, 2].mean()),
+        **engine.counts(),
+    }
 
 
 def spawn(variant, name):
@@ -123,14 +136,23 @@ def compare(name, ours, peer, repeats):
         values = [run[key] for run in runs[variant]]
         return None if values[0] is None else statistics.median(values)
 
-    row = {"scene": name, "variant": ours, "peer": peer, "ratio": middle(ours, "wall") / middle(peer, "wall"),
-           "minibullet_s": middle(ours, "wall"), "peer_s": middle(peer, "wall"),
-           "cpu_ratio": middle(ours, "cpu") / middle(peer, "cpu"),
-           "ratio_per_step": middle(ours, "wall") / middle(ours, "steps") * middle(peer, "steps") / middle(peer, "wall")}
+    row = {
+        "scene": name,
+        "variant": ours,
+        "peer": peer,
+        "ratio": middle(ours, "wall") / middle(peer, "wall"),
+        "minibullet_s": middle(ours, "wall"),
+        "peer_s": middle(peer, "wall"),
+        "cpu_ratio": middle(ours, "cpu") / middle(peer, "cpu"),
+        "ratio_per_step": middle(ours, "wall") / middle(ours, "steps") * middle(peer, "steps") / middle(peer, "wall"),
+    }
     for key in ("penetration", "residual_speed", "lost", "drift", "mean_height", "steps"):
         row[key], row[f"peer_{key}"] = middle(ours, key), middle(peer, key)
-    return row | {key: middle(ours, key) for key in ("fcl_calls_per_step", "iterations_per_step", "where_the_time_goes")
-                  if key in runs[ours][0]}
+    return row | {
+        key: middle(ours, key)
+        for key in ("fcl_calls_per_step", "iterations_per_step", "where_the_time_goes")
+        if key in runs[ours][0]
+    }
 
 
 def cost_slope(rows, key):
@@ -157,8 +179,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", type=Path, help="write all rows to this file")
     parser.add_argument("--scenes", nargs="*", default=list(scenes.SCENES), choices=list(scenes.SCENES), metavar="SCENE")
-    parser.add_argument("--ours", nargs="*", choices=list(VARIANTS), metavar="VARIANT",
-                        help="default: the one that places units, and what suits the scene beside it")
+    parser.add_argument(
+        "--ours",
+        nargs="*",
+        choices=list(VARIANTS),
+        metavar="VARIANT",
+        help="default: the one that places units, and what suits the scene beside it",
+    )
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--one", nargs=2, metavar=("VARIANT", "SCENE"), help="a single run, printed as JSON")
     arguments = parser.parse_args()
@@ -172,14 +199,22 @@ def main():
             repeats = 1 if name == "scaling_3000" or ours == "minibullet_exact" else arguments.repeats
             rows.append(compare(name, ours, peer, repeats))
             row = rows[-1]
-            print(f"{name:20} {ours:28} {row['minibullet_s']:8.3f} s  {peer:15} {row['peer_s']:8.3f} s  ratio {row['ratio']:.2f}"
-                  f"  overlap {row['penetration']:.1e} / {row['peer_penetration']:.1e}"
-                  f"  speed {row['residual_speed']:.1e} / {row['peer_residual_speed']:.1e} m/s", flush=True)
+            print(
+                f"{name:20} {ours:28} {row['minibullet_s']:8.3f} s  {peer:15} {row['peer_s']:8.3f} s  ratio {row['ratio']:.2f}"
+                f"  overlap {row['penetration']:.1e} / {row['peer_penetration']:.1e}"
+                f"  speed {row['residual_speed']:.1e} / {row['peer_residual_speed']:.1e} m/s",
+                flush=True,
+            )
     slopes = {key: cost_slope(rows, key) for key in ("minibullet_s", "peer_s")}
     print("slope of log time to log number of units:", slopes)
     versions = {package: version(package) for package in ("pybullet", "numpy", "numba", "python-fcl")}
-    result = {"rows": rows, "slopes": slopes, "machine": platform.machine(), "python": platform.python_version(),
-              "versions": versions}
+    result = {
+        "rows": rows,
+        "slopes": slopes,
+        "machine": platform.machine(),
+        "python": platform.python_version(),
+        "versions": versions,
+    }
     if arguments.json:
         arguments.json.write_text(json.dumps(result, indent=1))
 

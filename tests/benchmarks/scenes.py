@@ -107,8 +107,9 @@ def box_form(edges, density):
 
 def triangular_grid(rows, columns):
     """Places (rows * columns, 2) [m]: odd rows shifted by half a spacing."""
-    return np.array([((column + 0.5 * (row % 2)) * SPACING[0], row * SPACING[1])
-                     for row in range(rows) for column in range(columns)])
+    return np.array(
+        [((column + 0.5 * (row % 2)) * SPACING[0], row * SPACING[1]) for row in range(rows) for column in range(columns)]
+    )
 
 
 def hollows(places, rows, columns, upper):
@@ -167,8 +168,16 @@ def one_layer(shape="pieces", rows=8, columns=8, seed=1, duration=4.0):
     above = layer_above(form, hollows(places, rows + 1, columns + 1, False), position, orientation, generator)
     fixed = np.arange(len(places) + len(above[0])) < len(places)
     name = f"layer_{rows * columns}_{shape}"
-    return Scene(name, form, np.vstack([position, above[0]]), np.vstack([orientation, above[1]]), fixed, FLOOR,
-                 duration=duration, seed=seed)
+    return Scene(
+        name,
+        form,
+        np.vstack([position, above[0]]),
+        np.vstack([orientation, above[1]]),
+        fixed,
+        FLOOR,
+        duration=duration,
+        seed=seed,
+    )
 
 
 def five_layers(shape="pieces", seed=1):
@@ -180,8 +189,17 @@ def five_layers(shape="pieces", seed=1):
     form = cubipod(shape)
     position, orientation = bed(form, layers[0], np.random.default_rng(seed))
     position[:, 2] += FALLING_DISTANCE
-    return Scene(f"five_layers_{shape}", form, position, orientation, np.zeros(64, bool), FLOOR,
-                 duration=6.0, layers=tuple(layers), seed=seed)
+    return Scene(
+        f"five_layers_{shape}",
+        form,
+        position,
+        orientation,
+        np.zeros(64, bool),
+        FLOOR,
+        duration=6.0,
+        layers=tuple(layers),
+        seed=seed,
+    )
 
 
 def sphere_pile(count=600, seed=1):
@@ -195,16 +213,33 @@ def sphere_pile(count=600, seed=1):
     form = Form((), radius, mass, (0.4 * mass * radius**2,) * 3)
     walls = (((1.0, 0, 0), 0.0), ((-1.0, 0, 0), -width), ((0, 1.0, 0), 0.0), ((0, -1.0, 0), -width))
     identity = np.tile([1.0, 0, 0, 0], (count, 1))
-    return Scene(f"sphere_pile_{count}", form, position, identity, np.zeros(count, bool), FLOOR + walls,
-                 margin=0.0, duration=4.0, seed=seed)
+    return Scene(
+        f"sphere_pile_{count}",
+        form,
+        position,
+        identity,
+        np.zeros(count, bool),
+        FLOOR + walls,
+        margin=0.0,
+        duration=4.0,
+        seed=seed,
+    )
 
 
 def box_stack(count=10):
     """A column of 1 m boxes of one tonne, each 1 mm above the one below."""
     position = np.column_stack([np.zeros(count), np.zeros(count), 0.501 + 1.001 * np.arange(count)])
     identity = np.tile([1.0, 0, 0, 0], (count, 1))
-    return Scene(f"box_stack_{count}", box_form((1, 1, 1), 1000.0), position, identity, np.zeros(count, bool), FLOOR,
-                 margin=0.0, duration=10.0)
+    return Scene(
+        f"box_stack_{count}",
+        box_form((1, 1, 1), 1000.0),
+        position,
+        identity,
+        np.zeros(count, bool),
+        FLOOR,
+        margin=0.0,
+        duration=10.0,
+    )
 
 
 def scaling(count):

@@ -53,9 +53,7 @@ def generate(out, seed, cases=None, family=None, suite="full", workers=1, quiet=
     if placebo:
         dealt = [("single", name if name != "layers" else "flight", turn) for _, name, turn in dealt]
         strengths = (1.2, 3.0)
-    jobs = [
-        (seed, index, deal, strengths, out / "cases" / f"case_{index + 1:04d}", placebo) for index, deal in enumerate(dealt)
-    ]
+    jobs = [(seed, index, deal, strengths, out / "cases" / f"case_{index + 1:04d}", placebo) for index, deal in enumerate(dealt)]
     if workers > 1:
         with ProcessPoolExecutor(workers) as pool:
             answers = list(tqdm(pool.map(_one, jobs), total=len(jobs), disable=quiet))
@@ -86,9 +84,7 @@ def main(arguments=None):
     parser.add_argument("--placebo", action="store_true")
     given = parser.parse_args(arguments)
     seed = int(Path(given.seed_file).read_text()) if given.seed_file else SMALL_SEED if given.seed is None else given.seed
-    answers = generate(
-        given.out, seed, given.cases, given.family, given.suite, given.workers, quiet=False, placebo=given.placebo
-    )
+    answers = generate(given.out, seed, given.cases, given.family, given.suite, given.workers, quiet=False, placebo=given.placebo)
     print(f"{len(answers)} cases in {given.out}/cases; answers in {given.out}/answers.json (seed {seal.digest(seed)[:16]}...)")
 
 

@@ -30,41 +30,74 @@ class Recipe(NamedTuple):
 
 
 RECIPES = (
-    Recipe("tower-drop", "Light balls let go from the landings of a stair tower, filmed from the side",
-           Deal("flight", "single", ("quadratic_drag",), "drops", (45.0,), "white", 30),
-           "Air resistance. The balls fall behind g t^2 / 2 the more, the faster they are."),
-    Recipe("long-hallway", "A wooden block launched along a waxed hallway, both ways and across",
-           Deal("slide", "single", ("friction",), "launched", (12.0,), "white", 60),
-           "The coefficient of friction in the model is not that of this floor. All headings stop short or long alike."),
-    Recipe("gym-floor", "A ball dropped in a gymnasium, followed over its first bounces",
-           Deal("bounce", "single", ("restitution",), "drops", (8.0,), "white", 60),
-           "The floor gives back another share of the speed than the catalogue says."),
-    Recipe("empty-gallery", "Balls thrown the length of an empty gallery",
-           Deal("flight", "null", (), "throws", (), "ar6", 60),
-           "Nothing. The model is complete at the precision of this camera, and saying so is the right answer."),
-    Recipe("marble-run", "A ball let go on gently inclined boards in four directions",
-           Deal("roll", "single", ("rolling_friction",), "boards", (5.0,), "ar6", 60),
-           "The ball sinks a hair into the board and pays for it: a rolling resistance, the same in all four directions."),
-    Recipe("harbour-tank", "Glass beads pushed into a tank beside the harbour",
-           Deal("sinking", "single", ("uniform_flow",), "pushed", (3.0,), "white", 60),
-           "The water was not at rest. The drag in the model vanishes at the speed of the current, not at rest."),
-    Recipe("park-bench", "Balls thrown across a park, filmed from a bench with a borrowed camera",
-           Deal("flight", "degenerate", ("time_scale",), "throws", (4.0,), "white", 30),
-           "The clock of the camera runs wrong. In free flight nobody can tell that from a wrong ruler or a little buoyancy: "
-           "the right verdict is a set, and the next experiment films a clock or a ruler."),
-    Recipe("workshop-slab", "A slab held on its edge in a workshop and let go",
-           Deal("topple", "single", ("centre_of_mass_offset",), "falls", (3.0,), "white", 60),
-           "The slab is denser on one side: its centre of mass is not in the middle."),
-    Recipe("practice-night", "Spin bowling at night, every second ball with the opposite spin",
-           Deal("flight", "double", ("magnus", "spin_decay"), "spinning", (3.0, 8.0), "white", 60),
-           "Two effects: the spin bends the flight (the side changes with the spin), and the spin itself dies away in the air."),
-    Recipe("attic-boards", "A toolbox let go on a tilted attic board, timed by a trigger",
-           Deal("slide", "double", ("friction", "clock_offset"), "incline", (3.0, 2.0), "ar6", 60),
-           "Two effects: another friction than assumed, and a trigger that fires before the box is free."),
-    Recipe("north-window", "Balls thrown past an open window, filmed from a tripod on the floorboards",
-           Deal("flight", "mixed", ("quadratic_drag", "camera_shake"), "throws", (40.0, 1.5), "white", 60),
-           "Two effects: air resistance, which the library knows, and a tripod that shakes, which it does not. Drag must be "
-           "found, and the verdict must still be that something is unexplained."),
+    Recipe(
+        "tower-drop",
+        "Light balls let go from the landings of a stair tower, filmed from the side",
+        Deal("flight", "single", ("quadratic_drag",), "drops", (45.0,), "white", 30),
+        "Air resistance. The balls fall behind g t^2 / 2 the more, the faster they are.",
+    ),
+    Recipe(
+        "long-hallway",
+        "A wooden block launched along a waxed hallway, both ways and across",
+        Deal("slide", "single", ("friction",), "launched", (12.0,), "white", 60),
+        "The coefficient of friction in the model is not that of this floor. All headings stop short or long alike.",
+    ),
+    Recipe(
+        "gym-floor",
+        "A ball dropped in a gymnasium, followed over its first bounces",
+        Deal("bounce", "single", ("restitution",), "drops", (8.0,), "white", 60),
+        "The floor gives back another share of the speed than the catalogue says.",
+    ),
+    Recipe(
+        "empty-gallery",
+        "Balls thrown the length of an empty gallery",
+        Deal("flight", "null", (), "throws", (), "ar6", 60),
+        "Nothing. The model is complete at the precision of this camera, and saying so is the right answer.",
+    ),
+    Recipe(
+        "marble-run",
+        "A ball let go on gently inclined boards in four directions",
+        Deal("roll", "single", ("rolling_friction",), "boards", (5.0,), "ar6", 60),
+        "The ball sinks a hair into the board and pays for it: a rolling resistance, the same in all four directions.",
+    ),
+    Recipe(
+        "harbour-tank",
+        "Glass beads pushed into a tank beside the harbour",
+        Deal("sinking", "single", ("uniform_flow",), "pushed", (3.0,), "white", 60),
+        "The water was not at rest. The drag in the model vanishes at the speed of the current, not at rest.",
+    ),
+    Recipe(
+        "park-bench",
+        "Balls thrown across a park, filmed from a bench with a borrowed camera",
+        Deal("flight", "degenerate", ("time_scale",), "throws", (4.0,), "white", 30),
+        "The clock of the camera runs wrong. In free flight nobody can tell that from a wrong ruler or a little buoyancy: "
+        "the right verdict is a set, and the next experiment films a clock or a ruler.",
+    ),
+    Recipe(
+        "workshop-slab",
+        "A slab held on its edge in a workshop and let go",
+        Deal("topple", "single", ("centre_of_mass_offset",), "falls", (3.0,), "white", 60),
+        "The slab is denser on one side: its centre of mass is not in the middle.",
+    ),
+    Recipe(
+        "practice-night",
+        "Spin bowling at night, every second ball with the opposite spin",
+        Deal("flight", "double", ("magnus", "spin_decay"), "spinning", (3.0, 8.0), "white", 60),
+        "Two effects: the spin bends the flight (the side changes with the spin), and the spin itself dies away in the air.",
+    ),
+    Recipe(
+        "attic-boards",
+        "A toolbox let go on a tilted attic board, timed by a trigger",
+        Deal("slide", "double", ("friction", "clock_offset"), "incline", (3.0, 2.0), "ar6", 60),
+        "Two effects: another friction than assumed, and a trigger that fires before the box is free.",
+    ),
+    Recipe(
+        "north-window",
+        "Balls thrown past an open window, filmed from a tripod on the floorboards",
+        Deal("flight", "mixed", ("quadratic_drag", "camera_shake"), "throws", (40.0, 1.5), "white", 60),
+        "Two effects: air resistance, which the library knows, and a tripod that shakes, which it does not. Drag must be "
+        "found, and the verdict must still be that something is unexplained.",
+    ),
 )
 
 

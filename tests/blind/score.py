@@ -139,9 +139,7 @@ def figures(pairs, again=None):
     outside = [pair for pair in motion if pair[0]["kind"] == "outside"]
     doubles = [pair for pair in motion if pair[0]["kind"] == "double"]
     table = [
-        _share(
-            "false alarm on nulls", "<= 5 %", "<= 2 %", 0.05, nulls, lambda a, v: found(v) or v["verdict"] == "missing", False
-        )
+        _share("false alarm on nulls", "<= 5 %", "<= 2 %", 0.05, nulls, lambda a, v: found(v) or v["verdict"] == "missing", False)
     ]
     for strength, wanted, aim in ((0.6, 0.90, "95 %"), (0.3, 0.50, "80 %")):
         some = [pair for pair in library if abs(weakest(pair[0]) * STRENGTH_SLACK - strength) < 0.05]
@@ -199,9 +197,7 @@ def figures(pairs, again=None):
         )
     )
     for strength, wanted, aim in ((1.2, 0.90, "95 %"), (0.6, 0.60, "80 %")):
-        some = [
-            pair for pair in outside if (weakest(pair[0]) >= 1.2 if strength == 1.2 else abs(weakest(pair[0]) - 0.6) < 0.05)
-        ]
+        some = [pair for pair in outside if (weakest(pair[0]) >= 1.2 if strength == 1.2 else abs(weakest(pair[0]) - 0.6) < 0.05)]
         table.append(
             _share(
                 f"outside the library: unexplained at {'>= ' if strength == 1.2 else ''}{strength}",
@@ -231,9 +227,7 @@ def figures(pairs, again=None):
     table.append(coverage)
     removed, ratio = _errors(library + doubles)
     table.append(
-        Figure(
-            "held-out error removed, median", ">= 0.9", "0.95", count=len(removed), wanted=0.9, value=_quantile(removed, 0.5)
-        )
+        Figure("held-out error removed, median", ">= 0.9", "0.95", count=len(removed), wanted=0.9, value=_quantile(removed, 0.5))
     )
     table.append(
         Figure(
@@ -309,13 +303,7 @@ def _errors(pairs):
     removed, ratio = [], []
     for answer, verdict in pairs:
         oracle, held = answer.get("oracle"), (verdict.get("error") or {}).get("held_out")
-        if (
-            not oracle
-            or oracle["before"] < 1.1 * oracle["after"]
-            or weakest(answer) < 1.2
-            or not held
-            or not held.get("before")
-        ):
+        if not oracle or oracle["before"] < 1.1 * oracle["after"] or weakest(answer) < 1.2 or not held or not held.get("before"):
             continue
         best = (
             oracle["after"] * held["before"] / oracle["before"]

@@ -299,9 +299,7 @@ def test_cases_are_valid_repeatable_and_tell_nothing(tmp_path):
     same bytes again."""
     answers = {}
     for k, family in enumerate(deck.FAMILIES):
-        answers |= {
-            f"{family}/{name}": value for name, value in generate(tmp_path / family, 11 + k, 1, family, "small").items()
-        }
+        answers |= {f"{family}/{name}": value for name, value in generate(tmp_path / family, 11 + k, 1, family, "small").items()}
     generate(tmp_path / "again", 11, 1, deck.FAMILIES[0], "small")
     for file in (tmp_path / "again" / "cases" / "case_0001").iterdir():
         assert file.read_bytes() == (tmp_path / deck.FAMILIES[0] / "cases" / "case_0001" / file.name).read_bytes()

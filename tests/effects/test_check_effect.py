@@ -9,10 +9,33 @@ from minibullet import effects
 from minibullet.effects import Effect, EffectError, check_effect, parameter, samples
 from minibullet.errors import InputError
 
-NAMES = {"gravity", "linear_drag", "quadratic_drag", "drag_crisis", "orientation_drag", "buoyancy", "added_mass",
-         "uniform_flow", "magnus", "spin_decay", "history_force", "wall_drag", "ground_cushion", "tilted_gravity", "restitution",
-         "velocity_dependent_restitution", "adhesion", "friction", "static_friction", "stribeck_friction", "viscous_friction",
-         "load_dependent_friction", "anisotropic_friction", "rolling_friction", "spinning_friction"}
+NAMES = {
+    "gravity",
+    "linear_drag",
+    "quadratic_drag",
+    "drag_crisis",
+    "orientation_drag",
+    "buoyancy",
+    "added_mass",
+    "uniform_flow",
+    "magnus",
+    "spin_decay",
+    "history_force",
+    "wall_drag",
+    "ground_cushion",
+    "tilted_gravity",
+    "restitution",
+    "velocity_dependent_restitution",
+    "adhesion",
+    "friction",
+    "static_friction",
+    "stribeck_friction",
+    "viscous_friction",
+    "load_dependent_friction",
+    "anisotropic_friction",
+    "rolling_friction",
+    "spinning_friction",
+}
 MODIFIERS = {"orientation_drag", "uniform_flow", "wall_drag"}
 DRAGS = (effects.QuadraticDrag(0.47, 1000.0), effects.LinearDrag(0.3))
 
@@ -83,8 +106,9 @@ class MyDrag(Effect):
 
 def test_a_users_own_effect_passes_and_the_report_says_so():
     report = check_effect(MyDrag())
-    assert str(report) == ("my_drag keeps all rules: declaration, answer, reads only, repeatable, null, rotation, dissipative, "
-                           "independence")
+    assert str(report) == (
+        "my_drag keeps all rules: declaration, answer, reads only, repeatable, null, rotation, dissipative, independence"
+    )
 
 
 def own(forces=None, name="Mine", **members):
@@ -199,7 +223,7 @@ BROKEN = [
     (undecorated, "declaration", "dataclass"),
     (lambda: own(), "declaration", "does nothing"),
     (changeable, "declaration", "can change"),
-    (unitless, "declaration", 'rate has no unit and bounds; write rate: float = parameter'),
+    (unitless, "declaration", "rate has no unit and bounds; write rate: float = parameter"),
     (boundless, "declaration", "rate needs bounds"),
     (wrong_bounds, "declaration", "low must be below high"),
     (blank_unit, "declaration", "needs a unit"),
@@ -249,15 +273,30 @@ def test_what_is_no_effect_is_refused():
         MyDrag(rate=float("nan"))
 
 
-@pytest.mark.parametrize(("unit", "dimensions"), [
-    ("kg/m3", (-3, 1, 0)), ("1/s", (0, 0, -1)), ("Pa s", (-1, 1, -1)), ("m/s2", (1, 0, -2)), ("-", (0, 0, 0)),
-    ("N/m", (0, 1, -2)), ("s/m", (-1, 0, 1)), ("bananas", None)])
+@pytest.mark.parametrize(
+    ("unit", "dimensions"),
+    [
+        ("kg/m3", (-3, 1, 0)),
+        ("1/s", (0, 0, -1)),
+        ("Pa s", (-1, 1, -1)),
+        ("m/s2", (1, 0, -2)),
+        ("-", (0, 0, 0)),
+        ("N/m", (0, 1, -2)),
+        ("s/m", (-1, 0, 1)),
+        ("bananas", None),
+    ],
+)
 def test_units_are_read(unit, dimensions):
     assert samples.dimensions_of(unit) == dimensions
 
 
-@pytest.mark.parametrize(("kind", "name"), [
-    (effects.VelocityDependentRestitution, "velocity_dependent_restitution"), (MyDrag, "my_drag"),
-    (type("FCLDrag", (), {}), "fcl_drag")])
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        (effects.VelocityDependentRestitution, "velocity_dependent_restitution"),
+        (MyDrag, "my_drag"),
+        (type("FCLDrag", (), {}), "fcl_drag"),
+    ],
+)
 def test_names_are_snake_case(kind, name):
     assert effects.name_of(kind) == name

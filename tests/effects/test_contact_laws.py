@@ -14,8 +14,16 @@ UP = (0.0, 0.0, 1.0)
 def two_bodies(masses=(np.inf, 2.0), radius=0.1):
     n = len(masses)
     ones = np.ones(n)
-    return Bodies(np.zeros((n, 3)), np.tile([1.0, 0, 0, 0], (n, 1)), np.zeros((n, 6)), np.array(masses), np.ones((n, 3)),
-                  ones, ones, radius * ones)
+    return Bodies(
+        np.zeros((n, 3)),
+        np.tile([1.0, 0, 0, 0], (n, 1)),
+        np.zeros((n, 6)),
+        np.array(masses),
+        np.ones((n, 3)),
+        ones,
+        ones,
+        radius * ones,
+    )
 
 
 def touching(velocities, loads=None, pairs=None, normal=UP):
@@ -23,8 +31,15 @@ def touching(velocities, loads=None, pairs=None, normal=UP):
     m = len(velocities)
     pairs = np.array(pairs if pairs is not None else [(0, 1)] * m)
     loads = np.full(m, 20.0) if loads is None else np.array(loads, float)
-    return Contacts(pairs[:, 0], pairs[:, 1], np.zeros((m, 3)), np.tile(np.array(normal, float), (m, 1)), np.zeros(m),
-                    np.array(velocities, float), loads)
+    return Contacts(
+        pairs[:, 0],
+        pairs[:, 1],
+        np.zeros((m, 3)),
+        np.tile(np.array(normal, float), (m, 1)),
+        np.zeros(m),
+        np.array(velocities, float),
+        loads,
+    )
 
 
 def law_of(effect, contacts, bodies=None, friction=0.5, restitution=0.4):
@@ -118,8 +133,12 @@ def test_impossible_laws_are_refused_by_effect_field_and_contact():
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (3, 2, 1, 0), (2, 0, 3, 1)])
 def test_a_stated_coefficient_is_changed_by_the_others_in_any_order(order):
     """mu = 0.4 + 0.1 v and e = 0.6 v^-0.2, at most 1: what states a coefficient does not wipe out what changes one."""
-    laws = [effects.Friction(0.4), effects.ViscousFriction(0.1), effects.Restitution(0.6),
-            effects.VelocityDependentRestitution(exponent=0.2)]
+    laws = [
+        effects.Friction(0.4),
+        effects.ViscousFriction(0.1),
+        effects.Restitution(0.6),
+        effects.VelocityDependentRestitution(exponent=0.2),
+    ]
     contacts, start = sample_contacts()
     law = effects.contact_law(effects.compose([laws[k] for k in order]), contacts, with_fixed_body(sample_bodies()), start)
     speed = -np.sum(contacts.velocity * contacts.normal, axis=1)

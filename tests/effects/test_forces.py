@@ -105,8 +105,13 @@ def test_flow_replaces_velocity_by_relative_velocity_in_every_force_of_the_fluid
     """compose: the whole model with flow u at velocity v acts as the model without flow at v - u, in any order of the list."""
     u = np.array([1.0, -2.0, 0.5])
     body = ball(position=(0, 0, 0.15), velocity=(2, 1, -3), spin=(5, -4, 3), orientation=exponential([0.3, 0.5, -0.2]))
-    fluid = [effects.QuadraticDrag(0.47, 1000.0), effects.LinearDrag(0.5), effects.Magnus(0.8, 1000.0),
-             effects.OrientationDrag(1.4), effects.WallDrag(0.7)]
+    fluid = [
+        effects.QuadraticDrag(0.47, 1000.0),
+        effects.LinearDrag(0.5),
+        effects.Magnus(0.8, 1000.0),
+        effects.OrientationDrag(1.4),
+        effects.WallDrag(0.7),
+    ]
     still = acceleration(fluid, body._replace(twist=body.twist - np.concatenate([u, np.zeros(3)])))
     flow = effects.UniformFlow(*u)
     for model in ([*fluid, flow], [flow, *fluid], [flow, *fluid[::-1]]):

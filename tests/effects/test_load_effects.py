@@ -16,7 +16,9 @@ HEAD = """from dataclasses import dataclass
 import minibullet.effects as mb
 
 """
-GOOD = HEAD + """@dataclass(frozen=True)
+GOOD = (
+    HEAD
+    + """@dataclass(frozen=True)
 class MyDrag(mb.Effect):
     rate: float = mb.parameter(0.0, unit="1/s", low=0, high=5, null=0.0)
 
@@ -29,6 +31,7 @@ class MyDrag(mb.Effect):
 class _Hidden(mb.Effect):
     pass
 """
+)
 
 
 def written(folder, text, name="my_effects.py"):
@@ -52,15 +55,21 @@ def test_two_files_of_one_name_do_not_mix(tmp_path):
     assert first["my_drag"].__module__ != second["your_drag"].__module__
 
 
-@pytest.mark.parametrize(("text", "line", "message"), [
-    (HEAD + "class MyDrag(mb.Effect)\n", 4, "expected ':'"),
-    (HEAD + "import not_a_package_at_all\n", 4, "ModuleNotFoundError"),
-    (GOOD.replace("bodies.mass[", "bodies.density["), 9, "AttributeError"),
-    (GOOD.replace("-self.rate", "1.0 - self.rate"), 4, "the rule 'null'"),
-    (GOOD.replace("MyDrag", "LinearDrag"), 4, "belongs to a shipped effect"),
-    (GOOD.replace('mb.parameter(0.0, unit="1/s", low=0, high=5, null=0.0)', "None").replace("float = None", "float"), 4,
-     "give every field a default"),
-])
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        (HEAD + "class MyDrag(mb.Effect)\n", 4, "expected ':'"),
+        (HEAD + "import not_a_package_at_all\n", 4, "ModuleNotFoundError"),
+        (GOOD.replace("bodies.mass[", "bodies.density["), 9, "AttributeError"),
+        (GOOD.replace("-self.rate", "1.0 - self.rate"), 4, "the rule 'null'"),
+        (GOOD.replace("MyDrag", "LinearDrag"), 4, "belongs to a shipped effect"),
+        (
+            GOOD.replace('mb.parameter(0.0, unit="1/s", low=0, high=5, null=0.0)', "None").replace("float = None", "float"),
+            4,
+            "give every field a default",
+        ),
+    ],
+)
 def test_bad_file_is_refused_by_line(tmp_path, text, line, message):
     path = written(tmp_path, text)
     with pytest.raises(InputError) as caught:
@@ -76,13 +85,21 @@ def test_file_without_effects_or_missing_is_refused(tmp_path):
         effects.load_effects(tmp_path / "nothing.py")
 
 
-@pytest.mark.parametrize(("text", "message"), [
-    ("import sys\nsys.exit(0)\n", ":2: SystemExit"), ("raise BaseException('stop')\n", ":1: BaseException: stop"),
-    ("def f(): f()\nf()\n", ":1: RecursionError"), ("x = " + "(" * 3000 + ")" * 3000 + "\n", ":1: "),
-    (GOOD.replace("    def forces", "    def __post_init__(self):\n        raise OSError('no')\n    def forces"), "OSError: no"),
-    (GOOD.replace("wrench = -self.rate", "raise SystemExit(0); wrench = -self.rate"), ":9: SystemExit"),
-    (HEAD + "Made = type('Made', (mb.Effect,), {'__module__': __name__})\n", "Made"),
-])
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("import sys\nsys.exit(0)\n", ":2: SystemExit"),
+        ("raise BaseException('stop')\n", ":1: BaseException: stop"),
+        ("def f(): f()\nf()\n", ":1: RecursionError"),
+        ("x = " + "(" * 3000 + ")" * 3000 + "\n", ":1: "),
+        (
+            GOOD.replace("    def forces", "    def __post_init__(self):\n        raise OSError('no')\n    def forces"),
+            "OSError: no",
+        ),
+        (GOOD.replace("wrench = -self.rate", "raise SystemExit(0); wrench = -self.rate"), ":9: SystemExit"),
+        (HEAD + "Made = type('Made', (mb.Effect,), {'__module__': __name__})\n", "Made"),
+    ],
+)
 def test_a_file_that_ends_the_program_or_breaks_in_any_other_way_is_refused_by_line(tmp_path, text, message):
     path = written(tmp_path, text)
     with pytest.raises(InputError) as caught:
@@ -99,11 +116,16 @@ def test_a_file_that_is_no_regular_file_is_refused_unread(tmp_path):
             effects.load_effects(tmp_path / name)
 
 
-@pytest.mark.parametrize(("answer", "message"), [
-    ("raise KeyError('late')", ":13: KeyError"), ("raise SystemExit(0)", ":13: SystemExit"),
-    ("return None", "MyDrag: answered shape ()"), ("return wrench[:, :3]", "MyDrag: answered shape (1, 3)"),
-    ("return np.nan * wrench", "MyDrag: the answer for moving body 0 is not finite"),
-])
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        ("raise KeyError('late')", ":13: KeyError"),
+        ("raise SystemExit(0)", ":13: SystemExit"),
+        ("return None", "MyDrag: answered shape ()"),
+        ("return wrench[:, :3]", "MyDrag: answered shape (1, 3)"),
+        ("return np.nan * wrench", "MyDrag: the answer for moving body 0 is not finite"),
+    ],
+)
 def test_what_goes_wrong_in_the_middle_of_a_run_is_told_by_file_and_line(tmp_path, answer, message):
     """After the checks of the start; whoever asks: here the engine and the free flight of `hlcs`."""
     text = GOOD.replace("        return wrench", f"        if late:\n            {answer}\n        return wrench")

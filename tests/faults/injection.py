@@ -13,8 +13,15 @@ import signal
 import sqlite3
 import threading
 
-CALLS = {"mkdir": errno.ENOSPC, "rename": errno.ENOSPC, "replace": errno.ENOSPC, "fsync": errno.ENOSPC, "unlink": errno.EIO,
-         "remove": errno.EIO, "rmdir": errno.EIO}
+CALLS = {
+    "mkdir": errno.ENOSPC,
+    "rename": errno.ENOSPC,
+    "replace": errno.ENOSPC,
+    "fsync": errno.ENOSPC,
+    "unlink": errno.EIO,
+    "remove": errno.EIO,
+    "rmdir": errno.EIO,
+}
 REMOVALS = ("unlink", "remove", "rmdir")
 ROOMLESS = (*REMOVALS, "rename", "replace", "close")  # what a full disk still does
 MODES = ("once", "full", "killed")
@@ -45,8 +52,11 @@ class Faults:
                 faults._sql(text)
                 return super().execute(text, *values)
 
-        self._patch(sqlite3, "connect", lambda *places, **words: (faults._sql("connect"),
-                                                                  connect(*places, factory=Connection, **words))[1])
+        self._patch(
+            sqlite3,
+            "connect",
+            lambda *places, **words: (faults._sql("connect"), connect(*places, factory=Connection, **words))[1],
+        )
         return self
 
     def __exit__(self, *_):
@@ -77,6 +87,7 @@ class Faults:
             if (name == "fsync" or words.get("dir_fd") is not None or self._here(path)) and self._due(f"{name} {path}"):
                 raise OSError(CALLS[name], os.strerror(CALLS[name]), str(path))
             return real(path, *rest, **words)
+
         return call
 
     def _open(self, real, file, mode, *rest, **words):
@@ -108,7 +119,7 @@ class Written:
 
     def write(self, data):
         if self._faults._due(f"write {self._file.name}"):
-            self._file.write(data[:len(data) // 2])
+            self._file.write(data[: len(data) // 2])
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self._file.name))
         return self._file.write(data)
 

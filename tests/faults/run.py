@@ -31,15 +31,25 @@ INPUTS = {
     "sweep.toml": "[placement]\nlayers = 2\nrows = 3\ncolumns = 3\n[sweep]\nseed = [1, 2]\n",
     "layers.toml": 'kind = "layers"\n[placement]\nrows = 3\ncolumns = 3\n[measurement]\nfile = "layers.csv"\n',
     "layers.csv": "grid,spacing_x,spacing_y,bottom_slope,layer,mean,cv,tests,campaign\n"
-                  "TPG,1.5,1.3,0.0,1,1.298,0.004,5,a\nTPG,1.5,1.3,0.0,2,1.080,0.02,5,a\n",
+    "TPG,1.5,1.3,0.0,1,1.298,0.004,5,a\nTPG,1.5,1.3,0.0,2,1.080,0.02,5,a\n",
     "drop.toml": 'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[[trial]]\nfile = "drop.csv"\n',
     "drop.csv": "t_s,z_m\n" + "".join(f"{t:.2f},{2 - 4.9 * t * t + 0.001 * np.sin(1e4 * t):.5f}\n" for t in np.arange(40) / 100),
 }
 SCENES = {
     "demo": ["demo", "--out", "out", "--json", "result.json"],
     "sweep": ["sweep", "sweep.toml", "--workers", "1", "--store", "runs.sqlite", "--out", "out", "--json", "result.json"],
-    "diagnosis": ["diagnose", "drop.toml", "--candidates", "quadratic_drag", "--out", "out", "--plots", "plots", "--json",
-                  "result.json"],
+    "diagnosis": [
+        "diagnose",
+        "drop.toml",
+        "--candidates",
+        "quadratic_drag",
+        "--out",
+        "out",
+        "--plots",
+        "plots",
+        "--json",
+        "result.json",
+    ],
     "layers": ["compare", "layers.toml", "--workers", "1", "--out", "out", "--json", "result.json"],
 }
 WRITTEN = ("out", "plots", "result.json")
@@ -212,7 +222,7 @@ class Scene:
     def somewhere(self, err, out):
         """Whether what was computed is in a place that the message names, or printed, or in its own place already."""
         if "is printed" in err:
-            return bool(json.loads(out[out.index("{"):]))
+            return bool(json.loads(out[out.index("{") :]))
         if "runs are kept" in err:
             return True
         (place,) = re.findall(r"the result is in '([^']+)'", err) or [None]

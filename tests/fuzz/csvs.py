@@ -21,15 +21,64 @@ from minibullet.errors import InputError
 SECONDS = 10  # beyond which a file hangs
 BODY = '[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n'
 RECORDING = "t_s,x_m,z_m,qw,qx,qy,qz\n" + "".join(
-    f"{0.1 * k:.1f},{0.3 * k:.2f},{4 + 0.8 * k - 0.049 * k * k:.4f},1,0,0,0\n" for k in range(14))
+    f"{0.1 * k:.1f},{0.3 * k:.2f},{4 + 0.8 * k - 0.049 * k * k:.4f},1,0,0,0\n" for k in range(14)
+)
 OUTCOMES = "height_m,group,fall_time_s\n" + "".join(f"{1 + k // 2},day {k % 2},{0.45 + 0.19 * (k // 2):.3f}\n" for k in range(8))
 LAYERS = "grid,spacing_x,spacing_y,bottom_slope,layer,mean,cv,tests,campaign\n" + "".join(
-    f'{grid},,,0,{k},{1.3 - 0.2 * (k > 1):.3f},0.01,5,"spring"\n' for grid in ("TPG", "RPG") for k in (1, 2, 3))
+    f'{grid},,,0,{k},{1.3 - 0.2 * (k > 1):.3f},0.01,5,"spring"\n' for grid in ("TPG", "RPG") for k in (1, 2, 3)
+)
 SURVEY = "x_m,y_m,z_m\n" + "".join(f"{x},{y},{0.04 * y}\n" for y in range(4) for x in range(5))
-TOKENS = ('"', '""', "'", ",", ",,,", ";", "\t", "\r", "\r\n", "\n", "\n\n", "\0", "\x1b[31m", "\x1b]0;title\x07", "\u202e",
-          "\ufeff", "\u2028", "nan", "inf", "-inf", "1e999", "-", ".", "e", "1_0", "0x10", "\u0661", "9" * 400,
-          "0." + "3" * 400, "1e-400", "# note", "#", "=1+1", "true", "a" * 5000, "9" * 200_000, '"' + "x" * 200_000, "," * 3000,
-          "x" * 3_000_000, "\n" * 300_000, " ", "\u3000", "-0", "1e308", "0.1,5", "\ud7ff", "t_s", "grid", "0,0,0\n")
+TOKENS = (
+    '"',
+    '""',
+    "'",
+    ",",
+    ",,,",
+    ";",
+    "\t",
+    "\r",
+    "\r\n",
+    "\n",
+    "\n\n",
+    "\0",
+    "\x1b[31m",
+    "\x1b]0;title\x07",
+    "\u202e",
+    "\ufeff",
+    "\u2028",
+    "nan",
+    "inf",
+    "-inf",
+    "1e999",
+    "-",
+    ".",
+    "e",
+    "1_0",
+    "0x10",
+    "\u0661",
+    "9" * 400,
+    "0." + "3" * 400,
+    "1e-400",
+    "# note",
+    "#",
+    "=1+1",
+    "true",
+    "a" * 5000,
+    "9" * 200_000,
+    '"' + "x" * 200_000,
+    "," * 3000,
+    "x" * 3_000_000,
+    "\n" * 300_000,
+    " ",
+    "\u3000",
+    "-0",
+    "1e308",
+    "0.1,5",
+    "\ud7ff",
+    "t_s",
+    "grid",
+    "0,0,0\n",
+)
 
 
 def _recording(path):
@@ -44,8 +93,12 @@ def _outcomes(path):
     return read_measurement(experiment)
 
 
-KINDS = {"recording": (RECORDING, _recording), "outcomes": (OUTCOMES, _outcomes), "layers": (LAYERS, read_layer_sets),
-         "survey": (SURVEY, Survey.from_csv)}
+KINDS = {
+    "recording": (RECORDING, _recording),
+    "outcomes": (OUTCOMES, _outcomes),
+    "layers": (LAYERS, read_layer_sets),
+    "survey": (SURVEY, Survey.from_csv),
+}
 
 
 def mutant(text, chance):
@@ -63,7 +116,7 @@ def mutant(text, chance):
             lines[line] = ",".join(cells)
             text = "\n".join(lines)
         elif kind == 2:  # a part left out
-            text = text[:at] + text[min(to, at + 40):]
+            text = text[:at] + text[min(to, at + 40) :]
         elif kind == 3:  # a part twice
             text = text[:to] + text[at:to] + text[to:]
         elif kind == 4:  # cut off
@@ -81,7 +134,7 @@ def mutant(text, chance):
     data = text.encode("utf-8", "surrogatepass")
     if chance.random() < 0.15 and data:  # bytes that are no text
         at = chance.randrange(len(data))
-        data = data[:at] + bytes(chance.randrange(256) for _ in range(chance.randint(1, 6))) + data[at + 1:]
+        data = data[:at] + bytes(chance.randrange(256) for _ in range(chance.randint(1, 6))) + data[at + 1 :]
     return data if chance.random() < 0.95 else data.decode("utf-8", "replace").encode(chance.choice(("utf-16", "utf-8-sig")))
 
 

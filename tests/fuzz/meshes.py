@@ -23,12 +23,41 @@ import trimesh
 
 import minibullet as mb
 
-SECONDS = 10            # after which a mutant hangs
-ROOM = 4_000_000_000    # bytes of address space of the process that reads: a file of kilobytes must not need more
-NASTY = [b"nan", b"-inf", b"1e999", b"1e-320", b"-0", b"999999999999999999999", b"", b"\xff\xff\xff\x7f", b"\0\0\xc0\x7f",
-         b"f 1 2 3\n", b"v 0 0 0\n", b"endloop\n", b"solid\n", b"o x\n", b"\\\n", b"#", b"1/2/3", b"-1", b"0", b"\n", b"\r",
-         b"1e150", b"9" * 400, b"9" * 5000, b"0." + b"3" * 400, b"1_0", b"0x10", b"1 " * 100_010,
-         b"\x1b[31m", b"\xb2", b"x" * 3_000_000]
+SECONDS = 10  # after which a mutant hangs
+ROOM = 4_000_000_000  # bytes of address space of the process that reads: a file of kilobytes must not need more
+NASTY = [
+    b"nan",
+    b"-inf",
+    b"1e999",
+    b"1e-320",
+    b"-0",
+    b"999999999999999999999",
+    b"",
+    b"\xff\xff\xff\x7f",
+    b"\0\0\xc0\x7f",
+    b"f 1 2 3\n",
+    b"v 0 0 0\n",
+    b"endloop\n",
+    b"solid\n",
+    b"o x\n",
+    b"\\\n",
+    b"#",
+    b"1/2/3",
+    b"-1",
+    b"0",
+    b"\n",
+    b"\r",
+    b"1e150",
+    b"9" * 400,
+    b"9" * 5000,
+    b"0." + b"3" * 400,
+    b"1_0",
+    b"0x10",
+    b"1 " * 100_010,
+    b"\x1b[31m",
+    b"\xb2",
+    b"x" * 3_000_000,
+]
 COUNTS = ["-1", "0", "1", "3", "255", "65536", "99999", "100001", "1000000000", "18446744073709551616", "9" * 400, "1.5", "x"]
 KINDS = ["char", "uchar", "int8", "uint8", "short", "ushort", "int", "uint", "float", "double", "float64", "list", "string"]
 
@@ -50,12 +79,12 @@ def originals():
 
 def mutant(generator, data):
     """Bytes with one accident or a few: changed, cut, doubled or repeated, numbers edited, headers that lie."""
-    for _ in range(generator.geometric(0.6)):      # one in most files: so many go far before they are refused
+    for _ in range(generator.geometric(0.6)):  # one in most files: so many go far before they are refused
         here = int(generator.integers(0, len(data) + 1))
         there = min(len(data), here + int(generator.integers(0, 40)))
         way = generator.integers(0, 9)
         if way == 0 and here < len(data):
-            data = data[:here] + bytes([generator.integers(0, 256)]) + data[here + 1:]
+            data = data[:here] + bytes([generator.integers(0, 256)]) + data[here + 1 :]
         elif way == 1:
             data = data[:here] + data[there:]
         elif way == 2:
@@ -146,9 +175,10 @@ def work(seed, first, count, folder):
     warnings.simplefilter("error")
     try:
         import resource
+
         resource.setrlimit(resource.RLIMIT_AS, (ROOM, ROOM))
     except ImportError:
-        pass                    # Windows has no such limit
+        pass  # Windows has no such limit
     files = originals()
     for number in range(first, first + count):
         generator = np.random.default_rng((seed, number))
@@ -167,8 +197,19 @@ def run(count, seed):
     counts, wrong, most, number = Counter(), [], np.zeros(3), 0
     while number < count:
         with tempfile.TemporaryDirectory() as folder:
-            words = [sys.executable, "-m", "tests.fuzz.meshes", "--in", folder, "--seed", str(seed), "--from", str(number),
-                     "--count", str(count - number)]
+            words = [
+                sys.executable,
+                "-m",
+                "tests.fuzz.meshes",
+                "--in",
+                folder,
+                "--seed",
+                str(seed),
+                "--from",
+                str(number),
+                "--count",
+                str(count - number),
+            ]
             child = subprocess.run(words, capture_output=True, text=True, cwd=Path(__file__).parents[2])
         for number, told, text, *costs in map(json.loads, child.stdout.splitlines()):
             counts[told] += 1

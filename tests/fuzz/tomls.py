@@ -30,8 +30,13 @@ FALL = "t_s,z_m\n" + "".join(f"{0.02 * k:.2f},{2 - 4.905 * (0.02 * k) ** 2 + 1e-
 DROPS = "height_m,fall_time_s,group\n" + "".join(f"{h},{(2 * h / 9.81) ** 0.5:.4f},a\n" for h in (0.5, 0.5, 1.0, 1.0, 2.0, 2.0))
 LAYERS = "grid,layer,mean,cv,tests,campaign\n" + "".join(f"TPG,{j},{k},0.01,5,a\n" for j, k in ((1, 1.29), (2, 1.08)))
 BED = "x_m,y_m,z_m\n" + "".join(f"{x},{y},0\n" for x in (-9, 0, 9) for y in (-9, 0, 9))
-DATA = {"drop.csv": FALL, "rest.csv": "t_s,z_m\n" + "".join(f"{0.02 * k:.2f},{1e-3 * (-1) ** k}\n" for k in range(30)),
-        "drops.csv": DROPS, "layers.csv": LAYERS, "bed.csv": BED}
+DATA = {
+    "drop.csv": FALL,
+    "rest.csv": "t_s,z_m\n" + "".join(f"{0.02 * k:.2f},{1e-3 * (-1) ** k}\n" for k in range(30)),
+    "drops.csv": DROPS,
+    "layers.csv": LAYERS,
+    "bed.csv": BED,
+}
 
 BASES = {
     "trajectory": """kind = "trajectory"
@@ -124,10 +129,48 @@ bottom = ["flat", "slope:0.04"]
 }
 COMMANDS = {"trajectory": "compare", "outcomes": "compare", "layers": "compare", "placement": "place", "sweep": "sweep"}
 
-VALUES = ["0", "-1", "1e300", "-1e300", "1e-300", "nan", "inf", "-inf", "1" + "0" * 400, "0x" + "f" * 5000, "1" * 5000, "true",
-          "false", '""', '"x"', '"TPG"', "[]", "{}", "[[]]", "1979-05-27", "1979-05-27T07:32:00Z", "07:32:00", '"""\n\n"""',
-          "[1, 'a', {}]", '"\\u0000"', '"\\u001b[31m"', '"\\u202e"', "'/etc/passwd'", "'../../etc/passwd'", "'.'", "'~'", "0.5",
-          "9223372036854775807", "[0.0, 0.0, 0.0]", "[1, 2]", "{ name = 1 }", "[{}]", "'" + "a" * 300 + ".csv'", "1000000", "2.5"]
+VALUES = [
+    "0",
+    "-1",
+    "1e300",
+    "-1e300",
+    "1e-300",
+    "nan",
+    "inf",
+    "-inf",
+    "1" + "0" * 400,
+    "0x" + "f" * 5000,
+    "1" * 5000,
+    "true",
+    "false",
+    '""',
+    '"x"',
+    '"TPG"',
+    "[]",
+    "{}",
+    "[[]]",
+    "1979-05-27",
+    "1979-05-27T07:32:00Z",
+    "07:32:00",
+    '"""\n\n"""',
+    "[1, 'a', {}]",
+    '"\\u0000"',
+    '"\\u001b[31m"',
+    '"\\u202e"',
+    "'/etc/passwd'",
+    "'../../etc/passwd'",
+    "'.'",
+    "'~'",
+    "0.5",
+    "9223372036854775807",
+    "[0.0, 0.0, 0.0]",
+    "[1, 2]",
+    "{ name = 1 }",
+    "[{}]",
+    "'" + "a" * 300 + ".csv'",
+    "1000000",
+    "2.5",
+]
 LETTERS = ["é", "µ", "\u202e", "𝔘", "\u200c", "\ufeff", "ÿ", "\u0301", "\u00a0"]
 DEEP = (20, 200, 3000, 50_000)
 
@@ -149,8 +192,8 @@ def mutant(kind, number, seed=0):
 def _edit(text, dice):
     """A few letters taken out, doubled, or put in."""
     place, length = dice.randrange(len(text) + 1), dice.randint(1, 12)
-    put = dice.choice(["", text[place:place + length] * 2, dice.choice("[]{}=\"'.,#\n\t\\-+0") * dice.randint(1, 3)])
-    return text[:place] + put + text[place + length:]
+    put = dice.choice(["", text[place : place + length] * 2, dice.choice("[]{}=\"'.,#\n\t\\-+0") * dice.randint(1, 3)])
+    return text[:place] + put + text[place + length :]
 
 
 def _line(text, dice):
@@ -168,9 +211,22 @@ def _rename(text, dice):
     if not keys:
         return text
     key, other = dice.choice(keys), dice.choice(keys)[0]
-    name = dice.choice([key[0][:-1], key[0] + "s", key[0].upper(), other, '""', '"a b"', "a" * 100_000, f"{key[0]}.{other}",
-                        '"\\u001b[2J"', ".".join("a" * dice.choice(DEEP)), "x.'y'.\"z\""])
-    return text[:key.start()] + name + text[key.end():]
+    name = dice.choice(
+        [
+            key[0][:-1],
+            key[0] + "s",
+            key[0].upper(),
+            other,
+            '""',
+            '"a b"',
+            "a" * 100_000,
+            f"{key[0]}.{other}",
+            '"\\u001b[2J"',
+            ".".join("a" * dice.choice(DEEP)),
+            "x.'y'.\"z\"",
+        ]
+    )
+    return text[: key.start()] + name + text[key.end() :]
 
 
 def _value(text, dice):
@@ -179,7 +235,7 @@ def _value(text, dice):
     if not found:
         return text
     value = dice.choice(found)
-    return text[:value.start()] + dice.choice(VALUES) + text[value.end():]
+    return text[: value.start()] + dice.choice(VALUES) + text[value.end() :]
 
 
 def _number(text, dice):
@@ -190,15 +246,24 @@ def _number(text, dice):
     number = dice.choice(found)
     factor = dice.choice([0.5, 0.9, 1.1, 2, -1, 0, 10, 1e3, 1e-3, 1e-6, 1e12])
     size = float(number[0].rstrip(".")) if number[0].count(".") < 2 else 1.0
-    return text[:number.start()] + repr(size * factor) + text[number.end():]
+    return text[: number.start()] + repr(size * factor) + text[number.end() :]
 
 
 def _nest(text, dice):
     """A value, or a table, deep inside of others."""
     depth = dice.choice(DEEP)
-    put = dice.choice([f"x = {'[' * depth}1{']' * depth}\n", f"y = {'{ a = ' * depth}1{' }' * depth}\n",
-                       f"[{'.'.join('a' * depth)}]\n", f"{'.'.join('a' * depth)} = 1\n", f"z = [{'1, ' * depth}]\n",
-                       f"w = '{' ' * depth}'\n", f"[{' ' * depth}\n", "[[trial]]\nfile = 'drop.csv'\n" * min(depth, 3000)])
+    put = dice.choice(
+        [
+            f"x = {'[' * depth}1{']' * depth}\n",
+            f"y = {'{ a = ' * depth}1{' }' * depth}\n",
+            f"[{'.'.join('a' * depth)}]\n",
+            f"{'.'.join('a' * depth)} = 1\n",
+            f"z = [{'1, ' * depth}]\n",
+            f"w = '{' ' * depth}'\n",
+            f"[{' ' * depth}\n",
+            "[[trial]]\nfile = 'drop.csv'\n" * min(depth, 3000),
+        ]
+    )
     place = dice.choice([0, len(text), text.find("[")])
     return text[:place] + put + text[place:]
 
@@ -250,6 +315,7 @@ class _TooLong(BaseException):
 @contextlib.contextmanager
 def _within(seconds):
     """_TooLong in the block after so many seconds."""
+
     def over(number, frame):
         raise _TooLong
 
@@ -281,9 +347,22 @@ def outcome(kind, path):
 
 def command_outcome(kind, path):
     """The same of the whole command, each in its own process; one that works on for LONGEST seconds is asked to end by Ctrl-C."""
-    process = subprocess.Popen([sys.executable, "-m", "hlcs", COMMANDS[kind], path.name, "--json", "out.json",
-                                *(["--workers", "1"] if kind == "sweep" else [])], cwd=path.parent, stdout=subprocess.DEVNULL,
-                               stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": str(ROOT), "HLCS_CACHE": str(path.parent)})
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "hlcs",
+            COMMANDS[kind],
+            path.name,
+            "--json",
+            "out.json",
+            *(["--workers", "1"] if kind == "sweep" else []),
+        ],
+        cwd=path.parent,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "HLCS_CACHE": str(path.parent)},
+    )
     asked = False
     try:
         errors = process.communicate(timeout=LONGEST)[1]
@@ -345,8 +424,16 @@ def main():
             failed = failed or bool(bad)
             for kind, number, words in bad:
                 print(f"{kind} {number}: {words[:300]}")
-            print(json.dumps({"through_command": through, "mutants": count, **dict(sorted(counts.items())),
-                              "seconds": round(time.perf_counter() - started, 1)}))
+            print(
+                json.dumps(
+                    {
+                        "through_command": through,
+                        "mutants": count,
+                        **dict(sorted(counts.items())),
+                        "seconds": round(time.perf_counter() - started, 1),
+                    }
+                )
+            )
     return 1 if failed else 0
 
 

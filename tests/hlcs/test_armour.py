@@ -17,6 +17,7 @@ DN = UNIT.nominal_diameter
 
 # --- the solid
 
+
 def test_volume_is_39_32_of_the_cube():
     assert UNIT.volume == 39 / 32
     assert UNIT.pieces.volume == pytest.approx(39 / 32, rel=1e-14)
@@ -53,7 +54,7 @@ def test_pieces_are_a_cube_and_six_frusta_in_place():
     assert [len(piece.vertices) for piece in pieces] == [8] * 7
     assert [piece.volume for piece in pieces] == pytest.approx([1.0] + 6 * [7 / 192], rel=1e-14)
     np.testing.assert_allclose(UNIT.pieces.centre_of_mass, 0.0, atol=1e-16)
-    assert max(np.abs(piece.vertices).max() for piece in pieces) == pytest.approx(0.75, rel=1e-15)     # tip to tip 1.5 L
+    assert max(np.abs(piece.vertices).max() for piece in pieces) == pytest.approx(0.75, rel=1e-15)  # tip to tip 1.5 L
 
 
 def test_hull_has_six_tips_and_24_trapezoids():
@@ -72,8 +73,9 @@ def test_a_unit_scaled_by_a_power_of_two_is_the_same_unit():
 
 # --- how it rests
 
+
 def test_first_layer_coefficient_is_the_paper_s_1_298():
-    assert UNIT.rest_height == pytest.approx(5 / sqrt(52), rel=1e-15)          # 0.69338 L
+    assert UNIT.rest_height == pytest.approx(5 / sqrt(52), rel=1e-15)  # 0.69338 L
     assert UNIT.low_height == pytest.approx(1.38675, abs=5e-6)
     assert UNIT.first_layer_coefficient == pytest.approx(1.29826, abs=5e-6)
     assert round(UNIT.first_layer_coefficient, 3) == 1.298
@@ -136,6 +138,7 @@ def test_tipping_angles():
 
 # --- neighbours on the grids
 
+
 def placed(place, heading):
     """(vertices, normals, offsets) of each piece of a unit in low pose at place (x, y) [Dn]."""
     turn, centre = rotations.matrix(UNIT.first_layer_orientation(heading)).T, np.array([*place, 0.0]) * DN
@@ -153,9 +156,11 @@ def overlapping(difference, heading_a, heading_b):
     return False
 
 
-@pytest.mark.parametrize("difference, share", [
-    ((0.0, 1.30), 0.97), ((1.40, 0.0), 0.49), ((0.79, 1.27), 0.057), ((1.58, 0.0), 0.004)],
-    ids=["RPG along Y", "RPG along X", "TPG diagonal", "TPG in the row"])
+@pytest.mark.parametrize(
+    "difference, share",
+    [((0.0, 1.30), 0.97), ((1.40, 0.0), 0.49), ((0.79, 1.27), 0.057), ((1.58, 0.0), 0.004)],
+    ids=["RPG along Y", "RPG along X", "TPG diagonal", "TPG in the row"],
+)
 def test_share_of_overlaps_with_free_headings(difference, share, generator):
     """Why the RPG's first layer cannot have free headings and the TPG's can. 100 pairs, four standard errors."""
     headings = generator.uniform(0, 2 * pi, (100, 2))
@@ -170,6 +175,7 @@ def test_rpg_fits_with_the_tip_axis_along_x(headings):
 
 
 # --- a plain cube, and refusals
+
 
 def test_cube():
     cube = Cube(side=2.0)
@@ -186,17 +192,20 @@ def test_units_are_values():
     assert OTHER.nominal_diameter == pytest.approx(cbrt(1.252), rel=1e-15)
 
 
-@pytest.mark.parametrize("make, words", [
-    (lambda: Cubipod(side=-1.0), "cubipod: side = -1.0"),
-    (lambda: Cubipod(side="1"), "cubipod: side = '1'"),
-    (lambda: Cubipod(nominal_diameter=float("nan")), "nominal_diameter = nan"),
-    (lambda: Cubipod(1.0, 1.07), "give one of the two"),
-    (lambda: Cubipod(protrusion_top=0.6), "narrows outwards"),
-    (lambda: Cubipod(protrusion_height=0.0), "protrusion_height = 0.0"),
-    (lambda: UNIT.shape("mesh"), "shape = 'mesh'; give 'pieces'"),
-    (lambda: UNIT.first_layer_orientation(0.0, 24), "roll_choice = 24"),
-    (lambda: Cube(side=0), "cube: side = 0"),
-])
+@pytest.mark.parametrize(
+    "make, words",
+    [
+        (lambda: Cubipod(side=-1.0), "cubipod: side = -1.0"),
+        (lambda: Cubipod(side="1"), "cubipod: side = '1'"),
+        (lambda: Cubipod(nominal_diameter=float("nan")), "nominal_diameter = nan"),
+        (lambda: Cubipod(1.0, 1.07), "give one of the two"),
+        (lambda: Cubipod(protrusion_top=0.6), "narrows outwards"),
+        (lambda: Cubipod(protrusion_height=0.0), "protrusion_height = 0.0"),
+        (lambda: UNIT.shape("mesh"), "shape = 'mesh'; give 'pieces'"),
+        (lambda: UNIT.first_layer_orientation(0.0, 24), "roll_choice = 24"),
+        (lambda: Cube(side=0), "cube: side = 0"),
+    ],
+)
 def test_what_is_no_unit_is_refused_by_name(make, words):
     with pytest.raises(InputError, match=words):
         make()

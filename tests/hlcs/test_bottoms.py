@@ -20,12 +20,14 @@ def wave(x, y):
 @pytest.fixture
 def survey(tmp_path):
     """A function that writes a survey of a height function, points in any order, and reads it."""
+
     def write(function, x=(10.0, 11.0, 13.0), y=(100.0, 102.0, 103.0, 106.0)):
         points = [(a, b, function(a, b)) for a in x for b in y]
         order = np.random.default_rng(3).permutation(len(points))
         path = tmp_path / "bed.csv"
         path.write_text("# echo sounder\nname,x_m,y_m,z_m\n" + "".join("p,{},{},{}\n".format(*points[k]) for k in order))
         return Survey.from_csv(path)
+
     return write
 
 
@@ -86,13 +88,16 @@ def test_bottoms_are_read_from_words(survey, tmp_path):
     assert parse_bottom(Slope(0.1)) == Slope(0.1)
 
 
-@pytest.mark.parametrize("text, words", [
-    ("hilly", "bottom 'hilly': not understood; give flat, slope:0.04, or a survey"),
-    ("slope:steep", "the slope is not a number"),
-    ("slope:nan", "slope = nan"),
-    ("slope:4", "slope = 4.0; must be a rise over run"),
-    ("gone.csv", r"bottom 'gone.csv': cannot be read \(No such file"),
-])
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("hilly", "bottom 'hilly': not understood; give flat, slope:0.04, or a survey"),
+        ("slope:steep", "the slope is not a number"),
+        ("slope:nan", "slope = nan"),
+        ("slope:4", "slope = 4.0; must be a rise over run"),
+        ("gone.csv", r"bottom 'gone.csv': cannot be read \(No such file"),
+    ],
+)
 def test_what_is_no_bottom_is_refused_by_name(text, words, tmp_path):
     with pytest.raises(InputError, match=words):
         parse_bottom(text, tmp_path)
@@ -101,18 +106,24 @@ def test_what_is_no_bottom_is_refused_by_name(text, words, tmp_path):
 SQUARE = "x_m,y_m,z_m\n0,0,0\n1,0,0\n0,1,0\n1,1,0\n"
 
 
-@pytest.mark.parametrize("content, words", [
-    ("", "is empty; the first row names the columns x_m,y_m,z_m"),
-    ("x,y,z\n0,0,0\n", "row 1: column 'x_m' is missing in 'x,y,z'"),
-    (SQUARE.replace("1,1,0", "1,1,deep"), "row 5, column z_m: 'deep' is not a number"),
-    (SQUARE.replace("1,1,0", "1,nan,0"), "row 5, column y_m: 'nan' is not finite"),
-    (SQUARE.replace("1,1,0", "1,1"), "row 5: 2 cells for 3 columns"),
-    (SQUARE + "1,1,3\n", "row 6: the point x_m = 1, y_m = 1 stands already in row 5"),
-    (SQUARE + "2,1,0\n", r"5 points, but 3 different x_m times 2 different y_m are 6; the first one missing is x_m = 2, y_m = 0"),
-    ("x_m,y_m,z_m\n0,0,0\n1,0,0\n2,0,0\n3,0,0\n", "4 different x_m and 1 different y_m"),
-    ("x_m,y_m,z_m\n0,0,0\n", "1 points; a survey has 4 to"),
-    (b"\xff\xfe\x00", "not text in UTF-8"),
-])
+@pytest.mark.parametrize(
+    "content, words",
+    [
+        ("", "is empty; the first row names the columns x_m,y_m,z_m"),
+        ("x,y,z\n0,0,0\n", "row 1: column 'x_m' is missing in 'x,y,z'"),
+        (SQUARE.replace("1,1,0", "1,1,deep"), "row 5, column z_m: 'deep' is not a number"),
+        (SQUARE.replace("1,1,0", "1,nan,0"), "row 5, column y_m: 'nan' is not finite"),
+        (SQUARE.replace("1,1,0", "1,1"), "row 5: 2 cells for 3 columns"),
+        (SQUARE + "1,1,3\n", "row 6: the point x_m = 1, y_m = 1 stands already in row 5"),
+        (
+            SQUARE + "2,1,0\n",
+            r"5 points, but 3 different x_m times 2 different y_m are 6; the first one missing is x_m = 2, y_m = 0",
+        ),
+        ("x_m,y_m,z_m\n0,0,0\n1,0,0\n2,0,0\n3,0,0\n", "4 different x_m and 1 different y_m"),
+        ("x_m,y_m,z_m\n0,0,0\n", "1 points; a survey has 4 to"),
+        (b"\xff\xfe\x00", "not text in UTF-8"),
+    ],
+)
 def test_bad_surveys_are_refused_by_row(content, words, tmp_path):
     path = tmp_path / "bed.csv"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())

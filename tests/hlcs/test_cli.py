@@ -28,8 +28,21 @@ def hlcs(capsys, tmp_path, monkeypatch):
     return run
 
 
-@pytest.mark.parametrize("command", [["demo"], ["place"], ["reproduce"], ["compare"], ["diagnose"], ["sweep"], ["doctor"],
-                                     ["mystery", "list"], ["mystery", "copy"], ["mystery", "reveal"]])
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["demo"],
+        ["place"],
+        ["reproduce"],
+        ["compare"],
+        ["diagnose"],
+        ["sweep"],
+        ["doctor"],
+        ["mystery", "list"],
+        ["mystery", "copy"],
+        ["mystery", "reveal"],
+    ],
+)
 def test_every_command_has_help_with_a_real_example(hlcs, command):
     status, text, _ = hlcs(*command, "--help")
     assert status == 0
@@ -64,22 +77,25 @@ def test_place_has_an_option_for_every_setting():
     assert set(cli_options.HELP) == settings | {"nominal_diameter", "stacking"}
 
 
-@pytest.mark.parametrize(("arguments", "words"), [
-    (["place", "--friction", "-1"], "friction = -1.0; it must be a finite number >= 0"),
-    (["place", "--friction", "rough"], "not a valid float"),
-    (["place", "--grid", "QPG"], "give TPG, RPG"),
-    (["place", "missing.toml"], "missing.toml: cannot be read"),
-    (["place", "--layers", "9"], "at most 8 layers"),
-    (["place", "--bottom", "no.csv"], "no.csv"),
-    (["demo", "--bogus"], "No such option '--bogus'"),
-    (["plcae"], "Did you mean 'place'"),
-    (["reproduce", "table9"], "table9"),
-    (["reproduce", "table2", "--workers", "0"], "workers"),
-    (["compare", "missing.toml"], "missing.toml"),
-    (["diagnose", "missing.toml"], "missing.toml"),
-    (["sweep", "missing.toml"], "missing.toml"),
-    (["mystery", "reveal", "no-such"], "no-such"),
-])
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["place", "--friction", "-1"], "friction = -1.0; it must be a finite number >= 0"),
+        (["place", "--friction", "rough"], "not a valid float"),
+        (["place", "--grid", "QPG"], "give TPG, RPG"),
+        (["place", "missing.toml"], "missing.toml: cannot be read"),
+        (["place", "--layers", "9"], "at most 8 layers"),
+        (["place", "--bottom", "no.csv"], "no.csv"),
+        (["demo", "--bogus"], "No such option '--bogus'"),
+        (["plcae"], "Did you mean 'place'"),
+        (["reproduce", "table9"], "table9"),
+        (["reproduce", "table2", "--workers", "0"], "workers"),
+        (["compare", "missing.toml"], "missing.toml"),
+        (["diagnose", "missing.toml"], "missing.toml"),
+        (["sweep", "missing.toml"], "missing.toml"),
+        (["mystery", "reveal", "no-such"], "no-such"),
+    ],
+)
 def test_bad_input_is_one_line_and_status_2(hlcs, arguments, words):
     status, text, errors = hlcs(*arguments)
     assert (status, text) == (2, "")
@@ -143,8 +159,14 @@ def test_a_mystery_is_listed_copied_and_told(hlcs, tmp_path):
 
 def test_ctrl_c_ends_with_one_line_and_leaves_nothing(tmp_path):
     """The real command in a process of its own, interrupted while it works."""
-    process = subprocess.Popen([sys.executable, "-m", "hlcs", "demo", "--out", "out"], cwd=tmp_path, text=True,
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": os.getcwd()})
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hlcs", "demo", "--out", "out"],
+        cwd=tmp_path,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": os.getcwd()},
+    )
     for _ in range(600):
         if list(tmp_path.glob(".out.*.partial")):  # work has begun
             break
@@ -181,16 +203,26 @@ except KeyboardInterrupt:
 @pytest.mark.parametrize("asks", ["interrupts.check()", "import time; time.sleep(60)"])
 def test_ctrl_c_inside_a_callback_of_a_c_library_is_not_lost(asks):
     """What Python itself forgets: an exception in such a callback is printed, and the program goes on."""
-    done = subprocess.run([sys.executable, "-c", LOST.replace("ASKS", asks)], text=True, capture_output=True, timeout=30,
-                          env=os.environ | {"PYTHONPATH": os.getcwd()})
+    done = subprocess.run(
+        [sys.executable, "-c", LOST.replace("ASKS", asks)],
+        text=True,
+        capture_output=True,
+        timeout=30,
+        env=os.environ | {"PYTHONPATH": os.getcwd()},
+    )
     assert done.stdout.splitlines() == ["the run went on", "but not for long"], done.stderr
     assert done.stderr == ""
 
 
 def test_a_reader_that_goes_away_is_no_error_to_tell_about(tmp_path):
     """`hlcs mystery list | head -1` prints one line and no traceback."""
-    process = subprocess.Popen([sys.executable, "-m", "hlcs", "mystery", "list"], cwd=tmp_path, stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": os.getcwd()})
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hlcs", "mystery", "list"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": os.getcwd()},
+    )
     process.stdout.close()
     errors = process.stderr.read()
     process.wait(timeout=60)

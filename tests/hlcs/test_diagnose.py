@@ -55,11 +55,13 @@ def test_the_answer_does_not_depend_on_the_order_of_the_data(tmp_path):
 def test_a_user_s_own_effect_takes_part(tmp_path):
     """A constant push that the library does not know: 0.06 m/s2 along (1, 1, 0), found by ten lines in a file."""
     own = tmp_path / "own.py"
-    own.write_text('from dataclasses import dataclass\nimport numpy as np\nimport minibullet as mb\n\n\n@dataclass(frozen=True)\n'
-                   'class SidePush(mb.Effect):\n    """A constant push, force = mass * push."""\n\n'
-                   '    push: float = mb.parameter(0.0, unit="m/s2", low=-1, high=1, null=0.0)\n    isotropic = False\n\n'
-                   '    def forces(self, bodies, time):\n        wrench = np.zeros((len(bodies.mass), 6))\n'
-                   '        wrench[:, 0] = wrench[:, 1] = self.push * bodies.mass\n        return wrench\n')
+    own.write_text(
+        "from dataclasses import dataclass\nimport numpy as np\nimport minibullet as mb\n\n\n@dataclass(frozen=True)\n"
+        'class SidePush(mb.Effect):\n    """A constant push, force = mass * push."""\n\n'
+        '    push: float = mb.parameter(0.0, unit="m/s2", low=-1, high=1, null=0.0)\n    isotropic = False\n\n'
+        "    def forces(self, bodies, time):\n        wrench = np.zeros((len(bodies.mass), 6))\n"
+        "        wrench[:, 0] = wrench[:, 1] = self.push * bodies.mass\n        return wrench\n"
+    )
     path = write_throws(tmp_path, tilt=(0.06 / G, -0.06 / G))
     diagnosis = hlcs.diagnose(path, candidates=["linear_drag"], effects_file=own)
     assert diagnosis.effects == ("side_push",)
@@ -75,8 +77,21 @@ def test_result_file_and_pictures(tmp_path):
     diagnosis = hlcs.diagnose(write_throws(tmp_path, tilt=(0.01, 0.0)), candidates=["tilted_gravity", "quadratic_drag"])
     folder = diagnosis.save(tmp_path / "out")
     answer = json.loads((folder / "result.json").read_text())
-    assert {"format", "kind", "title", "verdict", "effects", "parameters", "ambiguous", "error", "steps", "adequate",
-            "candidates", "where", "next_experiment"} <= set(answer)
+    assert {
+        "format",
+        "kind",
+        "title",
+        "verdict",
+        "effects",
+        "parameters",
+        "ambiguous",
+        "error",
+        "steps",
+        "adequate",
+        "candidates",
+        "where",
+        "next_experiment",
+    } <= set(answer)
     assert answer["candidates"][0]["accepted"] and answer["adequate"]["after"] is True
     assert (folder / "report.html").read_text().count("data:image/png") == 1
     assert "tilted_gravity" in (folder / "model.toml").read_text()
@@ -87,6 +102,7 @@ def test_the_mended_model_can_be_run(tmp_path):
     """diagnosis.model predicts a new throw: the tilt of 0.01 rad moves it by g 0.01 t^2/2 along y."""
     diagnosis = hlcs.diagnose(write_throws(tmp_path, tilt=(0.01, 0.0)), candidates=["tilted_gravity"])
     from hlcs.measurement import read_measurement
+
     trial = read_measurement(tmp_path / "throws.toml").trials[0]
     start = np.r_[0, 0, 0, 0, 0, 5, 1, 0, 0, 0, 0, 0, 0]
     position, _ = diagnosis.model.run(trial, start, np.array([0.0, 1.0]))
@@ -106,9 +122,10 @@ def test_restitution_is_found_in_bounces(tmp_path):
         (tmp_path / f"d{k}.csv").write_text("t_s,x_m,y_m,z_m\n" + rows)
         entries.append(f'[[trial]]\nfile = "d{k}.csv"\nstart = {{ velocity = [0, 0, 0], angular_velocity = [0, 0, 0] }}\n')
     path = tmp_path / "e.toml"
-    path.write_text('kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.05\nmass = 0.4\n[surroundings]\n'
-                    'restitution = 0.7\nfloor = { height = 0.0 }\n[measurement]\nnoise = { position = 0.003 }\n'
-                    + "".join(entries))
+    path.write_text(
+        'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.05\nmass = 0.4\n[surroundings]\n'
+        "restitution = 0.7\nfloor = { height = 0.0 }\n[measurement]\nnoise = { position = 0.003 }\n" + "".join(entries)
+    )
     diagnosis = hlcs.diagnose(path, candidates=["restitution", "linear_drag", "friction"])
     assert diagnosis.effects == ("restitution",)
     assert diagnosis.parameters["restitution"]["coefficient"]["value"] == pytest.approx(0.8, abs=0.01)

@@ -18,9 +18,11 @@ from hlcs.search import Search
 from hlcs.trajectories import prepare, rebounds
 from minibullet.errors import InputError
 
-BLOCK = ('kind = "trajectory"\ntitle = "block"\n[body]\nshape = "box"\nsize = [0.12, 0.08, 0.04]\nmass = 0.35\n[surroundings]\n'
-         'gravity = 9.81\nfriction = 0.3\nfloor = { height = 0.0, normal = [0.0, 0.0, 1.0] }\n[measurement]\n'
-         'noise = { position = 0.001 }\n')
+BLOCK = (
+    'kind = "trajectory"\ntitle = "block"\n[body]\nshape = "box"\nsize = [0.12, 0.08, 0.04]\nmass = 0.35\n[surroundings]\n'
+    "gravity = 9.81\nfriction = 0.3\nfloor = { height = 0.0, normal = [0.0, 0.0, 1.0] }\n[measurement]\n"
+    "noise = { position = 0.001 }\n"
+)
 
 
 def write_slides(folder, rate, seed=3):
@@ -58,8 +60,10 @@ def write_windy_throws(folder):
         (folder / f"throw_{k}.csv").write_text(csv(times, seen + 0.004 * generator.standard_normal((60, 3))))
         text += f'[[trial]]\nfile = "throw_{k}.csv"\ngroup = "day {k % 2}"\n'
     path = folder / "throws.toml"
-    path.write_text('kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.0335\nmass = 0.0577\n[surroundings]\n'
-                    'fluid_density = 1.2\n[measurement]\nnoise = { position = 0.004 }\n' + text)
+    path.write_text(
+        'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.0335\nmass = 0.0577\n[surroundings]\n'
+        "fluid_density = 1.2\n[measurement]\nnoise = { position = 0.004 }\n" + text
+    )
     return path
 
 
@@ -101,11 +105,13 @@ def test_a_table_takes_a_model_with_effects(tmp_path):
     heights = np.repeat([1.0, 2.0, 4.0, 8.0], 4)
     k = drag_per_metre(0.47)
     times = np.arccosh(np.exp(k * heights)) / np.sqrt(G * k) + 0.004 * np.random.default_rng(1).standard_normal(16)
-    (tmp_path / "falls.csv").write_text("height_m,fall_time_s\n" + "".join(f"{h},{t:.5f}\n" for h, t in zip(heights, times,
-                                                                                                       strict=True)))
+    (tmp_path / "falls.csv").write_text(
+        "height_m,fall_time_s\n" + "".join(f"{h},{t:.5f}\n" for h, t in zip(heights, times, strict=True))
+    )
     (tmp_path / "falls.toml").write_text(
         'kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.0335\nmass = 0.0577\n[surroundings]\nfluid_density = 1.2\n'
-        '[model]\neffects = [{ name = "quadratic_drag", drag_coefficient = 0.47 }]\n[measurement]\nfile = "falls.csv"\n')
+        '[model]\neffects = [{ name = "quadratic_drag", drag_coefficient = 0.47 }]\n[measurement]\nfile = "falls.csv"\n'
+    )
     assert hlcs.diagnose(tmp_path / "falls.toml").verdict == "complete"
 
 
@@ -156,9 +162,11 @@ def test_a_tilt_is_read_right_from_the_way_a_body_drifts_until_it_lands(tmp_path
         start = "{ velocity = [0.0, 0.0, 0.0], angular_velocity = [0.0, 0.0, 0.0], orientation = [1.0, 0.0, 0.0, 0.0] }"
         entries.append(f'[[trial]]\nfile = "d{k}.csv"\ngroup = "{k % 2}"\nstart = {start}\n')
     path = tmp_path / "e.toml"
-    path.write_text('kind = "trajectory"\n[body]\nshape = "box"\nsize = [0.1, 0.1, 0.1]\nmass = 2.3\n'
-                    "[surroundings]\nfriction = 0.6\nfloor = { height = 0.0, normal = [0.0, 0.0, 1.0] }\n"
-                    "[measurement]\nnoise = { position = 1e-4 }\n" + "".join(entries))
+    path.write_text(
+        'kind = "trajectory"\n[body]\nshape = "box"\nsize = [0.1, 0.1, 0.1]\nmass = 2.3\n'
+        "[surroundings]\nfriction = 0.6\nfloor = { height = 0.0, normal = [0.0, 0.0, 1.0] }\n"
+        "[measurement]\nnoise = { position = 1e-4 }\n" + "".join(entries)
+    )
     diagnosis = hlcs.diagnose(path, candidates=["tilted_gravity"])
     assert diagnosis.effects == ("tilted_gravity",)
     lean = {name: number["value"] for name, number in diagnosis.parameters["tilted_gravity"].items()}
@@ -167,10 +175,14 @@ def test_a_tilt_is_read_right_from_the_way_a_body_drifts_until_it_lands(tmp_path
 
 def write_drops(folder, noise):
     """A ball let fall from 3 to 13 cm that bounces with e = 0.5, where the model says 0 (closed form); its experiment."""
-    generator, text = np.random.default_rng(2), (
-        'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.1\n[surroundings]\nfriction = 0.3\n'
-        'restitution = 0.0\nfloor = { height = 0.0, normal = [0.0, 0.0, 1.0] }\n'
-        f'[measurement]\nnoise = {{ position = {noise} }}\n')
+    generator, text = (
+        np.random.default_rng(2),
+        (
+            'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.1\n[surroundings]\nfriction = 0.3\n'
+            "restitution = 0.0\nfloor = { height = 0.0, normal = [0.0, 0.0, 1.0] }\n"
+            f"[measurement]\nnoise = {{ position = {noise} }}\n"
+        ),
+    )
     for k, height in enumerate((0.03, 0.05, 0.07, 0.09, 0.11, 0.13)):
         times, rise = np.arange(0, 0.6, 1 / 60), np.zeros(36)
         moment, speed = np.sqrt(2 * height / G), 0.5 * np.sqrt(2 * height * G)

@@ -30,11 +30,14 @@ def thrown(folder, columns, wind=0.0, count=6):
         def rates(_, y):
             relative = y[3:] - [wind, 0, 0]
             return np.r_[y[3:], -PER_METRE * np.linalg.norm(relative) * relative - [0, 0, G]]
+
         times = np.arange(54) / 60
         track = solve_ivp(rates, (0, 1), start, t_eval=times, rtol=1e-9, atol=1e-11).y[:3].T
         seen = track + 0.004 * generator.standard_normal(track.shape)
-        rows = "".join(f"{t:.6f}," + ",".join(f"{row['xyz'.index(c)]:.6f}" for c in columns) + "\n"
-                       for t, row in zip(times, seen, strict=True))
+        rows = "".join(
+            f"{t:.6f}," + ",".join(f"{row['xyz'.index(c)]:.6f}" for c in columns) + "\n"
+            for t, row in zip(times, seen, strict=True)
+        )
         (folder / f"d{k}.csv").write_text("t_s," + ",".join(f"{c}_m" for c in columns) + "\n" + rows)
         entries.append(f'[[trial]]\nfile = "d{k}.csv"\ngroup = "{k % 2}"\n')
     path = folder / "e.toml"
@@ -51,9 +54,12 @@ def test_drag_is_found_in_throws_seen_from_above(tmp_path):
 
 def test_a_form_that_leaves_the_data_unexplained_is_no_rival(tmp_path):
     """Falls of a light ball: linear drag looks alike (cosine above 0.99) but leaves many times the noise of 0.1 ms."""
-    rows = [(h, np.arccosh(np.exp(PER_METRE * h)) / np.sqrt(G * PER_METRE) + 1e-4 * noise)
-            for h, noise in zip(np.repeat((0.5, 1.0, 1.5, 2.0, 2.5, 3.0), 4), np.random.default_rng(7).standard_normal(24),
-                                strict=True)]
+    rows = [
+        (h, np.arccosh(np.exp(PER_METRE * h)) / np.sqrt(G * PER_METRE) + 1e-4 * noise)
+        for h, noise in zip(
+            np.repeat((0.5, 1.0, 1.5, 2.0, 2.5, 3.0), 4), np.random.default_rng(7).standard_normal(24), strict=True
+        )
+    ]
     diagnosis = hlcs.diagnose(table(tmp_path, "height_m,fall_time_s", rows), candidates=["linear_drag", "quadratic_drag"])
     assert diagnosis.verdict == "effect" and diagnosis.effects == ("quadratic_drag",)
 
@@ -77,8 +83,11 @@ def table(folder, head, rows, extra="", body=BALL):
 def falls(scale=1.0, unit=1.0):
     """Rows (height [m], time [s] over unit) of free falls whose true height is scale times the stated, four of each."""
     generator = np.random.default_rng(4)
-    return [(h, (np.sqrt(2 * h * scale / G) + 0.003 * generator.standard_normal()) / unit)
-            for h in (0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0) for _ in range(4)]
+    return [
+        (h, (np.sqrt(2 * h * scale / G) + 0.003 * generator.standard_normal()) / unit)
+        for h in (0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0)
+        for _ in range(4)
+    ]
 
 
 def test_a_wrong_ruler_and_a_wrong_clock_say_the_same_in_fall_times(tmp_path):
@@ -88,15 +97,18 @@ def test_a_wrong_ruler_and_a_wrong_clock_say_the_same_in_fall_times(tmp_path):
     assert {"time_scale", "length_scale"} <= set(diagnosis.ambiguous[0])
 
 
-@pytest.mark.parametrize(("rows", "extra", "words"), [
-    (falls(unit=1e-3), "", ("t.csv, row", "fall_time_s", "units")),
-    ([(100 * h, t) for h, t in falls()], "", ("fall_time_s", "units")),
-    (falls(), "noise = { slide_time_s = 0.003 }\n", ("noise.slide_time_s", "fall_time_s = 0.003")),
-    (falls(), "noise = { position = 0.003 }\n", ("line", "position", "noise = 0.003")),
-    (falls(), '[[trial]]\nfile = "t.csv"\n', ("trial", "no place")),
-    (falls(), '[diagnose]\ncandidates = ["air_drag"]\n', ("e.toml, line 11", "air_drag", "linear_drag")),
-    (falls(), '[model]\neffects = [{ name = "linear_drag", rate = -1 }]\n', ("line 11", "rate = -1", "at least 0")),
-])
+@pytest.mark.parametrize(
+    ("rows", "extra", "words"),
+    [
+        (falls(unit=1e-3), "", ("t.csv, row", "fall_time_s", "units")),
+        ([(100 * h, t) for h, t in falls()], "", ("fall_time_s", "units")),
+        (falls(), "noise = { slide_time_s = 0.003 }\n", ("noise.slide_time_s", "fall_time_s = 0.003")),
+        (falls(), "noise = { position = 0.003 }\n", ("line", "position", "noise = 0.003")),
+        (falls(), '[[trial]]\nfile = "t.csv"\n', ("trial", "no place")),
+        (falls(), '[diagnose]\ncandidates = ["air_drag"]\n', ("e.toml, line 11", "air_drag", "linear_drag")),
+        (falls(), '[model]\neffects = [{ name = "linear_drag", rate = -1 }]\n', ("line 11", "rate = -1", "at least 0")),
+    ],
+)
 def test_tables_that_cannot_be_right_are_refused(tmp_path, rows, extra, words):
     with pytest.raises(InputError) as problem:
         hlcs.diagnose(table(tmp_path, "height_m,fall_time_s", rows, extra))
@@ -153,8 +165,10 @@ def test_friction_that_rises_with_speed_and_drag_are_one_on_a_level_floor(tmp_pa
         (tmp_path / f"s{k}.csv").write_text("t_s,x_m,y_m\n" + rows)
         entries.append(f'[[trial]]\nfile = "s{k}.csv"\ngroup = "{k % 2}"\n')
     path = tmp_path / "e.toml"
-    path.write_text('kind = "trajectory"\n[body]\nshape = "box"\nsize = [0.1, 0.08, 0.04]\nmass = 0.25\n[surroundings]\n'
-                    'friction = 0.3\nfloor = { height = 0.0 }\n[measurement]\nnoise = { position = 0.001 }\n' + "".join(entries))
+    path.write_text(
+        'kind = "trajectory"\n[body]\nshape = "box"\nsize = [0.1, 0.08, 0.04]\nmass = 0.25\n[surroundings]\n'
+        "friction = 0.3\nfloor = { height = 0.0 }\n[measurement]\nnoise = { position = 0.001 }\n" + "".join(entries)
+    )
     diagnosis = hlcs.diagnose(path, candidates=["friction", "viscous_friction", "linear_drag", "adhesion"])
     assert diagnosis.verdict == "ambiguous" and {"viscous_friction", "linear_drag"} <= set(diagnosis.ambiguous[0])
 
@@ -170,11 +184,18 @@ def test_a_model_that_forgot_its_liquid_misses_three_effects_and_no_clock(tmp_pa
     moved = mass + 0.5 * water * volume
     pull, per_metre = (mass - water * volume) * G / moved, 0.25 * water * np.pi * radius**2 / moved
     noise = np.random.default_rng(5).standard_normal(40)
-    rows = [(h, np.arccosh(np.exp(per_metre * h)) / np.sqrt(pull * per_metre) + 4e-3 * e)
-            for h, e in zip(np.repeat((0.05, 0.1, 0.2, 0.4, 0.8), 8), noise, strict=True)]
+    rows = [
+        (h, np.arccosh(np.exp(per_metre * h)) / np.sqrt(pull * per_metre) + 4e-3 * e)
+        for h, e in zip(np.repeat((0.05, 0.1, 0.2, 0.4, 0.8), 8), noise, strict=True)
+    ]
     path = table(tmp_path, "height_m,fall_time_s", rows)
-    path.write_text(path.read_text().replace(BALL, f'[body]\nshape = "sphere"\nradius = {radius}\nmass = {mass}\n[surroundings]\n'
-                                             f"fluid_density = {water}\nfluid_viscosity = 1e-3\n"))
+    path.write_text(
+        path.read_text().replace(
+            BALL,
+            f'[body]\nshape = "sphere"\nradius = {radius}\nmass = {mass}\n[surroundings]\n'
+            f"fluid_density = {water}\nfluid_viscosity = 1e-3\n",
+        )
+    )
     diagnosis = hlcs.diagnose(path, candidates=["added_mass", "buoyancy", "clock_offset", "quadratic_drag"])
     assert set(diagnosis.effects) == {"buoyancy", "added_mass", "quadratic_drag"} and diagnosis.adequate["after"]
     numbers = diagnosis.parameters
@@ -199,8 +220,10 @@ def test_a_drag_that_answers_within_a_step_is_flown_in_shorter_steps():
 def test_a_late_trigger_and_drag_are_told_from_the_slow_clock_that_imitates_both(tmp_path, late, seed):
     """Alone a clock 3 % slow explains fall times best; beside either of the two causes it is worth nothing."""
     generator, light = np.random.default_rng(seed), PER_METRE / 8
-    rows = [(h, np.arccosh(np.exp(light * h)) / np.sqrt(G * light) + late + 0.003 * generator.standard_normal())
-            for h in np.repeat((0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0), 8)]
+    rows = [
+        (h, np.arccosh(np.exp(light * h)) / np.sqrt(G * light) + late + 0.003 * generator.standard_normal())
+        for h in np.repeat((0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0), 8)
+    ]
     path = table(tmp_path, "height_m,fall_time_s", rows, body=BALL.replace("0.0027", "0.0216"))
     alone = hlcs.diagnose(path, candidates=["time_scale"])
     assert alone.error["fitted"]["after"] < 0.3 * alone.error["fitted"]["before"]
@@ -217,8 +240,10 @@ def test_what_a_later_term_drives_to_its_bound_goes(tmp_path):
         rows = "".join(f"{t:.6f},{x:.6f},{y:.6f},{z:.6f}\n" for t, (x, y, z) in zip(times, fall, strict=True))
         (tmp_path / f"f{k}.csv").write_text("t_s,x_m,y_m,z_m\n" + rows)
     path = tmp_path / "e.toml"
-    path.write_text(f'kind = "trajectory"\n{BALL}[measurement]\nnoise = {{ position = 0.004 }}\n' + "".join(
-        f'[[trial]]\nfile = "f{k}.csv"\ngroup = "{k % 2}"\n' for k in range(4)))
+    path.write_text(
+        f'kind = "trajectory"\n{BALL}[measurement]\nnoise = {{ position = 0.004 }}\n'
+        + "".join(f'[[trial]]\nfile = "f{k}.csv"\ngroup = "{k % 2}"\n' for k in range(4))
+    )
     measurement = read_measurement(read_experiment_file(path))
     prepared = prepare(measurement)
     entries, _ = candidates_for(measurement, False, ["time_scale", "linear_drag"])

@@ -71,8 +71,16 @@ def model(**offset):
 
 def trial(**surroundings):
     """A recording without samples: what a run of the model needs to know of one."""
-    return Trial(name="run", group="", body=BOX, surroundings=Surroundings(fluid_density=0.0, **surroundings), start={},
-                 times=np.zeros(1), position=np.zeros((1, 3)), orientation=np.zeros((1, 4)))
+    return Trial(
+        name="run",
+        group="",
+        body=BOX,
+        surroundings=Surroundings(fluid_density=0.0, **surroundings),
+        start={},
+        times=np.zeros(1),
+        position=np.zeros((1, 3)),
+        orientation=np.zeros((1, 4)),
+    )
 
 
 def test_in_flight_the_tracked_centre_circles_the_centre_of_mass():

@@ -81,13 +81,40 @@ def test_units_are_counted_and_heights_add_up(small_result):
     assert small_result.porosity == pytest.approx(1 - 2 * phi / small_result.height_over_dn, rel=1e-12)
 
 
-@pytest.mark.parametrize(("field", "value"), [
-    ("layers", 0), ("layers", 2.5), ("layers", True), ("layers", 9), ("rows", 0), ("columns", "8"), ("seed", -1), ("plates", 0),
-    ("friction", -0.1), ("friction", float("nan")), ("friction", "0.6"), ("side", 0.0), ("side", float("inf")), ("margin", -0.01),
-    ("friction", 10**400),
-    ("margin", 1.0), ("falling_distance", -1.0), ("density", 0.0), ("restitution", 1.5), ("linear_damping", -1.0),
-    ("time_step", 0.0), ("settle_time", 0.0), ("reference", "deaf"), ("shape", "sphere"), ("solver", "magic"), ("grid", "QPG"),
-    ("bottom", "slope:steep"), ("tolerance", 0.0), ("iterations", 0)])
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("layers", 0),
+        ("layers", 2.5),
+        ("layers", True),
+        ("layers", 9),
+        ("rows", 0),
+        ("columns", "8"),
+        ("seed", -1),
+        ("plates", 0),
+        ("friction", -0.1),
+        ("friction", float("nan")),
+        ("friction", "0.6"),
+        ("side", 0.0),
+        ("side", float("inf")),
+        ("margin", -0.01),
+        ("friction", 10**400),
+        ("margin", 1.0),
+        ("falling_distance", -1.0),
+        ("density", 0.0),
+        ("restitution", 1.5),
+        ("linear_damping", -1.0),
+        ("time_step", 0.0),
+        ("settle_time", 0.0),
+        ("reference", "deaf"),
+        ("shape", "sphere"),
+        ("solver", "magic"),
+        ("grid", "QPG"),
+        ("bottom", "slope:steep"),
+        ("tolerance", 0.0),
+        ("iterations", 0),
+    ],
+)
 def test_settings_that_cannot_be_are_refused_by_name(field, value):
     with pytest.raises(InputError) as refusal:
         PlacementTest(**{field: value})
@@ -98,10 +125,36 @@ def test_settings_that_cannot_be_are_refused_by_name(field, value):
 
 def test_a_result_is_a_value_with_the_fields_of_the_contract(small_result):
     data = small_result.to_dict()
-    assert {"format", "grid", "spacing_x", "spacing_y", "seed", "shape", "nominal_diameter_m", "layers", "height_over_dn",
-            "porosity", "packing_density", "max_penetration_over_dn", "wall_seconds", "settings", "versions"} <= set(data)
-    assert set(data["layers"][0]) == {"layer", "k", "readings", "cv", "units", "lost", "unsettled", "unsupported_readings",
-                                      "lifted_units", "mean_lift_over_dn", "drift_over_dn"}
+    assert {
+        "format",
+        "grid",
+        "spacing_x",
+        "spacing_y",
+        "seed",
+        "shape",
+        "nominal_diameter_m",
+        "layers",
+        "height_over_dn",
+        "porosity",
+        "packing_density",
+        "max_penetration_over_dn",
+        "wall_seconds",
+        "settings",
+        "versions",
+    } <= set(data)
+    assert set(data["layers"][0]) == {
+        "layer",
+        "k",
+        "readings",
+        "cv",
+        "units",
+        "lost",
+        "unsettled",
+        "unsupported_readings",
+        "lifted_units",
+        "mean_lift_over_dn",
+        "drift_over_dn",
+    }
     assert {"achieved_packing_density", "achieved_porosity"} <= set(data)
     assert data["settings"]["seed"] == 3 and data["settings"]["grid"] == "TPG"
     assert list(small_result.to_dataframe()["layer"]) == [1, 2]

@@ -87,8 +87,14 @@ def replaced(out):
 
 def everything(folder):
     """{name: what it is} of all that is in a folder, links not followed."""
-    return {path.relative_to(folder).as_posix(): os.readlink(path) if path.is_symlink() else path.read_bytes() if path.is_file()
-            else None for path in folder.rglob("*")}
+    return {
+        path.relative_to(folder).as_posix(): os.readlink(path)
+        if path.is_symlink()
+        else path.read_bytes()
+        if path.is_file()
+        else None
+        for path in folder.rglob("*")
+    }
 
 
 def linked(out, name):
@@ -185,10 +191,19 @@ def test_a_run_killed_while_it_replaces_files_knows_its_own_again(tmp_path, monk
 
 
 @pytest.mark.parametrize("elsewhere", [True, False])
-@pytest.mark.parametrize(("number", "kind"), [(errno.ENOSPC, RunError), (errno.EIO, RunError), (errno.EMFILE, RunError),
-                                              (errno.EROFS, InputError), (errno.EACCES, InputError)])
+@pytest.mark.parametrize(
+    ("number", "kind"),
+    [
+        (errno.ENOSPC, RunError),
+        (errno.EIO, RunError),
+        (errno.EMFILE, RunError),
+        (errno.EROFS, InputError),
+        (errno.EACCES, InputError),
+    ],
+)
 def test_a_disk_that_refuses_at_the_end_loses_nothing(tmp_path, monkeypatch, number, kind, elsewhere):
     """Whether the name or the system is at fault: what was computed stands in another place, or is handed over to be printed."""
+
     def refuse(source, target):
         if not elsewhere or "hlcs-" not in str(source):
             raise OSError(number, os.strerror(number), str(source))

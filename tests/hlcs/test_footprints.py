@@ -42,12 +42,16 @@ def test_cubes_on_a_triangular_grid_stand_in_bricks_or_in_columns():
     assert not headings(unit, "pieces", True, 1.0, 0.95) and not headings(unit, "pieces", True, 1.9, 0.5)
 
 
-@pytest.mark.parametrize(("settings", "x", "y"), [
-    ({"armour": "cube", "grid": "1.7,0.85"}, (1.00, 1.00), (1.70, 1.00)),
-    ({"armour": "cube", "grid": "0.6,0.6"}, (1.00, 1.00), (1.00, 1.00)),
-    ({"armour": "cube", "grid": "0.9,0.5,triangular"}, None, None),
-    ({"grid": "1.3,1.3", "shape": "hull"}, (1.40, 1.30), (1.40, 1.30)),
-    ({"grid": "1.4,0.7"}, None, None)])
+@pytest.mark.parametrize(
+    ("settings", "x", "y"),
+    [
+        ({"armour": "cube", "grid": "1.7,0.85"}, (1.00, 1.00), (1.70, 1.00)),
+        ({"armour": "cube", "grid": "0.6,0.6"}, (1.00, 1.00), (1.00, 1.00)),
+        ({"armour": "cube", "grid": "0.9,0.5,triangular"}, None, None),
+        ({"grid": "1.3,1.3", "shape": "hull"}, (1.40, 1.30), (1.40, 1.30)),
+        ({"grid": "1.4,0.7"}, None, None),
+    ],
+)
 def test_a_grid_too_narrow_is_refused_with_spacings_that_will_do(settings, x, y):
     """The named pairs are feasible, and a hundredth less is not: least they are."""
     test = PlacementTest(layers=1, rows=4, columns=4, **settings)
@@ -68,8 +72,9 @@ def test_one_row_asks_for_no_spacing_of_rows():
     assert result.layer_coefficients[0] == pytest.approx(1.0, abs=1e-3)
 
 
-@pytest.mark.parametrize("settings", [{"armour": "cube", "grid": "1.1,1.0,triangular"},
-                                      {"grid": "1.35,1.2,triangular", "shape": "hull"}])
+@pytest.mark.parametrize(
+    "settings", [{"armour": "cube", "grid": "1.1,1.0,triangular"}, {"grid": "1.35,1.2,triangular", "shape": "hull"}]
+)
 def test_where_chance_finds_no_headings_the_units_take_one_that_fits(settings):
     """They stand where they are aimed (but for the rounding of a spacing a unit), and nothing overlaps."""
     test = PlacementTest(rows=4, columns=4, layers=1, **settings)
@@ -77,8 +82,9 @@ def test_where_chance_finds_no_headings_the_units_take_one_that_fits(settings):
     world = mb.World([mb.Gravity(9.81)], test.settings)
     test.bottom.add_to(world)
     aims = test.grid.centres(4, 4, 1) * dn
-    handles = placement.lay_first_layer(world, unit, placement.load_of(unit, test), aims, test.bottom, test,
-                                        np.random.default_rng(1))
+    handles = placement.lay_first_layer(
+        world, unit, placement.load_of(unit, test), aims, test.bottom, test, np.random.default_rng(1)
+    )
     off = np.array([handle.position[:2] for handle in handles]) - aims
     assert np.abs(off).max() < 4 * footprints.ROUNDING * dn
     assert not world.overlaps(1e-4)

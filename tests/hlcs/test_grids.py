@@ -89,18 +89,31 @@ def test_grids_are_read_from_words():
     assert Grid.parse("1.58,1.27,triangular").triangular
 
 
-@pytest.mark.parametrize("text, words", [
-    ("HPG", "grid 'HPG': not understood; give TPG, RPG, or two spacings"), ("1.5", "not understood"), ("1.5,x", "not understood"),
-    ("1.5,1.3,round", "not understood"), ("1.5,-1.3", "spacing_y = -1.3"), ("nan,1.3", "spacing_x = nan"),
-])
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("HPG", "grid 'HPG': not understood; give TPG, RPG, or two spacings"),
+        ("1.5", "not understood"),
+        ("1.5,x", "not understood"),
+        ("1.5,1.3,round", "not understood"),
+        ("1.5,-1.3", "spacing_y = -1.3"),
+        ("nan,1.3", "spacing_x = nan"),
+    ],
+)
 def test_what_is_no_grid_is_refused_by_name(text, words):
     with pytest.raises(InputError, match=words):
         Grid.parse(text)
 
 
-@pytest.mark.parametrize("rows, columns, layer, words", [
-    (4, 8, 5, "layer 5 of 4 rows and 8 columns has no units"), (0, 8, 1, "rows = 0"),
-    (8, 2.5, 1, "columns = 2.5"), (8, 8, 0, "layer = 0")])
+@pytest.mark.parametrize(
+    "rows, columns, layer, words",
+    [
+        (4, 8, 5, "layer 5 of 4 rows and 8 columns has no units"),
+        (0, 8, 1, "rows = 0"),
+        (8, 2.5, 1, "columns = 2.5"),
+        (8, 8, 0, "layer = 0"),
+    ],
+)
 def test_layers_without_units_are_refused(rows, columns, layer, words):
     with pytest.raises(InputError, match=words):
         TPG.centres(rows, columns, layer)

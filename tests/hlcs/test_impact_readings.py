@@ -24,7 +24,7 @@ def bouncing(restitution, friction, sigma, rate=240.0, speed=3.0, height=1.5, sh
             moving = moving - np.array([0, 0, 9.81 * root])
             down = -moving[2]
             if down < 0.3:
-                return rows_to_trial(times[:len(rows)], rows, sigma, generator, shape), blows
+                return rows_to_trial(times[: len(rows)], rows, sigma, generator, shape), blows
             e = restitution(down)
             blows.append((now, down, e))
             moving = np.array([moving[0] - friction * (1 + e) * down, 0.0, e * down])
@@ -56,8 +56,9 @@ def test_restitution_that_falls_with_speed_shows_as_a_trend_and_a_constant_one_d
     """e = 0.9 - 0.05 v against e = 0.7: the slope within four errors of -0.05, and within three of zero."""
     for law, slope in ((lambda v: 0.9 - 0.05 * v, -0.05), (lambda v: 0.7, 0.0)):
         found = [one for seed in range(4) for one in read_trial(bouncing(law, 0.0, 5e-4, seed=seed)[0], 5e-4)]
-        _, _, trend, error = mean_and_trend([one.restitution for one in found], [one.restitution_error for one in found],
-                                            [one.speed for one in found])
+        _, _, trend, error = mean_and_trend(
+            [one.restitution for one in found], [one.restitution_error for one in found], [one.speed for one in found]
+        )
         assert abs(trend - slope) < 4 * error and (abs(trend) > 3 * error) == (slope != 0.0)
 
 
@@ -65,8 +66,9 @@ def test_free_flight_has_no_impacts_and_a_box_no_restitution_of_its_centre():
     """A throw that never lands: none; a box: friction but no e, because its corner is not its centre; heights alone: e only."""
     trial, _ = bouncing(lambda v: 0.7, 0.05, 5e-4)
     short = trial.times < 0.4
-    thrown = Trial("throw.csv", "1", trial.times[short], trial.position[short], trial.orientation[short], {}, trial.body,
-                   trial.surroundings)
+    thrown = Trial(
+        "throw.csv", "1", trial.times[short], trial.position[short], trial.orientation[short], {}, trial.body, trial.surroundings
+    )
     assert read_trial(thrown, 5e-4) == []
     box = read_trial(bouncing(lambda v: 0.7, 0.05, 5e-4, shape="box")[0], 5e-4)
     assert box and all(one.restitution is None and one.friction is not None for one in box)

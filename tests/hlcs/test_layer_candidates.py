@@ -17,15 +17,49 @@ SETS = tuple(LayerSet(PlacementTest().grid, 0.0, campaign, SAMPLE) for campaign 
 TEST = PlacementTest(layers=2, rows=3, columns=3, time_step=1 / 120, restitution=0.1, settle_time=6.0)
 K = np.array([1.298, 1.08, 0.98, 0.97, 0.975])
 FAMILIES = {  # the families of the candidate library that apply to layers
-    "physics": {"friction", "restitution", "static_friction", "stribeck_friction", "viscous_friction", "load_dependent_friction",
-                "anisotropic_friction", "rolling_friction", "spinning_friction", "adhesion", "velocity_dependent_restitution",
-                "contact_compliance", "size_error", "inertia_error", "settlement", "ground_softness", "bottom_slope",
-                "bottom_roughness"},
-    "placement": {"falling_distance", "grid_spacing", "placement_scatter", "placement_offset", "orientation_bias",
-                  "yaw_constraint", "sequential_placement", "loose_lower_layers", "vibration", "lost_units"},
+    "physics": {
+        "friction",
+        "restitution",
+        "static_friction",
+        "stribeck_friction",
+        "viscous_friction",
+        "load_dependent_friction",
+        "anisotropic_friction",
+        "rolling_friction",
+        "spinning_friction",
+        "adhesion",
+        "velocity_dependent_restitution",
+        "contact_compliance",
+        "size_error",
+        "inertia_error",
+        "settlement",
+        "ground_softness",
+        "bottom_slope",
+        "bottom_roughness",
+    },
+    "placement": {
+        "falling_distance",
+        "grid_spacing",
+        "placement_scatter",
+        "placement_offset",
+        "orientation_bias",
+        "yaw_constraint",
+        "sequential_placement",
+        "loose_lower_layers",
+        "vibration",
+        "lost_units",
+    },
     "measurement": {"plate_bias", "length_scale", "campaign_offset"},
-    "numerics": {"time_step", "iterations", "damping", "margin_offset", "convex_hull_shape", "friction_combination",
-                 "friction_pyramid"}}
+    "numerics": {
+        "time_step",
+        "iterations",
+        "damping",
+        "margin_offset",
+        "convex_hull_shape",
+        "friction_combination",
+        "friction_pyramid",
+    },
+}
 
 
 def entry(name):
@@ -91,9 +125,18 @@ def test_shaking_leaves_no_speed_of_its_own():
     assert max(farthest) < 0.3 * 9.81 / (np.pi * 39.24) / 2 + 1e-6
 
 
-@pytest.mark.parametrize("change", [{"sequential_placement": True}, {"loose_lower_layers": True}, {"vibration": 0.3},
-                                    {"inertia_factor": 2.06}, {"bottom_roughness": 0.05},
-                                    {"effects": [{"name": "rolling_friction", "arm": 0.03}]}, {"armour": "cube"}])
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"sequential_placement": True},
+        {"loose_lower_layers": True},
+        {"vibration": 0.3},
+        {"inertia_factor": 2.06},
+        {"bottom_roughness": 0.05},
+        {"effects": [{"name": "rolling_friction", "arm": 0.03}]},
+        {"armour": "cube"},
+    ],
+)
 def test_each_way_of_placing_runs_and_tells_from_the_nominal_one(change):
     plain = PlacementTest(layers=2, rows=4, columns=4, time_step=1 / 120, settle_time=6.0)
     test = make_placement(placement_table(plain) | change)
@@ -104,16 +147,19 @@ def test_each_way_of_placing_runs_and_tells_from_the_nominal_one(change):
         assert result.layer_coefficients[0] == pytest.approx(1.0, abs=1e-3)
 
 
-@pytest.mark.parametrize(("line", "words"), [
-    ('effects = [{ name = "roling_friction" }]', ("roling_friction", "'rolling_friction'")),
-    ('effects = [{ name = "rolling_friction", arms = 1 }]', ("arms", "'arm'")),
-    ('effects = [{ arm = 1.0 }]', ("no name",)),
-    ('effects = "rolling_friction"', ("must be a list",)),
-    ('effects = [{ name = "rolling_friction", arm = "big" }]', ("arm must be a finite number",)),
-    ('vibration = -1', ("vibration = -1", ">= 0")),
-    ('loose_lower_layers = 1', ("loose_lower_layers = 1", "true or false")),
-    ('armour = "tetrapod"', ("tetrapod", "cubipod, cube")),
-])
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ('effects = [{ name = "roling_friction" }]', ("roling_friction", "'rolling_friction'")),
+        ('effects = [{ name = "rolling_friction", arms = 1 }]', ("arms", "'arm'")),
+        ("effects = [{ arm = 1.0 }]", ("no name",)),
+        ('effects = "rolling_friction"', ("must be a list",)),
+        ('effects = [{ name = "rolling_friction", arm = "big" }]', ("arm must be a finite number",)),
+        ("vibration = -1", ("vibration = -1", ">= 0")),
+        ("loose_lower_layers = 1", ("loose_lower_layers = 1", "true or false")),
+        ('armour = "tetrapod"', ("tetrapod", "cubipod, cube")),
+    ],
+)
 def test_bad_values_are_refused_by_line_and_name(tmp_path, line, words):
     (tmp_path / "test.toml").write_text(f"[placement]\n{line}\n")
     with pytest.raises(InputError) as refusal:

@@ -53,9 +53,19 @@ def measured(grid, seed, campaign, tests=5, shift=0.0, **settings):
     runs[:, 0] += shift
     mean = runs.mean(axis=0)
     test = hlcs.PlacementTest(grid=grid)
-    return pd.DataFrame({"grid": grid, "spacing_x": test.grid.spacing_x, "spacing_y": test.grid.spacing_y, "bottom_slope": 0.0,
-                         "layer": np.arange(1, 6), "mean": mean.round(3), "cv": (runs.std(axis=0, ddof=1) / mean).round(3),
-                         "tests": tests, "campaign": campaign})
+    return pd.DataFrame(
+        {
+            "grid": grid,
+            "spacing_x": test.grid.spacing_x,
+            "spacing_y": test.grid.spacing_y,
+            "bottom_slope": 0.0,
+            "layer": np.arange(1, 6),
+            "mean": mean.round(3),
+            "cv": (runs.std(axis=0, ddof=1) / mean).round(3),
+            "tests": tests,
+            "campaign": campaign,
+        }
+    )
 
 
 @pytest.fixture
@@ -124,8 +134,9 @@ def test_scatter_of_zero_in_every_layer_is_no_scatter_that_was_seen(tmp_path, si
 
 
 def test_quick_settings_scale_with_the_unit(tmp_path):
-    large, small = (read_layers(experiment(tmp_path, [measured("TPG", 1, "a")], f"nominal_diameter = {size}")).test
-                    for size in (1.0, 0.038))
+    large, small = (
+        read_layers(experiment(tmp_path, [measured("TPG", 1, "a")], f"nominal_diameter = {size}")).test for size in (1.0, 0.038)
+    )
     assert large.time_step == pytest.approx(1 / 120) and small.time_step == pytest.approx(np.sqrt(0.038) / 120)
     stated = read_layers(experiment(tmp_path, [measured("TPG", 1, "a")], "nominal_diameter = 0.038\ntime_step = 0.001")).test
     assert stated.time_step == 0.001 and stated.settle_time == small.settle_time
@@ -164,8 +175,18 @@ def test_naive_hull_model_is_led_to_the_true_shape(tmp_path, simulator):
     held = [step["held_out"] for step in found.steps]
     assert all(later < 0.98 * earlier for earlier, later in zip(held, held[1:], strict=False))  # rule: each step 2 % at least
     assert found.error["held_out"]["before"] == held[0] and found.error["held_out"]["after"] == held[-1]
-    assert set(found.to_json()) >= {"verdict", "effects", "parameters", "ambiguous", "error", "steps", "adequate", "candidates",
-                                    "where", "next_experiment"}
+    assert set(found.to_json()) >= {
+        "verdict",
+        "effects",
+        "parameters",
+        "ambiguous",
+        "error",
+        "steps",
+        "adequate",
+        "candidates",
+        "where",
+        "next_experiment",
+    }
     # the mended model, written as a file, starts where this one ended
     (tmp_path / "mended.toml").write_text(found.model.to_toml())
     again = compare_layer_file(read_experiment_file(tmp_path / "mended.toml"), simulator=simulator)
@@ -207,8 +228,11 @@ def test_a_number_far_from_the_first_guess_is_found_where_units_still_stand(tmp_
         frame = measured(grid, seed, "a")
         frame.loc[1:, "mean"] -= 0.08  # what friction 0.271 gives: 0.14 below 0.6
         frames.append(frame)
-    found = diagnose_layers(experiment(tmp_path, frames, "friction = 0.6"), candidates=["friction", "settlement"],
-                            simulator=Simulator(tmp_path / "runs.sqlite", workers=1, function=bent))
+    found = diagnose_layers(
+        experiment(tmp_path, frames, "friction = 0.6"),
+        candidates=["friction", "settlement"],
+        simulator=Simulator(tmp_path / "runs.sqlite", workers=1, function=bent),
+    )
     number = found.parameters["friction"]["coefficient"]
     assert found.effects == ("friction",) and number["low"] < 0.271 < number["high"] < 0.36
 
@@ -317,7 +341,8 @@ def test_a_model_of_layers_runs_its_own_placement():
 
 def test_a_model_that_cannot_be_placed_on_a_measured_grid_says_why(tmp_path):
     (tmp_path / "layers.csv").write_text(f"{HEADER}\nA,0.6,0.6,0,1,1.3,0.01,5,a\nA,0.6,0.6,0,2,1.1,0.01,5,a\n")
-    (tmp_path / "e.toml").write_text('kind = "layers"\n[placement]\nrows = 3\ncolumns = 3\nlayers = 2\n'
-                                     '[measurement]\nfile = "layers.csv"\n')
+    (tmp_path / "e.toml").write_text(
+        'kind = "layers"\n[placement]\nrows = 3\ncolumns = 3\nlayers = 2\n[measurement]\nfile = "layers.csv"\n'
+    )
     with pytest.raises(InputError, match="smallest feasible spacing"):
         compare_layer_file(read_experiment_file(tmp_path / "e.toml"), simulator=Simulator(tmp_path / "s.sqlite", workers=1))

@@ -54,46 +54,52 @@ def test_a_good_file_is_read(tmp_path):
     assert measurement.trials[0].columns == ["z"] and measurement.file.body.mass == 0.05
 
 
-@pytest.mark.parametrize(("toml", "words"), [
-    (TOML.replace("radius", "raduis"), ("line 4", "raduis", "radius")),
-    (TOML.replace("[measurement]", "[measurment]"), ("measurment", "measurement", "line 6")),
-    (TOML.replace("position = 0.01", "positon = 0.01"), ("positon", "position", "line 7")),
-    (TOML.replace("0.05", "-1.0"), ("line 5", "mass", "greater than 0")),
-    (TOML.replace("0.03", "30.0"), ("density", "kg and m")),
-    (TOML.replace('"sphere"', '"spere"'), ("spere", "sphere")),
-    (TOML.replace('"trajectory"', '"trajectories"'), ("trajectory",)),
-    (TOML + "[model]\neffects = 3\n", ("effects", "list")),
-    (TOML.replace("{ position = 0.01 }", "0.01"), ("line 7", "noise", "{ position = 0.01 }")),
-    (TOML.replace("{ position", "{ outcome"), ("line 7", "outcome", "position [m]")),
-    (TOML + "[surroundings]\nfloor = 0.0\n", ("line 9", "floor", "{ height = 0.0 }")),
-    (TOML + "[placement]\nlayers = 5\n", ("line 8", "placement", "layers")),
-])
+@pytest.mark.parametrize(
+    ("toml", "words"),
+    [
+        (TOML.replace("radius", "raduis"), ("line 4", "raduis", "radius")),
+        (TOML.replace("[measurement]", "[measurment]"), ("measurment", "measurement", "line 6")),
+        (TOML.replace("position = 0.01", "positon = 0.01"), ("positon", "position", "line 7")),
+        (TOML.replace("0.05", "-1.0"), ("line 5", "mass", "greater than 0")),
+        (TOML.replace("0.03", "30.0"), ("density", "kg and m")),
+        (TOML.replace('"sphere"', '"spere"'), ("spere", "sphere")),
+        (TOML.replace('"trajectory"', '"trajectories"'), ("trajectory",)),
+        (TOML + "[model]\neffects = 3\n", ("effects", "list")),
+        (TOML.replace("{ position = 0.01 }", "0.01"), ("line 7", "noise", "{ position = 0.01 }")),
+        (TOML.replace("{ position", "{ outcome"), ("line 7", "outcome", "position [m]")),
+        (TOML + "[surroundings]\nfloor = 0.0\n", ("line 9", "floor", "{ height = 0.0 }")),
+        (TOML + "[placement]\nlayers = 5\n", ("line 8", "placement", "layers")),
+    ],
+)
 def test_wrong_keys_and_values_are_named(tmp_path, toml, words):
     refused(experiment(tmp_path, toml=toml), *words)
 
 
-@pytest.mark.parametrize(("csv", "words"), [
-    ("t_s,z_m\n0,1\n0.2,1\n0.1,1\n0.3,1\n", ("a.csv", "row 4", "t_s", "unsorted")),
-    ("t_s,z_m\n0,1\n0.1,1\n0.1,1\n0.3,1\n", ("row 4", "duplicate")),
-    ("t_s,z_m\n0,1\n0.1,nan\n0.2,1\n", ("row 3", "z_m", "not finite", "blank")),
-    ("t_s,z_m\n0,1\n0.1,inf\n0.2,1\n", ("row 3", "not finite")),
-    ("t_s,z_m\n0,1\n0.1,one\n0.2,1\n", ("row 3", "not a number")),
-    ("t_s,z_m\n0,1\n0.1\n", ("row 3", "cells")),
-    ("t_s,h_m\n0,1\n0.1,1\n", ("row 1", "h_m", "nearest")),
-    ("t_s,z_m\n0,1\n0.1,1\n0.2,0.9\n", ("3 samples", "4 are needed")),
-    ("t_s,qw,qx,qy,qz\n0,1,0,0,0\n0.1,0,0,0,0\n", ("row 3", "zero length")),
-    ("t_s,qw,qx,qy\n0,1,0,0\n", ("qw, qx, qy, qz",)),
-    ("t_s,z_m\n" + "".join(f"{0.1 * k},{1000 - 4905 * (0.1 * k) ** 2}\n" for k in range(9)), ("z_m", "units")),
-    ("t_s;z_m\n0;1\n0,1;0,9\n", ("row 1", "semicolons", "commas")),
-    ("t_s,z_m\n0,0,1,0\n0,1,0,9\n", ("row 2", "4 cells", "point")),
-    ('t_s,z_m\n0,1\n"0,1",1\n', ("row 3", "t_s", "0,1", "point")),
-    ("t_s,z_m,\n0,1,\n", ("row 1", "column 3", "comma")),
-    ("t_s,z\n0,1\n", ("row 1", "'z'", "'z_m'")),
-    ("t_s,z_m\n\0,1\n", ("not text",)),
-    ("t_s,y_m,z_m\n" + "".join(f"{0.1 * k},{9 - 0.049 * k * k},{0.2 * k}\n" for k in range(9)), ("y_m", "z_m", "mixed up")),
-    ("t_s,z_m\n" + "".join(f"{0.1 * k},{4.9 * (0.1 * k) ** 2}\n" for k in range(9)), ("z_m", "falls upwards")),
-    ("t_s,z_m\n" + "".join(f"{0.1 * k},{300 - 490 * (0.1 * k) ** 2}\n" for k in range(7)), ("z_m", "units")),
-])
+@pytest.mark.parametrize(
+    ("csv", "words"),
+    [
+        ("t_s,z_m\n0,1\n0.2,1\n0.1,1\n0.3,1\n", ("a.csv", "row 4", "t_s", "unsorted")),
+        ("t_s,z_m\n0,1\n0.1,1\n0.1,1\n0.3,1\n", ("row 4", "duplicate")),
+        ("t_s,z_m\n0,1\n0.1,nan\n0.2,1\n", ("row 3", "z_m", "not finite", "blank")),
+        ("t_s,z_m\n0,1\n0.1,inf\n0.2,1\n", ("row 3", "not finite")),
+        ("t_s,z_m\n0,1\n0.1,one\n0.2,1\n", ("row 3", "not a number")),
+        ("t_s,z_m\n0,1\n0.1\n", ("row 3", "cells")),
+        ("t_s,h_m\n0,1\n0.1,1\n", ("row 1", "h_m", "nearest")),
+        ("t_s,z_m\n0,1\n0.1,1\n0.2,0.9\n", ("3 samples", "4 are needed")),
+        ("t_s,qw,qx,qy,qz\n0,1,0,0,0\n0.1,0,0,0,0\n", ("row 3", "zero length")),
+        ("t_s,qw,qx,qy\n0,1,0,0\n", ("qw, qx, qy, qz",)),
+        ("t_s,z_m\n" + "".join(f"{0.1 * k},{1000 - 4905 * (0.1 * k) ** 2}\n" for k in range(9)), ("z_m", "units")),
+        ("t_s;z_m\n0;1\n0,1;0,9\n", ("row 1", "semicolons", "commas")),
+        ("t_s,z_m\n0,0,1,0\n0,1,0,9\n", ("row 2", "4 cells", "point")),
+        ('t_s,z_m\n0,1\n"0,1",1\n', ("row 3", "t_s", "0,1", "point")),
+        ("t_s,z_m,\n0,1,\n", ("row 1", "column 3", "comma")),
+        ("t_s,z\n0,1\n", ("row 1", "'z'", "'z_m'")),
+        ("t_s,z_m\n\0,1\n", ("not text",)),
+        ("t_s,y_m,z_m\n" + "".join(f"{0.1 * k},{9 - 0.049 * k * k},{0.2 * k}\n" for k in range(9)), ("y_m", "z_m", "mixed up")),
+        ("t_s,z_m\n" + "".join(f"{0.1 * k},{4.9 * (0.1 * k) ** 2}\n" for k in range(9)), ("z_m", "falls upwards")),
+        ("t_s,z_m\n" + "".join(f"{0.1 * k},{300 - 490 * (0.1 * k) ** 2}\n" for k in range(7)), ("z_m", "units")),
+    ],
+)
 def test_bad_recordings_are_refused_by_row_and_column(tmp_path, csv, words):
     refused(experiment(tmp_path, csv=csv), *words)
 
@@ -139,7 +145,7 @@ def test_a_static_recording_that_drifts_is_refused(tmp_path):
 
 def test_copies_are_refused_even_rotated(tmp_path):
     times = np.arange(12) * 0.1
-    seen = np.column_stack([times, np.sin(times), -times**2])
+    seen = np.column_stack([times, np.sin(times), -(times**2)])
     for name, table in (("a.csv", seen), ("b.csv", seen[:, [1, 0, 2]] * [1, -1, 1] + 3)):
         rows = "".join(f"{t:.2f},{x!r},{y!r},{z!r}\n" for t, (x, y, z) in zip(times, table.tolist(), strict=True))
         (tmp_path / name).write_text("t_s,x_m,y_m,z_m\n" + rows)
@@ -163,15 +169,18 @@ def test_overrides_of_a_trial(tmp_path):
     assert file.trials[0].body.mass == 0.2 and file.trials[0].surroundings.gravity == 9.8 and file.body.mass == 0.05
 
 
-@pytest.mark.parametrize(("csv", "words"), [
-    ('t_s,z_m\n0,1\n0.1,"1\n0.2,1\n', ("row 3", "quote", "not closed")),
-    ("t_s,z_m\n0,1\n0.1," + "9" * 400 + "\n", ("row 3", "z_m", "not finite")),
-    ("t_s,z_m\n0,1\n0.1," + "9" * 20_000 + "\n", ("row 3", "20,004 characters")),
-    ("t_s,z_m" + ",x" * 3000 + "\n0,1\n", ("row 1", "unknown column 'x'")),
-    ("t_s,z_m\n0,1\n0.1,\x1b[31m1\n", ("row 3", r"'\x1b[31m1' is not a number")),
-    ("\x1b[2Jt_s,z_m\n0,1\n", ("row 1", r"\x1b[2Jt_s")),
-    ("t_s,z_m\n" + "0,1\n" * 200_001, ("200,002 lines", "200,000 rows")),
-])
+@pytest.mark.parametrize(
+    ("csv", "words"),
+    [
+        ('t_s,z_m\n0,1\n0.1,"1\n0.2,1\n', ("row 3", "quote", "not closed")),
+        ("t_s,z_m\n0,1\n0.1," + "9" * 400 + "\n", ("row 3", "z_m", "not finite")),
+        ("t_s,z_m\n0,1\n0.1," + "9" * 20_000 + "\n", ("row 3", "20,004 characters")),
+        ("t_s,z_m" + ",x" * 3000 + "\n0,1\n", ("row 1", "unknown column 'x'")),
+        ("t_s,z_m\n0,1\n0.1,\x1b[31m1\n", ("row 3", r"'\x1b[31m1' is not a number")),
+        ("\x1b[2Jt_s,z_m\n0,1\n", ("row 1", r"\x1b[2Jt_s")),
+        ("t_s,z_m\n" + "0,1\n" * 200_001, ("200,002 lines", "200,000 rows")),
+    ],
+)
 def test_what_is_no_table_is_refused_in_one_printable_line(tmp_path, csv, words):
     with pytest.raises(InputError) as problem:
         read_measurement(experiment(tmp_path, csv=csv))
@@ -207,7 +216,8 @@ def test_a_search_keeps_every_kth_row_and_what_happens_fast(tmp_path, monkeypatc
     toml = FLOOR.replace("position = 0.01", "position = 0.0001")
     measurement = read_measurement(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=toml))
     assert thinned(measurement, estimate_noise(measurement)).trials[0].rows.tolist() == sorted(
-        {*range(2, 14), *range(2, 122, 6), *range(2 + 54, 2 + 66), 121})
+        {*range(2, 14), *range(2, 122, 6), *range(2 + 54, 2 + 66), 121}
+    )
     monkeypatch.setattr("hlcs.thinning.MOST_SEARCHED", 120)
     assert thinned(measurement, estimate_noise(measurement)) is measurement
 
@@ -216,8 +226,11 @@ def test_what_thinning_hides_is_judged_on_all_rows(tmp_path, monkeypatch, genera
     """Of every tenth row an oscillation of one turn in ten rows is a constant, which the start absorbs; all rows show it."""
     times = np.arange(3000) / 1000
     values = 1.0 + 0.05 * times + 0.001 * np.sin(2 * np.pi * 100 * times + 0.7) + 0.001 * generator.standard_normal(3000)
-    path = experiment(tmp_path, csv="t_s,z_m\n" + "".join(f"{t:.4f},{z:.7f}\n" for t, z in zip(times, values, strict=True)),
-                      toml=TOML.replace("position = 0.01", "position = 0.001") + "[surroundings]\ngravity = 0.0\n")
+    path = experiment(
+        tmp_path,
+        csv="t_s,z_m\n" + "".join(f"{t:.4f},{z:.7f}\n" for t, z in zip(times, values, strict=True)),
+        toml=TOML.replace("position = 0.01", "position = 0.001") + "[surroundings]\ngravity = 0.0\n",
+    )
     monkeypatch.setattr("hlcs.thinning.MOST_SEARCHED", 300)
     measurement = read_measurement(path)
     prepared = prepare(thinned(measurement, estimate_noise(measurement)))
@@ -246,8 +259,9 @@ def test_long_rolling_is_computed_in_long_steps_and_bouncing_is_not(tmp_path, mo
 
     times = np.arange(120) / 60
     height = np.where(times < 0.5, 4.905 * (0.25 - times**2), 4.905 * (times - 0.5) * (1.5 - times) / 2) * (times < 1.5)
-    rows = "".join(f"{t:.6f},{z + 0.03 + e:.6f}\n"
-                   for t, z, e in zip(times, height, 0.001 * generator.standard_normal(120), strict=True))
+    rows = "".join(
+        f"{t:.6f},{z + 0.03 + e:.6f}\n" for t, z, e in zip(times, height, 0.001 * generator.standard_normal(120), strict=True)
+    )
     measurement = read_measurement(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=toml))
     monkeypatch.setattr("hlcs.trajectories.LONG", 100)
     with pytest.warns(InputWarning, match="does not stand still in longer ones"):
@@ -376,18 +390,26 @@ def test_a_number_with_an_underscore_is_not_another_number(tmp_path):
     refused(experiment(tmp_path, csv="t_s,z_m\n" + rows.replace("0.95", "0_95")), "row 3", "column z_m", "0_95")
 
 
-@pytest.mark.parametrize(("columns", "values", "words"), [
-    ("gravity_m_s2", -9.81, ("column gravity_m_s2", "between 0 and 300")), ("gravity_m_s2", 0, ("gravity is 0", "9.81")),
-    ("restitution", 5, ("column restitution", "between 0 and 1")), ("friction", 31, ("column friction", "between 0 and 10")),
-    ("fluid_viscosity_pa_s", 1e300, ("fluid_viscosity_pa_s",)), ("spin_rad_s", 1e12, ("spin_rad_s",)),
-    ("slope", 20, ("column slope", "rise over run")), ("mass_kg", 1200, ("density", "units are kg and m")),
-])
+@pytest.mark.parametrize(
+    ("columns", "values", "words"),
+    [
+        ("gravity_m_s2", -9.81, ("column gravity_m_s2", "between 0 and 300")),
+        ("gravity_m_s2", 0, ("gravity is 0", "9.81")),
+        ("restitution", 5, ("column restitution", "between 0 and 1")),
+        ("friction", 31, ("column friction", "between 0 and 10")),
+        ("fluid_viscosity_pa_s", 1e300, ("fluid_viscosity_pa_s",)),
+        ("spin_rad_s", 1e12, ("spin_rad_s",)),
+        ("slope", 20, ("column slope", "rise over run")),
+        ("mass_kg", 1200, ("density", "units are kg and m")),
+    ],
+)
 def test_an_input_of_a_table_has_the_bounds_of_the_file(tmp_path, columns, values, words):
     """The third row of the file is the wrong one: a comment stands above the header."""
     rows = "".join(f"{values},{fall}\n" for fall in ("1,0.45", "1,0.452", "2,0.64"))
     (tmp_path / "o.csv").write_text(f"# drops\n{columns},height_m,fall_time_s\n{rows}")
-    (tmp_path / "o.toml").write_text('kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.05\nmass = 1.2\n'
-                                     '[measurement]\nnoise = 0.003\nfile = "o.csv"\n')
+    (tmp_path / "o.toml").write_text(
+        'kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.05\nmass = 1.2\n[measurement]\nnoise = 0.003\nfile = "o.csv"\n'
+    )
     with pytest.raises(InputError) as problem:
         hlcs.compare(tmp_path / "o.toml")
     for word in (*words, "o.csv, row 3"):

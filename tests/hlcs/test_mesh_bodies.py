@@ -40,8 +40,10 @@ def thrown(folder, body, drag=0.0, more=""):
         (folder / f"throw_{k}.csv").write_text(csv(times, seen, COLUMNS))
         trials += f'[[trial]]\nfile = "throw_{k}.csv"\ngroup = "day {k % 2}"\n'
     path = folder / "thrown.toml"
-    path.write_text('kind = "trajectory"\n[body]\n' + body + more + "[surroundings]\nfluid_density = 0.0\n[measurement]\n"
-                    "noise = { position = 0.003, orientation = 0.01 }\n" + trials)
+    path.write_text(
+        'kind = "trajectory"\n[body]\n' + body + more + "[surroundings]\nfluid_density = 0.0\n[measurement]\n"
+        "noise = { position = 0.003, orientation = 0.01 }\n" + trials
+    )
     return path
 
 
@@ -58,8 +60,10 @@ def slid(folder, body):
         (folder / f"slide_{k}.csv").write_text(csv(times, np.hstack([place, turn]), COLUMNS))
         trials += f'[[trial]]\nfile = "slide_{k}.csv"\ngroup = "day {k % 2}"\n'
     path = folder / "slid.toml"
-    path.write_text('kind = "trajectory"\n[body]\n' + body + "mass = 1.5\n[surroundings]\nfluid_density = 0.0\nfriction = 0.3\n"
-                    "floor = { height = 0.0 }\n[measurement]\nnoise = { position = 0.001, orientation = 0.003 }\n" + trials)
+    path.write_text(
+        'kind = "trajectory"\n[body]\n' + body + "mass = 1.5\n[surroundings]\nfluid_density = 0.0\nfriction = 0.3\n"
+        "floor = { height = 0.0 }\n[measurement]\nnoise = { position = 0.001, orientation = 0.003 }\n" + trials
+    )
     return path
 
 
@@ -93,8 +97,10 @@ def test_a_box_from_a_file_and_a_box_by_name_are_diagnosed_alike(tmp_path):
 
 
 def test_the_centre_of_mass_is_the_centre_wherever_the_file_has_its_origin(tmp_path):
-    here, there = (solid(Body(shape="mesh", mesh=str(write_box(tmp_path, at, name)))) for at, name in
-                   (((0, 0, 0), "here.stl"), ((7.0, -3.0, 2.0), "there.stl")))
+    here, there = (
+        solid(Body(shape="mesh", mesh=str(write_box(tmp_path, at, name))))
+        for at, name in (((0, 0, 0), "here.stl"), ((7.0, -3.0, 2.0), "there.stl"))
+    )
     for one in (here, there):
         np.testing.assert_allclose(np.ptp(one.shape.pieces[0].vertices, axis=0), SIZE, rtol=1e-5)  # 7 m in 32 bits: 5e-7 m
         np.testing.assert_allclose(one.shape.pieces[0].vertices.mean(axis=0), 0, atol=1e-6)

@@ -18,8 +18,10 @@ from minibullet.errors import InputError
 ROOT = Path(__file__).resolve().parents[2]
 LIST = f"'{sys.executable}' -m hlcs mystery list"
 SMALL = ["place", "--layers", "1", "--rows", "2", "--columns", "2"]
-THROW = 'kind = "trajectory"\ntitle = {title}\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\n' \
-        'noise = {{ position = 0.002 }}\n[[trial]]\nfile = {file}\n'
+THROW = (
+    'kind = "trajectory"\ntitle = {title}\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\n'
+    "noise = {{ position = 0.002 }}\n[[trial]]\nfile = {file}\n"
+)
 
 
 def fall(g=9.81):
@@ -46,8 +48,14 @@ def hlcs(capsys, tmp_path, monkeypatch):
 
 
 def shell(line, folder, **environment):
-    return subprocess.run(["sh", "-c", line], cwd=folder, capture_output=True, text=True, timeout=60,
-                          env=os.environ | {"PYTHONPATH": str(ROOT)} | environment)
+    return subprocess.run(
+        ["sh", "-c", line],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
+    )
 
 
 # -------------------------------------------------------------------------------------------------------- streams, folders
@@ -89,8 +97,14 @@ def test_letters_that_the_terminal_does_not_have_are_shown_by_their_numbers(tmp_
 @pytest.mark.parametrize("library", ["_multiarray_umath", "libllvmlite"])
 def test_ctrl_c_while_python_imports_is_one_line(tmp_path, library):
     """Just as a library of NumPy, or the compiler, is loaded; the commands' own work is a second away."""
-    process = subprocess.Popen([sys.executable, "-m", "hlcs", *SMALL, "--out", "out"], cwd=tmp_path, text=True,
-                               stderr=subprocess.PIPE, stdout=subprocess.PIPE, env=os.environ | {"PYTHONPATH": str(ROOT)})
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hlcs", *SMALL, "--out", "out"],
+        cwd=tmp_path,
+        text=True,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
     while library not in Path(f"/proc/{process.pid}/maps").read_text():
         assert process.poll() is None, "it ended without that library"
         time.sleep(0.002)
@@ -206,8 +220,9 @@ def test_recordings_in_feet_are_told(hlcs, tmp_path):
 
 
 def test_fall_times_over_heights_in_feet_are_told(hlcs, tmp_path):
-    (tmp_path / "e.toml").write_text('kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\n'
-                                     'file = "t.csv"\n')
+    (tmp_path / "e.toml").write_text(
+        'kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\nfile = "t.csv"\n'
+    )
     for unit, words in ((0.3048, r"hlcs: warning: t.csv, columns .+ a fall of 32.2 m/s2 .+ in feet\?\n"), (1.0, "")):
         rows = [f"{h / unit},{(2 * h / 9.81) ** 0.5 + e}" for h in (0.5, 1.0, 2.0) for e in (0.0, 0.001, -0.001)]
         (tmp_path / "t.csv").write_text("\n".join(["height_m,fall_time_s", *rows, ""]))
@@ -231,10 +246,15 @@ def test_unlikely_settings_warn_in_python():
         PlacementTest(friction=60.0)
 
 
-@pytest.mark.parametrize(("options", "words"), [
-    (["--time-step", "1e-12"], "time_step >= 3e-06 s"), (["--settle-time", "1e300"], "shorter settle_time"),
-    (["--rows", "1000", "--columns", "1000"], "1000000 units"), (["--side", "1e-6"], "would pass through others"),
-])
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--time-step", "1e-12"], "time_step >= 3e-06 s"),
+        (["--settle-time", "1e300"], "shorter settle_time"),
+        (["--rows", "1000", "--columns", "1000"], "1000000 units"),
+        (["--side", "1e-6"], "would pass through others"),
+    ],
+)
 def test_settings_that_would_never_end_or_mean_nothing_are_refused_with_the_remedy(hlcs, options, words):
     status, text, errors = hlcs("place", "--layers", "1", *options)
     assert (status, text) == (2, "") and words in errors.splitlines()[-1]
@@ -270,8 +290,10 @@ def test_a_survey_outside_the_folder_is_refused_in_a_file_and_read_from_the_comm
     (tmp_path / "bed.csv").write_text(bed)
     (tmp_path / "inside").mkdir()
     file = tmp_path / "inside" / "t.toml"
-    for text, command in (("[placement]\nlayers = 1\nrows = 2\ncolumns = 2\nbottom = '../bed.csv'\n", "place"),
-                          ("[placement]\nlayers = 1\nrows = 2\ncolumns = 2\n[sweep]\nbottom = ['../bed.csv']\n", "sweep")):
+    for text, command in (
+        ("[placement]\nlayers = 1\nrows = 2\ncolumns = 2\nbottom = '../bed.csv'\n", "place"),
+        ("[placement]\nlayers = 1\nrows = 2\ncolumns = 2\n[sweep]\nbottom = ['../bed.csv']\n", "sweep"),
+    ):
         file.write_text(text)
         status, _, errors = hlcs(command, "inside/t.toml")
         assert status == 2 and "outside the folder" in errors and errors.count("\n") == 1

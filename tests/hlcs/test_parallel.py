@@ -66,12 +66,16 @@ def test_results_keep_their_order_and_complaints_come_through():
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
-@pytest.mark.parametrize(("end", "words"), [("os.kill(os.getpid(), 9)", ["was killed (signal 9)", "fewer workers"]),
-                                            ("os._exit(3)", ["ended with status 3"])])
+@pytest.mark.parametrize(
+    ("end", "words"),
+    [("os.kill(os.getpid(), 9)", ["was killed (signal 9)", "fewer workers"]), ("os._exit(3)", ["ended with status 3"])],
+)
 def test_a_worker_that_is_gone_is_not_blamed_on_the_script(tmp_path, end, words):
     script = tmp_path / "careful.py"
-    script.write_text(f"import os\nfrom hlcs import parallel\ndef work(number):\n    {end}\n"
-                      'if __name__ == "__main__":\n    list(parallel.each(work, [1, 2], workers=2))\n')
+    script.write_text(
+        f"import os\nfrom hlcs import parallel\ndef work(number):\n    {end}\n"
+        'if __name__ == "__main__":\n    list(parallel.each(work, [1, 2], workers=2))\n'
+    )
     environment = os.environ | {"PYTHONPATH": os.getcwd()}
     done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, text=True)
     last = done.stderr.strip().splitlines()[-1]

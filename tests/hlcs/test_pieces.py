@@ -16,8 +16,10 @@ from hlcs.trajectories import prepare
 from minibullet import rotations
 from minibullet.errors import InputError
 
-CUBE = ('kind = "trajectory"\n[body]\nshape = "box"\nsize = [0.1, 0.1, 0.1]\nmass = 0.37\n[surroundings]\ngravity = 9.81\n'
-        'friction = 0.2\nfloor = { height = 0.0 }\n[measurement]\nnoise = { position = 0.001, orientation = 0.01 }\n')
+CUBE = (
+    'kind = "trajectory"\n[body]\nshape = "box"\nsize = [0.1, 0.1, 0.1]\nmass = 0.37\n[surroundings]\ngravity = 9.81\n'
+    "friction = 0.2\nfloor = { height = 0.0 }\n[measurement]\nnoise = { position = 0.001, orientation = 0.01 }\n"
+)
 
 
 def write_tosses(folder, speeds, seconds=0.9, seed=4):
@@ -35,7 +37,7 @@ def write_tosses(folder, speeds, seconds=0.9, seed=4):
         spin = 3 * speed * generator.standard_normal(3)
         start = np.concatenate([[0, 0, 0.15], [speed, 0, 0], turn / np.linalg.norm(turn), spin])
         whole = SimpleNamespace(times=times, position=np.zeros((len(times), 3)), recording="", start={}, **vars(trial))
-        (position, turns), = Shots(Model(), (whole,), [0.0], True, 1 / 1200).simulate(Model(), start[None], np.zeros(1, int))
+        ((position, turns),) = Shots(Model(), (whole,), [0.0], True, 1 / 1200).simulate(Model(), start[None], np.zeros(1, int))
         seen = position + 0.001 * generator.standard_normal(position.shape)
         turns = rotations.product(rotations.exponential(0.01 * generator.standard_normal((len(times), 3))), turns)
         (folder / f"t{k}.csv").write_text(csv(times, np.hstack([seen, turns]), ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")))

@@ -22,8 +22,12 @@ def tower(*layers):
     """Fixed cubes at the given places, layer by layer: lists of handles."""
     world, built = mb.World(), []
     for number, places in enumerate(layers, start=1):
-        built.append([world.add(CUBE.pieces, density=1.0, position=place, fixed=True, name=f"{number}.{k}")
-                      for k, place in enumerate(places, start=1)])
+        built.append(
+            [
+                world.add(CUBE.pieces, density=1.0, position=place, fixed=True, name=f"{number}.{k}")
+                for k, place in enumerate(places, start=1)
+            ]
+        )
     return built
 
 
@@ -119,8 +123,9 @@ def test_repeats_are_averaged_layer_by_layer_over_the_tests_that_have_it():
 HANGING = {"linear_damping": 1.0, "rows": 3, "columns": 3, "settle_time": 0.5}
 
 
-@pytest.mark.parametrize("more", [{}, {"time_step": 0.001}, {"linear_damping": 0.0, "effects": (
-    mb.Buoyancy(fluid_density=2300.0),)}])
+@pytest.mark.parametrize(
+    "more", [{}, {"time_step": 0.001}, {"linear_damping": 0.0, "effects": (mb.Buoyancy(fluid_density=2300.0),)}]
+)
 def test_units_that_hang_in_the_air_are_unsettled_and_no_structure(more):
     """Damping 1 leaves every unit the speed g dt, at a small step too slow to be called moving; in a fluid of its own density a
     unit is at rest without anything under it. In each case all four units of layer 2 hang where they were put."""
@@ -155,14 +160,18 @@ def test_a_run_without_structure_stays_out_of_means_and_ranges(small_result):
 
 def test_table_1_shows_no_structure_and_keeps_it_out_of_its_range(monkeypatch, small_result):
     failed = without_second_layer(small_result)
-    monkeypatch.setattr(reproduce, "_run", lambda tests, plan, progress: [
-        failed if test.linear_damping == 1.0 else small_result for test in tests])
+    monkeypatch.setattr(
+        reproduce,
+        "_run",
+        lambda tests, plan, progress: [failed if test.linear_damping == 1.0 else small_result for test in tests],
+    )
     document = reproduce.table1(reproduce.Plan({}, workers=1))
     error = reproduce._summary([small_result], laboratory("table2", grid="RPG"))["mean_relative_error"]
     assert document["lowest_error"] == document["highest_error"] == pytest.approx(error)
     text = text_of(document)
     assert [line.split()[:3] for line in text.splitlines() if "no structure" in line and "linear" in line] == [
-        ["linear", "damping", "1"]]
+        ["linear", "damping", "1"]
+    ]
     assert "no structure: a layer carries no plate" in text
     files.to_json(document)
 

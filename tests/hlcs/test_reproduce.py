@@ -27,8 +27,19 @@ def test_table2_has_the_fields_of_the_contract(table2):
     assert (table2["table"], table2["repeats"], table2["seeds"]) == ("table2", 2, [1, 2])
     assert list(table2["grids"]) == ["RPG", "TPG"]
     for grid in table2["grids"].values():
-        assert set(grid) == {"layers", "mean_relative_error", "signed_bias", "height_over_dn", "height_error", "porosity",
-                             "units", "lost_units", "unsettled_units", "max_penetration_over_dn", "wall_seconds_per_test"}
+        assert set(grid) == {
+            "layers",
+            "mean_relative_error",
+            "signed_bias",
+            "height_over_dn",
+            "height_error",
+            "porosity",
+            "units",
+            "lost_units",
+            "unsettled_units",
+            "max_penetration_over_dn",
+            "wall_seconds_per_test",
+        }
         assert set(grid["layers"][0]) == {"layer", "mean", "cv", "tests", "relative_error"}
         assert grid["units"] == 13
         errors = [row["relative_error"] for row in grid["layers"]]
@@ -46,8 +57,9 @@ def test_two_frictions_stand_side_by_side_unless_one_is_chosen():
     assert Plan({}).frictions == (Plan({}).test().friction, *(f for f in (0.36, 0.6) if f != Plan({}).test().friction))
     assert Plan({"friction": 0.5}).frictions == (0.5,)
     document = reproduce.table3(Plan({"rows": 2, "columns": 2, "layers": 1}, repeats=1, workers=1))
-    assert [other["friction"] for other in document["other_frictions"]] == [f for f in (0.36, 0.6)
-                                                                           if f != document["settings"]["friction"]]
+    assert [other["friction"] for other in document["other_frictions"]] == [
+        f for f in (0.36, 0.6) if f != document["settings"]["friction"]
+    ]
     assert "Bullet multiplies" in text_of(document)
     assert document["grids"]["TPG"]["layers"][0]["cv"] is not None  # NaN here, null in the file
 
@@ -84,7 +96,11 @@ def test_sensitivity_runs_every_value_of_table_1_once(monkeypatch):
 def test_blind_placement_tells_drift_and_lost_units():
     document = reproduce.blind(Plan(SMALL, repeats=1, workers=1))
     assert [(case["bottom_slope"], case["reference"]) for case in document["cases"]] == [
-        (0.0, "layer"), (0.0, "blind"), (0.04, "layer"), (0.04, "blind")]
+        (0.0, "layer"),
+        (0.0, "blind"),
+        (0.04, "layer"),
+        (0.04, "blind"),
+    ]
     for case in document["cases"]:
         assert len(case["drift_over_dn"]) == 2 and case["drift_over_dn"][0] < 0.1
     assert "misplaced" in text_of(document)
@@ -98,8 +114,10 @@ def test_units_that_lie_on_their_aim_have_no_miss(small_result):
 
 
 def test_the_picture_of_table_1_has_a_bar_for_every_value_and_words_for_no_structure():
-    rows = [{"parameter": "friction", "value": 0.36, "mean_relative_error": 0.02},
-            {"parameter": "linear_damping", "value": 1.0, "mean_relative_error": None}]
+    rows = [
+        {"parameter": "friction", "value": 0.36, "mean_relative_error": 0.02},
+        {"parameter": "linear_damping", "value": 1.0, "mean_relative_error": None},
+    ]
     axes = placement_figures.sensitivity_figure(rows).axes[0]
     assert [bar.get_width() for bar in axes.patches[:2]] == pytest.approx([2.0, 0.0])
     assert [text.get_text().strip() for text in axes.texts] == ["no structure"]

@@ -42,7 +42,7 @@ def test_the_settings_repeat_the_run(folder, small_test):
 def test_the_json_is_strict_and_the_report_needs_no_network(folder):
     json.loads((folder / "result.json").read_text(), parse_constant=pytest.fail)
     page = (folder / "report.html").read_text()
-    assert "src=\"http" not in page and "href=\"http" not in page
+    assert 'src="http' not in page and 'href="http' not in page
     assert "1.298" in page and "1.294" in page  # the model's first layer beside the laboratory's
 
 
@@ -80,6 +80,7 @@ def test_a_test_with_bed_of_its_own_cannot_be_written(small_result):
         pass
 
     from hlcs.placement_files import bottom_words
+
     with pytest.raises(InputError, match="Mud"):
         bottom_words(Mud())
     assert isinstance(small_result.test, PlacementTest)

@@ -53,24 +53,37 @@ def copied(tmp_path):
 
     def told():
         line = "from hlcs.code_hash import code_hash; print(code_hash())"
-        done = subprocess.run([sys.executable, "-c", line], cwd=tmp_path, capture_output=True, text=True, check=True,
-                              env=os.environ | {"PYTHONPATH": str(tmp_path)})
+        done = subprocess.run(
+            [sys.executable, "-c", line],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=True,
+            env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        )
         return done.stdout.strip()
 
     return told
 
 
 # ------------------------------------------------------------------------------------------------------- which code made it
-@pytest.mark.parametrize(("compiled", "settings"), [
-    ("1", {}),  # kernels as plain Python, so that they are seen too
-    ("0", {"bottom": "slope:0.04", "bottom_roughness": 0.05, "sequential_placement": True, "yaw_constraint": 2.0}),
-    ("0", {"vibration": 0.01, "loose_lower_layers": True, "shape": "hull", "margin": 0.01}),
-    ("0", {"solver": "sequential_impulse", "armour": "cube", "grid": "RPG", "reference": "blind", "inertia_factor": 2.0}),
-])
+@pytest.mark.parametrize(
+    ("compiled", "settings"),
+    [
+        ("1", {}),  # kernels as plain Python, so that they are seen too
+        ("0", {"bottom": "slope:0.04", "bottom_roughness": 0.05, "sequential_placement": True, "yaw_constraint": 2.0}),
+        ("0", {"vibration": 0.01, "loose_lower_layers": True, "shape": "hull", "margin": 0.01}),
+        ("0", {"solver": "sequential_impulse", "armour": "cube", "grid": "RPG", "reference": "blind", "inertia_factor": 2.0}),
+    ],
+)
 def test_no_code_runs_in_a_simulation_that_its_hash_does_not_know(compiled, settings):
     """Every function that Python enters is seen by the interpreter's own hook: an oracle that reads no imports."""
-    done = subprocess.run([sys.executable, "-c", TRACED, json.dumps(settings)], capture_output=True, text=True,
-                          env=os.environ | {"NUMBA_DISABLE_JIT": compiled, "PYTHONPATH": os.getcwd()})
+    done = subprocess.run(
+        [sys.executable, "-c", TRACED, json.dumps(settings)],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"NUMBA_DISABLE_JIT": compiled, "PYTHONPATH": os.getcwd()},
+    )
     assert done.returncode == 0, done.stderr
     entered = set(json.loads(done.stdout))
     assert {"hlcs.placement", "hlcs.bottoms", "minibullet.collision", "minibullet.ledger"} <= entered
@@ -80,9 +93,19 @@ def test_no_code_runs_in_a_simulation_that_its_hash_does_not_know(compiled, sett
 
 def test_what_only_draws_reports_or_saves_is_not_in_the_hash():
     modules, libraries = code_hash.closure("hlcs.runs")
-    assert not {"minibullet.drawing", "minibullet.rendering", "minibullet.saving", "minibullet.whole_files", "hlcs.files",
-                "hlcs.results", "hlcs.placement_report", "hlcs.placement_figures", "hlcs.cli", "hlcs.store",
-                "hlcs.diagnose"} & set(modules)
+    assert not {
+        "minibullet.drawing",
+        "minibullet.rendering",
+        "minibullet.saving",
+        "minibullet.whole_files",
+        "hlcs.files",
+        "hlcs.results",
+        "hlcs.placement_report",
+        "hlcs.placement_figures",
+        "hlcs.cli",
+        "hlcs.store",
+        "hlcs.diagnose",
+    } & set(modules)
     assert libraries == ["fcl", "numba", "numpy", "scipy"]
 
 
@@ -161,7 +184,7 @@ def test_a_damaged_page_is_one_line(plan, tmp_path):
     whole = sweep.run_sweep(plan, path, workers=1)
     data = path.read_bytes()
     for start in range(0, len(data), 4096):
-        path.write_bytes(data[:start] + b"\xa5" * 4096 + data[start + 4096:])
+        path.write_bytes(data[:start] + b"\xa5" * 4096 + data[start + 4096 :])
         try:
             assert [row["k1"] for row in sweep.run_sweep(plan, path, workers=1)["rows"]] == [row["k1"] for row in whole["rows"]]
         except (InputError, RunError) as problem:
@@ -211,9 +234,14 @@ def test_places_that_can_be_no_store_are_refused_at_once(tmp_path, name, monkeyp
 
 # ------------------------------------------------------------------------------------------------------- several at once
 def start(tmp_path, *options):
-    return subprocess.Popen([sys.executable, "-m", "hlcs", "sweep", "sweep.toml", "--workers", "1", *options], cwd=tmp_path,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                            env=os.environ | {"PYTHONPATH": os.getcwd()})
+    return subprocess.Popen(
+        [sys.executable, "-m", "hlcs", "sweep", "sweep.toml", "--workers", "1", *options],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONPATH": os.getcwd()},
+    )
 
 
 def test_two_sweeps_on_one_store_do_every_run_once(plan, tmp_path):
@@ -236,10 +264,17 @@ def test_a_claim_holds_while_its_owner_lives_and_no_longer(tmp_path):
         assert third.claim(key_of({"a": 2}))
 
 
-@pytest.mark.parametrize(("host", "process", "age", "free"), [
-    ("ours", "gone", 0.0, os.name == "posix"), ("ours", "alive", 0.0, False), ("another", 1, 0.0, False),
-    ("another", 1, store.LATE + 1.0, True), ("ours", "alive", store.LATE + 1.0, True), ("another", 1, -store.LATE - 1.0, True),
-])
+@pytest.mark.parametrize(
+    ("host", "process", "age", "free"),
+    [
+        ("ours", "gone", 0.0, os.name == "posix"),
+        ("ours", "alive", 0.0, False),
+        ("another", 1, 0.0, False),
+        ("another", 1, store.LATE + 1.0, True),
+        ("ours", "alive", store.LATE + 1.0, True),
+        ("another", 1, -store.LATE - 1.0, True),
+    ],
+)
 def test_the_claim_of_a_dead_owner_is_taken_over(tmp_path, host, process, age, free):
     """Dead: its process is no more on this computer, or it has been silent for too long (or its clock is wrong)."""
     gone = subprocess.Popen([sys.executable, "-c", ""])
@@ -247,8 +282,9 @@ def test_the_claim_of_a_dead_owner_is_taken_over(tmp_path, host, process, age, f
     number = {"gone": gone.pid, "alive": os.getpid()}.get(process, process)
     with Store(tmp_path / "runs.sqlite") as ours:
         name = store.platform.node() if host == "ours" else "elsewhere"
-        ours._connection.execute("INSERT INTO claims VALUES (?, ?, ?, ?, ?, ?)",
-                                 ("key", ours.code, name, number, "somebody", time.time() - age))
+        ours._connection.execute(
+            "INSERT INTO claims VALUES (?, ?, ?, ?, ?, ?)", ("key", ours.code, name, number, "somebody", time.time() - age)
+        )
         assert ours.claim("key") is free
 
 

@@ -50,8 +50,10 @@ def test_a_sweep_that_was_killed_goes_on_with_what_is_missing(plan, tmp_path, mo
     monkeypatch.setattr(sweep, "run_one", run)
     again = sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
     assert (again["ran"], again["kept"]) == (2, 2)
-    numbers = [[{key: value for key, value in row.items() if key != "wall_seconds"} for row in outcome["rows"]]
-               for outcome in (whole, again)]
+    numbers = [
+        [{key: value for key, value in row.items() if key != "wall_seconds"} for row in outcome["rows"]]
+        for outcome in (whole, again)
+    ]
     assert numbers[0] == numbers[1]
     third = sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
     assert (third["ran"], third["kept"]) == (0, 4)
@@ -79,15 +81,18 @@ def test_a_run_that_physics_refuses_is_told_and_the_others_go_on(tmp_path):
     sweep.summary_text(plan, outcome)
 
 
-@pytest.mark.parametrize(("text", "words"), [
-    ("[placement]\n", ("[sweep] is missing",)),
-    ("[sweep]\nfrction = [1]\n", ("line 2", "frction", "'friction'")),
-    ("[sweep]\nfriction = 0.6\n", ("line 2", "friction", "list")),
-    ("[sweep]\nfriction = [0.6, -1]\n", ("line 2", "friction = -1", ">= 0")),
-    ("[placement]\nfriction = 0.1\n[sweep]\nfriction = [0.6]\n", ("friction", "[placement] too")),
-    ("[placement]\nrows = 2\n[sweep]\nlayers = [2, 3]\n", ("layers = 3", "at most 2 layers")),
-    ("[sweep]\nseed = [1, 2]\nrows = []\n", ("line 3", "rows", "list")),
-])
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[placement]\n", ("[sweep] is missing",)),
+        ("[sweep]\nfrction = [1]\n", ("line 2", "frction", "'friction'")),
+        ("[sweep]\nfriction = 0.6\n", ("line 2", "friction", "list")),
+        ("[sweep]\nfriction = [0.6, -1]\n", ("line 2", "friction = -1", ">= 0")),
+        ("[placement]\nfriction = 0.1\n[sweep]\nfriction = [0.6]\n", ("friction", "[placement] too")),
+        ("[placement]\nrows = 2\n[sweep]\nlayers = [2, 3]\n", ("layers = 3", "at most 2 layers")),
+        ("[sweep]\nseed = [1, 2]\nrows = []\n", ("line 3", "rows", "list")),
+    ],
+)
 def test_complaints_name_file_key_and_remedy(tmp_path, text, words):
     path = tmp_path / "sweep.toml"
     path.write_text(text)
@@ -143,7 +148,9 @@ def test_a_case_that_misses_a_layer_has_no_error_to_be_ranked_by(tmp_path):
     path = tmp_path / "sweep.toml"
     path.write_text("[placement]\nlayers = 2\nrows = 3\ncolumns = 3\n[sweep]\nfriction = [0.0, 0.36]\n")
     plan = sweep.read_sweep_file(path)
-    rows = [{"friction": friction, "k1": 1.298, "k2": k2, "structure": True, "lost": 0, "unsettled": 0}
-            for friction, k2 in ((0.0, None), (0.36, 1.1))]
+    rows = [
+        {"friction": friction, "k1": 1.298, "k2": k2, "structure": True, "lost": 0, "unsettled": 0}
+        for friction, k2 in ((0.0, None), (0.36, 1.1))
+    ]
     broken, whole = sweep.summary_rows(plan, rows)
     assert np.isnan(broken["mean_relative_error"]) and np.isnan(broken["signed_bias"]) and whole["mean_relative_error"] > 0

@@ -14,16 +14,22 @@ from minibullet.effects import AddedMass, Friction, Gravity, LinearDrag, Restitu
 
 BALL = solid(Body(shape="sphere", radius=0.03, mass=0.02))
 FLAT, LEANING = ((0.0, 0.0, 1.0), 0.0), ((np.sin(0.1), 0.0, np.cos(0.1)), 0.01)
-MODELS = ((Gravity(9.81),), (Gravity(9.81), LinearDrag(0.5)), (Gravity(9.81), AddedMass(0.5, 100.0)),
-          (Gravity(9.81), Restitution(0.4), Friction(0.1)), (Gravity(9.81), RollingFriction(1e-3), LinearDrag(0.2)))
+MODELS = (
+    (Gravity(9.81),),
+    (Gravity(9.81), LinearDrag(0.5)),
+    (Gravity(9.81), AddedMass(0.5, 100.0)),
+    (Gravity(9.81), Restitution(0.4), Friction(0.1)),
+    (Gravity(9.81), RollingFriction(1e-3), LinearDrag(0.2)),
+)
 
 
 def thrown(models, floors):
     start = np.zeros((len(models), 13))
     start[:, 2], start[:, 3], start[:, 6], start[:, 11] = 0.2, 1.0, 1.0, 5.0
     every = np.ones(len(models))
-    return contact_motion.run([BALL] * len(models), [BALL.shape] * len(models), start, floors, models, 0.3 * every, 0.7 * every,
-                              0.42, 1 / 240)  # before the small bounces, which the engine counts over all bodies
+    return contact_motion.run(
+        [BALL] * len(models), [BALL.shape] * len(models), start, floors, models, 0.3 * every, 0.7 * every, 0.42, 1 / 240
+    )  # before the small bounces, which the engine counts over all bodies
 
 
 @pytest.mark.parametrize("floors", ([FLAT] * 5, [FLAT, LEANING, FLAT, LEANING, FLAT]))
@@ -85,11 +91,12 @@ def test_one_failure_ends_all_pieces():
 
 def test_two_steps_are_carried_on_to_zero():
     """An error of first order vanishes, that of a turn too."""
+
     def answer(step):
         half = (0.4 + 2 * step) / 2
         return [(np.array([[1.0 + 3 * step, 0.0, 0.0]]), np.array([[np.cos(half), 0.0, 0.0, np.sin(half)]]))]
 
-    (position, turn), = carried_on(answer(0.02), answer(0.01))
+    ((position, turn),) = carried_on(answer(0.02), answer(0.01))
     np.testing.assert_allclose(position, [[1.0, 0.0, 0.0]], atol=1e-12)
     np.testing.assert_allclose(turn, [[np.cos(0.2), 0.0, 0.0, np.sin(0.2)]], atol=1e-12)
     error = ValueError("no")

@@ -34,10 +34,18 @@ def refusal(tmp_path, text, read=read_experiment_file):
     return str(caught.value)
 
 
-@pytest.mark.parametrize("text", [
-    "x = " + "[" * DEEP + "]" * DEEP, "x = " + "{ a = " * 3000 + "1" + " }" * 3000, ".".join("a" * DEEP) + " = 1",
-    "[" + ".".join("a" * DEEP) + "]", "x = { " + ".".join(["'a'"] * DEEP) + " = 1 }", " . ".join(['"a"'] * DEEP) + " = 1",
-    "x = " + "[" * (MOST_DEPTH + 1) + "]" * (MOST_DEPTH + 1)])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x = " + "[" * DEEP + "]" * DEEP,
+        "x = " + "{ a = " * 3000 + "1" + " }" * 3000,
+        ".".join("a" * DEEP) + " = 1",
+        "[" + ".".join("a" * DEEP) + "]",
+        "x = { " + ".".join(["'a'"] * DEEP) + " = 1 }",
+        " . ".join(['"a"'] * DEEP) + " = 1",
+        "x = " + "[" * (MOST_DEPTH + 1) + "]" * (MOST_DEPTH + 1),
+    ],
+)
 def test_what_stands_too_deep_is_refused(tmp_path, text):
     assert f"at most {MOST_DEPTH} deep" in refusal(tmp_path, text + "\n")
 
@@ -50,24 +58,45 @@ def test_lists_of_decimals_and_files_as_deep_as_ours_are_read(tmp_path):
 
 
 @pytest.mark.parametrize("number", ["1" + "0" * 400, "-1" + "0" * 400, "0x" + "f" * 20_000, "9223372036854775808", "1" * 5000])
-@pytest.mark.parametrize(("text", "read"), [
-    (BODY.replace("{line}", "radius = {}"), read_experiment_file), ("[placement]\nside = {}\n", read_placement_file),
-    ("[sweep]\nseed = [1, {}]\n", read_sweep_file), ("[placement]\neffects = [{ name = 'x', arm = {} }]\n", read_placement_file)])
+@pytest.mark.parametrize(
+    ("text", "read"),
+    [
+        (BODY.replace("{line}", "radius = {}"), read_experiment_file),
+        ("[placement]\nside = {}\n", read_placement_file),
+        ("[sweep]\nseed = [1, {}]\n", read_sweep_file),
+        ("[placement]\neffects = [{ name = 'x', arm = {} }]\n", read_placement_file),
+    ],
+)
 def test_whole_numbers_beyond_64_bits_are_refused(tmp_path, number, text, read):
     said = refusal(tmp_path, text.replace("{}", number), read)
     assert "64" in said and len(said) < 400
 
 
-@pytest.mark.parametrize("line", ["radius = 1e300", "radius = 1e-300", "mass = 1e300", "mass = 1e-300", "radius = nan",
-                                  "inertia = [1e300, 1e300, 1e300]", "radius = " + "[1, " * 5 + "]" * 5])
+@pytest.mark.parametrize(
+    "line",
+    [
+        "radius = 1e300",
+        "radius = 1e-300",
+        "mass = 1e300",
+        "mass = 1e-300",
+        "radius = nan",
+        "inertia = [1e300, 1e300, 1e300]",
+        "radius = " + "[1, " * 5 + "]" * 5,
+    ],
+)
 def test_numbers_that_no_body_has_are_refused_by_line(tmp_path, line):
     assert "line 4" in refusal(tmp_path, BODY.format(line=line))
 
 
 def test_a_key_a_value_or_a_word_of_a_million_letters_is_cut_in_the_complaint(tmp_path):
     long = "a" * 1_000_000
-    for text in (f"{long} = 1\n", BODY.format(line=f'radius = "{long}"'), f'kind = "{long}"\n',
-                 BODY.format(line="radius = [" + "1," * 400_000 + "]"), BODY.replace("a.csv", long).format(line="")):
+    for text in (
+        f"{long} = 1\n",
+        BODY.format(line=f'radius = "{long}"'),
+        f'kind = "{long}"\n',
+        BODY.format(line="radius = [" + "1," * 400_000 + "]"),
+        BODY.replace("a.csv", long).format(line=""),
+    ):
         assert len(refusal(tmp_path, text)) < 600
 
 
@@ -87,8 +116,11 @@ def test_a_file_beyond_the_limit_is_refused_unread(tmp_path):
 @pytest.mark.parametrize("name", ["a" * 300, "\\u0000", "\\u001b[2J", "a\\nb", "", "no.csv", "."])
 @pytest.mark.parametrize("key", ["file", "mesh"])
 def test_names_of_no_file_are_refused_by_line(tmp_path, name, key):
-    text = BODY.format(line="").replace("a.csv", name) if key == "file" else (
-        BODY.replace('"sphere"', '"mesh"').format(line=f'mesh = "{name}"'))
+    text = (
+        BODY.format(line="").replace("a.csv", name)
+        if key == "file"
+        else (BODY.replace('"sphere"', '"mesh"').format(line=f'mesh = "{name}"'))
+    )
     said = refusal(tmp_path, text)
     assert ("line 6" if key == "file" else "line 4") in said and said.isprintable()
 

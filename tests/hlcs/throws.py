@@ -57,9 +57,14 @@ def write_throws(folder, sigma=0.004, rho=0.0, seed=1, count=8, static=True, noi
     if static:
         times = np.arange(600) / 60
         (folder / "rest.csv").write_text(csv(times, 1.0 + correlated(generator, (600, 3), sigma, rho)))
-    text = ('kind = "trajectory"\ntitle = "throws"\n[body]\nshape = "sphere"\nradius = 0.0335\nmass = 0.0577\n[surroundings]\n'
-            'fluid_density = 1.2\nfluid_viscosity = 1.8e-5\n[measurement]\n' + ('static = "rest.csv"\n' if static else "") + noise
-            + "\n" + "\n".join(trials[::order]))
+    text = (
+        'kind = "trajectory"\ntitle = "throws"\n[body]\nshape = "sphere"\nradius = 0.0335\nmass = 0.0577\n[surroundings]\n'
+        "fluid_density = 1.2\nfluid_viscosity = 1.8e-5\n[measurement]\n"
+        + ('static = "rest.csv"\n' if static else "")
+        + noise
+        + "\n"
+        + "\n".join(trials[::order])
+    )
     path = folder / "throws.toml"
     path.write_text(text)
     return path

@@ -326,8 +326,11 @@ def table(solve, repeats=3, tolerance=1e-8, only=""):
             residuals.append(solve(W, q, mu)[1])
             times.append(time.perf_counter() - start)
         share = np.mean(np.array(residuals) <= tolerance)
-        print(f"{name:28s} {len(mu):8d}  {share:6.0%}  {np.median(residuals):.1e}   {max(residuals):.1e}   "
-              f"{np.median(times):12.4f} {max(times):7.3f}", flush=True)
+        print(
+            f"{name:28s} {len(mu):8d}  {share:6.0%}  {np.median(residuals):.1e}   {max(residuals):.1e}   "
+            f"{np.median(times):12.4f} {max(times):7.3f}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -6,8 +6,16 @@ from minibullet.bodies import Bodies, ContactLaw, Contacts, angular_velocity, mo
 
 
 def some_bodies():
-    return Bodies(np.zeros((2, 3)), np.array([[1.0, 0, 0, 0]] * 2), np.arange(12.0).reshape(2, 6), np.array([2.0, np.inf]),
-                  np.ones((2, 3)), np.ones(2), np.ones(2), np.ones(2))
+    return Bodies(
+        np.zeros((2, 3)),
+        np.array([[1.0, 0, 0, 0]] * 2),
+        np.arange(12.0).reshape(2, 6),
+        np.array([2.0, np.inf]),
+        np.ones((2, 3)),
+        np.ones(2),
+        np.ones(2),
+        np.ones(2),
+    )
 
 
 def test_fields_and_their_order():

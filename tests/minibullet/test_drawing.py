@@ -51,14 +51,19 @@ def test_a_square_covers_its_area():
 
 def test_a_scene_scaled_by_a_power_of_two_is_the_same_picture():
     """Drawing has no length scale either."""
+
     def picture(s):
         box, ball = (Box(s, 2 * s, 3 * s), HERE, UPRIGHT, RED), (Sphere(s), (0.0, 4 * s, 0.0), UPRIGHT, BLUE)
         return rendering.render(solids(box, ball), 120, 80)
+
     np.testing.assert_allclose(picture(1.0), picture(2.0**-10), atol=1e-12)
 
 
-@pytest.mark.parametrize("piece", [Sphere(0.5).pieces[0], Capsule(0.3, 1.0).pieces[0],
-                                   ConvexPiece([[1.0, 2.0, 3.0], [2.0, 4.0, 1.0]], radius=0.5)], ids=["ball", "capsule", "askew"])
+@pytest.mark.parametrize(
+    "piece",
+    [Sphere(0.5).pieces[0], Capsule(0.3, 1.0).pieces[0], ConvexPiece([[1.0, 2.0, 3.0], [2.0, 4.0, 1.0]], radius=0.5)],
+    ids=["ball", "capsule", "askew"],
+)
 def test_round_pieces_are_drawn_on_their_surface(piece):
     """All corners lie at the radius from the core; 32 faces round lose (2 pi/32)^2/6 or so of each cross section."""
     vertices, _ = drawing._round_part(piece)
@@ -74,8 +79,12 @@ def world():
     world.add_plane()
     for k in range(3):
         world.add(Box(1.0, 1.0, 1.0), density=1000.0, position=(2.0 * k, 0.0, 0.6))
-    world.add(Compound((Box(1.0, 1.0, 1.0), ConvexPiece(Box(1.0, 1.0, 1.0).pieces[0].vertices + (1.0, 0.0, 0.0)))),
-              density=1000.0, position=(0.0, 3.0, 0.6), name="</script>")
+    world.add(
+        Compound((Box(1.0, 1.0, 1.0), ConvexPiece(Box(1.0, 1.0, 1.0).pieces[0].vertices + (1.0, 0.0, 0.0)))),
+        density=1000.0,
+        position=(0.0, 3.0, 0.6),
+        name="</script>",
+    )
     return world
 
 
@@ -83,18 +92,22 @@ def test_page_is_one_file_that_asks_for_nothing(world, tmp_path):
     drawing.write_page(tmp_path / "scene.html", world, title="</script> & more", colours=[0, 1, 2, "tomato"])
     text = (tmp_path / "scene.html").read_text()
     assert not re.search(r"(src|href)\s*=|https?:|import\s|fetch\(|url\(", text)
-    assert text.count("</script>") == 1                 # the title does not end the script
+    assert text.count("</script>") == 1  # the title does not end the script
     data = json.loads(re.search(r"const scene = (.*);\n", text).group(1))
     assert data["title"] == "</script> & more"
-    assert len(data["bodies"]) == 5                     # four bodies and the floor
-    assert len(data["shapes"]) == 3                     # three equal boxes are stored once
+    assert len(data["bodies"]) == 5  # four bodies and the floor
+    assert len(data["shapes"]) == 3  # three equal boxes are stored once
     assert [path.name for path in tmp_path.iterdir()] == ["scene.html"]
 
 
 def test_page_keeps_its_digits_for_small_units():
     """A laboratory unit of 4 cm is drawn as sharply as one of 4 m."""
-    large, small = (json.loads(re.search(r"const scene = (.*);\n", drawing.page(
-        [(Box(s, 2 * s, 3 * s), (s / 3, 0, 0), UPRIGHT, 0)])).group(1)) for s in (1.0, 2.0**-6))
+    large, small = (
+        json.loads(
+            re.search(r"const scene = (.*);\n", drawing.page([(Box(s, 2 * s, 3 * s), (s / 3, 0, 0), UPRIGHT, 0)])).group(1)
+        )
+        for s in (1.0, 2.0**-6)
+    )
     assert large == small
 
 
@@ -116,11 +129,14 @@ def test_still_picture_into_a_file_and_onto_axes(world, tmp_path):
     assert drawing.draw_scene(world, ax=ax, width=60, height=40) is ax
 
 
-@pytest.mark.parametrize("call, words", [
-    (lambda world: drawing.page([]), "nothing to draw"),
-    (lambda world: drawing.page(world, colours=[0]), "1 colours for 4 bodies"),
-    (lambda world: drawing.page([(Sphere(1.0), HERE, UPRIGHT, "reddish")]), "colour = 'reddish'"),
-])
+@pytest.mark.parametrize(
+    "call, words",
+    [
+        (lambda world: drawing.page([]), "nothing to draw"),
+        (lambda world: drawing.page(world, colours=[0]), "1 colours for 4 bodies"),
+        (lambda world: drawing.page([(Sphere(1.0), HERE, UPRIGHT, "reddish")]), "colour = 'reddish'"),
+    ],
+)
 def test_what_cannot_be_drawn_is_refused(call, words, world):
     with pytest.raises(InputError, match=words):
         call(world)

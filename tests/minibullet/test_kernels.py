@@ -17,12 +17,15 @@ def test_a_kernel_is_compiled_again_when_a_function_that_it_calls_changes_in_ano
     package.mkdir()
     (package / "__init__.py").touch()
     shutil.copy(KERNELS, package)
-    (package / "outer.py").write_text("from minibullet.inner import add\nfrom minibullet.kernels import kernel\n\n\n"
-                                      "@kernel\ndef double(x):\n    return 2.0 * add(x)\n")
+    (package / "outer.py").write_text(
+        "from minibullet.inner import add\nfrom minibullet.kernels import kernel\n\n\n"
+        "@kernel\ndef double(x):\n    return 2.0 * add(x)\n"
+    )
     environment = {key: value for key, value in os.environ.items() if not key.startswith("NUMBA")}
     for added, answer in ((1, "4.0"), (2, "6.0"), (1, "4.0")):
-        (package / "inner.py").write_text("from minibullet.kernels import leaf\n\n\n"
-                                          f"@leaf\ndef add(x):\n    return x + {added}.0\n")
+        (package / "inner.py").write_text(
+            f"from minibullet.kernels import leaf\n\n\n@leaf\ndef add(x):\n    return x + {added}.0\n"
+        )
         program = "from minibullet.outer import double; print(double(1.0), sum(double.stats.cache_hits.values()))"
         done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env=environment, capture_output=True, text=True)
         assert done.stdout.split()[0] == answer, done.stderr

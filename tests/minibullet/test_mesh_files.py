@@ -27,6 +27,7 @@ f 3 1 4
 @pytest.fixture
 def write(tmp_path):
     """A function that writes text, bytes or a trimesh into a file and returns its path."""
+
     def write_file(name, content, **options):
         path = tmp_path / name
         if isinstance(content, str):
@@ -36,6 +37,7 @@ def write(tmp_path):
         else:
             content.export(path, **options)
         return path
+
     return write_file
 
 
@@ -48,6 +50,7 @@ def ascii_stl(*meshes):
 
 
 # --- good files
+
 
 @pytest.mark.parametrize("name", ["unit.stl", "UNIT.STL", "unit.obj", "unit.ply", "unit.off"])
 def test_every_format_gives_the_exact_box(name, write):
@@ -91,7 +94,7 @@ def test_one_solid_in_several_named_parts_is_one_solid(write):
     assert isinstance(mesh_file(write("parts.stl", ascii_stl(*halves))), ConvexPiece)
 
 
-QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]     # a box with corners by x, y, z
+QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]  # a box with corners by x, y, z
 CORNERS = [(x, y, z) for x in (0, 1) for y in (0, 2) for z in (0, 3)]
 
 
@@ -103,8 +106,14 @@ def test_faces_of_four_corners_are_read_in_every_format(write):
     """Of the text formats by hand, of the binary ones through struct; with what else a file may say of vertices and faces."""
     off = "# made by hand\nCOFF\n8 6 12\n" + rows((*corner, 255, 0, 0) for corner in CORNERS) + rows((4, *q, 0.5) for q in QUADS)
     obj = rows(("v", *corner, 1.0) for corner in CORNERS) + "vt 0 0\n" + rows(("f", *(f"{k + 1}/1" for k in q)) for q in QUADS)
-    head = ply(8, 6).replace("list uchar int vertex_indices", "uchar tint\nproperty list uchar short vertex_index\nproperty list "
-                             "uint8 float64 texcoord").replace("float z", "double z\nproperty uchar red")
+    head = (
+        ply(8, 6)
+        .replace(
+            "list uchar int vertex_indices",
+            "uchar tint\nproperty list uchar short vertex_index\nproperty list uint8 float64 texcoord",
+        )
+        .replace("float z", "double z\nproperty uchar red")
+    )
     head = head.replace("element vertex", "comment from a scanner\nelement camera 2\nproperty int32 id\nelement vertex")
     text = head + "7\n8\n" + rows((*corner, 255) for corner in CORNERS) + rows((9, 4, *q, 2, 0.5, 0.25) for q in QUADS)
     cases = {"unit.off": off, "unit.obj": obj, "text.ply": text}
@@ -118,8 +127,9 @@ def test_faces_of_four_corners_are_read_in_every_format(write):
 
 
 def test_faces_named_one_by_one_are_one_solid(write):
-    text = rows(("v", *corner) for corner in CORNERS) + "".join(f"g face{k}\nf {a + 1} {b + 1} {c + 1} {d + 1}\n"
-                                                                for k, (a, b, c, d) in enumerate(QUADS))
+    text = rows(("v", *corner) for corner in CORNERS) + "".join(
+        f"g face{k}\nf {a + 1} {b + 1} {c + 1} {d + 1}\n" for k, (a, b, c, d) in enumerate(QUADS)
+    )
     assert mesh_file(write("unit.obj", text)).volume == pytest.approx(6.0, rel=1e-14)
 
 
@@ -130,8 +140,9 @@ def prism(sides, height=1):
     ring = np.arange(sides)
     after = np.roll(ring, -1)
     faces = [ring[::-1], ring + sides, *np.column_stack([ring, after, after + sides, ring + sides])]
-    return (rows(("v", repr(x), repr(y), z) for z in (0, height) for x, y in circle)
-            + rows(("f", *(face + 1).tolist()) for face in faces))
+    return rows(("v", repr(x), repr(y), z) for z in (0, height) for x, y in circle) + rows(
+        ("f", *(face + 1).tolist()) for face in faces
+    )
 
 
 def test_a_cylinder_of_24000_sides_is_read(write):
@@ -162,35 +173,50 @@ def test_nothing_but_the_file_itself_is_opened(write):
 
 # --- bad files
 
+
 def binary_stl(count, body=b""):
     return b"made by hand".ljust(80) + count.to_bytes(4, "little") + body
 
 
 def ply(vertices, faces, form="ascii", length="uchar"):
     """The header of a PLY file."""
-    return (f"ply\nformat {form} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n"
-            f"element face {faces}\nproperty list {length} int vertex_indices\nend_header\n")
+    return (
+        f"ply\nformat {form} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n"
+        f"element face {faces}\nproperty list {length} int vertex_indices\nend_header\n"
+    )
 
 
 BAD_FILES = {
-    "lying header": ("unit.stl", binary_stl(4294967280, b"0" * 50),
-                     r"header announces 4294967280 triangles \(215 GB\), the file has 134 bytes; is it an ASCII STL\?"),
+    "lying header": (
+        "unit.stl",
+        binary_stl(4294967280, b"0" * 50),
+        r"header announces 4294967280 triangles \(215 GB\), the file has 134 bytes; is it an ASCII STL\?",
+    ),
     "cut off": ("unit.stl", binary_stl(3, b"0" * 100), "header announces 3 triangles .234 bytes., the file has 184 bytes"),
     "no bytes": ("unit.stl", b"", "the file has 0 bytes"),
     "no triangles": ("unit.stl", binary_stl(0), "no triangles; the file is empty"),
     "empty solid": ("unit.stl", "solid a\nendsolid a\n", "no triangles; the file is empty"),
     "not a number, binary": ("unit.stl", binary_stl(1, b"\xff" * 50), "triangle 1: corner .* is not finite"),
-    "not a number, ascii": ("unit.stl", ascii_stl(box()).replace("vertex 0.5", "vertex nan", 1),
-                            r"line \d+: vertex 'nan .* is not finite"),
+    "not a number, ascii": (
+        "unit.stl",
+        ascii_stl(box()).replace("vertex 0.5", "vertex nan", 1),
+        r"line \d+: vertex 'nan .* is not finite",
+    ),
     "infinite": ("unit.obj", "v 0 0 0\nv 1 0 1e999\n", "line 2: vertex '1 0 1e999' is not finite"),
     "half a vertex": ("unit.obj", "v 0 0 0\nv 1 0\n", "line 2: vertex '1 0'; 3 numbers are needed"),
     "letters": ("unit.obj", "v 0 0 zero\n", "line 1: vertex '0 0 zero'; 3 numbers"),
-    "two corners in a loop": ("unit.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n",
-                              "line 6: facet with 2 vertices"),
+    "two corners in a loop": (
+        "unit.stl",
+        "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n",
+        "line 6: facet with 2 vertices",
+    ),
     "ends within a facet": ("unit.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", "ends within a facet"),
     "strange word": ("unit.stl", "solid a\nfacette normal 0 0 1\n", "line 2: 'facette' is no word"),
-    "index too large": ("unit.obj", TETRAHEDRON_OBJ + "f 1 2 999999999\n",
-                        "line 11: face uses vertex 999999999, but only 4 vertices are defined"),
+    "index too large": (
+        "unit.obj",
+        TETRAHEDRON_OBJ + "f 1 2 999999999\n",
+        "line 11: face uses vertex 999999999, but only 4 vertices are defined",
+    ),
     "index beyond any integer": ("unit.obj", TETRAHEDRON_OBJ + "f 1 2 " + "9" * 30 + "\n", "line 11: face uses vertex 9999"),
     "index zero": ("unit.obj", TETRAHEDRON_OBJ + "f 0 1 2\n", "line 11: face uses vertex 0"),
     "index before the beginning": ("unit.obj", TETRAHEDRON_OBJ + "f -5 1 2\n", "line 11: face uses vertex -5"),
@@ -206,11 +232,17 @@ BAD_FILES = {
     "triangles of no size": ("unit.obj", "v 0 0 0\nv 1 0 0\n" + "f 1 1 2\n" * 4, "all triangles have zero size"),
     "escape codes": ("unit.stl", "solid a\n\x1b[31mfacet\n", r"line 2: '\\x1b\[31mfacet' is no word"),
     "four vertices in a loop": ("unit.stl", "solid a\n" + "vertex 0 0 0\n" * 4 + "endloop\n", "line 6: facet with 4 vertices"),
-    "lying PLY": ("unit.ply", "ply\nformat ascii 1.0\nelement vertex 99999999999\nend_header\n",
-                  "line 3: 'element vertex 99999999999', the file has 59 bytes"),
+    "lying PLY": (
+        "unit.ply",
+        "ply\nformat ascii 1.0\nelement vertex 99999999999\nend_header\n",
+        "line 3: 'element vertex 99999999999', the file has 59 bytes",
+    ),
     "PLY without data": ("unit.ply", ply(3, 1) + "1 2 3\n", "line 3: 'element vertex 3', the file has 160 bytes; it was cut off"),
-    "PLY of 1e9 faces": ("unit.ply", ply(4, 10**9, "binary_little_endian").encode() + bytes(99),
-                         "line 7: 'element face 1000000000', the file has 277 bytes; it was cut off"),
+    "PLY of 1e9 faces": (
+        "unit.ply",
+        ply(4, 10**9, "binary_little_endian").encode() + bytes(99),
+        "line 7: 'element face 1000000000', the file has 277 bytes; it was cut off",
+    ),
     "PLY of too many faces": ("unit.ply", ply(0, 200_000) + "0 0\n" * 200_000, "200000 of 'face' or more, at most 100000"),
     "PLY list too long": ("unit.ply", ply(0, 2, "binary_big_endian", "uint").encode() + b"\xff" * 9, "it was cut off"),
     "PLY list of negative length": ("unit.ply", ply(0, 2, "binary_big_endian", "char").encode() + b"\xff" * 9, "it was cut off"),
@@ -285,16 +317,20 @@ def one_face_turned(mesh):
     return trimesh.Trimesh(mesh.vertices, np.concatenate([mesh.faces[:1, ::-1], mesh.faces[1:]]), process=False)
 
 
-@pytest.mark.parametrize("mesh, words", [
-    (without_a_face(box()), "not a closed surface, a triangle is missing at the edge"),
-    (inside_out(box()), "solid 1 is inside out, volume = -1 m3"),
-    (one_face_turned(box()), "turned opposite ways"),
-    (trimesh.util.concatenate([box(), box(at=(1.0, 0.0, 0.0))]), "more than two triangles meet at the edge"),
-    (trimesh.util.concatenate([box(), box(at=(0.5, 0.1, 0.1))]), "parts 0 and 1 overlap"),
-    (trimesh.util.concatenate([box(3.0, 3.0, 3.0), inside_out(box())]), "solid 2 is inside out"),
-    (trimesh.creation.torus(1.0, 0.3, 16, 8), "solid 1 is not convex, it fills .* of its hull"),
-    (box(1.0, 1.0, 1e-13), "coplanar within 1e-12 of the size"),
-], ids=["open", "inside out", "one face turned", "touching unnamed", "overlapping", "hollow", "torus", "flat"])
+@pytest.mark.parametrize(
+    "mesh, words",
+    [
+        (without_a_face(box()), "not a closed surface, a triangle is missing at the edge"),
+        (inside_out(box()), "solid 1 is inside out, volume = -1 m3"),
+        (one_face_turned(box()), "turned opposite ways"),
+        (trimesh.util.concatenate([box(), box(at=(1.0, 0.0, 0.0))]), "more than two triangles meet at the edge"),
+        (trimesh.util.concatenate([box(), box(at=(0.5, 0.1, 0.1))]), "parts 0 and 1 overlap"),
+        (trimesh.util.concatenate([box(3.0, 3.0, 3.0), inside_out(box())]), "solid 2 is inside out"),
+        (trimesh.creation.torus(1.0, 0.3, 16, 8), "solid 1 is not convex, it fills .* of its hull"),
+        (box(1.0, 1.0, 1e-13), "coplanar within 1e-12 of the size"),
+    ],
+    ids=["open", "inside out", "one face turned", "touching unnamed", "overlapping", "hollow", "torus", "flat"],
+)
 @pytest.mark.parametrize("ending", ["obj", "ply"])
 def test_what_is_no_solid_of_convex_pieces_is_refused(mesh, words, ending, write):
     with pytest.raises(InputError, match=words):

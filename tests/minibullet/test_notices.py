@@ -111,6 +111,7 @@ def test_a_step_too_long_for_a_body_is_told_once_with_the_step_that_would_do():
 
 def test_a_fast_body_is_told_where_another_is_in_its_way_only():
     """A ball of 2 cm at 30 m/s moves 125 mm a step: past nobody and onto a half-space, which cannot be passed, in silence."""
+
     def shot(*, wall):
         world = mb.World()
         world.add_plane((1.0, 0, 0), -2.0)
@@ -121,6 +122,7 @@ def test_a_fast_body_is_told_where_another_is_in_its_way_only():
             warnings.simplefilter("ignore")
             world.step(30)
         return world
+
     assert not shot(wall=False).notices
     (text,) = shot(wall=True).notices
     assert "'ball'" in text and "'wall'" in text and "a time_step of 0.00033 s" in text  # 0.01 m / 30 m/s
@@ -184,8 +186,18 @@ def test_a_mass_ratio_beyond_rounding_is_told_and_not_worked_at_for_long(masses,
     assert [body.position[2] - k for k, body in enumerate(world.bodies)] == pytest.approx([0.5] * len(masses), abs=1e-4)
 
 
-@pytest.mark.parametrize("given", [{"mass": 10**400}, {"position": (10**400, 0, 0)}, {"group": 10**400}, {"friction": 10**400},
-                                   {"margin": 10**5000}, {"density": 1e300, "mass": None}, {"inertia": (1e308, 1e308, 10**400)}])
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"mass": 10**400},
+        {"position": (10**400, 0, 0)},
+        {"group": 10**400},
+        {"friction": 10**400},
+        {"margin": 10**5000},
+        {"density": 1e300, "mass": None},
+        {"inertia": (1e308, 1e308, 10**400)},
+    ],
+)
 def test_numbers_that_double_precision_cannot_hold_are_refused(given):
     """Whole numbers of hundreds and thousands of digits, masses that overflow: one line that names the field."""
     with pytest.raises(mb.InputError, match="u17.*(mass|position|group|friction|margin|density|inertia)"):

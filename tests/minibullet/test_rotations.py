@@ -86,7 +86,7 @@ def test_between_is_the_shortest_turn(generator):
     u, v = generator.normal(size=(2, 300, 3))
     cosine = np.sum(u * v, axis=1) / np.linalg.norm(u, axis=1) / np.linalg.norm(v, axis=1)
     angle = np.linalg.norm(rotations.logarithm(rotations.between(u, v)), axis=1)
-    np.testing.assert_allclose(angle, np.arccos(cosine), atol=1e-12)        # arccos loses digits near 0 and pi
+    np.testing.assert_allclose(angle, np.arccos(cosine), atol=1e-12)  # arccos loses digits near 0 and pi
 
 
 def test_random_orientations_are_uniform(generator):

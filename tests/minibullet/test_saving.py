@@ -155,15 +155,19 @@ def load_changed(saved, folder, edit_header=None, edit_arrays=None):
 
 def put(key, place, value):
     """An edit that puts a value at a place of an array."""
+
     def edit(arrays):
         arrays[key][place] = value
+
     return edit
 
 
 def swap(key, make):
     """An edit that makes another array of one."""
+
     def edit(arrays):
         arrays[key] = make(arrays[key])
+
     return edit
 
 
@@ -206,8 +210,10 @@ def test_an_array_that_cannot_be_is_refused_by_name(saved, tmp_path, what):
 
 def record(key, value):
     """An edit of the first record that is no plane."""
+
     def edit(header):
         next(r for r in header["records"] if r["shape"] is not None and not r["fixed"])[key] = value
+
     return edit
 
 
@@ -303,8 +309,9 @@ def test_what_an_array_claims_is_believed_only_where_its_bytes_are_there(saved, 
 def test_a_small_file_that_unpacks_to_a_large_one_is_refused(saved, tmp_path):
     """80 MB of zeros in 80 kB: a world is never packed, so what it unpacks to is no larger than itself."""
     header, arrays = saved
-    np.savez_compressed(tmp_path / "changed.npz", header=np.array(json.dumps(header)),
-                        **{**arrays, "bodies_position": np.zeros((10**7 // 3, 3))})
+    np.savez_compressed(
+        tmp_path / "changed.npz", header=np.array(json.dumps(header)), **{**arrays, "bodies_position": np.zeros((10**7 // 3, 3))}
+    )
     with pytest.raises(mb.InputError, match="claims .* bytes; there is room for"):
         mb.World.load(tmp_path / "changed.npz")
 

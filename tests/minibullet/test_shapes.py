@@ -14,10 +14,16 @@ from minibullet.geometry import edge_directions
 from minibullet.shapes import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere
 
 CUBE = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-GRID = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=3)))       # a cube with points on edges, faces and inside
+GRID = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=3)))  # a cube with points on edges, faces and inside
 ROUND = [ConvexPiece(np.random.default_rng(k).standard_normal((60, 3))) for k in range(2)]
-EVERY_SHAPE = [Sphere(0.7), Box(1.0, 2.0, 3.0), Capsule(0.3, 1.1), Cylinder(0.4, 0.9), ConvexPiece(CUBE * (1, 2, 3) + (4, 5, 6)),
-               Compound((Box(1.0, 1.0, 1.0), ConvexPiece(0.5 * CUBE + (1.0, 0.0, 0.0))))]
+EVERY_SHAPE = [
+    Sphere(0.7),
+    Box(1.0, 2.0, 3.0),
+    Capsule(0.3, 1.1),
+    Cylinder(0.4, 0.9),
+    ConvexPiece(CUBE * (1, 2, 3) + (4, 5, 6)),
+    Compound((Box(1.0, 1.0, 1.0), ConvexPiece(0.5 * CUBE + (1.0, 0.0, 0.0)))),
+]
 
 
 def is_a_convex_polyhedron(piece):
@@ -27,16 +33,17 @@ def is_a_convex_polyhedron(piece):
     assert {(b, a) for a, b in directed} == set(directed)
     assert len(piece.vertices) - len(piece.edges) + len(piece.faces) == 2
     heights = piece.vertices @ piece.normals.T - piece.offsets
-    assert heights.max() <= 2e-6 * piece.bounding_radius        # faces may be bent by the tolerance that merges triangles
+    assert heights.max() <= 2e-6 * piece.bounding_radius  # faces may be bent by the tolerance that merges triangles
     return True
 
 
 # --- textbook values
 
+
 def test_box_as_hull_has_the_formulas_of_the_box():
     box, hull = Box(1.0, 2.0, 3.0), Box(1.0, 2.0, 3.0).pieces[0]
     assert hull.volume == pytest.approx(6.0, rel=1e-15)
-    np.testing.assert_allclose(hull.inertia, np.diag([6.5, 5.0, 2.5]), rtol=1e-15, atol=1e-15)      # V/12 (y2 + z2) ...
+    np.testing.assert_allclose(hull.inertia, np.diag([6.5, 5.0, 2.5]), rtol=1e-15, atol=1e-15)  # V/12 (y2 + z2) ...
     np.testing.assert_allclose(box.inertia, hull.inertia, rtol=1e-15, atol=1e-15)
     assert hull.surface_area == box.surface_area == 22.0
     assert hull.bounding_radius == pytest.approx(box.bounding_radius, rel=1e-15)
@@ -88,6 +95,7 @@ def test_inertia_agrees_with_counting_points(shape, generator):
 
 
 # --- what every shape promises
+
 
 @pytest.mark.parametrize("shape", EVERY_SHAPE, ids=lambda shape: type(shape).__name__)
 def test_pieces_surround_the_centre_of_mass(shape):
@@ -149,6 +157,7 @@ def test_surface_of_touching_parts_is_the_outside():
 
 # --- hulls
 
+
 def test_coplanar_triangles_are_one_face_and_needless_points_vanish():
     piece = ConvexPiece(GRID)
     assert sorted(map(tuple, piece.vertices)) == sorted(map(tuple, CUBE))
@@ -177,7 +186,7 @@ def test_round_and_regular_hulls_are_convex_polyhedra():
     corners = [(0, a, b * phi) for a in (-1, 1) for b in (-1, 1)]
     icosahedron = ConvexPiece([np.roll(c, k) for c in corners for k in range(3)])
     assert (len(icosahedron.faces), len(icosahedron.edges)) == (20, 30)
-    dodecahedron = ConvexPiece(icosahedron.normals)             # its dual
+    dodecahedron = ConvexPiece(icosahedron.normals)  # its dual
     assert [len(loop) for loop in dodecahedron.faces] == [5] * 12
     prism = Cylinder(1.0, 2.0, sides=64).pieces[0]
     assert sorted(len(loop) for loop in prism.faces) == [4] * 64 + [64, 64]
@@ -190,9 +199,19 @@ def regular(sides):
     return np.concatenate([np.column_stack([np.cos(angle), np.sin(angle), np.full(sides, z)]) for z in (0.0, 1.0)])
 
 
-@pytest.mark.parametrize("points", [CUBE, GRID, 3 * GRID @ rotations.matrix(np.array([0.5, 0.5, -0.1, 0.7])).T, regular(7),
-                                    regular(300), regular(300).astype(np.float32), regular(300) * (1, 1, 1e-4)],
-                         ids=["cube", "grid", "turned grid", "prism", "fine prism", "rounded prism", "thin prism"])
+@pytest.mark.parametrize(
+    "points",
+    [
+        CUBE,
+        GRID,
+        3 * GRID @ rotations.matrix(np.array([0.5, 0.5, -0.1, 0.7])).T,
+        regular(7),
+        regular(300),
+        regular(300).astype(np.float32),
+        regular(300) * (1, 1, 1e-4),
+    ],
+    ids=["cube", "grid", "turned grid", "prism", "fine prism", "rounded prism", "thin prism"],
+)
 def test_large_hulls_have_the_faces_of_small_ones(points, monkeypatch):
     """Beyond a number of points qhull joggles them instead of merging triangles itself: the same corners, the same faces."""
     merged = ConvexPiece(points)
@@ -204,7 +223,7 @@ def test_large_hulls_have_the_faces_of_small_ones(points, monkeypatch):
 def test_edges_of_one_direction_share_it():
     """Against the definition: the first direction known whose cosine with the edge is one within 1e-12."""
     turned = CUBE @ rotations.matrix(np.array([0.8, 0.2, -0.5, 0.3])).T
-    near = GRID + 1e-7 * np.random.default_rng(2).standard_normal(GRID.shape)   # some within the tolerance, some not
+    near = GRID + 1e-7 * np.random.default_rng(2).standard_normal(GRID.shape)  # some within the tolerance, some not
     for piece in (*(ConvexPiece(points) for points in (CUBE, turned, near, regular(24), 1e-3 * regular(25))), *ROUND):
         directions, index = edge_directions(piece.vertices, piece.edges)
         expected, kept = [], []
@@ -232,15 +251,29 @@ def test_scaling_by_a_power_of_two_changes_nothing_but_the_exponent(exponent, se
     small, large = ConvexPiece(points), ConvexPiece(np.ldexp(points, exponent))
     assert small.faces == large.faces
     np.testing.assert_array_equal(small.normals, large.normals)
-    for name, power in (("vertices", 1), ("offsets", 1), ("centre_of_mass", 1), ("bounding_radius", 1), ("surface_area", 2),
-                        ("volume", 3), ("inertia", 5)):
+    for name, power in (
+        ("vertices", 1),
+        ("offsets", 1),
+        ("centre_of_mass", 1),
+        ("bounding_radius", 1),
+        ("surface_area", 2),
+        ("volume", 3),
+        ("inertia", 5),
+    ):
         np.testing.assert_array_equal(np.ldexp(getattr(small, name), power * exponent), getattr(large, name), err_msg=name)
     np.testing.assert_array_equal(np.ldexp(small.pieces[0].vertices, exponent), large.pieces[0].vertices)
 
 
-@pytest.mark.parametrize("make", [
-    lambda s: Sphere(0.3 * s), lambda s: Capsule(0.3 * s, 0.7 * s), lambda s: Box(0.1 * s, 0.3 * s, 0.7 * s),
-    lambda s: Cylinder(0.3 * s, 0.7 * s)], ids=["Sphere", "Capsule", "Box", "Cylinder"])
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda s: Sphere(0.3 * s),
+        lambda s: Capsule(0.3 * s, 0.7 * s),
+        lambda s: Box(0.1 * s, 0.3 * s, 0.7 * s),
+        lambda s: Cylinder(0.3 * s, 0.7 * s),
+    ],
+    ids=["Sphere", "Capsule", "Box", "Cylinder"],
+)
 def test_simple_shapes_scale_bit_for_bit(make):
     one, small = make(1.0), make(2.0**-9)
     assert small.volume == np.ldexp(one.volume, -27)
@@ -250,40 +283,47 @@ def test_simple_shapes_scale_bit_for_bit(make):
 
 # --- refusals
 
-@pytest.mark.parametrize("points, words", [
-    ([[0, 0, 0]], "1 point;"),
-    ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "3 points; a hull needs at least 4"),
-    ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], "4 points are coplanar within 1e-12 of the size"),
-    ([[0, 0, 0], [1, 1, 1], [2, 2, 2], [3, 3, 3]], "coplanar"),
-    ([[5.0, 5, 5]] * 6, "coplanar"),
-    ([[0, 0, 0], [1, 0, 0], [0, float("nan"), 0], [0, 0, 1]], "vertex 2 = .* is not finite"),
-    ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, float("inf")]], "vertex 3 = .* is not finite"),
-    ([[0, 0], [1, 0], [0, 1], [1, 1]], r"shape \(4, 2\)"),
-    ([], "shape"),
-    ("cube", "not an array of numbers"),
-    (CUBE * 1e-300, "double precision"),
-    (CUBE * 1e300, "double precision"),
-    (CUBE * (1, 1, 1e7), "a needle must be thicker than a millionth of its length"),
-])
+
+@pytest.mark.parametrize(
+    "points, words",
+    [
+        ([[0, 0, 0]], "1 point;"),
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "3 points; a hull needs at least 4"),
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], "4 points are coplanar within 1e-12 of the size"),
+        ([[0, 0, 0], [1, 1, 1], [2, 2, 2], [3, 3, 3]], "coplanar"),
+        ([[5.0, 5, 5]] * 6, "coplanar"),
+        ([[0, 0, 0], [1, 0, 0], [0, float("nan"), 0], [0, 0, 1]], "vertex 2 = .* is not finite"),
+        ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, float("inf")]], "vertex 3 = .* is not finite"),
+        ([[0, 0], [1, 0], [0, 1], [1, 1]], r"shape \(4, 2\)"),
+        ([], "shape"),
+        ("cube", "not an array of numbers"),
+        (CUBE * 1e-300, "double precision"),
+        (CUBE * 1e300, "double precision"),
+        (CUBE * (1, 1, 1e7), "a needle must be thicker than a millionth of its length"),
+    ],
+)
 def test_what_is_no_hull_is_refused_by_name(points, words):
     with pytest.raises(InputError, match=words):
         ConvexPiece(points)
 
 
-@pytest.mark.parametrize("make, words", [
-    (lambda: Sphere(-1.0), "sphere: radius = -1.0"),
-    (lambda: Sphere(float("nan")), "sphere: radius = nan"),
-    (lambda: Sphere("big"), "sphere: radius = 'big'"),
-    (lambda: Box(1.0, 0.0, 1.0), "box: y = 0.0"),
-    (lambda: Capsule(1.0, float("inf")), "capsule: length = inf"),
-    (lambda: Cylinder(1.0, 1.0, sides=2), "cylinder: sides = 2"),
-    (lambda: ConvexPiece(CUBE, radius=0.1), "8 points; only one point"),
-    (lambda: ConvexPiece([[0, 0, 0], [0, 0, 0]], radius=0.1), "two different points"),
-    (lambda: ConvexPiece([[0, 0, 0]], radius=-0.1), "radius = -0.1"),
-    (lambda: Compound(()), "no parts"),
-    (lambda: Compound((Box(1.0, 1.0, 1.0), "lid")), "part 1 is 'lid'"),
-    (lambda: Compound((Box(1.0, 1.0, 1.0), Box(0.5, 0.5, 0.5))), "parts 0 and 1 overlap"),
-])
+@pytest.mark.parametrize(
+    "make, words",
+    [
+        (lambda: Sphere(-1.0), "sphere: radius = -1.0"),
+        (lambda: Sphere(float("nan")), "sphere: radius = nan"),
+        (lambda: Sphere("big"), "sphere: radius = 'big'"),
+        (lambda: Box(1.0, 0.0, 1.0), "box: y = 0.0"),
+        (lambda: Capsule(1.0, float("inf")), "capsule: length = inf"),
+        (lambda: Cylinder(1.0, 1.0, sides=2), "cylinder: sides = 2"),
+        (lambda: ConvexPiece(CUBE, radius=0.1), "8 points; only one point"),
+        (lambda: ConvexPiece([[0, 0, 0], [0, 0, 0]], radius=0.1), "two different points"),
+        (lambda: ConvexPiece([[0, 0, 0]], radius=-0.1), "radius = -0.1"),
+        (lambda: Compound(()), "no parts"),
+        (lambda: Compound((Box(1.0, 1.0, 1.0), "lid")), "part 1 is 'lid'"),
+        (lambda: Compound((Box(1.0, 1.0, 1.0), Box(0.5, 0.5, 0.5))), "parts 0 and 1 overlap"),
+    ],
+)
 def test_what_is_no_solid_is_refused_by_name(make, words):
     with pytest.raises(InputError, match=words):
         make()

@@ -34,8 +34,13 @@ class Bullet:
         self.surface = {"lateralFriction": np.sqrt(friction), "restitution": np.sqrt(restitution)}
         pybullet.connect(pybullet.DIRECT)
         pybullet.setGravity(0, 0, -GRAVITY)
-        pybullet.setPhysicsEngineParameter(fixedTimeStep=TIME_STEP, numSolverIterations=50, enableConeFriction=1,
-                                           restitutionVelocityThreshold=1e-3, deterministicOverlappingPairs=1)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=TIME_STEP,
+            numSolverIterations=50,
+            enableConeFriction=1,
+            restitutionVelocityThreshold=1e-3,
+            deterministicOverlappingPairs=1,
+        )
         if floor:
             plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE)
             pybullet.changeDynamics(pybullet.createMultiBody(0, plane, useMaximalCoordinates=maximal), -1, **self.surface)
@@ -49,11 +54,24 @@ class Bullet:
     def add(self, shape, mass, inertia, position, orientation=(1, 0, 0, 0), velocity=(0, 0, 0), damping=0.0, margin=None):
         """shape: keywords of createCollisionShape; inertia (3,) kg m2; orientation w, x, y, z. Returns the body's number."""
         bullet, (w, x, y, z) = self.bullet, orientation
-        body = bullet.createMultiBody(mass, bullet.createCollisionShape(**shape), basePosition=list(position),
-                                      baseOrientation=[x, y, z, w], useMaximalCoordinates=self.maximal)
+        body = bullet.createMultiBody(
+            mass,
+            bullet.createCollisionShape(**shape),
+            basePosition=list(position),
+            baseOrientation=[x, y, z, w],
+            useMaximalCoordinates=self.maximal,
+        )
         inertia = {"mass": mass, "localInertiaDiagonal": list(inertia)} if mass else {}
-        bullet.changeDynamics(body, -1, linearDamping=damping, angularDamping=damping, rollingFriction=0, spinningFriction=0,
-                              **inertia, **self.surface)
+        bullet.changeDynamics(
+            body,
+            -1,
+            linearDamping=damping,
+            angularDamping=damping,
+            rollingFriction=0,
+            spinningFriction=0,
+            **inertia,
+            **self.surface,
+        )
         if margin is not None:
             bullet.changeDynamics(body, -1, collisionMargin=margin)
         bullet.resetBaseVelocity(body, list(velocity), [0, 0, 0])
@@ -161,8 +179,14 @@ def cubipod_rest(folder):
     """Cubipod (L = 1 m, seven pieces) let go 10 mm above its low pose; margin 0.001 m on every piece. After 4 s."""
     with Bullet(maximal=False, friction=0.6) as world:
         orientation = scenes.low_pose(0.3)
-        unit = world.add(cubipod_shape(folder), scenes.UNIT_MASS, (scenes.UNIT_INERTIA,) * 3,
-                         (0, 0, scenes.LOW_POSE_HEIGHT + 0.01), orientation, margin=0.001)
+        unit = world.add(
+            cubipod_shape(folder),
+            scenes.UNIT_MASS,
+            (scenes.UNIT_INERTIA,) * 3,
+            (0, 0, scenes.LOW_POSE_HEIGHT + 0.01),
+            orientation,
+            margin=0.001,
+        )
         *_, _end = world.run(960)
         pose = world.bullet.getBasePositionAndOrientation(unit)
         turned = 2 * np.arccos(min(1.0, abs(np.dot(np.array(pose[1])[[3, 0, 1, 2]], orientation))))
@@ -189,21 +213,37 @@ def layer_heights(scene, position, orientation):
     return position[up, 2].mean(), top[up].mean(), int((~scene.fixed).sum() - up.sum())
 
 
-PATHS = {"drop": "maximal coordinates", "damping": "maximal coordinates", "slide": "default (multibody)",
-         "bounce": "default (multibody)", "rolling": "default (multibody)", "cubipod_rest": "default (multibody)",
-         "small_layer": "maximal coordinates"}
+PATHS = {
+    "drop": "maximal coordinates",
+    "damping": "maximal coordinates",
+    "slide": "default (multibody)",
+    "bounce": "default (multibody)",
+    "rolling": "default (multibody)",
+    "cubipod_rest": "default (multibody)",
+    "small_layer": "maximal coordinates",
+}
 
 
-EXPERIMENTS = {"drop": drop, "damping": damping, "slide": slide, "bounce": bounce, "rolling": rolling,
-               "cubipod_rest": cubipod_rest, "small_layer": small_layer}
+EXPERIMENTS = {
+    "drop": drop,
+    "damping": damping,
+    "slide": slide,
+    "bounce": bounce,
+    "rolling": rolling,
+    "cubipod_rest": cubipod_rest,
+    "small_layer": small_layer,
+}
 
 
 def write(name, function, columns, rows):
     """One CSV whose comment lines say how it was made."""
-    heading = [f"pybullet {version('pybullet')}, double precision; {PATHS[name]}", function.__doc__,
-               "step 1/240 s, 50 iterations, g = 9.81 m/s2, sleeping off, restitution threshold 1e-3 m/s, "
-               "deterministicOverlappingPairs = 1, localInertiaDiagonal given",
-               "made by tests/oracle/make_answers.py"]
+    heading = [
+        f"pybullet {version('pybullet')}, double precision; {PATHS[name]}",
+        function.__doc__,
+        "step 1/240 s, 50 iterations, g = 9.81 m/s2, sleeping off, restitution threshold 1e-3 m/s, "
+        "deterministicOverlappingPairs = 1, localInertiaDiagonal given",
+        "made by tests/oracle/make_answers.py",
+    ]
     with open(ANSWERS / f"{name}.csv", "w", newline="") as file:
         file.writelines(f"# {line}\n" for line in heading)
         writer = csv.writer(file, lineterminator="\n")

@@ -129,12 +129,20 @@ def test_small_layer_stands_as_high_as_bullets():
     answer, shape = frozen("small_layer"), cubipod()
     all_scenes = [scenes.one_layer("pieces", 3, 3, seed=seed) for seed in range(1, 11)]
     world = world_with(friction=all_scenes[0].friction, margin=all_scenes[0].margin, tolerance=1e-5)
-    bodies = [[world.add(shape, position=place, orientation=turn, group=number, fixed=bool(held),
-                         mass=None if held else scenes.UNIT_MASS)
-               for place, turn, held in zip(scene.position, scene.orientation, scene.fixed, strict=True)]
-              for number, scene in enumerate(all_scenes)]  # groups never touch: ten tests in one world
+    bodies = [
+        [
+            world.add(
+                shape, position=place, orientation=turn, group=number, fixed=bool(held), mass=None if held else scenes.UNIT_MASS
+            )
+            for place, turn, held in zip(scene.position, scene.orientation, scene.fixed, strict=True)
+        ]
+        for number, scene in enumerate(all_scenes)
+    ]  # groups never touch: ten tests in one world
     world.run(4.0)
-    tops = [make_answers.layer_heights(scene, np.array([body.position for body in units]),
-                                       np.array([body.orientation for body in units]))[1]
-            for scene, units in zip(all_scenes, bodies, strict=True)]
+    tops = [
+        make_answers.layer_heights(
+            scene, np.array([body.position for body in units]), np.array([body.orientation for body in units])
+        )[1]
+        for scene, units in zip(all_scenes, bodies, strict=True)
+    ]
     assert np.mean(tops) == pytest.approx(answer["mean_top_m"].mean(), abs=0.04)

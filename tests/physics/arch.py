@@ -42,7 +42,7 @@ def stands(count, thickness, friction):
                 arm = radius * ray - centre
                 for kind, direction in enumerate((along, ray)):
                     force = sign * direction
-                    balance[3 * i:3 * i + 3, 4 * joint + 2 * end + kind] += (*force, arm[0] * force[1] - arm[1] * force[0])
+                    balance[3 * i : 3 * i + 3, 4 * joint + 2 * end + kind] += (*force, arm[0] * force[1] - arm[1] * force[0])
     limits = np.zeros((4 * (count + 1), unknowns))
     for pair in range(2 * (count + 1)):
         for row, sign in enumerate((1.0, -1.0)):

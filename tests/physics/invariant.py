@@ -34,9 +34,16 @@ def add_bodies(world, size, speed, order, cubipods=False, heading=0.0, shift=(0.
         turn = generator.normal(size=4)
         place = np.array([0.5 * (i % 2), 0.4 * (i // 2 % 2), 1.25 * (i // 2) + 1.0]) + generator.integers(0, 64, 3) / 512
         turn = mb.rotations.product(spin, turn) if heading else turn
-        drawn.append({"shape": forms[i % 3], "density": 2048.0, "position": axes @ (place * size) + shift, "name": f"body{i:02d}",
-                      "orientation": turn / np.linalg.norm(turn),
-                      "velocity": axes @ (generator.integers(-64, 64, 3) / 64 * speed)})
+        drawn.append(
+            {
+                "shape": forms[i % 3],
+                "density": 2048.0,
+                "position": axes @ (place * size) + shift,
+                "name": f"body{i:02d}",
+                "orientation": turn / np.linalg.norm(turn),
+                "velocity": axes @ (generator.integers(-64, 64, 3) / 64 * speed),
+            }
+        )
     indices = np.arange(COUNT) if order is None else np.random.default_rng(order).permutation(COUNT)
     for i in indices:
         body = dict(drawn[i])
@@ -52,12 +59,14 @@ def state(world, size, speed):
     """(12, 13) positions, orientations, velocities, spins in units of the scene, bodies by name."""
     bodies = sorted(world.bodies, key=lambda body: body.name)
     rate = speed / size
-    return np.array([np.concatenate([b.position / size, b.orientation, b.velocity / speed, b.angular_velocity / rate])
-                     for b in bodies])
+    return np.array(
+        [np.concatenate([b.position / size, b.orientation, b.velocity / speed, b.angular_velocity / rate]) for b in bodies]
+    )
 
 
-def run(power=0, order=None, save=None, save_every=None, steps=STEPS, cubipods=False, heading=0.0, shift=(0.0, 0.0, 0.0),
-        **settings):
+def run(
+    power=0, order=None, save=None, save_every=None, steps=STEPS, cubipods=False, heading=0.0, shift=(0.0, 0.0, 0.0), **settings
+):
     """The scene after `steps` steps. power k: lengths x 2^-2k, times x 2^-k; save, save_every: (step, path) of checkpoints.
 
     With `cubipods` twelve of them, 0.6 of the size (1.62135 m: 0.9728 m, and 3.8 mm at power 4) on a side.

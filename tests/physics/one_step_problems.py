@@ -93,9 +93,16 @@ def random_turn(generator):
     return turn / np.linalg.norm(turn)
 
 
-SCENES = {"Cubipod heap": (cubipod_heap, 2.0), "rock pile, masses 1 to 1e4": (rock_pile, 2.0), "box pile": (box_pile, 2.0),
-          "stack of 50": (stack_of_50, 0.1), "heavy on light, 1e4": (heavy_on_light, 0.1), "wall of 100": (wall_of_100, 0.1),
-          "arch": (standing_arch, 0.1), "chain of 30": (chain, 0.1)}
+SCENES = {
+    "Cubipod heap": (cubipod_heap, 2.0),
+    "rock pile, masses 1 to 1e4": (rock_pile, 2.0),
+    "box pile": (box_pile, 2.0),
+    "stack of 50": (stack_of_50, 0.1),
+    "heavy on light, 1e4": (heavy_on_light, 0.1),
+    "wall of 100": (wall_of_100, 0.1),
+    "arch": (standing_arch, 0.1),
+    "chain of 30": (chain, 0.1),
+}
 
 
 def variants(problem, generator):

@@ -50,15 +50,27 @@ REFUSED = {
     "iterations = 0": (lambda d: mb.Settings(iterations=0), ("iterations = 0",), "accepted"),
     "radius negative": (lambda d: mb.Sphere(-1.0), ("radius",), "one generic exception"),
     "missing mesh file": (lambda d: mb.mesh_file(d / "none.stl"), ("none.stl", "No such file"), "one generic exception"),
-    "OBJ face index 999999999": (lambda d: mesh(d, "unit.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 999999999\n"),
-                                 ("unit.obj", "line 4", "999999999", "only 3"), "segmentation fault"),
-    "STL that announces 4e9 triangles": (lambda d: mesh(d, "unit.stl", stl(4294967280, [])),
-                                         ("unit.stl", "4294967280", "84 bytes"), "segmentation fault"),
+    "OBJ face index 999999999": (
+        lambda d: mesh(d, "unit.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 999999999\n"),
+        ("unit.obj", "line 4", "999999999", "only 3"),
+        "segmentation fault",
+    ),
+    "STL that announces 4e9 triangles": (
+        lambda d: mesh(d, "unit.stl", stl(4294967280, [])),
+        ("unit.stl", "4294967280", "84 bytes"),
+        "segmentation fault",
+    ),
     "empty STL": (lambda d: mesh(d, "unit.stl", stl(0, [])), ("unit.stl", "empty"), "accepted"),
-    "open mesh": (lambda d: mesh(d, "unit.obj", TETRAHEDRON + b"f 1 3 2\nf 1 2 4\nf 2 3 4\n"),
-                  ("unit.obj", "not a closed surface"), "volume and centre wrong"),
-    "inside-out mesh": (lambda d: mesh(d, "unit.obj", TETRAHEDRON + b"f 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n"),
-                        ("unit.obj", "inside out"), "volume -1"),
+    "open mesh": (
+        lambda d: mesh(d, "unit.obj", TETRAHEDRON + b"f 1 3 2\nf 1 2 4\nf 2 3 4\n"),
+        ("unit.obj", "not a closed surface"),
+        "volume and centre wrong",
+    ),
+    "inside-out mesh": (
+        lambda d: mesh(d, "unit.obj", TETRAHEDRON + b"f 1 2 3\nf 1 4 2\nf 2 4 3\nf 1 3 4\n"),
+        ("unit.obj", "inside out"),
+        "volume -1",
+    ),
 }
 
 
@@ -73,8 +85,9 @@ def test_what_cannot_be_used_is_refused_by_name_in_one_line(record_case, tmp_pat
     record_case("input", what, True, claim="refused by name", peer=peer)
 
 
-@pytest.mark.parametrize(("name", "shape", "peer"),
-                         [("spheres", mb.Sphere(0.5), "9.6 m/s"), ("hulls", mb.ConvexPiece(CORNERS), "14.7 m/s")])
+@pytest.mark.parametrize(
+    ("name", "shape", "peer"), [("spheres", mb.Sphere(0.5), "9.6 m/s"), ("hulls", mb.ConvexPiece(CORNERS), "14.7 m/s")]
+)
 def test_coincident_bodies_are_listed_before_the_first_step_and_parted_without_a_blow(record_case, name, shape, peer):
     """Two bodies in one place: both names and the depth are told; separated they have no velocity, then or a second later."""
     world = sw.make(gravity=0)
@@ -85,8 +98,9 @@ def test_coincident_bodies_are_listed_before_the_first_step_and_parted_without_a
     assert not world.overlaps()
     world.run(1.0)
     speed = max(np.linalg.norm(body.velocity) for body in pair)
-    record_case("input", f"coincident {name}: speed a second after they were parted", speed, 1e-9, "m/s",
-                peer=f"ejected at {peer}")
+    record_case(
+        "input", f"coincident {name}: speed a second after they were parted", speed, 1e-9, "m/s", peer=f"ejected at {peer}"
+    )
 
 
 def test_small_fast_box_does_not_pass_a_thin_floor(record_case):
@@ -95,12 +109,19 @@ def test_small_fast_box_does_not_pass_a_thin_floor(record_case):
     for phase in range(24):
         world = sw.make(friction=0.5)
         world.add(mb.Box(2, 2, 0.02), fixed=True, mass=1.0, position=(0, 0, -0.01))
-        box = world.add(mb.Box(0.038, 0.038, 0.038), density=2300.0, position=(0, 0, 0.5 + phase / 24 * 20 / 240),
-                        velocity=(0, 0, -20.0))
+        box = world.add(
+            mb.Box(0.038, 0.038, 0.038), density=2300.0, position=(0, 0, 0.5 + phase / 24 * 20 / 240), velocity=(0, 0, -20.0)
+        )
         world.run(0.2)
         lowest = min(lowest, box.position[2])
-    record_case("input", "0.038 m box at 20 m/s on a 2 cm floor: how far it sinks", min(lowest - 0.019, 0.0), 1e-6, "m",
-                peer="caught by luck")
+    record_case(
+        "input",
+        "0.038 m box at 20 m/s on a 2 cm floor: how far it sinks",
+        min(lowest - 0.019, 0.0),
+        1e-6,
+        "m",
+        peer="caught by luck",
+    )
 
 
 def test_mass_ratio_of_a_million_is_solved_or_told(record_case):
@@ -111,8 +132,14 @@ def test_mass_ratio_of_a_million_is_solved_or_told(record_case):
     world.run(2.0)
     moved = max(np.linalg.norm(box.position - (0, 0, 0.5 + k)) for k, box in enumerate(boxes))
     told = world.unsolved_steps > 0 or world.worst_residual <= 1e-8
-    record_case("input", f"mass ratio 1e6, {world.unsolved_steps} steps not solved: distance from rest", moved, 1e-6, "m",
-                peer="light box thrown 15 m")
+    record_case(
+        "input",
+        f"mass ratio 1e6, {world.unsolved_steps} steps not solved: distance from rest",
+        moved,
+        1e-6,
+        "m",
+        peer="light box thrown 15 m",
+    )
     record_case("input", "mass ratio 1e6: residual told", told, claim="solved or counted")
 
 

@@ -18,8 +18,14 @@ def test_incline_one_degree_below_slip_does_not_creep(record_case):
     start = 0.25 * incline.normal
     box = world.add(mb.Box(1, 1, 0.5), density=1000.0, position=start, orientation=incline.orientation)
     world.run(4.0)
-    record_case("creep", "incline 1 deg below slip, 4 s", (box.position - start) @ incline.down, 1e-9, "m",
-                peer="6.9e-5 m; MuJoCo 5.5e-3 m")
+    record_case(
+        "creep",
+        "incline 1 deg below slip, 4 s",
+        (box.position - start) @ incline.down,
+        1e-9,
+        "m",
+        peer="6.9e-5 m; MuJoCo 5.5e-3 m",
+    )
 
 
 @dataclass(frozen=True)
@@ -42,16 +48,25 @@ def test_balls_roll_on_a_pushed_box(record_case):
     world = sw.make(effects=[Push()], time_step=1e-3)
     world.add_plane()
     box = world.add(mb.Box(20, 20, 1), mass=10.0, position=(0, 0, 0.5), friction=0.4)
-    balls = [world.add(mb.Sphere(0.5), mass=1.0, friction=1.6, position=(2.0 * x, 2.0 * y, 1.5))
-             for x in range(-2, 3) for y in range(-2, 3)]
+    balls = [
+        world.add(mb.Sphere(0.5), mass=1.0, friction=1.6, position=(2.0 * x, 2.0 * y, 1.5))
+        for x in range(-2, 3)
+        for y in range(-2, 3)
+    ]
     acceleration = (150 - 0.4 * 35 * sw.GRAVITY) / (10 + 50 / 7)
     squares = []
     for _ in range(100):
         world.step(40)
         exact = acceleration * world.time
         squares.append(np.mean([(box.velocity[0] - exact) ** 2] + [(ball.velocity[0] - exact * 2 / 7) ** 2 for ball in balls]))
-    record_case("rolling", "25 balls roll on a pushed box: mean squared velocity error", np.mean(squares), 5.7e-9, "m2/s2",
-                peer="5.7e-9 (own), 1.1e-5 (transcribed); RaiSim 4.1e-7")
+    record_case(
+        "rolling",
+        "25 balls roll on a pushed box: mean squared velocity error",
+        np.mean(squares),
+        5.7e-9,
+        "m2/s2",
+        peer="5.7e-9 (own), 1.1e-5 (transcribed); RaiSim 4.1e-7",
+    )
 
 
 def card_house(world):
@@ -74,8 +89,12 @@ def circular_tower(world):
     for ring in range(10):
         for k in range(8):
             angle = (k + 0.5 * (ring % 2)) * np.pi / 4
-            world.add(mb.Box(0.3, 0.7, 0.25), density=800.0, orientation=sw.about((0, 0, 1), angle),
-                      position=(np.cos(angle), np.sin(angle), 0.125 + 0.25 * ring))
+            world.add(
+                mb.Box(0.3, 0.7, 0.25),
+                density=800.0,
+                orientation=sw.about((0, 0, 1), angle),
+                position=(np.cos(angle), np.sin(angle), 0.125 + 0.25 * ring),
+            )
 
 
 def jenga_tower(world):
@@ -97,8 +116,9 @@ def standing_arch(world):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("build", "friction"),
-                         [(card_house, 0.6), (circular_tower, 0.6), (jenga_tower, 0.6), (standing_arch, 0.9)])
+@pytest.mark.parametrize(
+    ("build", "friction"), [(card_house, 0.6), (circular_tower, 0.6), (jenga_tower, 0.6), (standing_arch, 0.9)]
+)
 def test_construction_stands_for_a_minute(record_case, build, friction):
     """60 s; no piece moves more than a hundredth of its length."""
     world = sw.make(friction=friction)
@@ -130,13 +150,22 @@ def test_first_layer_of_cubipods_is_1_298_thick(record_case, nominal_diameter):
     shape = mb.Compound(tuple(mb.ConvexPiece(points) for points in scenes.cubipod_pieces(side)))
     world = sw.make(friction=0.6)
     world.add_plane()
-    unit = world.add(shape, density=2300.0, orientation=scenes.low_pose(0.7),
-                     position=(0, 0, side * scenes.LOW_POSE_HEIGHT + 0.01 * nominal_diameter))
+    unit = world.add(
+        shape,
+        density=2300.0,
+        orientation=scenes.low_pose(0.7),
+        position=(0, 0, side * scenes.LOW_POSE_HEIGHT + 0.01 * nominal_diameter),
+    )
     world.settle(max_time=5.0)
     corners = np.vstack(scenes.cubipod_pieces(side)) @ sw.rotation(unit.orientation).T
     thickness = (unit.position[2] + corners[:, 2].max()) / nominal_diameter
-    record_case("first layer", f"Cubipod at rest, Dn = {nominal_diameter} m: thickness / Dn less 1.298", thickness - 1.298, 1e-3,
-                peer="published Bullet model 1.317 to 1.319")
+    record_case(
+        "first layer",
+        f"Cubipod at rest, Dn = {nominal_diameter} m: thickness / Dn less 1.298",
+        thickness - 1.298,
+        1e-3,
+        peer="published Bullet model 1.317 to 1.319",
+    )
 
 
 @pytest.mark.slow

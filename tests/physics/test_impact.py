@@ -27,8 +27,9 @@ def rebound_peaks(restitution, time_step, count):
     return np.array(peaks)
 
 
-@pytest.mark.parametrize(("restitution", "count", "peer"),
-                         [(1.0, 5, "4 % and -15 %"), (0.8, 3, "4.7 % and 17 %"), (0.5, 2, "6.4 %")])
+@pytest.mark.parametrize(
+    ("restitution", "count", "peer"), [(1.0, 5, "4 % and -15 %"), (0.8, 3, "4.7 % and 17 %"), (0.5, 2, "6.4 %")]
+)
 def test_case_12_every_rebound_reaches_e_squared_of_the_last(record_case, restitution, count, peer):
     """0.5 % per bounce at 1/240 s, and the error falls with the step (or is rounding, 1e-9, from the start)."""
     errors = []
@@ -68,8 +69,14 @@ def head_on(mass, other_mass, speed, restitution):
 def test_case_14_unequal_spheres_meet_head_on(record_case):
     """m = 1 at 2 m/s against m = 3 at rest, e = 1: -1 and +1 m/s; energy and momentum are kept."""
     first, second = head_on(1.0, 3.0, 2.0, 1.0)
-    record_case(14, "head-on, unequal: speeds", max(abs(first.velocity[0] + 1), abs(second.velocity[0] - 1)), 1e-12, "m/s",
-                peer="0.12 m/s")
+    record_case(
+        14,
+        "head-on, unequal: speeds",
+        max(abs(first.velocity[0] + 1), abs(second.velocity[0] - 1)),
+        1e-12,
+        "m/s",
+        peer="0.12 m/s",
+    )
     energy = 0.5 * first.velocity @ first.velocity + 1.5 * second.velocity @ second.velocity
     record_case(14, "head-on, unequal: energy", energy / 2 - 1, 1e-12, peer="12 %")
     record_case(14, "head-on, unequal: momentum", first.velocity[0] + 3 * second.velocity[0] - 2, 1e-12, "kg m/s")
@@ -81,8 +88,13 @@ def oblique(radius, velocity, spin, friction, restitution):
     world = sw.make(gravity=0, friction=friction, restitution=restitution, time_step=time_step)
     world.add_plane()
     gap = 0.5 * radius
-    ball = world.add(mb.Sphere(radius), mass=1.0, position=(0, 0, radius + gap), velocity=(velocity[0], 0, -velocity[1]),
-                     angular_velocity=(0, spin, 0))
+    ball = world.add(
+        mb.Sphere(radius),
+        mass=1.0,
+        position=(0, 0, radius + gap),
+        velocity=(velocity[0], 0, -velocity[1]),
+        angular_velocity=(0, spin, 0),
+    )
     world.run(2 * gap / velocity[1])
     return ball.velocity[0], ball.velocity[2], ball.angular_velocity[1]
 
@@ -120,8 +132,16 @@ def test_case_18_spin_becomes_speed_on_impact(record_case):
 def test_case_19_counter_spinning_spheres_keep_their_spin(record_case):
     """Their surfaces move alike where they meet: nothing slips, so friction does nothing."""
     world = sw.make(gravity=0, friction=0.4, restitution=0.5)
-    balls = [world.add(mb.Sphere(0.1), mass=1.0, position=(0.11 * side, 0, 0), velocity=(-0.1 * side, 0, 0),
-                       angular_velocity=(0, 0, -22.86 * side)) for side in (-1, 1)]
+    balls = [
+        world.add(
+            mb.Sphere(0.1),
+            mass=1.0,
+            position=(0.11 * side, 0, 0),
+            velocity=(-0.1 * side, 0, 0),
+            angular_velocity=(0, 0, -22.86 * side),
+        )
+        for side in (-1, 1)
+    ]
     world.run(0.3)
     assert balls[0].velocity[0] < 0 < balls[1].velocity[0]
     error = max(abs(balls[0].angular_velocity[2] - 22.86), abs(balls[1].angular_velocity[2] + 22.86))

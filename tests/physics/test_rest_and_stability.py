@@ -35,8 +35,15 @@ def cylinder_pyramid(friction):
 def test_case_29_pyramid_of_three_cylinders_stands_on_friction_above_tan_15_degrees(record_case):
     """mu = 0.26795: each lower cylinder is held by two contacts whose forces must meet on its rim."""
     limit = np.tan(np.radians(15))
-    record_threshold(record_case, 29, "3 cylinders", cylinder_pyramid(1.01 * limit), cylinder_pyramid(0.99 * limit),
-                     ("mu + 1 %", "mu - 1 %"), "right at 0.28 and 0.255, sinks 1.6 mm")
+    record_threshold(
+        record_case,
+        29,
+        "3 cylinders",
+        cylinder_pyramid(1.01 * limit),
+        cylinder_pyramid(0.99 * limit),
+        ("mu + 1 %", "mu - 1 %"),
+        "right at 0.28 and 0.255, sinks 1.6 mm",
+    )
 
 
 def sphere_pyramid(friction):
@@ -55,8 +62,9 @@ def sphere_pyramid(friction):
 def test_case_30_pyramid_of_four_spheres_stands_on_friction_above_0_318(record_case):
     """mu = tan(35.264 deg/2) = 0.31784."""
     limit = np.tan(np.arctan(1 / np.sqrt(2)) / 2)
-    record_threshold(record_case, 30, "4 spheres", sphere_pyramid(1.01 * limit), sphere_pyramid(0.99 * limit),
-                     ("mu + 1 %", "mu - 1 %"))
+    record_threshold(
+        record_case, 30, "4 spheres", sphere_pyramid(1.01 * limit), sphere_pyramid(0.99 * limit), ("mu + 1 %", "mu - 1 %")
+    )
 
 
 def ladder(degrees, friction=0.4):
@@ -74,8 +82,9 @@ def ladder(degrees, friction=0.4):
 def test_case_31_ladder_slides_below_the_angle_of_its_friction(record_case):
     """Equal mu = 0.4 on floor and wall: tan = (1 - mu^2)/(2 mu), 46.397 degrees, to 0.2 degrees."""
     limit = np.degrees(np.arctan((1 - 0.16) / 0.8))
-    record_threshold(record_case, 31, "ladder", ladder(limit + 0.2), ladder(limit - 0.2), ("+0.2 deg", "-0.2 deg"),
-                     "right at 1 deg")
+    record_threshold(
+        record_case, 31, "ladder", ladder(limit + 0.2), ladder(limit - 0.2), ("+0.2 deg", "-0.2 deg"), "right at 1 deg"
+    )
 
 
 def overhang(share):
@@ -89,8 +98,9 @@ def overhang(share):
 
 def test_case_32_block_topples_when_half_of_it_hangs_over(record_case):
     """0.4999 stays, 0.5001 falls: one part in ten thousand of the length."""
-    record_threshold(record_case, 32, "overhang", overhang(0.4999), overhang(0.5001), ("0.4999", "0.5001"),
-                     "right at 0.499, 0.501")
+    record_threshold(
+        record_case, 32, "overhang", overhang(0.4999), overhang(0.5001), ("0.4999", "0.5001"), "right at 0.499, 0.501"
+    )
 
 
 def tipping(degrees):
@@ -105,8 +115,15 @@ def tipping(degrees):
 def test_case_33_block_tips_where_its_weight_leaves_the_base(record_case):
     """atan(b/h) = 26.565 degrees, to 0.05 degrees."""
     limit = np.degrees(np.arctan(0.5))
-    record_threshold(record_case, 33, "tip on an incline", tipping(limit - 0.05), tipping(limit + 0.05),
-                     ("-0.05 deg", "+0.05 deg"), "tips at 26.3 deg")
+    record_threshold(
+        record_case,
+        33,
+        "tip on an incline",
+        tipping(limit - 0.05),
+        tipping(limit + 0.05),
+        ("-0.05 deg", "+0.05 deg"),
+        "tips at 26.3 deg",
+    )
 
 
 @pytest.mark.slow
@@ -116,8 +133,7 @@ def test_case_34_arch_stands_when_thick_enough_for_a_line_of_thrust(record_case,
     limit = arch.least_thickness(count, 0.9)
     record_case(34, f"arch of {count}: least t/R by linear programming", limit / {7: 0.0957, 20: 0.10735}[count] - 1, 2e-3)
     stands, falls = (arch.sag(count, share * limit, 0.9, seconds=5.0) for share in (1.02, 0.98))
-    record_threshold(record_case, 34, f"arch of {count}", stands, falls, ("t + 2 %", "t - 2 %"),
-                     "right at 0.125 and 0.12")
+    record_threshold(record_case, 34, f"arch of {count}", stands, falls, ("t + 2 %", "t - 2 %"), "right at 0.125 and 0.12")
 
 
 def test_case_35_sphere_in_a_groove_presses_on_its_walls(record_case):
@@ -142,8 +158,14 @@ def test_case_36_painleve_rod_gains_no_energy(record_case, direction):
     world = sw.make(friction=2.0, time_step=1e-3)
     world.add_plane()
     inertia = (1e-4, 1 / 12, 1 / 12)
-    rod = world.add(mb.Capsule(radius, 1.0), mass=1.0, inertia=inertia, position=(0, 0, radius + 0.5 * np.sin(angle)),
-                    orientation=sw.about((0, 1, 0), -angle), velocity=(3.0 * direction, 0, 0))
+    rod = world.add(
+        mb.Capsule(radius, 1.0),
+        mass=1.0,
+        inertia=inertia,
+        position=(0, 0, radius + 0.5 * np.sin(angle)),
+        orientation=sw.about((0, 1, 0), -angle),
+        velocity=(3.0 * direction, 0, 0),
+    )
 
     def energy():
         return sw.kinetic_energy([rod], [1.0], [inertia]) + sw.GRAVITY * rod.position[2]

@@ -75,8 +75,14 @@ def precession(degrees, time_step):
     tilt = sw.about((0, 1, 0), alpha)  # the +x side of the disc goes down
     height = radius * np.sin(alpha) + 0.5 * thickness * np.cos(alpha)
     across = np.array([np.cos(alpha), 0, -np.sin(alpha)])  # from the centre to the contact
-    disc = world.add(mb.Cylinder(radius, thickness, sides=960), mass=1.0, inertia=(radius**2 / 4, radius**2 / 4, radius**2 / 2),
-                     position=(0, 0, height), orientation=tilt, angular_velocity=-rate * np.sin(alpha) * across)
+    disc = world.add(
+        mb.Cylinder(radius, thickness, sides=960),
+        mass=1.0,
+        inertia=(radius**2 / 4, radius**2 / 4, radius**2 / 2),
+        position=(0, 0, height),
+        orientation=tilt,
+        angular_velocity=-rate * np.sin(alpha) * across,
+    )
     headings = []
     for _ in range(round(4 * np.pi / rate / time_step)):
         axis = sw.rotation(disc.orientation)[:, 2]
@@ -124,8 +130,9 @@ def test_case_25_rattleback_turns_back_from_one_spin_and_not_from_the_other(reco
         world.add_plane()
         tilt = sw.about((1, 0, 0), np.radians(0.5))
         lowest = (sw.rotation(tilt) @ (shape.vertices - shape.centre_of_mass).T)[2].min()
-        body = world.add(shape, mass=1.0, inertia=inertia, position=(0, 0, -lowest), orientation=tilt,
-                         angular_velocity=(0, 0, spin))
+        body = world.add(
+            shape, mass=1.0, inertia=inertia, position=(0, 0, -lowest), orientation=tilt, angular_velocity=(0, 0, spin)
+        )
         world.run(3.0)
         ends[spin] = body.angular_velocity[2]
     record_case(25, "rattleback: 5 rad/s one way reverses", ends[5.0] < -0.5, claim="below -0.5 rad/s")
@@ -146,8 +153,14 @@ def test_case_25_tippe_top_turns_over(record_case):
     tilt = sw.about((1, 0, 0), 0.1)
     mass = 0.02
     height = radius + (sw.rotation(tilt) @ top.centre_of_mass)[2]  # the middle of the ball is one radius up
-    body = world.add(top, mass=mass, inertia=(0.4 * mass * radius**2,) * 3, position=(0, 0, height), orientation=tilt,
-                     angular_velocity=(0, 0, 200.0))
+    body = world.add(
+        top,
+        mass=mass,
+        inertia=(0.4 * mass * radius**2,) * 3,
+        position=(0, 0, height),
+        orientation=tilt,
+        angular_velocity=(0, 0, 200.0),
+    )
     lowest = 1.0
     while world.time < 6.0:
         world.step(20)

@@ -54,8 +54,9 @@ def test_case_38_pile_of_a_hundred_boxes_obeys_the_contact_law_at_every_step(rec
     record_case(38, "100 boxes: impulse outside the cone", cone, 1e-9)
     world.run(6.0)
     weight = 100 * 120.0 * sw.GRAVITY
-    record_case(38, "100 boxes: floor force at rest, relative error", sw.floor_force(world) / weight - 1, 1e-3,
-                peer="still 0.06 m/s")
+    record_case(
+        38, "100 boxes: floor force at rest, relative error", sw.floor_force(world) / weight - 1, 1e-3, peer="still 0.06 m/s"
+    )
     overlap = sw.overlap_of_boxes(world.bodies, np.array([0.4, 0.5, 0.6])) / 0.5
     record_case(38, "100 boxes: overlap / size", overlap, 5e-3, peer="5e-3")
 
@@ -150,16 +151,25 @@ def fraction_and_coordination(world, generator, width=1.6, radius=0.1):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("friction", "fraction", "coordination", "peer"),
-                         [(0.0, 0.639, 6.0, ("0.633", "5.96")), (0.3, 0.593, 4.5, ("0.590 (mu 0.5)", "5.3 (mu 0.5)"))])
+@pytest.mark.parametrize(
+    ("friction", "fraction", "coordination", "peer"),
+    [(0.0, 0.639, 6.0, ("0.633", "5.96")), (0.3, 0.593, 4.5, ("0.590 (mu 0.5)", "5.3 (mu 0.5)"))],
+)
 def test_case_41_packing_of_spheres(record_case, friction, fraction, coordination, peer):
     """600 spheres poured into a square well, mean of three pours: one pour scatters by 0.01 in the fraction."""
     generator = np.random.default_rng(41)
     means = np.mean([fraction_and_coordination(poured(friction, seed), generator) for seed in (1, 2, 3)], axis=0)
-    record_case(41, f"packing, mu = {friction:g}: solid fraction less {fraction}", means[0] - fraction, 0.01, peer=peer[0],
-                reason=POURED)
-    record_case(41, f"packing, mu = {friction:g}: coordination less {coordination}", means[1] - coordination, 0.2, peer=peer[1],
-                reason=POURED)
+    record_case(
+        41, f"packing, mu = {friction:g}: solid fraction less {fraction}", means[0] - fraction, 0.01, peer=peer[0], reason=POURED
+    )
+    record_case(
+        41,
+        f"packing, mu = {friction:g}: coordination less {coordination}",
+        means[1] - coordination,
+        0.2,
+        peer=peer[1],
+        reason=POURED,
+    )
 
 
 @pytest.mark.parametrize("power", [1, 2, 3, 4])
@@ -178,8 +188,10 @@ def test_case_42_cubipods_that_bounce_scale_bit_for_bit_down_to_3_8_mm(record_ca
     """
     settings = {"solver": solver, "restitution": 0.3}
     large = invariant.run(cubipods=True, **settings)
-    for name, other in (("3.8 mm", invariant.run(power=4, cubipods=True, **settings)),
-                        ("added in another order", invariant.run(order=1, cubipods=True, **settings))):
+    for name, other in (
+        ("3.8 mm", invariant.run(power=4, cubipods=True, **settings)),
+        ("added in another order", invariant.run(order=1, cubipods=True, **settings)),
+    ):
         differing = int((large.view(np.uint64) != other.view(np.uint64)).sum())
         record_case(42, f"bouncing Cubipods, {solver}, {name}: numbers that differ", differing, 0, peer="none passes")
 
@@ -207,8 +219,14 @@ def test_case_43_turned_and_shifted_scene_moves_alike(record_case):
         world = sw.make(friction=0.4)
         world.add_plane()
         axes = sw.rotation(turn)
-        cube = world.add(mb.Box(0.5, 0.5, 0.5), density=1000.0, position=origin + (0, 0, 0.6), orientation=turn,
-                         velocity=axes @ (2.0, 0.5, 0.0), angular_velocity=axes @ (0.3, 0.2, 0.1))
+        cube = world.add(
+            mb.Box(0.5, 0.5, 0.5),
+            density=1000.0,
+            position=origin + (0, 0, 0.6),
+            orientation=turn,
+            velocity=axes @ (2.0, 0.5, 0.0),
+            angular_velocity=axes @ (0.3, 0.2, 0.1),
+        )
         world.run(0.5)
         return axes.T @ (cube.position - origin), axes.T @ sw.rotation(cube.orientation), axes.T @ cube.velocity
 
@@ -232,8 +250,10 @@ def test_case_44_killed_run_resumes_from_its_checkpoint_bit_identically(record_c
     """A process that saves every 20 steps is killed with SIGKILL while it runs; what lies on disk is a whole checkpoint, the
     resumed run ends on the same bits, and no partial file counts."""
     folder, path = Path(__file__).resolve().parent, tmp_path / "state"
-    script = (f"import sys; sys.path.insert(0, {str(folder)!r}); import invariant; print('go', flush=True); "
-              f"invariant.run(save_every=(20, {str(path)!r}))")
+    script = (
+        f"import sys; sys.path.insert(0, {str(folder)!r}); import invariant; print('go', flush=True); "
+        f"invariant.run(save_every=(20, {str(path)!r}))"
+    )
     process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, cwd=folder.parents[1])
     process.stdout.readline()
     while not path.exists():
@@ -250,8 +270,9 @@ def elsewhere(**environment):
     """Digest of the scene computed by a fresh process."""
     folder = Path(__file__).resolve().parent
     script = f"import sys; sys.path.insert(0, {str(folder)!r}); import invariant; print(invariant.digest(invariant.run()))"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env={**os.environ, **environment},
-                          cwd=folder.parents[1])
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env={**os.environ, **environment}, cwd=folder.parents[1]
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 
@@ -277,5 +298,4 @@ def test_case_44_saved_and_loaded_run_goes_on_bit_identically(record_case, tmp_p
     here = invariant.digest(invariant.run())
     invariant.run(save=(100, tmp_path / "state"))
     resumed = invariant.digest(invariant.resume(tmp_path / "state"))
-    record_case(44, "determinism: resume", resumed == here, claim="equal bits",
-                peer="1.4 m apart in memory")
+    record_case(44, "determinism: resume", resumed == here, claim="equal bits", peer="1.4 m apart in memory")

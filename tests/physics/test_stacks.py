@@ -34,8 +34,9 @@ def test_case_27_cube_rests_half_an_hour_without_creeping(record_case):
     record_case(27, "cube at rest for 30 minutes: drift", np.linalg.norm(cube.position - (0, 0, 1.25)), 1e-9, "m", peer="0.022 m")
 
 
-@pytest.mark.parametrize(("ratio", "peer"), [(10, "7e-5 m"), (100, "3.6e-3 m"), (1000, "0.059 m; DART 1.7e-4 m"),
-                                             (10000, "1.0 m; DART 3e-2 m")])
+@pytest.mark.parametrize(
+    ("ratio", "peer"), [(10, "7e-5 m"), (100, "3.6e-3 m"), (1000, "0.059 m; DART 1.7e-4 m"), (10000, "1.0 m; DART 3e-2 m")]
+)
 def test_case_28_heavy_box_does_not_sink_into_a_light_one(record_case, ratio, peer):
     """1 m boxes, 1 kg below, 10 s: centres at 0.5 and 1.5 m."""
     world = sw.make(friction=0.6)

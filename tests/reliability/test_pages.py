@@ -18,16 +18,23 @@ def test_every_test_that_the_page_names_exists(page):
     """Each `tests/...py::test_name` is defined in that file."""
     named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", PAGES[page])
     assert len(named) > 5 and PAGES[page].count("::test_") == len(named)  # none that the pattern overlooks
-    missing = [f"{path}::{name}" for path, name in named
-               if not (ROOT / path).is_file() or not re.search(rf"^def {name}\(", (ROOT / path).read_text("utf-8"), re.M)]
+    missing = [
+        f"{path}::{name}"
+        for path, name in named
+        if not (ROOT / path).is_file() or not re.search(rf"^def {name}\(", (ROOT / path).read_text("utf-8"), re.M)
+    ]
     assert not missing
 
 
 def test_every_promise_names_its_test():
     """A row of the tables of promises that names no test says so: `not tested`, or `the same test`."""
     text = PAGES["reliability.md"]
-    rows = [line for section in ("## The same bits", "## What survives", "## Windows and macOS")
-            for line in text.split(section)[1].split("\n## ")[0].splitlines() if line.startswith("| ")]
+    rows = [
+        line
+        for section in ("## The same bits", "## What survives", "## Windows and macOS")
+        for line in text.split(section)[1].split("\n## ")[0].splitlines()
+        if line.startswith("| ")
+    ]
     silent = [row for row in rows if not re.search(r"::test_|not tested|the same test|\| test \|", row)]
     assert len(rows) > 20 and not silent
 

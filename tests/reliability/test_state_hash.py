@@ -34,7 +34,6 @@ HERE = (platform.machine(), sys.platform) == ("x86_64", "linux")
 pytestmark = pytest.mark.skipif(not HERE, reason="bits are promised on x86-64 Linux, see docs/reliability.md")
 
 
-
 def elsewhere(*arguments, **environment):
     """Standard output of Python with these arguments in a process of its own."""
     finished = subprocess.run([sys.executable, "-W", "ignore", *arguments], cwd=ROOT, capture_output=True, text=True,

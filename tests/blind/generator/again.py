@@ -18,7 +18,7 @@ def trials(setup, design, count, stamps):
     """
     trial = max(setup.trials, key=lambda one: one.times[-1] - one.times[0])
     start, overrides, duration = dict(trial.start), dict(trial.overrides), float(trial.times[-1])
-    (key, value), = design.items()
+    ((key, value),) = design.items()
     if key == "speed_m_s":
         start["velocity"] = np.asarray(start["velocity"]) * value / np.linalg.norm(start["velocity"])
     elif key == "heading_deg":

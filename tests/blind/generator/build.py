@@ -119,9 +119,7 @@ def hidden_laws(laws, amplitudes, blend=1.0):
 
 
 def _soften(hidden, blend):
-    return {
-        name: {key: value * blend if key == "form" else value for key, value in law.items()} for name, law in hidden.items()
-    }
+    return {name: {key: value * blend if key == "form" else value for key, value in law.items()} for name, law in hidden.items()}
 
 
 def judge(deal, lens, hidden, errors):
@@ -203,9 +201,7 @@ def _outside(answer, lens, rows):
         unexplained_share=share,
         unexplained_strength=answer["total_strength"] * float(np.sqrt(share)),
     )
-    answer["possible"] = sorted(
-        set(lens.setup.rivals) | {alias for name in lens.setup.rivals for alias in ALIASES.get(name, ())}
-    )
+    answer["possible"] = sorted(set(lens.setup.rivals) | {alias for name in lens.setup.rivals for alias in ALIASES.get(name, ())})
     return answer
 
 

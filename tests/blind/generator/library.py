@@ -21,11 +21,7 @@ LIBRARY = {
     "quadratic_drag": (Knob("drag_coefficient", 0, 0, 2.5, 1e-3),),
     "buoyancy": (Knob("fluid_density", 0, 0, 1100, 1e-2),),
     "added_mass": (Knob("coefficient", 0, 0, 1.5, 1e-3),),
-    "uniform_flow": (
-        Knob("velocity_x", 0, -3, 3, 1e-3),
-        Knob("velocity_y", 0, -3, 3, 1e-3),
-        Knob("velocity_z", 0, -3, 3, 1e-3),
-    ),
+    "uniform_flow": (Knob("velocity_x", 0, -3, 3, 1e-3), Knob("velocity_y", 0, -3, 3, 1e-3), Knob("velocity_z", 0, -3, 3, 1e-3)),
     "magnus": (Knob("coefficient", 0, -0.5, 3, 1e-3),),
     "spin_decay": (Knob("rate", 0, 0, 5, 1e-3),),
     "tilted_gravity": (Knob("angle_x", 0, -0.05, 0.05, 1e-5), Knob("angle_y", 0, -0.05, 0.05, 1e-5)),

@@ -9,10 +9,7 @@ FINE, COARSE = 1e-4, 2e-3  # steps [s]: of what is recorded, and of the sensitiv
 
 def with_errors(inputs, overrides, errors):
     """Inputs of one trial: nominal ones, the trial's own, and the true deviations {mass, size: relative, tilt_x, tilt_y: rad}."""
-    true = {
-        **inputs,
-        **{key: value for key, value in overrides.items() if key in ("mass", "radius", "friction", "restitution")},
-    }
+    true = {**inputs, **{key: value for key, value in overrides.items() if key in ("mass", "radius", "friction", "restitution")}}
     if "floor" in overrides:
         true["floor_height"], true["floor_normal"] = overrides["floor"]["height"], overrides["floor"]["normal"]
     if "radius" in overrides and "clearance" in true:

@@ -230,8 +230,7 @@ def case(deal, rng):
     )
     column = "speed_m_s" if deal.family == "slide" else "height_m"
     rows = [
-        (f"{setting:g}", f"{value:.5f}", f"day {1 + which}")
-        for setting, value, which in zip(made.trials, seen, day, strict=True)
+        (f"{setting:g}", f"{value:.5f}", f"day {1 + which}") for setting, value, which in zip(made.trials, seen, day, strict=True)
     ]
     order = np.lexsort((rng.random(len(rows)), day))
     files = {
