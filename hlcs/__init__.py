@@ -17,19 +17,19 @@ from types import ModuleType
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Each name is imported when it is first asked for: loading NumPy and the compiler takes a second, and the command must be able to
-# answer Ctrl-C, or a missing folder, before that (`hlcs.net`).
+# answer Ctrl-C, or a missing folder, before that (`hlcs.cli.net`).
 HOMES = {
-    "Cube": "hlcs.armour",
-    "Cubipod": "hlcs.armour",
+    "Cube": "hlcs.placement.armour",
+    "Cubipod": "hlcs.placement.armour",
     "compare": "hlcs.compare",
     "diagnose": "hlcs.diagnose",
-    "PlacementTest": "hlcs.experiment",
-    "RPG": "hlcs.grids",
-    "TPG": "hlcs.grids",
-    "Grid": "hlcs.grids",
-    "PlacementResult": "hlcs.placement_result",
-    "laboratory": "hlcs.tables",
-    "paper_numerical": "hlcs.tables",
+    "PlacementTest": "hlcs.placement.experiment",
+    "RPG": "hlcs.placement.grids",
+    "TPG": "hlcs.placement.grids",
+    "Grid": "hlcs.placement.grids",
+    "PlacementResult": "hlcs.placement.placement_result",
+    "laboratory": "hlcs.placement.tables",
+    "paper_numerical": "hlcs.placement.tables",
     "InputError": "minibullet.errors",
     "InputWarning": "minibullet.errors",
 }

@@ -8,7 +8,8 @@ try:
     import signal
     import threading
 
-    from hlcs import interrupts, net
+    from hlcs.cli import net
+    from hlcs.processes import interrupts
 except KeyboardInterrupt:  # some milliseconds after the start, with nothing done
     os.write(2, b"hlcs: interrupted\n")
     os._exit(1)
@@ -29,7 +30,7 @@ def main():
 
 
 def _command():
-    from hlcs import cli
+    from hlcs.cli import commands as cli
 
     return cli.run()
 

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from .effects import check_names, own_classes
-from .experiment_files import read_experiment_file
-from .fit import CHANNELS
-from .impact_readings import as_rows, read_impacts
-from .measurement import read_measurement
-from .trajectories import judge, prepare
+from hlcs.data.experiment_files import read_experiment_file
+from hlcs.data.impact_readings import as_rows, read_impacts
+from hlcs.data.measurement import read_measurement
+from hlcs.effects import check_names, own_classes
+from hlcs.estimation.fit import CHANNELS
+from hlcs.kinds.trajectories import judge, prepare
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Comparison:
 
     def to_json(self):
         """The comparison as a dictionary of plain numbers and texts."""
-        from .diagnosis import plain
+        from hlcs.selection.diagnosis import plain
 
         return plain(
             {
@@ -65,7 +65,7 @@ class Comparison:
 
     def summary(self):
         """The printed report."""
-        from .report import comparison_text
+        from hlcs.report.text import comparison_text
 
         return comparison_text(self)
 
@@ -73,19 +73,19 @@ class Comparison:
         return self.summary()
 
     def _repr_html_(self):
-        from .report import fragment
+        from hlcs.report.text import fragment
 
         return fragment(self.title, self.summary())
 
     def plot(self, ax=None):
         """Residual against time, height and speed, and measured over model; returns the Axes."""
-        from .figures import comparison_panels
+        from hlcs.report.figures import comparison_panels
 
         return comparison_panels(self, ax)
 
     def save(self, folder):
         """Write comparison.json, residuals.csv, comparison.txt and comparison.png into a folder; returns it."""
-        from .report import save_comparison
+        from hlcs.report.text import save_comparison
 
         return save_comparison(self, folder)
 
@@ -98,18 +98,18 @@ def compare(path, *others, effects_file=None, seed=0, workers=None, progress=Fal
     laboratory table in place of a path, the table of layer coefficients beside each other.
     """
     if others or not isinstance(path, str) and not hasattr(path, "__fspath__"):
-        from .layer_compare import compare_layers
+        from hlcs.placement.layer_compare import compare_layers
 
         return compare_layers(path, *others)
     file, own = read_experiment_file(path, allow_outside), own_classes(None, effects_file)
     if file.kind == "layers":
-        from .layer_diagnosis import compare_layer_file
+        from hlcs.kinds.layers.layer_diagnosis import compare_layer_file
 
         return compare_layer_file(file, seed=seed, workers=workers, progress=progress)
     check_names(file, own)  # a misspelt candidate is the user's to mend, though comparing tries none
     measurement = read_measurement(file)
     if file.kind == "outcomes":
-        from .outcomes import compare_outcomes
+        from hlcs.kinds.outcomes import compare_outcomes
 
         return compare_outcomes(measurement, own)
     return compare_trajectories(measurement, own)

@@ -5,23 +5,23 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
-from . import identify
-from .budget import LEFT_OUT, SMOOTH, cut, screened
-from .candidates import candidates_for
-from .compare import where_it_fails
-from .diagnosis import Diagnosis, Finding
-from .effects import SETS, check_names, own_classes, set_of
-from .experiment_files import read_experiment_file
-from .folds import Folds
-from .impact_readings import read_impacts, unlike
-from .measurement import read_measurement
-from .noise import estimate_noise
-from .pairs import beside
-from .rivals import rivals
-from .routes import exchanged, reformed, rerouted, submerged
-from .search import Search
-from .thinning import on_all_rows, thinned
-from .trajectories import judge, polished, prepare, touches
+from hlcs.compare import where_it_fails
+from hlcs.data.experiment_files import read_experiment_file
+from hlcs.data.impact_readings import read_impacts, unlike
+from hlcs.data.measurement import read_measurement
+from hlcs.effects import SETS, check_names, own_classes, set_of
+from hlcs.estimation.budget import LEFT_OUT, SMOOTH, cut, screened
+from hlcs.estimation.folds import Folds
+from hlcs.estimation.noise import estimate_noise
+from hlcs.kinds.thinning import on_all_rows, thinned
+from hlcs.kinds.trajectories import judge, polished, prepare, touches
+from hlcs.selection import identify
+from hlcs.selection.candidates import candidates_for
+from hlcs.selection.diagnosis import Diagnosis, Finding
+from hlcs.selection.pairs import beside
+from hlcs.selection.rivals import rivals
+from hlcs.selection.routes import exchanged, reformed, rerouted, submerged
+from hlcs.selection.search import Search
 
 INTERVAL = 0.90  # of coefficients
 
@@ -39,14 +39,14 @@ def diagnose(path, candidates=None, effects_file=None, seed=0, workers=None, pro
     if candidates is None:
         candidates = file.candidates
     if file.kind == "layers":
-        from .layer_diagnosis import diagnose_layers
+        from hlcs.kinds.layers.layer_diagnosis import diagnose_layers
 
         return diagnose_layers(file, candidates=candidates, own=own, seed=seed, workers=workers, progress=progress)
     check_names(file, own)
     measurement = read_measurement(file)
     say = _teller(progress)
     if file.kind == "outcomes":
-        from .outcomes import diagnose_outcomes
+        from hlcs.kinds.outcomes import diagnose_outcomes
 
         return diagnose_outcomes(measurement, candidates, own, say)
     return diagnose_trajectories(measurement, candidates, own, say)

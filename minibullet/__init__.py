@@ -10,13 +10,13 @@ world.settle(max_time=10)
 
 from minibullet import effects, rotations
 from minibullet.bodies import Bodies, ContactLaw, Contacts
+from minibullet.contact.exact import solve_contacts
 from minibullet.effects import *
 from minibullet.effects import Effect, EffectError, check_effect, load_effects, parameter
 from minibullet.errors import InputError
-from minibullet.exact import solve_contacts
-from minibullet.journal import Journal
-from minibullet.mesh_files import mesh_file
-from minibullet.notices import SceneWarning
+from minibullet.report.journal import Journal
+from minibullet.scene.notices import SceneWarning
 from minibullet.settings import Settings
-from minibullet.shapes import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere
+from minibullet.shapes.mesh_files import mesh_file
+from minibullet.shapes.primitives import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere
 from minibullet.world import World

@@ -6,14 +6,17 @@ from time import perf_counter
 
 import numpy as np
 
-from minibullet import constraints, impacts, integration, manifolds, rotations, sequential_impulse, solver
 from minibullet import effects as effect_room
-from minibullet import problem as problems
+from minibullet import rotations
 from minibullet.bodies import ContactLaw
+from minibullet.collision import manifolds
+from minibullet.contact import problem as problems
+from minibullet.contact import sequential_impulse, solver
+from minibullet.dynamics import constraints, impacts, integration
 from minibullet.errors import InputError, is_number, shown_value
-from minibullet.ledger import ContactTable, Step
-from minibullet.notices import Notices
-from minibullet.registry import Registry
+from minibullet.report.ledger import ContactTable, Step
+from minibullet.scene.notices import Notices
+from minibullet.scene.registry import Registry
 from minibullet.settings import Settings
 
 MOST_STEPS = 1_000_000_000  # of one call: a day and more for the smallest world [-]
@@ -198,7 +201,7 @@ class World:
             self.save(self.rescue)
             text += f"; run stopped, state of step {self.steps} saved in {str(self.rescue)!r}"
             if self._past:
-                from minibullet import saving
+                from minibullet.scene import saving
 
                 saving.save_past(self._past, f"{self.rescue}.past.npz")
                 text += f", the last {len(self._past)} states in {f'{self.rescue}.past.npz'!r}"
@@ -367,7 +370,7 @@ class World:
 
     def save(self, path):
         """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""
-        from minibullet import saving
+        from minibullet.scene import saving
 
         saving.save(self, path)
 
@@ -378,7 +381,7 @@ class World:
         Nothing in the file is believed: InputError where it is missing, is not such a file or was changed, where any of it cannot
         be or its parts disagree, or where it holds effects that are not minibullet's.
         """
-        from minibullet import saving
+        from minibullet.scene import saving
 
         return saving.load(cls, path, effects)
 

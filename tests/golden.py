@@ -68,7 +68,7 @@ def blind():
 
 def layers():
     """Table 3 with two small tests, by the plan that `hlcs reproduce` uses."""
-    from hlcs import reproduce
+    from hlcs.paper import reproduce
 
     plan = reproduce.Plan({"rows": 5, "columns": 5, "layers": 3}, repeats=2, workers=1)
     yield "table3", reproduce.table3(plan)

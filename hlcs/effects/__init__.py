@@ -14,12 +14,11 @@ from pathlib import Path
 import numpy as np
 
 import minibullet.effects as forces
+from hlcs.data.experiment_files import Surroundings
+from hlcs.effects import body, ground, measurement, numerics
+from hlcs.effects.contract import Change, name_of, parameters
 from minibullet.effects.contract import Effect
 from minibullet.errors import InputError
-
-from ..experiment_files import Surroundings
-from . import body, ground, measurement, numerics
-from .contract import Change, name_of, parameters
 
 SHARED_FORCES = {forces.Gravity}  # part of every model, never a candidate
 STATED = (forces.Friction, forces.Restitution)  # other values of numbers that every model has
@@ -203,7 +202,7 @@ def class_named(name, extra=()):
 
 def check_names(file, own=()):
     """Refuse candidates and effects of an experiment file that nobody knows, or numbers that mean nothing, by file and line."""
-    from ..model import build_entry
+    from hlcs.simulation.model import build_entry
 
     for names, key in ((file.candidates or (), "diagnose.candidates"), (file.effects, "model.effects")):
         for entry in names:

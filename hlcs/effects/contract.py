@@ -10,9 +10,8 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from hlcs.data.experiment_files import Body, Surroundings
 from minibullet.effects.contract import name_of, parameter, parameters
-
-from ..experiment_files import Body, Surroundings
 
 __all__ = ["Change", "Scene", "Setup", "name_of", "parameter", "parameters"]
 

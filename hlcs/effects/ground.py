@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .contract import Change, parameter
+from hlcs.effects.contract import Change, parameter
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hlcs.effects.contract import Change, parameter
 from minibullet import rotations
-
-from .contract import Change, parameter
 
 # nodes and weights of Gauss-Legendre on [-1/2, 1/2]: a moving average of a smooth motion to high order
 _NODES, _WEIGHTS = (0.5 * half for half in np.polynomial.legendre.leggauss(5))

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from .contract import Change, parameter
+from hlcs.effects.contract import Change, parameter
 
 
 @dataclass(frozen=True)
@@ -13,6 +13,6 @@ class MarginOffset(Change):
     group = "contact_normal"
 
     def setup(self, setup):
-        from ..solids import solid
+        from hlcs.data.solids import solid
 
         return replace(setup, margin=setup.margin + self.offset * solid(setup.body).volume ** (1 / 3))

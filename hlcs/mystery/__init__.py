@@ -10,7 +10,7 @@ import json
 import tomllib
 from pathlib import Path
 
-from hlcs.files import write_bytes
+from hlcs.files.folders import write_bytes
 from minibullet.errors import InputError
 
 FOLDER = Path(__file__).resolve().parent / "data"

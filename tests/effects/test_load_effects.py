@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import minibullet as mb
-from hlcs.flight import fly
+from hlcs.simulation.flight import fly
 from minibullet import effects
 from minibullet.bodies import Bodies
 from minibullet.effects.samples import sample_bodies
@@ -133,7 +133,7 @@ def test_what_goes_wrong_in_the_middle_of_a_run_is_told_by_file_and_line(tmp_pat
     effect = effects.load_effects(path)["my_drag"](rate=0.1)
     sys.modules[type(effect).__module__].late = True
     world = mb.World(effects=[effect])
-    world.add(mb.shapes.Sphere(0.1), density=1000.0, position=(0.0, 0.0, 9.0))
+    world.add(mb.shapes.primitives.Sphere(0.1), density=1000.0, position=(0.0, 0.0, 9.0))
     bodies = Bodies(*(column[:1] for column in sample_bodies()))
     for run in (lambda: world.run(0.2), lambda: fly(bodies, (effect,), 0.2, 0.01)):
         with pytest.raises(InputError) as caught:

@@ -21,9 +21,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs import PlacementTest, cli, files, store
-from hlcs.store import key_of
-from hlcs.sweep import settings_of
+from hlcs import PlacementTest
+from hlcs.cli import commands as cli
+from hlcs.files import folders as files
+from hlcs.placement import store
+from hlcs.placement.store import key_of
+from hlcs.placement.sweep import settings_of
 from tests.faults.injection import MODES, REMOVALS, Faults
 
 SMALL = {"layers": 2, "rows": 3, "columns": 3}
@@ -85,9 +88,9 @@ def physics():
         PlacementTest.run = lambda test, progress=None: run(test if test.rows < 8 else PlacementTest(**SMALL))
         once(PlacementTest, "run", lambda test, progress=None: key_of(settings_of(test)))
         once("hlcs.diagnose", "diagnose", lambda *values: None)
-        once("hlcs.report", "_picture", lambda result: type(result))
-        once("hlcs.placement_report", "report_page", lambda result: result.test)
-        once("minibullet.drawing", "render", lambda *values: None)
+        once("hlcs.report.text", "_picture", lambda result: type(result))
+        once("hlcs.placement.placement_report", "report_page", lambda result: result.test)
+        once("minibullet.report.drawing", "render", lambda *values: None)
         yield asked
 
 

@@ -12,10 +12,10 @@ import tempfile
 import traceback
 from pathlib import Path
 
-from hlcs.bottoms import Survey
-from hlcs.csv_files import MOST_BYTES
-from hlcs.layer_data import read_layer_sets
-from hlcs.measurement import read_measurement
+from hlcs.data.measurement import read_measurement
+from hlcs.files.csv_files import MOST_BYTES
+from hlcs.kinds.layers.layer_data import read_layer_sets
+from hlcs.placement.bottoms import Survey
 from minibullet.errors import InputError
 
 SECONDS = 10  # beyond which a file hangs

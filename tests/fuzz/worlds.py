@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import minibullet as mb
-from minibullet import saving
+from minibullet.scene import saving
 
 SECONDS = 10  # after which a mutant hangs
 ROOM = 4_000_000_000  # bytes of address space of the process that loads: a file of kilobytes must not need more

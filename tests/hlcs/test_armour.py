@@ -6,9 +6,10 @@ from math import atan, cbrt, pi, sqrt
 import numpy as np
 import pytest
 
-from hlcs.armour import Cube, Cubipod
-from minibullet import polyhedra, rotations
+from hlcs.placement.armour import Cube, Cubipod
+from minibullet import rotations
 from minibullet.errors import InputError
+from minibullet.shapes import polyhedra
 
 UNIT = Cubipod()
 OTHER = Cubipod(protrusion_height=0.2, protrusion_base=0.6, protrusion_top=0.3)

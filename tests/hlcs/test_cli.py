@@ -10,7 +10,9 @@ from dataclasses import fields
 
 import pytest
 
-from hlcs import PlacementTest, cli, cli_options
+from hlcs import PlacementTest
+from hlcs.cli import cli_options
+from hlcs.cli import commands as cli
 
 SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
 
@@ -105,7 +107,7 @@ def test_bad_input_is_one_line_and_status_2(hlcs, arguments, words):
 def test_a_folder_of_someone_else_is_refused_before_any_work(hlcs, tmp_path, monkeypatch):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "thesis.tex").write_text("x")
-    monkeypatch.setattr("hlcs.experiment.PlacementTest.run", lambda *_, **__: pytest.fail("it worked before it looked"))
+    monkeypatch.setattr("hlcs.placement.experiment.PlacementTest.run", lambda *_, **__: pytest.fail("it worked before it looked"))
     status, _, errors = hlcs("demo", "--out", "thesis")
     assert status == 2 and "thesis.tex" in errors
 
@@ -181,7 +183,7 @@ def test_ctrl_c_ends_with_one_line_and_leaves_nothing(tmp_path):
 
 LOST = """
 import ctypes, os, signal
-from hlcs import interrupts
+from hlcs.processes import interrupts
 
 @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
 def compare(a, b):

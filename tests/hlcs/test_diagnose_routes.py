@@ -5,14 +5,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hlcs
-from hlcs import contact_motion
-from hlcs.candidates import all_alike, candidates_for
-from hlcs.experiment_files import Body, Surroundings, read_experiment_file
-from hlcs.folds import Folds
-from hlcs.measurement import Trial, read_measurement
-from hlcs.model import Model, Term, build_entry
-from hlcs.search import Search
-from hlcs.trajectories import prepare
+from hlcs.data.experiment_files import Body, Surroundings, read_experiment_file
+from hlcs.data.measurement import Trial, read_measurement
+from hlcs.estimation.folds import Folds
+from hlcs.kinds.trajectories import prepare
+from hlcs.selection.candidates import all_alike, candidates_for
+from hlcs.selection.search import Search
+from hlcs.simulation import contact_motion
+from hlcs.simulation.model import Model, Term, build_entry
 from minibullet import rotations
 from minibullet.errors import InputError
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from hlcs.data.experiment_files import Body, Surroundings
+from hlcs.data.measurement import Trial
 from hlcs.effects.body import InertiaError
 from hlcs.effects.contract import Change, Scene, Setup
 from hlcs.effects.ground import BottomSlope
 from hlcs.effects.measurement import ClockOffset, TiltedFrame, TrackerSmoothing
-from hlcs.experiment_files import Body, Surroundings
-from hlcs.measurement import Trial
-from hlcs.model import Model
+from hlcs.simulation.model import Model
 from minibullet import rotations
 
 BOX = Body(shape="box", size=(0.1, 0.2, 0.4), mass=2.0)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import minibullet as mb
-from hlcs import InputError, PlacementResult, PlacementTest, placement
-from hlcs.armour import Cubipod
+from hlcs import InputError, PlacementResult, PlacementTest
+from hlcs.placement import one_layer as placement
+from hlcs.placement.armour import Cubipod
 
 
 @pytest.mark.parametrize("nominal_diameter", [1.07, 0.038])

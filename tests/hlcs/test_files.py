@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hlcs import files
+from hlcs.files import folders as files
 from minibullet.errors import InputError, RunError
 
 
@@ -244,10 +244,10 @@ def test_place_that_takes_no_files_is_refused():
 def test_killed_process_leaves_no_result(tmp_path):
     """kill -9 in the middle of a run: no folder under the final name."""
     script = (
-        "import os, signal\nfrom hlcs import files\nwith files.result_folder('out') as folder:\n"
+        "import os, signal\nfrom hlcs.files import folders as files\nwith files.result_folder('out') as folder:\n"
         "    (folder / 'result.json').write_text('{')\n    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    environment = {**os.environ, "PYTHONPATH": str(Path(files.__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(files.__file__).parents[2])}
     finished = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=environment)
     assert finished.returncode == -signal.SIGKILL and not (tmp_path / "out").exists()
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import minibullet as mb
-from hlcs import InputError, PlacementTest, footprints, placement
-from hlcs.armour import Cube, Cubipod
+from hlcs import InputError, PlacementTest
+from hlcs.placement import footprints
+from hlcs.placement import one_layer as placement
+from hlcs.placement.armour import Cube, Cubipod
 
 FLAT = (3, 3), (0.0, 0.0)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hlcs.grids import RPG, TPG, Grid, interior_density
+from hlcs.placement.grids import RPG, TPG, Grid, interior_density
 from minibullet.errors import InputError
 
 GRIDS = {"RPG": RPG, "TPG": TPG, "TPG ABA": TPG.stacked("ABA")}

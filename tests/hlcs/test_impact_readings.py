@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hlcs.experiment_files import Body, Surroundings
-from hlcs.impact_readings import impact_lines, mean_and_trend, read_trial, unlike
-from hlcs.measurement import Trial
+from hlcs.data.experiment_files import Body, Surroundings
+from hlcs.data.impact_readings import impact_lines, mean_and_trend, read_trial, unlike
+from hlcs.data.measurement import Trial
 
 
 def bouncing(restitution, friction, sigma, rate=240.0, speed=3.0, height=1.5, shape="sphere", seed=3):

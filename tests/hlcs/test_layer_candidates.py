@@ -5,12 +5,12 @@ import pytest
 
 import minibullet as mb
 from hlcs import InputError, PlacementTest
-from hlcs.bottoms import Slope, Survey
-from hlcs.layer_candidates import library, named
-from hlcs.layer_data import LayerSet
-from hlcs.placement import shake
-from hlcs.placement_files import make_placement, placement_table, read_placement_file
-from hlcs.statistics import Sample
+from hlcs.kinds.layers.layer_candidates import library, named
+from hlcs.kinds.layers.layer_data import LayerSet
+from hlcs.placement.bottoms import Slope, Survey
+from hlcs.placement.one_layer import shake
+from hlcs.placement.placement_files import make_placement, placement_table, read_placement_file
+from hlcs.placement.statistics import Sample
 
 SAMPLE = Sample(*(np.array([value] * 5) for value in (1.0, 0.01, 5.0)))
 SETS = tuple(LayerSet(PlacementTest().grid, 0.0, campaign, SAMPLE) for campaign in ("a", "b"))

@@ -11,14 +11,16 @@ import pandas as pd
 import pytest
 
 import hlcs
-from hlcs import ladder, layer_next, runs
-from hlcs.experiment_files import read_experiment_file
-from hlcs.layer_data import read_layer_sets, read_layers
-from hlcs.layer_diagnosis import compare_layer_file, diagnose_layers
-from hlcs.layer_model import LayerModel, Simulator
-from hlcs.reproduce import Plan
-from hlcs.runs import simulate
-from hlcs.tables import laboratory, paper_numerical
+from hlcs.data.experiment_files import read_experiment_file
+from hlcs.kinds.layers import layer_next
+from hlcs.kinds.layers.layer_data import read_layer_sets, read_layers
+from hlcs.kinds.layers.layer_diagnosis import compare_layer_file, diagnose_layers
+from hlcs.kinds.layers.layer_model import LayerModel, Simulator
+from hlcs.paper import ladder
+from hlcs.paper.reproduce import Plan
+from hlcs.placement import runs
+from hlcs.placement.runs import simulate
+from hlcs.placement.tables import laboratory, paper_numerical
 from minibullet.errors import InputError
 
 PAPER = [("table2", "RPG"), ("table2", "TPG"), ("table3", "TPG")]

@@ -6,9 +6,9 @@ import trimesh
 from throws import correlated, csv
 
 import hlcs
-from hlcs.contact_motion import faces, flattened, lies_on_a_face
-from hlcs.experiment_files import Body, read_experiment_file
-from hlcs.solids import solid
+from hlcs.data.experiment_files import Body, read_experiment_file
+from hlcs.data.solids import solid
+from hlcs.simulation.contact_motion import faces, flattened, lies_on_a_face
 from minibullet import InputError, rotations
 
 SIZE = (0.06, 0.1, 0.2)

@@ -11,8 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from hlcs import cli, net, plausible
-from hlcs.spreadsheets import csv_text
+from hlcs.cli import commands as cli
+from hlcs.cli import net
+from hlcs.data import plausible
+from hlcs.files.spreadsheets import csv_text
 from minibullet.errors import InputError
 
 ROOT = Path(__file__).resolve().parents[2]

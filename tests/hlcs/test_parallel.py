@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from hlcs import InputError, parallel
+from hlcs import InputError
+from hlcs.processes import parallel
 
 SLEEPERS = """
 import os, time
 from pathlib import Path
-from hlcs import parallel
+from hlcs.processes import parallel
 
 def sleep(folder):
     (Path(folder) / str(os.getpid())).touch()
@@ -73,7 +74,7 @@ def test_results_keep_their_order_and_complaints_come_through():
 def test_a_worker_that_is_gone_is_not_blamed_on_the_script(tmp_path, end, words):
     script = tmp_path / "careful.py"
     script.write_text(
-        f"import os\nfrom hlcs import parallel\ndef work(number):\n    {end}\n"
+        f"import os\nfrom hlcs.processes import parallel\ndef work(number):\n    {end}\n"
         'if __name__ == "__main__":\n    list(parallel.each(work, [1, 2], workers=2))\n'
     )
     environment = os.environ | {"PYTHONPATH": os.getcwd()}
@@ -99,7 +100,7 @@ def test_tasks_are_drawn_when_a_worker_is_free_and_not_before():
 
 def test_a_script_without_a_main_guard_is_told_so_once(tmp_path):
     script = tmp_path / "careless.py"
-    script.write_text("import math\nfrom hlcs import parallel\nlist(parallel.each(math.sqrt, [1.0, 4.0], workers=2))\n")
+    script.write_text("import math\nfrom hlcs.processes import parallel\nlist(parallel.each(math.sqrt, [1.0, 4.0], workers=2))\n")
     environment = os.environ | {"PYTHONPATH": os.getcwd()}
     done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, text=True)
     assert done.returncode == 1 and done.stderr.count("Traceback") == 1

@@ -7,12 +7,12 @@ import pytest
 from throws import csv, write_throws
 
 import hlcs
-from hlcs.budget import LIMIT, UNITS, screened, unit
-from hlcs.experiment_files import read_experiment_file
-from hlcs.measurement import read_measurement
-from hlcs.model import Model
-from hlcs.shots import Shots
-from hlcs.trajectories import prepare
+from hlcs.data.experiment_files import read_experiment_file
+from hlcs.data.measurement import read_measurement
+from hlcs.estimation.budget import LIMIT, UNITS, screened, unit
+from hlcs.kinds.trajectories import prepare
+from hlcs.simulation.model import Model
+from hlcs.simulation.shots import Shots
 from minibullet import rotations
 from minibullet.errors import InputError
 

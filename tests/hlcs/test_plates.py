@@ -7,13 +7,16 @@ import pytest
 
 import hlcs
 import minibullet as mb
-from hlcs import PlacementResult, PlacementTest, files, plates, reproduce
-from hlcs.armour import Cube
-from hlcs.bottoms import Flat
-from hlcs.layer_compare import compare_layers, repeated
-from hlcs.layer_model import simulate
-from hlcs.reproduce_text import text_of
-from hlcs.tables import laboratory
+from hlcs import PlacementResult, PlacementTest
+from hlcs.files import folders as files
+from hlcs.kinds.layers.layer_model import simulate
+from hlcs.paper import reproduce
+from hlcs.paper.reproduce_text import text_of
+from hlcs.placement import plates
+from hlcs.placement.armour import Cube
+from hlcs.placement.bottoms import Flat
+from hlcs.placement.layer_compare import compare_layers, repeated
+from hlcs.placement.tables import laboratory
 
 CUBE = Cube(side=1.0)
 
@@ -108,7 +111,9 @@ def test_a_comparison_says_what_it_leaves_out(wide):
 
 
 def test_a_layer_that_sinks_below_the_one_under_it_is_compared_all_the_same():
-    comparison = hlcs.compare(hlcs.statistics.Sample([1.3, -0.1], [np.nan, np.nan], 1), laboratory("table2", grid="TPG"))
+    comparison = hlcs.compare(
+        hlcs.placement.statistics.Sample([1.3, -0.1], [np.nan, np.nan], 1), laboratory("table2", grid="TPG")
+    )
     assert comparison.signed_errors[1] == pytest.approx(-0.1 / 1.076 - 1.0, rel=1e-12)
     comparison.plot()
 
@@ -198,10 +203,10 @@ def test_the_grid_of_the_next_layer_is_referred_to_a_unit_that_stands():
 
     aims = np.array([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
     handles = tuple(Handle(place) for place in ((0.1, 0.0, 2.0), (11.0, 0.0, 0.6), (2.3, 0.0, 2.0)))
-    record = hlcs.placement.LayerRecord(2, handles, "at_rest", 0, 0.0, 0.0, 1, 0, standing=handles[::2])
-    np.testing.assert_allclose(hlcs.placement.reference_shift(record, aims), [0.1, 0.0])
+    record = hlcs.placement.one_layer.LayerRecord(2, handles, "at_rest", 0, 0.0, 0.0, 1, 0, standing=handles[::2])
+    np.testing.assert_allclose(hlcs.placement.one_layer.reference_shift(record, aims), [0.1, 0.0])
     lost = dataclasses.replace(record, standing=())
-    assert not hlcs.placement.reference_shift(lost, aims).any()
+    assert not hlcs.placement.one_layer.reference_shift(lost, aims).any()
 
 
 def test_lifts_and_drift_are_told(small_result):

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from hlcs import files, placement_figures, reproduce
-from hlcs.reproduce import Plan
-from hlcs.reproduce_text import text_of
+from hlcs.files import folders as files
+from hlcs.paper import reproduce
+from hlcs.paper.reproduce import Plan
+from hlcs.paper.reproduce_text import text_of
+from hlcs.placement import placement_figures
 
 SMALL = {"rows": 3, "columns": 3, "layers": 2}
 

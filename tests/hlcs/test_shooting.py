@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from throws import write_throws
 
-from hlcs.measurement import read_measurement
-from hlcs.shooting import _losses, _step, shot_again
-from hlcs.trajectories import prepare
+from hlcs.data.measurement import read_measurement
+from hlcs.estimation.shooting import _losses, _step, shot_again
+from hlcs.kinds.trajectories import prepare
 
 
 @pytest.fixture(scope="module")

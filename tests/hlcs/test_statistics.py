@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from hlcs import statistics
-from hlcs.statistics import Sample
+from hlcs.placement import statistics
+from hlcs.placement.statistics import Sample
 from minibullet.errors import InputError
 
 

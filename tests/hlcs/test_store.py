@@ -12,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from hlcs import InputError, code_hash, store, sweep, work
-from hlcs.store import Store, key_of
+from hlcs import InputError
+from hlcs.placement import code_hash, store, sweep, work
+from hlcs.placement.store import Store, key_of
 from minibullet.errors import RunError
 
 FIRST_STORE = """
@@ -24,7 +25,7 @@ SWEEP = "[placement]\nlayers = 1\nrows = 2\ncolumns = 2\n[sweep]\nseed = [1, 2, 
 TRACED = """
 import json, os, sys
 import hlcs, minibullet
-from hlcs import runs
+from hlcs.placement import runs
 seen = set()
 test = hlcs.PlacementTest(layers=2, rows=2, columns=2, time_step=1/60, settle_time=0.5, **json.loads(sys.argv[1]))
 sys.setprofile(lambda frame, event, argument: seen.add(frame.f_globals.get("__name__", "")))
@@ -47,12 +48,12 @@ def plan(tmp_path):
 
 def copied(tmp_path):
     """A copy of both packages, to be edited; returns the function that tells their hash."""
-    root = Path(code_hash.__file__).resolve().parent.parent
+    root = Path(code_hash.__file__).resolve().parents[2]
     for package in code_hash.OURS:
         shutil.copytree(root / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__", "data"))
 
     def told():
-        line = "from hlcs.code_hash import code_hash; print(code_hash())"
+        line = "from hlcs.placement.code_hash import code_hash; print(code_hash())"
         done = subprocess.run(
             [sys.executable, "-c", line],
             cwd=tmp_path,
@@ -86,24 +87,31 @@ def test_no_code_runs_in_a_simulation_that_its_hash_does_not_know(compiled, sett
     )
     assert done.returncode == 0, done.stderr
     entered = set(json.loads(done.stdout))
-    assert {"hlcs.placement", "hlcs.bottoms", "minibullet.collision", "minibullet.ledger"} <= entered
-    assert settings or {"hlcs.placement_result", "minibullet.solver", "minibullet.integration"} <= entered
-    assert entered <= set(code_hash.closure("hlcs.runs")[0])
+    assert {
+        "hlcs.placement.one_layer",
+        "hlcs.placement.bottoms",
+        "minibullet.collision.narrow_phase",
+        "minibullet.report.ledger",
+    } <= entered
+    assert (
+        settings or {"hlcs.placement.placement_result", "minibullet.contact.solver", "minibullet.dynamics.integration"} <= entered
+    )
+    assert entered <= set(code_hash.closure("hlcs.placement.runs")[0])
 
 
 def test_what_only_draws_reports_or_saves_is_not_in_the_hash():
-    modules, libraries = code_hash.closure("hlcs.runs")
+    modules, libraries = code_hash.closure("hlcs.placement.runs")
     assert not {
-        "minibullet.drawing",
-        "minibullet.rendering",
-        "minibullet.saving",
-        "minibullet.whole_files",
-        "hlcs.files",
-        "hlcs.results",
-        "hlcs.placement_report",
-        "hlcs.placement_figures",
-        "hlcs.cli",
-        "hlcs.store",
+        "minibullet.report.drawing",
+        "minibullet.report.rendering",
+        "minibullet.scene.saving",
+        "minibullet.files.whole_files",
+        "hlcs.files.folders",
+        "hlcs.placement.results",
+        "hlcs.placement.placement_report",
+        "hlcs.placement.placement_figures",
+        "hlcs.cli.commands",
+        "hlcs.placement.store",
         "hlcs.diagnose",
     } & set(modules)
     assert libraries == ["fcl", "numba", "numpy", "scipy"]
@@ -113,10 +121,10 @@ def test_the_hash_follows_the_code_and_nothing_else(tmp_path):
     told = copied(tmp_path)
     first = told()
     assert first == code_hash.code_hash()  # the same text in another place
-    for name in ("minibullet/drawing.py", "hlcs/report.py", "hlcs/store.py", "hlcs/cli.py"):
+    for name in ("minibullet/report/drawing.py", "hlcs/report/text.py", "hlcs/placement/store.py", "hlcs/cli/commands.py"):
         with open(tmp_path / name, "a") as file:
             file.write("\nADDED = 1\n")
-    path = tmp_path / "hlcs" / "placement_result.py"
+    path = tmp_path / "hlcs" / "placement" / "placement_result.py"
     text = path.read_bytes()
     path.write_bytes(text.replace(b"\n", b"\r\n"))  # a checkout on Windows
     assert told() == first
@@ -124,7 +132,7 @@ def test_the_hash_follows_the_code_and_nothing_else(tmp_path):
     assert told() != first
     path.write_bytes(text)
     (tmp_path / "minibullet" / "new_law.py").write_text("FACTOR = 2.0\n")
-    with open(tmp_path / "minibullet" / "solver.py", "a") as file:
+    with open(tmp_path / "minibullet" / "contact" / "solver.py", "a") as file:
         file.write("\nfrom minibullet import new_law\n")
     second = told()
     (tmp_path / "minibullet" / "new_law.py").write_text("FACTOR = 3.0\n")

@@ -6,8 +6,10 @@ import sqlite3
 import numpy as np
 import pytest
 
-from hlcs import InputError, cli, sweep
-from hlcs.store import Store, key_of
+from hlcs import InputError
+from hlcs.cli import commands as cli
+from hlcs.placement import sweep
+from hlcs.placement.store import Store, key_of
 
 TEXT = """
 title = "friction"

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hlcs import tables
+from hlcs.placement import tables
 from minibullet.errors import InputError
 
 

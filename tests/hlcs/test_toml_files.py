@@ -4,10 +4,10 @@ import signal
 
 import pytest
 
-from hlcs.experiment_files import read_experiment_file
-from hlcs.placement_files import read_placement_file
-from hlcs.sweep import read_sweep_file
-from hlcs.toml_files import MOST_BYTES, MOST_DEPTH, TomlFile, nearest
+from hlcs.data.experiment_files import read_experiment_file
+from hlcs.files.toml_files import MOST_BYTES, MOST_DEPTH, TomlFile, nearest
+from hlcs.placement.placement_files import read_placement_file
+from hlcs.placement.sweep import read_sweep_file
 from minibullet.errors import InputError
 
 DEEP = 50_000

@@ -334,7 +334,7 @@ def table(solve, repeats=3, tolerance=1e-8, only=""):
 
 
 if __name__ == "__main__":
-    from minibullet.exact import solve_contacts
+    from minibullet.contact.exact import solve_contacts
 
     solve_contacts(np.eye(3), [-1.0, 1.0, 0.0], 0.5)  # compile
     table(solve_contacts, int(sys.argv[1]) if len(sys.argv) > 1 else 3, only=sys.argv[2] if len(sys.argv) > 2 else "")

@@ -6,8 +6,9 @@ import numpy as np
 from scipy.optimize import nnls
 
 import minibullet as mb
-from minibullet import constraints, integration, manifolds
 from minibullet.bodies import ContactLaw
+from minibullet.collision import manifolds
+from minibullet.dynamics import constraints, integration
 
 NOTHING = np.empty((0, 6)), np.empty((0, 3)), np.empty((0, 3))
 

@@ -6,7 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_scenes import compress
 
-from minibullet.cone import into_cone, law_equations, natural_map_error, natural_map_residual, project_cone, solve_block, velocity
+from minibullet.contact.cone import (
+    into_cone,
+    law_equations,
+    natural_map_error,
+    natural_map_residual,
+    project_cone,
+    solve_block,
+    velocity,
+)
 
 # products of numbers below 1e-100 lose their digits or vanish: no tolerance relative to the size could hold there
 numbers = st.floats(-1e3, 1e3, allow_nan=False).map(lambda value: value if abs(value) > 1e-100 else 0.0)

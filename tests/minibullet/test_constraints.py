@@ -5,9 +5,9 @@ import pytest
 import small_scenes as scenes
 
 import minibullet as mb
-from minibullet import constraints, integration
-from minibullet import problem as problems
 from minibullet.bodies import ContactLaw
+from minibullet.contact import problem as problems
+from minibullet.dynamics import constraints, integration
 
 
 def leaning_pair(generator):

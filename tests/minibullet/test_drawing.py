@@ -8,9 +8,9 @@ import pytest
 import trimesh
 
 import minibullet as mb
-from minibullet import drawing, rendering
 from minibullet.errors import InputError
-from minibullet.shapes import Box, Capsule, Compound, ConvexPiece, Sphere
+from minibullet.report import drawing, rendering
+from minibullet.shapes.primitives import Box, Capsule, Compound, ConvexPiece, Sphere
 
 HERE, UPRIGHT = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
 RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)

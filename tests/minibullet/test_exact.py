@@ -9,9 +9,9 @@ import pytest
 import scipy.sparse as sparse
 from small_scenes import compress
 
-from minibullet.cone import project_cone
+from minibullet.contact.cone import project_cone
+from minibullet.contact.exact import solve_contacts, solve_rows
 from minibullet.errors import InputError
-from minibullet.exact import solve_contacts, solve_rows
 
 # the makers live beside this file, in a script that is run by its path
 contact_problems = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("contact_problems.py"))))

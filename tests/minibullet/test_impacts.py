@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minibullet as mb
-from minibullet import impacts
+from minibullet.dynamics import impacts
 
 
 @pytest.mark.parametrize(

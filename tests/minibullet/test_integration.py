@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minibullet as mb
-from minibullet import integration
+from minibullet.dynamics import integration
 
 INERTIA = np.array([1.0, 2.0, 3.0])
 

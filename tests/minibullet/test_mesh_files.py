@@ -8,8 +8,8 @@ import pytest
 import trimesh
 
 from minibullet.errors import InputError
-from minibullet.mesh_files import mesh_file
-from minibullet.shapes import Compound, ConvexPiece
+from minibullet.shapes.mesh_files import mesh_file
+from minibullet.shapes.primitives import Compound, ConvexPiece
 
 TETRAHEDRON_OBJ = """# corner of a cube
 v 0 0 0
@@ -338,13 +338,13 @@ def test_what_is_no_solid_of_convex_pieces_is_refused(mesh, words, ending, write
 
 
 def test_too_many_triangles_are_refused_from_the_header_alone(write, monkeypatch):
-    monkeypatch.setattr("minibullet.mesh_text.MOST_TRIANGLES", 11)
+    monkeypatch.setattr("minibullet.shapes.mesh_text.MOST_TRIANGLES", 11)
     for name in ("unit.stl", "unit.obj", "unit.ply"):
         with pytest.raises(InputError, match="12 (triangles|of 'face') or more, at most 11 are read"):
             mesh_file(write(name, box()))
 
 
 def test_too_large_a_file_is_refused_unread(write, monkeypatch):
-    monkeypatch.setattr("minibullet.mesh_files.MOST_BYTES", 100)
+    monkeypatch.setattr("minibullet.shapes.mesh_files.MOST_BYTES", 100)
     with pytest.raises(InputError, match="MB are read: simplify"):
         mesh_file(write("unit.stl", box()))

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 import minibullet as mb
-from minibullet import pairs
+from minibullet.collision import pairs
 
 
 def test_overlapping_boxes_are_found_exactly(generator):

@@ -6,7 +6,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 import minibullet as mb
-from minibullet import problem as problems
+from minibullet.contact import problem as problems
 
 
 def test_islands_are_the_connected_components_without_fixed_bodies(generator):

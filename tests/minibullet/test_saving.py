@@ -13,7 +13,7 @@ import pytest
 
 import minibullet
 import minibullet as mb
-from minibullet import saving
+from minibullet.scene import saving
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from minibullet import polyhedra, rotations
+from minibullet import rotations
+from minibullet.collision.geometry import edge_directions
 from minibullet.errors import InputError
-from minibullet.geometry import edge_directions
-from minibullet.shapes import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere
+from minibullet.shapes import polyhedra
+from minibullet.shapes.primitives import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere
 
 CUBE = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 GRID = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=3)))  # a cube with points on edges, faces and inside
@@ -215,7 +216,7 @@ def regular(sides):
 def test_large_hulls_have_the_faces_of_small_ones(points, monkeypatch):
     """Beyond a number of points qhull joggles them instead of merging triangles itself: the same corners, the same faces."""
     merged = ConvexPiece(points)
-    monkeypatch.setattr("minibullet.polyhedra.MOST_MERGED", 0)
+    monkeypatch.setattr("minibullet.shapes.polyhedra.MOST_MERGED", 0)
     joggled = ConvexPiece(points)
     assert joggled == merged and joggled.faces == merged.faces
 

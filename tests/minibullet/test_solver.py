@@ -5,9 +5,9 @@ import pytest
 import small_scenes as scenes
 
 import minibullet as mb
-from minibullet import problem as problems
-from minibullet import solver
-from minibullet.cone import natural_map_error
+from minibullet.contact import problem as problems
+from minibullet.contact import solver
+from minibullet.contact.cone import natural_map_error
 
 
 def solved(problem, **options):

@@ -5,9 +5,9 @@ import os
 import pytest
 
 from minibullet.errors import InputError, shown
-from minibullet.saving import replace_file
-from minibullet.user_files import read_bytes, read_text
-from minibullet.whole_files import whole
+from minibullet.files.user_files import read_bytes, read_text
+from minibullet.files.whole_files import whole
+from minibullet.scene.saving import replace_file
 
 
 def read(path, most=100):

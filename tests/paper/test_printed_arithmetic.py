@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hlcs import statistics, tables
+from hlcs.placement import statistics, tables
 
 CASES = [("table2", "RPG"), ("table2", "TPG"), ("table3", "TPG")]
 

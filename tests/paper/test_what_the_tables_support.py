@@ -8,7 +8,7 @@ tests.
 import numpy as np
 import pytest
 
-from hlcs import statistics, tables
+from hlcs.placement import statistics, tables
 
 PAIRS = {
     name: (tables.laboratory(table, grid), tables.paper_numerical(table, grid))

@@ -6,7 +6,7 @@ import scenes
 import small_worlds as sw
 
 import minibullet as mb
-from minibullet import problem as problems
+from minibullet.contact import problem as problems
 
 
 def settled(build, friction=0.5, seconds=2.0):

@@ -10,7 +10,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from hlcs import cli, files
+from hlcs.cli import commands as cli
+from hlcs.files import folders as files
 from minibullet import InputError, World
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -111,7 +112,9 @@ for package in (hlcs, minibullet):
     for found in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
         if not found.name.endswith("__main__"):
             importlib.import_module(found.name)
-from hlcs import cli, parallel, runs
+from hlcs.cli import commands as cli
+from hlcs.placement import runs
+from hlcs.processes import parallel
 assert parallel.cores() >= 1
 with runs.at_most(1.0):
     pass

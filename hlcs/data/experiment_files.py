@@ -1,0 +1,344 @@
+"""Experiment files: the TOML a user writes, checked key by key, as frozen records.
+
+Every complaint is one line that names the file, the line, the key and the remedy. Numbers are SI; paths are relative
+to the file. The recordings themselves are read and checked by `hlcs.data.measurement`.
+"""
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from hlcs.files.toml_files import LARGEST, TomlFile
+from minibullet.errors import InputError, shown_value
+from minibullet.shapes.mesh_files import mesh_file
+
+SECTIONS = {
+    "": ["kind", "title", "body", "surroundings", "model", "measurement", "diagnose", "trial", "placement"],
+    "body": ["shape", "radius", "size", "side", "mesh", "mass", "inertia"],
+    "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "floor", "friction", "restitution"],
+    "surroundings.floor": ["height", "normal"],
+    "model": ["effects", "time_step"],
+    "measurement": ["noise", "static", "file"],
+    "measurement.noise": [
+        "position",
+        "orientation",
+        "outcome",
+        "fall_time_s",
+        "rebound_height_m",
+        "stop_distance_m",
+        "slide_time_s",
+        "rest_height_m",
+    ],
+    "diagnose": ["candidates", "hold_out"],
+    "trial": ["file", "group", "start"],
+    "trial.start": ["position", "orientation", "velocity", "angular_velocity"],
+}
+SECTIONS["trial"] += SECTIONS["body"] + SECTIONS["surroundings"]
+KINDS = ("trajectory", "outcomes", "layers")
+FOREIGN = {
+    "trajectory": {"placement": '"layers"', "measurement.file": '"outcomes" or "layers"; here files stand in [[trial]]'},
+    "outcomes": {"placement": '"layers"', "trial": '"trajectory"', "measurement.static": '"trajectory"'},
+    "layers": {
+        "body": '"trajectory" or "outcomes"',
+        "trial": '"trajectory"',
+        "measurement.static": '"trajectory"',
+        "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV',
+    },
+}
+SHAPES = {"sphere": "radius", "box": "size", "cubipod": "side", "mesh": "mesh"}
+SIZES = dict(low=1e-6, high=1e3)  # lengths of a body: dust to a hill, so that volumes and inertias are numbers [m]
+AROUND = {
+    "gravity": (0.0, 300.0),
+    "fluid_density": (0.0, 25000.0),
+    "fluid_viscosity": (0.0, 1e4),
+    "friction": (0.0, 10.0),
+    "restitution": (0.0, 1.0),
+}  # lowest and highest value of what surrounds a body, SI
+START_LENGTHS = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}
+
+
+@dataclass(frozen=True)
+class Body:
+    """What was dropped, slid, rolled or thrown. None = not stated."""
+
+    shape: str = "sphere"
+    radius: float | None = None  # of a sphere [m]
+    size: tuple[float, ...] | None = None  # edge lengths of a box [m]
+    side: float | None = None  # cube side of a Cubipod [m]
+    mesh: str | None = None  # path of a mesh file
+    form: object = field(default=None, hash=False)  # the solid read from it, a minibullet shape
+    mass: float | None = None  # [kg]
+    inertia: tuple[float, ...] | None = None  # principal moments, body axes [kg m2]
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What the body moves in and on."""
+
+    gravity: float = 9.81  # downwards [m/s2]
+    fluid_density: float = 0.0  # 0 = none [kg/m3]
+    fluid_viscosity: float = 0.0  # [Pa s]
+    floor_height: float | None = None  # None = no floor; distance of the plane from the origin along its normal [m]
+    floor_normal: tuple[float, ...] = (0.0, 0.0, 1.0)
+    friction: float = 0.5  # of the pair [-]
+    restitution: float = 0.0  # [-]
+
+
+@dataclass(frozen=True)
+class TrialEntry:
+    """One [[trial]] of the file: where its recording lies and what is known of its start."""
+
+    file: Path
+    group: str
+    body: Body
+    surroundings: Surroundings
+    start: dict = field(default_factory=dict)  # position [m], orientation (w, x, y, z), velocity [m/s], angular_velocity [rad/s]
+
+
+@dataclass(frozen=True)
+class ExperimentFile:
+    """An experiment file, read and checked; nothing of the recordings yet."""
+
+    path: Path
+    kind: str
+    title: str
+    body: Body
+    surroundings: Surroundings
+    effects: tuple[dict, ...]  # entries of [model] effects: name and parameters
+    time_step: float  # [s]
+    noise: dict  # stated one-sigma values, may be empty
+    static: Path | None
+    data_file: Path | None  # outcomes and layers
+    candidates: tuple[str, ...] | None
+    hold_out: str
+    trials: tuple[TrialEntry, ...]
+    placement: dict  # kind "layers" only, as written
+    allow_outside: bool = False  # whether it may name files outside its own folder
+    lines: dict = field(default_factory=dict, compare=False)  # where [model] effects and [diagnose] candidates stand
+
+    def place(self, key):
+        """ "file, line n: key", to begin a complaint with that only the library of effects can make."""
+        return f"{self.path}" + (f", line {self.lines[key]}" if self.lines.get(key) else "") + f": {key}"
+
+
+def read_experiment_file(path, allow_outside=False):
+    """Read and check an experiment file; raises InputError naming file, line, key, value and remedy.
+
+    allow_outside: let it name files outside its own folder; otherwise they are refused, links followed.
+    """
+    reader = TomlFile(path, SECTIONS, allow_outside)
+    values = reader.values
+    reader.known(values, "")
+    if "kind" not in values:
+        raise InputError(f'{reader.path}: kind is missing; add kind = "trajectory", "outcomes" or "layers"')
+    kind = reader.words(values, "kind", "", KINDS)
+    for section in ("body", "surroundings", "model", "measurement", "diagnose"):
+        reader.known(values.get(section, {}), section)
+    body = _body(reader, values.get("body", {}), "body", Body())
+    surroundings = _surroundings(reader, values.get("surroundings", {}), "surroundings", Surroundings())
+    model, measurement, diagnose = values.get("model", {}), values.get("measurement", {}), values.get("diagnose", {})
+    trials = tuple(_trial(reader, entry, index, body, surroundings) for index, entry in enumerate(_trial_list(reader, values)))
+    for index, entry in enumerate(trials or [None]):
+        used = entry.body if entry else body
+        if used.shape == "mesh" and used.mesh is None:
+            place = ("body",) if "shape" in values.get("body", {}) else ("trial", index)
+            reader.fail("shape", '"mesh" of which file? Add mesh = "unit.stl" (.stl, .obj, .ply or .off, in m)', *place)
+    if kind == "trajectory" and not trials:
+        raise InputError(f'{reader.path}: no [[trial]]; add one [[trial]] with file = "....csv" for each recording')
+    if kind != "trajectory" and "file" not in measurement:
+        raise InputError(f'{reader.path}: measurement.file is missing; "{kind}" needs file = "....csv" in [measurement]')
+    _belongs(reader, values, kind)
+    return ExperimentFile(
+        path=reader.path,
+        kind=kind,
+        title=reader.title(),
+        body=body,
+        surroundings=surroundings,
+        effects=_effect_entries(reader, model),
+        noise=_noise(reader, measurement, kind),
+        time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1, default=1 / 240),
+        static=_path(reader, measurement, "static", "measurement"),
+        data_file=_path(reader, measurement, "file", "measurement"),
+        candidates=_candidates(reader, diagnose),
+        hold_out=reader.words(diagnose, "hold_out", "diagnose", ("group", "none", "campaign", "grid"), default="group"),
+        trials=trials,
+        placement=_placement(reader, values),
+        allow_outside=allow_outside,
+        lines={
+            f"{section}.{key}": reader.line_of(key, section)
+            for section, key in (("model", "effects"), ("diagnose", "candidates"))
+        },
+    )
+
+
+def _belongs(reader, values, kind):
+    """Refuse what another kind of experiment needs and this one would pass over in silence."""
+    for other, keys in FOREIGN[kind].items():
+        section, _, key = other.rpartition(".")
+        table = values.get(section, {}) if section else values
+        if key in table:
+            reader.fail(key, f'has no place where kind = "{kind}"; it belongs to kind = {keys}', section)
+
+
+def _path(reader, table, key, section):
+    value = reader.words(table, key, section)
+    return None if value is None else reader.file_of(value, key, section)
+
+
+def _placement(reader, values):
+    """[placement] as it stands; what is in it is checked where layers are read."""
+    table = values.get("placement", {})
+    if not isinstance(table, dict):
+        reader.fail("placement", f"must be a table, got {shown_value(table)}")
+    return dict(table)
+
+
+def _trial_list(reader, values):
+    trials = values.get("trial", [])
+    if not isinstance(trials, list) or not all(isinstance(entry, dict) for entry in trials):
+        reader.fail("trial", "must be written as [[trial]] tables, one for each recording")
+    return trials
+
+
+def _body(reader, table, section, base, index=None):
+    numbers = {key: reader.number(table, key, section, index=index, **SIZES) for key in ("radius", "side")}
+    numbers["mass"] = reader.number(table, "mass", section, above=0.0, low=1e-12, high=1e9, index=index)
+    changes = {key: value for key, value in numbers.items() if value is not None}
+    for key, bounds in (("size", SIZES), ("inertia", dict(low=1e-30))):
+        value = reader.vector(table, key, section, 3, index=index, **bounds)
+        changes |= {} if value is None else {key: value}
+    for key, allowed in (("shape", tuple(SHAPES)), ("mesh", None)):
+        value = reader.words(table, key, section, allowed, index=index)
+        changes |= {} if value is None else {key: value}
+    if "mesh" in changes:
+        changes["mesh"] = str(reader.file_of(changes["mesh"], "mesh", section, index))
+        try:
+            changes["form"] = mesh_file(changes["mesh"])
+        except InputError as error:
+            reader.fail("mesh", str(error), section, index)
+    body = replace(base, **changes)
+    for shape, key in SHAPES.items():
+        if key in changes and shape != body.shape:
+            reader.fail(key, f'belongs to shape "{shape}", but the shape is "{body.shape}"', section, index)
+    if body.inertia:
+        a, b, c = sorted(body.inertia)
+        if a + b < c * (1 - 1e-9):
+            reader.fail(
+                "inertia",
+                f"no solid has principal moments {list(body.inertia)}: the largest exceeds the sum of the others",
+                section,
+                index,
+            )
+    _check_density(reader, body, table, section, index)
+    return body
+
+
+def _check_density(reader, body, table, section, index):
+    if said := impossible_density(body):
+        reader.fail("mass" if "mass" in table else SHAPES[body.shape], said, section, index)
+
+
+def impossible_density(body):
+    """Why no body has this mass and size, in words; "" where one may, or where they are not known."""
+    volume = {
+        "sphere": lambda: 4 / 3 * np.pi * body.radius**3,
+        "box": lambda: float(np.prod(body.size)),
+        "cubipod": lambda: body.side**3,
+        "mesh": lambda: body.form.volume,
+    }.get(body.shape)
+    if volume is None or body.mass is None or getattr(body, SHAPES[body.shape]) is None:
+        return ""
+    density = body.mass / volume()
+    if 0.02 <= density <= 30000.0:
+        return ""
+    return f"mass and size give a density of {density:.3g} kg/m3, which no body has; units are kg and m (not g, mm or cm)"
+
+
+def _surroundings(reader, table, section, base, index=None):
+    numbers = {key: reader.number(table, key, section, index=index, low=low, high=high) for key, (low, high) in AROUND.items()}
+    changes = {key: value for key, value in numbers.items() if value is not None}
+    if "floor" in table:
+        floor = table["floor"]
+        reader.known(floor, "surroundings.floor", index)
+        normal = reader.vector(floor, "normal", f"{section}.floor", 3, index=index) or (0.0, 0.0, 1.0)
+        length = float(np.linalg.norm(normal))
+        if not length > 0:
+            reader.fail("normal", "has zero length; give a direction such as [0, 0, 1]", f"{section}.floor", index)
+        changes["floor_height"] = reader.number(floor, "height", f"{section}.floor", default=0.0, index=index)
+        changes["floor_normal"] = tuple(component / length for component in normal)
+    return replace(base, **changes)
+
+
+def _trial(reader, entry, index, body, surroundings):
+    for part in ("body", "surroundings"):  # overrides may stand in sub-tables or beside the file name
+        if isinstance(entry.get(part), dict):
+            reader.known(entry[part], part, index)
+            entry = {**{key: value for key, value in entry.items() if key != part}, **entry[part]}
+    reader.known(entry, "trial", index)
+    if "file" not in entry:
+        raise InputError(f'{reader.path}: [[trial]] number {index + 1} has no file; add file = "....csv"')
+    name = reader.words(entry, "file", "trial", index=index)
+    file = reader.file_of(name, "file", "trial", index)
+    group = entry.get("group", name)
+    if not isinstance(group, str | int | float):
+        reader.fail("group", f"must be a name, got {shown_value(group)}", "trial", index)
+    given = entry.get("start", {})
+    reader.known(given, "trial.start", index)
+    start = {
+        key: reader.vector(given, key, "trial.start", length, index=index)
+        for key, length in START_LENGTHS.items()
+        if key in given
+    }
+    if "orientation" in start and abs(np.linalg.norm(start["orientation"]) - 1) > 1e-2:
+        reader.fail(
+            "orientation", f"must be a unit quaternion (w, x, y, z), got {list(start['orientation'])}", "trial.start", index
+        )
+    return TrialEntry(
+        file=file,
+        group=" ".join(str(group).split()),
+        start=start,
+        body=_body(reader, entry, "trial", body, index),
+        surroundings=_surroundings(reader, entry, "trial", surroundings, index),
+    )
+
+
+def _effect_entries(reader, model):
+    entries = model.get("effects", [])
+    if not isinstance(entries, list):
+        reader.fail("effects", 'must be a list such as [{ name = "quadratic_drag", drag_coefficient = 0.47 }]', "model")
+    entries = [{"name": entry} if isinstance(entry, str) else entry for entry in entries]
+    for entry in entries:
+        if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
+            reader.fail("effects", f"every entry needs a name, got {shown_value(entry)}", "model")
+        for key, value in entry.items():
+            if isinstance(value, int | float) and not abs(value) <= LARGEST:
+                reader.fail(key, f"must be a number of at most {LARGEST:g}, got {shown_value(value)}", "model")
+    return tuple(dict(entry) for entry in entries)
+
+
+def _noise(reader, measurement, kind):
+    noise = measurement.get("noise", {})
+    if isinstance(noise, int | float) and not isinstance(noise, bool):
+        if kind == "trajectory":
+            reader.fail(
+                "noise",
+                f"of what? Write noise = {{ position = {noise:g} }} [m], with orientation [rad] if measured",
+                "measurement",
+            )
+        noise = {"outcome": noise}
+    reader.known(noise, "measurement.noise")
+    for key in noise:
+        if (key in ("position", "orientation")) != (kind == "trajectory"):
+            right = "position [m] and orientation [rad]" if kind == "trajectory" else "noise = 0.003, one sigma of the outcome"
+            reader.fail(key, f'has no place where kind = "{kind}"; write {right}', "measurement.noise")
+    return {key: reader.number(noise, key, "measurement.noise", above=0.0, low=1e-12, high=1e6) for key in noise}
+
+
+def _candidates(reader, diagnose):
+    names = diagnose.get("candidates")
+    if names is None:
+        return None
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        reader.fail("candidates", f"must be a list of effect names, got {shown_value(names)}", "diagnose")
+    return tuple(names)

@@ -1,0 +1,1 @@
+"""Files of users: tables and settings read with their lines, results written whole."""

@@ -1,0 +1,173 @@
+"""CSV files that a user names: a row that names the columns, then rows of numbers and words, every cell checked.
+
+One reader for recordings, outcome tables, layer coefficients and surveys. Rows count as lines of the file, from 1. Empty rows and
+rows that begin with # are passed over. Every complaint is one line that names file, row and column.
+"""
+
+import csv
+from dataclasses import dataclass
+from math import isfinite, nan
+
+import numpy as np
+
+from hlcs.files.toml_files import nearest
+from minibullet.errors import InputError, shown
+from minibullet.files.user_files import read_text
+
+MOST_ROWS = 200_000  # of a file, and of all recordings of an experiment: what `hlcs compare` does in 2 GB of memory
+MOST_BYTES = 25 * 8 * MOST_ROWS  # eight columns of numbers with all their digits, 25 characters each with the comma
+MOST_LINE = 10_000  # characters: fifty rows of eight such numbers; what is longer is no table
+MOST_WORD = 100  # characters: names of groups and grids stand in every report
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """The columns of a file."""
+
+    name: str  # what messages call the file
+    header_row: int
+    rows: np.ndarray  # row of the file that each entry stands in (n,)
+    columns: dict  # name -> numbers (n,), NaN where blank, or words (n,); in the order of the file
+
+    def place(self, index, column):
+        """ "file, row n, column c", to begin a complaint about one cell with."""
+        return f"{self.name}, row {self.rows[index]}, column {column}"
+
+
+def read_csv(path, known, required=(), *, words=(), blank=(), name=None, others=False, short=False, most_rows=MOST_ROWS):
+    """Read a CSV file; returns a CsvTable.
+
+    known: names of the columns it may have; required: those it must have; words: columns of text, all others are numbers; blank:
+    columns whose numbers may be blank; name: what messages call the file (default: its path); others: pass over columns that are
+    not known, in place of refusing them; short: let rows leave out their last cells; most_rows: of the file.
+    Raises InputError that names file, row and column, and what to do.
+    """
+    name = shown(name or path, 255)
+    most_bytes = MOST_BYTES * most_rows // MOST_ROWS
+    text = read_text(path, name, most_bytes, "thin the rows out, or split the file").replace("\r\n", "\n").replace("\r", "\n")
+    count = text.count("\n")
+    if count > most_rows + 1:
+        raise InputError(f"{name}: {count:,} lines; at most {most_rows:,} rows are read: thin them out, or split the file")
+    lines = text.split("\n")
+    longest = max(range(len(lines)), key=lambda k: len(lines[k]))
+    if len(lines[longest]) > MOST_LINE:
+        raise InputError(
+            f"{name}, row {longest + 1}: a line of {len(lines[longest]):,} characters, at most {MOST_LINE:,} are "
+            "read; is this a CSV file?"
+        )
+    used = [k for k, line in enumerate(lines) if line.strip(" \t,") and not line.lstrip().startswith("#")]
+    if not used:
+        raise InputError(f"{name}: is empty; the first row names the columns {','.join(known)}")
+    first, *body = used
+    header = _cells(name, first + 1, lines[first])
+    _check_header(f"{name}, row {first + 1}", header, known, required, others)
+    rows, table = [], []
+    # Python reads 1_5 as 15: who writes it means something else
+    numeric = "_" not in "".join(lines[k] for k in body) and not any(column in words or column not in known for column in header)
+    for k in body:
+        try:
+            values = [float(cell) for cell in lines[k].split(",")] if numeric else ()
+        except ValueError:
+            values = ()
+        if len(values) != len(header) or not isfinite(sum(values)):  # a word, a blank, a quote, or a mistake: cell by cell
+            values = _row(name, k + 1, lines[k], header, known, words, blank, short)
+            if values is None:
+                continue
+        rows.append(k + 1)
+        table.append(values)
+    columns = {
+        column: np.array([row[place] for row in table], dtype=str if column in words else float)
+        for place, column in enumerate(header)
+        if column in known
+    }
+    return CsvTable(name, first + 1, np.array(rows, dtype=int), columns)
+
+
+def _cells(name, row, line):
+    """The texts of a row's cells, without the blanks around them."""
+    try:
+        (cells,) = csv.reader([line], skipinitialspace=True, strict=True)
+    except csv.Error as problem:
+        what = "a quote is opened and not closed in its row" if "end of data" in str(problem) else str(problem)
+        raise InputError(f"{name}, row {row}: {what}; leave quotes out, or close each one before the next comma") from None
+    return [cell.strip() for cell in cells]
+
+
+def _check_header(place, header, known, required, others):
+    """Refuse a row of names with columns missing, unknown, without a name, or twice."""
+    for sign, word in ((";", "semicolons"), ("\t", "tabs")):
+        if any(sign in name for name in header):
+            raise InputError(
+                f"{place}: columns are separated by {word}; write commas between columns, and points, not commas, in decimals"
+            )
+    for number, name in enumerate(header, start=1):
+        if not name and not others:
+            raise InputError(f"{place}: column {number} has no name; is there a comma too many?")
+        if name not in known and not others:
+            raise InputError(
+                f"{place}: unknown column '{shown(name)}'; the nearest known column is '{nearest(name[:60], known)}'"
+            )
+        if name in known and header.count(name) > 1:
+            raise InputError(f"{place}: column '{name}' stands twice; keep one")
+    for name in required:
+        if name not in header:
+            raise InputError(f"{place}: column '{name}' is missing in '{shown(','.join(header))}'")
+
+
+def _row(name, row, line, header, known, words, blank, short):
+    """The values of a row, a list; None where all its cells are blank."""
+    cells = _cells(name, row, line)
+    if not any(cells):
+        return None
+    if short and len(cells) < len(header):
+        cells += [""] * (len(header) - len(cells))
+    if len(cells) != len(header):
+        hint = "; decimals are written with a point, 0.5, not 0,5" if len(cells) == 2 * len(header) else ""
+        raise InputError(f"{name}, row {row}: {len(cells)} cells for {len(header)} columns{hint}")
+    values = []
+    for column, cell in zip(header, cells, strict=True):
+        place = f"{name}, row {row}, column {shown(column)}"
+        if column in words:
+            values.append(_word(place, cell))
+        else:
+            values.append(_number(place, cell, column in blank) if column in known else nan)
+    return values
+
+
+def _word(place, text):
+    """A cell that names something: a report shows it, so a terminal must be able to."""
+    if len(text) > MOST_WORD or not text.isprintable():
+        raise InputError(f"{place}: '{shown(text)}'; a name has at most {MOST_WORD} characters, all of which can be printed")
+    return text
+
+
+def decimal(text):
+    """The number that a text means; ValueError where it means none. To Python 1_5 is 15, to whoever typed it hardly."""
+    if "_" in text:
+        raise ValueError(text)
+    return float(text)
+
+
+def _number(place, text, blank):
+    """One cell as a finite number; blank is NaN where that is allowed."""
+    if text == "":
+        if blank:
+            return nan
+        raise InputError(f"{place}: blank; every row needs this value")
+    try:
+        value = decimal(text)
+    except ValueError:
+        hint = (
+            "write decimals with a point, 0.5"
+            if "," in text
+            else "leave a missing sample blank"
+            if blank
+            else ("every row needs this value")
+        )
+        raise InputError(f"{place}: '{shown(text)}' is not a number; {hint}") from None
+    if not isfinite(value):
+        raise InputError(
+            f"{place}: '{shown(text)}' is not finite; "
+            + ("leave a missing sample blank" if blank else "every row needs this value")
+        )
+    return value

@@ -1,0 +1,197 @@
+"""TOML files that a user writes, read so that every complaint is one line: file, line, key, value, remedy.
+
+Nothing in the text can make the reader slow, or fail in another way: it is bounded in size and depth before it is parsed.
+"""
+
+import difflib
+import os
+import re
+import tomllib
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from hlcs.data import plausible
+from minibullet.errors import InputError, InputWarning, is_number, shown, shown_value
+from minibullet.files.user_files import read_text
+
+EXAMPLES = {
+    "measurement.noise": "{ position = 0.002 }",
+    "surroundings.floor": "{ height = 0.0 }",
+    "trial.start": "{ velocity = [0.0, 0.0, 0.0] }",
+}
+MOST_BYTES = 2_000_000  # ten thousand recordings with starts of their own; read in 2 s
+MOST_DEPTH = 16  # of tables and lists in each other; files of ours have 4
+LARGEST = 1e12  # no quantity of a laboratory is larger in SI units, and its cube is still a number
+# A name of more parts than that: reading takes time as the square of their number.
+_PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
+DOTTED = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{MOST_DEPTH}}}")
+CONTROLS = re.compile("[\x00-\x1f\x7f-\x9f]")
+LONGEST_KEY = 100  # letters of a key that is looked for in the text, or among known names
+
+
+def nearest(name, known):
+    """The known name that somebody who wrote `name` most likely meant: the same word, one that begins with it, a like one."""
+    lower = str(name)[:LONGEST_KEY].strip().lower()
+    begins = [word for word in known if lower and word.lower().split("_")[0] == lower.split("_")[0]]
+    near = difflib.get_close_matches(lower, begins or list(known), n=1, cutoff=0.0)
+    return near[0]
+
+
+class TomlFile:
+    """The text of the file beside its values, so that complaints can name the line.
+
+    path; sections: the keys that each section knows, by the section's dotted name ("" = the top of the file); allow_outside:
+    whether it may name files outside its own folder.
+    """
+
+    def __init__(self, path, sections, allow_outside=False):
+        self.path, self.sections, self.allow_outside = Path(path), sections, allow_outside
+        self.text = read_text(self.path, str(self.path), MOST_BYTES, "split the file up")
+        self._told = set()
+        if DOTTED.search(self.text):
+            raise InputError(f"{self.path}: a name of more than {MOST_DEPTH} parts with points between them; {self._deep()}")
+        try:
+            self.values = tomllib.loads(self.text)
+        except tomllib.TOMLDecodeError as problem:
+            raise InputError(f"{self.path}: not valid TOML: {shown(problem, 200)}") from None
+        except RecursionError:
+            raise InputError(f"{self.path}: not valid TOML: {self._deep()}") from None
+        except ValueError:  # Python's own bound of the digits of a whole number
+            raise InputError(f"{self.path}: not valid TOML: a whole number of thousands of digits; TOML has 64 bits") from None
+        self._check_values()
+
+    def _deep(self):
+        return f"tables and lists stand in each other at most {MOST_DEPTH} deep: write what is meant without so many"
+
+    def _check_values(self):
+        """Refuse what TOML does not grant: whole numbers beyond 64 bits; and nesting that nothing here can mean."""
+        waiting = [("", self.values, 0)]
+        while waiting:
+            name, value, depth = waiting.pop()
+            if depth > MOST_DEPTH:
+                raise InputError(f"{self.path}: {shown(name)}: {self._deep()}")
+            if isinstance(value, dict):
+                waiting += [(key, entry, depth + 1) for key, entry in value.items()]
+            elif isinstance(value, list):
+                waiting += [(name, entry, depth + 1) for entry in value]
+            elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+                line = self.line_of(name)
+                where = f"{self.path}" + (f", line {line}" if line else "")
+                raise InputError(
+                    f"{where}: {shown(name)}: a whole number of {value.bit_length()} bits; TOML has 64: write a "
+                    "smaller one, or one with a point"
+                )
+
+    def line_of(self, key, section="", index=None):
+        """Line number (from 1) where the key stands in its section, by a search of the text; None where not found."""
+        if len(key) > LONGEST_KEY:
+            return None
+        current, count, fallback = "", -1, None
+        pattern = re.compile(rf"(^|[\s{{,.\[])[\"']?{re.escape(key)}[\"']?\s*[=\].]")
+        for number, line in enumerate(self.text.split("\n"), start=1):
+            bare = line.split("#", 1)[0].strip()
+            if bare.startswith("[") and bare.endswith("]") and "=" not in bare:
+                current = bare.strip("[]").strip()
+                count += bare.startswith("[[")
+            if key in bare and pattern.search(bare):
+                fallback = fallback or number
+                if section.startswith(current) and (current or not section) and (index is None or count == index):
+                    return number
+        return fallback
+
+    def fail(self, key, what, section="", index=None):
+        """Raise the one-line complaint about a key."""
+        raise InputError(self._at(key, what, section, index))
+
+    def warn(self, key, what, section="", index=None):
+        """Tell of a value that is hardly meant, of each key once."""
+        if (key, what) not in self._told:
+            self._told.add((key, what))
+            warnings.warn(self._at(key, what, section, index), InputWarning, stacklevel=2)
+
+    def _at(self, key, what, section, index):
+        line = self.line_of(key, section, index)
+        where = f"{self.path}" + (f", line {line}" if line else "")
+        name = f"{section}.{key}" if section else key
+        return f"{where}: {shown(name)}: {what}"
+
+    def title(self):
+        """The title on one line, the file's name where there is none."""
+        return " ".join(self.words(self.values, "title", "", default=shown(self.path.stem, 200)).split())[:200]
+
+    def file_of(self, name, key, section, index=None):
+        """The path of a file that this one names: a regular file, and under this file's folder if not allowed otherwise."""
+        if CONTROLS.search(name):
+            self.fail(key, f"'{shown(name)}' is no name of a file: it holds a control character", section, index)
+        path = self.path.parent / name
+        inside = Path(os.path.realpath(path)).is_relative_to(os.path.realpath(self.path.parent))
+        if not inside and not self.allow_outside:
+            self.fail(
+                key,
+                f"'{shown(name)}' lies outside the folder of this file; put it there, or allow it with "
+                "--allow-outside (in Python: allow_outside=True)",
+                section,
+                index,
+            )
+        if not os.path.isfile(path):
+            self.fail(key, f"file '{shown(name)}' is not there (looked for {shown(path, 200)})", section, index)
+        return path
+
+    def known(self, table, section, index=None):
+        """Refuse keys that the section does not know, with the nearest that it does."""
+        if not isinstance(table, dict):
+            parent, _, name = section.rpartition(".")
+            like = f" such as {name} = {EXAMPLES[section]}" if section in EXAMPLES else ""
+            self.fail(name, f"must be a table{like}, got {shown_value(table)}", parent, index)
+        for key in table:
+            if key not in self.sections[section]:
+                near = nearest(key, self.sections[section])
+                self.fail(key, f"unknown key; the nearest known key is '{near}'", section, index)
+
+    def number(self, table, key, section, *, low=None, high=None, above=None, default=None, index=None):
+        """A finite number within bounds, or the default where the key is left out."""
+        if key not in table:
+            return default
+        value = table[key]
+        if not is_number(value):
+            self.fail(key, f"must be a finite number, got {shown_value(value)}", section, index)
+        if above is not None and not value > above:
+            self.fail(key, f"must be greater than {above:g}, got {value:g}", section, index)
+        low, high = -LARGEST if low is None else low, LARGEST if high is None else high
+        if not low <= value <= high:
+            self.fail(key, f"must be between {low:g} and {high:g}, got {value:g}; units are SI (m, kg, s, rad)", section, index)
+        if said := plausible.unlikely(key, value):
+            self.warn(key, said, section, index)
+        return float(value)
+
+    def vector(self, table, key, section, length, *, low=-LARGEST, high=LARGEST, index=None):
+        """`length` finite numbers within bounds as a tuple, or None where the key is left out."""
+        if key not in table:
+            return None
+        value = table[key]
+        good = (
+            isinstance(value, list)
+            and len(value) == length
+            and all(isinstance(v, int | float) and not isinstance(v, bool) and np.isfinite(v) for v in value)
+        )
+        if not good:
+            self.fail(key, f"must be {length} finite numbers, got {shown_value(value)}", section, index)
+        if not low <= min(value) <= max(value) <= high:
+            bounds = f"between {low:g} and {high:g}"
+            self.fail(key, f"every component must be {bounds}, got {shown_value(value)}; units are SI", section, index)
+        return tuple(float(v) for v in value)
+
+    def words(self, table, key, section, allowed=None, default=None, index=None):
+        """A string, perhaps one of a few."""
+        if key not in table:
+            return default
+        value = table[key]
+        if not isinstance(value, str):
+            self.fail(key, f"must be text, got {shown_value(value)}", section, index)
+        if allowed and value not in allowed:
+            self.fail(
+                key, f"'{shown(value)}' is not one of {', '.join(allowed)}; nearest: '{nearest(value, allowed)}'", section, index
+            )
+        return value

@@ -1,0 +1,1 @@
+"""Tables of layer coefficients beside simulated placement tests."""

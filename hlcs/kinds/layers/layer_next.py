@@ -1,0 +1,88 @@
+"""The next experiment on layers: which grid, repeated how often, or which direct reading, tells the surviving suspects apart."""
+
+import numpy as np
+
+from hlcs.kinds.layers import layer_fit
+from hlcs.selection.identify import SEPARATION, NextExperiment, tests_needed
+
+WITNESS = {  # direct readings of one suspect, best first: no new unknowns
+    "convex_hull_shape": "simulate both shapes with the same seeds, and nest two units by hand: hulls cannot",
+    "margin_offset": "measure one unit at rest on a flat plate, and run margins of 0, 1/2, 1 and 2 times with the same seeds",
+    "friction": "tilt a unit on a plate of the same concrete until it slides",
+    "friction_combination": "tilt a unit on a plate of the same concrete until it slides",
+    "plate_bias": "lay the same plate on one unit of known height",
+    "settlement": "use a rigid bottom, and read the first layer twice",
+    "size_error": "measure the units with a calliper",
+    "length_scale": "measure a ruler the way the layers are measured",
+    "campaign_offset": "repeat one grid in both campaigns",
+    "grid_spacing": "survey the centres of the units",
+    "placement_scatter": "survey the centres of the units, or place with a jig",
+    "placement_offset": "survey the centres layer by layer",
+    "orientation_bias": "count the poses of the first layer in photographs",
+    "yaw_constraint": "photograph the first layer from above",
+    "falling_distance": "place from 0.10, 0.25 and 0.40 Dn",
+    "lost_units": "count the units",
+    "ground_softness": "read the first layer before and after the others are on it",
+    "contact_compliance": "read the first layer before and after the others are on it",
+    "bottom_roughness": "place the same grid on a flat plate",
+    "sequential_placement": "place one row after another, both ways round",
+    "loose_lower_layers": "glue the lower layers, or read them again once the others are on them",
+    "vibration": "read the layers before and after shaking",
+    "rolling_friction": "tilt a unit until it rolls",
+    "static_friction": "tilt a plate with a unit slowly, and let one slide down it",
+    "adhesion": "lift a unit off another with a balance, wet and dry",
+    "inertia_error": "swing a unit as a pendulum",
+    "bottom_slope": "level the bottom, or turn the set-up by 180 degrees",
+    "restitution": "film a unit falling from three heights",
+    "damping": "run the model without damping",
+    "time_step": "halve the time step again",
+    "iterations": "double the iterations again",
+}
+
+
+def next_experiment(search, stage, accepted, rivals, verdict, where):
+    """The NextExperiment for rivals that survive, or for what stays unexplained."""
+    pairs = [(one, other) for one, others in zip(accepted, rivals, strict=True) for other, _ in others]
+    text, names, needed, design = "", (), None, {}
+    if pairs:
+        scored = [(*_best_set(search, stage, one, other), one, other) for one, other in pairs]
+        score, index, one, other = min(scored, key=lambda row: (row[0], row[2].name, row[3].name))  # the hardest pair decides
+        names, needed = (one.name, other.name), tests_needed(score)
+        design = {"grid": search.sets[index].grid.name, "bottom_slope": search.sets[index].bottom_slope}
+        many = (
+            f"{needed} more tests on {search.sets[index].name}"
+            if needed
+            else "more than a hundred tests on any grid measured here"
+        )
+        readings = dict.fromkeys(WITNESS.get(name, "measure " + name) for name in names)
+        text = (
+            f"{'; or '.join(readings)}; by layers alone {many} to tell {one.name} from {other.name} (lambda = {score:.3g} a test)"
+        )
+    if verdict == "unexplained":
+        worst = where[0]
+        campaign = next(one.campaign for one in search.sets if one.name == worst["trial"])
+        others = [one.campaign for one in search.sets if one.campaign != campaign]
+        elsewhere = f"by the hands and in the flume of '{others[0]}'" if others else "by other hands, in another campaign"
+        needed = needed or _tests_for(worst)
+        text = (
+            f"repeat {worst['trial']} (layer {worst['layer']} misses most) {elsewhere}, {needed} tests or more: "
+            f"that separates the campaign from the physics" + (f"; then: {text}" if text else "")
+        )
+        names = names or ("campaign_offset",)
+    return NextExperiment(text, names, needed, design)
+
+
+def _best_set(search, stage, one, other):
+    """(lambda of one test, index of the set) of the measured grid on which two explanations differ most."""
+    data, scores = search.data, []
+    for index in range(len(search.sets)):
+        rows = (data.set == index) & (data.layer > 0)
+        variance = (data.variance * data.tests)[rows]  # of a single test
+        matrix = np.diag(variance) + layer_fit.CAMPAIGN**2 * np.outer(data.mean[rows], data.mean[rows])
+        scores.append(layer_fit.chi_squared(matrix, (one.shift - other.shift)[rows]))
+    return max(scores), int(np.argmax(scores))
+
+
+def _tests_for(worst):
+    """Tests of a layer that would show its present misfit again with the usual odds."""
+    return int(np.clip(np.ceil(SEPARATION / max(worst["z"] ** 2 / 5.0, 1e-3)), 3, 50))

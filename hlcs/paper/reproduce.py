@@ -1,0 +1,212 @@
+"""The paper's results again: Table 1, Table 2, Table 3, the blind placement, and the figures.
+
+Every function takes a Plan and returns a dictionary that is the JSON of `hlcs reproduce`; `hlcs.paper.reproduce_text` prints it.
+The same settings serve every table; what is varied is said in each.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hlcs.files import folders as files
+from hlcs.placement.bottoms import Flat, Slope
+from hlcs.placement.experiment import PlacementTest
+from hlcs.placement.grids import RPG, TPG
+from hlcs.placement.layer_compare import compare_layers, repeated
+from hlcs.placement.placement_files import placement_table
+from hlcs.placement.tables import laboratory, sensitivity_values
+from hlcs.processes import parallel
+
+FRICTIONS = (0.36, 0.6)  # what Bullet makes of 0.6 typed on both bodies, because it multiplies the two; the number as typed
+TABLES = ("table1", "table2", "table3", "blind", "figures")
+REPEATS = {"table1": 1, "table2": 5, "table3": 5, "blind": 5, "figures": 5}
+VARIED = ("seed", "grid", "stacking", "bottom", "reference")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What all runs of a reproduction share.
+
+    settings: keys of PlacementTest that differ from its defaults; repeats: tests a case, None = the table's own; seed: of the
+    first test, the others follow it; workers: processes, None = as many as processors.
+    """
+
+    settings: dict
+    repeats: int | None = None
+    seed: int = 1
+    workers: int | None = None
+
+    def seeds(self, table):
+        """Seeds of the repeated tests of a table."""
+        return list(range(self.seed, self.seed + (self.repeats or REPEATS[table])))
+
+    def test(self, **changes):
+        """A PlacementTest of this plan."""
+        return PlacementTest(**{**self.settings, **changes})
+
+    @property
+    def frictions(self):
+        """Contact friction as chosen; where none was, the default and, beside it, the other reading of the paper's 0.6."""
+        if "friction" in self.settings:
+            return (self.settings["friction"],)
+        default = self.test().friction
+        return (default, *(friction for friction in FRICTIONS if friction != default))
+
+
+def table2(plan, progress=None):
+    """Table 2: RPG and TPG on a horizontal bottom."""
+    return _table("table2", {"RPG": {"grid": RPG}, "TPG": {"grid": TPG}}, plan, progress)
+
+
+def table3(plan, progress=None):
+    """Table 3: TPG on a 4 % slope, layer reference."""
+    return _table("table3", {"TPG": {"grid": TPG, "bottom": Slope(0.04)}}, plan, progress)
+
+
+def blind(plan, progress=None):
+    """Section 4: layer reference against blind reference, on a horizontal bottom and on a 4 % slope."""
+    cases = [(bottom, reference) for bottom in (Flat(), Slope(0.04)) for reference in ("layer", "blind")]
+    seeds = plan.seeds("blind")
+    tests = [plan.test(grid=TPG, bottom=bottom, reference=reference, seed=seed) for bottom, reference in cases for seed in seeds]
+    results = _run(tests, plan, progress)
+    rows = []
+    for number, (bottom, reference) in enumerate(cases):
+        own = results[number * len(seeds) : (number + 1) * len(seeds)]
+        far = [int((np.linalg.norm(layer, axis=1) > 0.5).sum()) for result in own for layer in result.misses]
+        rows.append(
+            {
+                "bottom_slope": getattr(bottom, "grade", 0.0),
+                "reference": reference,
+                "layers": [float(k) for k in _mean(own, lambda result: result.layer_coefficients).mean],
+                "height_over_dn": float(_mean(own, lambda result: [result.height_over_dn]).mean[0]),
+                "drift_over_dn": [float(d) for d in _mean(own, lambda result: result.drift).mean],
+                "misplaced_units": sum(far),
+                **_counts(own),
+            }
+        )
+    return _document("blind", plan, seeds) | {"cases": rows}
+
+
+def table1(plan, progress=None):
+    """Table 1: three layers on RPG, one parameter at a time; 10 x 10 units in the first layer, 245 in all (the paper: 250)."""
+    base = plan.test(grid=RPG, layers=3, rows=10, columns=10)
+    values = sensitivity_values()
+    values["side"] = (*values["side"], 2.0)  # the printed Dn = 2.14 m belongs to L = 2.0 m, the printed L = 1.5 m to 1.60 m
+    values["margin"] = tuple(sorted({0.0, *values["margin"]}))
+    values["friction"] = tuple(sorted({*values["friction"], *(round(friction**2, 4) for friction in values["friction"])}))
+    seeds = plan.seeds("table1")
+    cases = [(name, value) for name in values for value in values[name]]
+    tests = [replace(base, **{name: value, "seed": seed}) for name, value in cases for seed in seeds]
+    unique = list(dict.fromkeys(tests))  # the calibrated values stand once in every parameter
+    found = dict(zip(unique, _run(unique, plan, progress), strict=True))
+    measured, rows = laboratory("table2", grid="RPG"), []
+    for name, value in cases:
+        own = [found[replace(base, **{name: value, "seed": seed})] for seed in seeds]
+        summary = _summary(own, measured)
+        rows.append({"parameter": name, "value": value, **summary})
+    errors = [row["mean_relative_error"] for row in rows if np.isfinite(row["mean_relative_error"])] or [np.nan]
+    return _document("table1", plan, seeds) | {
+        "rows": rows,
+        "lowest_error": min(errors),
+        "highest_error": max(errors),
+        "units": sum(base.grid.units(10, 10, layer) for layer in (1, 2, 3)),
+    }
+
+
+def figures(plan, progress=None):
+    """Both grids with the true unit and with its convex hull: what the README's plot shows.
+
+    Returns the document and the first result on TPG, to be drawn.
+    """
+    seeds = plan.seeds("figures")
+    cases = [(grid, shape) for grid in (RPG, TPG) for shape in ("pieces", "hull")]
+    results = _run([plan.test(grid=grid, shape=shape, seed=seed) for grid, shape in cases for seed in seeds], plan, progress)
+    shapes = {"pieces": {}, "hull": {}}
+    for number, (grid, shape) in enumerate(cases):
+        own = results[number * len(seeds) : (number + 1) * len(seeds)]
+        shapes[shape][grid.name] = _summary(own, laboratory("table2", grid=grid))
+    return _document("figures", plan, seeds) | {"shapes": shapes}, results[2 * len(seeds)]
+
+
+# -------------------------------------------------------------------------------------------------------------- pieces
+def _table(name, grids, plan, progress):
+    """The document of a table; beside the first friction stands, under "other_frictions", every other one."""
+    seeds, frictions = plan.seeds(name), plan.frictions
+    tests = [
+        plan.test(friction=friction, seed=seed, **case) for friction in frictions for case in grids.values() for seed in seeds
+    ]
+    results = iter(_run(tests, plan, progress))
+    by_friction = [
+        {grid: _summary([next(results) for _ in seeds], laboratory(name, grid=grid)) for grid in grids} for _ in frictions
+    ]
+    document = _document(name, plan, seeds) | {"grids": by_friction[0]}
+    document["other_frictions"] = [
+        {"friction": friction, "grids": found} for friction, found in zip(frictions[1:], by_friction[1:], strict=True)
+    ]
+    return document
+
+
+def _document(name, plan, seeds):
+    settings = {key: value for key, value in placement_table(plan.test()).items() if key not in VARIED}
+    return {"format": 1, "table": name, "repeats": len(seeds), "seeds": seeds, "settings": settings, "versions": files.versions()}
+
+
+def _summary(results, measured):
+    """What the contract says of one grid: layers, errors against the measurement, height, porosity, lost and unsettled units.
+
+    "tests" of a layer are those that left a structure and read it; where none did, its numbers are nan.
+    """
+    model = _mean(results, lambda result: result.layer_coefficients)
+    layers = len(model.mean)
+    comparison = compare_layers(model, measured)
+    rows = [
+        {
+            "layer": j + 1,
+            "mean": float(model.mean[j]),
+            "cv": float(model.cv[j]),
+            "tests": int(model.tests[j]),
+            "relative_error": float(abs(comparison.signed_errors[j])),
+        }
+        for j in range(layers)
+    ]
+    return {
+        "layers": rows,
+        "mean_relative_error": comparison.mean_relative_error,
+        "signed_bias": comparison.signed_bias,
+        "height_over_dn": float(model.mean.sum()),
+        "height_error": comparison.height_error,
+        "porosity": float(_mean(results, lambda result: [result.porosity]).mean[0]),
+        **_counts(results),
+    }
+
+
+def _mean(results, numbers):
+    """The Sample of some numbers of repeated tests, `numbers`(result) -> (n,), by those that left a structure.
+
+    What a run that left none reads is no layer coefficient: its units move, hang in the air, or lie about. It stays out of
+    every mean and range. Where no run is left the numbers are nan, of 0 tests.
+    """
+    return repeated([np.where(result.stands, numbers(result), np.nan) for result in results])
+
+
+def _counts(results):
+    """Units of one test; those lost and unsettled in all tests together; the deepest overlap; seconds a test."""
+    return {
+        "units": sum(len(poses) for poses in results[0].poses),
+        "lost_units": int(sum(result.lost.sum() for result in results)),
+        "unsettled_units": sum(record.unsettled for result in results for record in result.records),
+        "max_penetration_over_dn": max(
+            record.penetration / result.test.unit.nominal_diameter for result in results for record in result.records
+        ),
+        "wall_seconds_per_test": float(np.mean([result.wall_seconds for result in results])),
+    }
+
+
+def run_test(test):
+    """The result of a test; a plain function that another process can be asked for."""
+    return test.run()
+
+
+def _run(tests, plan, progress):
+    """Results of tests, in their order; ``progress(total)`` gives the function to be called as each one ends."""
+    return parallel.in_order(run_test, tests, plan.workers, progress(len(tests)) if progress else None)

@@ -1,0 +1,264 @@
+"""The placement test: frozen values that define a run completely.
+
+test = hlcs.PlacementTest(grid=hlcs.TPG, layers=5, seed=1) result = test.run()
+"""
+
+import time
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+import minibullet as mb
+from hlcs.data import plausible
+from hlcs.placement import bottoms, plates
+from hlcs.placement import one_layer as placement
+from hlcs.placement.armour import CONCRETE, UNITS
+from hlcs.placement.grids import TPG, Grid
+from hlcs.placement.placement_result import PlacementResult
+from minibullet.errors import InputError, is_number, shown_value
+
+ROUGHNESS_LENGTH = 1.5  # distance of the points at which a rough bed has heights of their own [Dn]
+POSITIVE = float(np.nextafter(0.0, 1.0))
+RANGES = {  # lowest and highest value of every number; where the default is a whole number, only whole ones
+    "layers": (1, 50),
+    "rows": (1, 1000),
+    "columns": (1, 1000),
+    "plates": (1, 20),
+    "iterations": (1, 10**6),
+    "seed": (0, 2**63 - 1),
+    "side": (POSITIVE, 1e6),
+    "density": (POSITIVE, 1e6),
+    "friction": (0.0, np.inf),
+    "falling_distance": (0.0, 100.0),
+    "margin": (0.0, 0.5),
+    "settle_time": (POSITIVE, np.inf),
+    "time_step": (POSITIVE, 1.0),
+    "placement_scatter": (0.0, 1.0),
+    "placement_offset_x": (-1.0, 1.0),
+    "placement_offset_y": (-1.0, 1.0),
+    "yaw_constraint": (0.0, 1e6),
+    "lost_units": (0.0, 0.5),
+    "vibration": (0.0, 10.0),
+    "bottom_roughness": (0.0, 0.5),
+    "inertia_factor": (0.01, 100.0),
+}
+WORDS = {"reference": ("layer", "blind"), "shape": ("pieces", "hull"), "armour": tuple(UNITS)}
+
+
+@dataclass(frozen=True)
+class PlacementTest:
+    """One placement test. Lengths in Dn where the paper gives them so; the defaults are the paper's calibrated values.
+
+    grid: Grid, "TPG", "RPG" or "a,b"; layers; rows, columns of the first layer; bottom: "flat", "slope:0.04", a survey CSV or
+    a bottom; reference: "layer" (each layer's grid starts from a unit of the layer below) or "blind" (from one unit of the
+    first layer); armour: "cubipod" or "cube"; shape: "pieces" (the true unit) or "hull"; side of the unit's cube [m];
+    friction: *contact* coefficient [-], 0.36 is what Bullet makes of the paper's 0.6 on each of two bodies; restitution [-];
+    linear_damping, angular_damping [-]; margin around each unit [Dn]; falling_distance [Dn]; density [kg/m3]; seed;
+    time_step [s], iterations, tolerance, solver: how the engine computes; settle_time: longest wait for a layer [s]; plates
+    per side.
+
+    How the crane really places, all absent by default: placement_scatter, standard deviation of the aims from layer 2 on
+    [Dn]; placement_offset_x, placement_offset_y, by which every layer misses its aim more than the one below [Dn];
+    yaw_constraint, concentration of the first layer's headings about x on a triangular grid (von Mises) [-]; lost_units,
+    fraction left out [-]; sequential_placement: rows of a layer one after another, each at rest before the next;
+    loose_lower_layers: no layer is ever fixed; vibration: peak acceleration to and fro along x after each layer [g].
+    What the unit and the bed really are: bottom_roughness, standard deviation of the bed's heights, one every 1.5 Dn
+    [Dn];
+    inertia_factor, moments of inertia over the true ones [-]; effects: values of minibullet.Effect beside gravity.
+
+    Raises InputError that names the field, its value and the rule.
+    """
+
+    grid: Grid = TPG
+    layers: int = 5
+    rows: int = 8
+    columns: int = 8
+    bottom: object = "flat"
+    reference: str = "layer"
+    armour: str = "cubipod"
+    shape: str = "pieces"
+    side: float = 1.0
+    friction: float = 0.36
+    restitution: float = 0.0
+    linear_damping: float = 0.0
+    angular_damping: float = 0.0
+    margin: float = 0.0
+    falling_distance: float = 0.25
+    density: float = CONCRETE
+    seed: int = 1
+    time_step: float = 1.0 / 240.0
+    iterations: int = 50
+    tolerance: float = 1e-4
+    solver: str = "gauss_seidel"
+    settle_time: float = 30.0
+    plates: int = 3
+    placement_scatter: float = 0.0
+    placement_offset_x: float = 0.0
+    placement_offset_y: float = 0.0
+    yaw_constraint: float = 0.0
+    lost_units: float = 0.0
+    sequential_placement: bool = False
+    loose_lower_layers: bool = False
+    vibration: float = 0.0
+    bottom_roughness: float = 0.0
+    inertia_factor: float = 1.0
+    effects: tuple = ()
+
+    def __post_init__(self):
+        object.__setattr__(self, "grid", Grid.parse(self.grid))
+        if isinstance(self.bottom, str):
+            object.__setattr__(self, "bottom", bottoms.parse_bottom(self.bottom))
+        object.__setattr__(self, "effects", tuple(self.effects))
+        for field in fields(self):
+            _check(field.name, getattr(self, field.name), type(field.default))
+        if self.layers > min(self.rows, self.columns):
+            raise InputError(
+                f"placement: layers = {self.layers} with {self.rows} rows and {self.columns} columns; every layer has one row "
+                f"and one column less, so at most {min(self.rows, self.columns)} layers"
+            )
+        if self.bottom_roughness and isinstance(self.bottom, bottoms.Survey):
+            raise InputError("placement: bottom_roughness on a surveyed bottom; its roughness stands in the survey")
+        _ = self.settings  # checked now, not after minutes
+        plausible.tell_unlikely(self)
+
+    @property
+    def unit(self):
+        """The armour unit of this side."""
+        return UNITS[self.armour](side=self.side)
+
+    @property
+    def settings(self):
+        """The engine's settings."""
+        return mb.Settings(
+            time_step=self.time_step,
+            friction=self.friction,
+            restitution=self.restitution,
+            linear_damping=self.linear_damping,
+            angular_damping=self.angular_damping,
+            margin=self.margin * self.unit.nominal_diameter,
+            solver=self.solver,
+            iterations=self.iterations,
+            tolerance=self.tolerance,
+        )
+
+    @property
+    def bed(self):
+        """The bottom as it really is: the nominal one, or that with its roughness."""
+        if not self.bottom_roughness:
+            return self.bottom
+        dn, last = self.unit.nominal_diameter, np.array([self.columns + 1, self.rows + 1])
+        half = 0.5 * last * (self.grid.spacing_x, self.grid.spacing_y)
+        generator = np.random.default_rng([self.seed, 0])  # a stream of its own: other draws are the same with and without
+        return bottoms.roughened(self.bottom, self.bottom_roughness * dn, ROUGHNESS_LENGTH * dn, half * dn, generator)
+
+    def run(self, progress=None):
+        """Place and measure all layers; ``progress(layer)`` is called after each. Returns a PlacementResult."""
+        started = time.perf_counter()
+        plausible.check_effort(self)
+        unit, dn, bed = self.unit, self.unit.nominal_diameter, self.bed
+        load = placement.load_of(unit, self)
+        generator = np.random.default_rng(self.seed)
+        world = mb.World([mb.Gravity(9.81), *self.effects], self.settings)
+        bed.add_to(world)
+        shift, envelope, level = np.zeros(2), 0.0, -np.inf
+        records, readings, aimed, loose = [], [], [], []
+        for layer in range(1, self.layers + 1):
+            centres = self.grid.centres(self.rows, self.columns, layer) * dn + shift
+            aims = placement.missed(self, centres, layer)
+            lifts, pushed = [], 0.0
+            if layer == 1:
+                handles = placement.lay_first_layer(world, unit, load, aims, bed, self, generator)
+                pushed = _farthest(handles, placement.first_places(unit, aims, bed, self))
+                record = placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time)
+            else:
+                handles, record = [], None
+                rows = placement.rows_of(aims, centres) if self.sequential_placement else ()
+                for row in rows or (aims,):  # a layer may have lost all its units
+                    ground = -bottoms.height_above(bed, np.insert(row, 2, 0.0, axis=1))
+                    lowest = ground + envelope + self.falling_distance * dn
+                    hung, lifted = placement.hang_layer(world, layer, load, row, lowest, generator, len(handles))
+                    handles, lifts = handles + hung, [*lifts, *lifted]
+                    record = placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
+            loose = [*loose, *handles] if self.loose_lower_layers else handles
+            if self.vibration:
+                placement.shake(world, loose, self.vibration, dn)
+                record = placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
+            if not self.loose_lower_layers:
+                world.freeze(handles)
+            records.append(record.started(lifts, pushed))
+            aimed.append(aims)
+            if self.reference == "layer":
+                shift = shift + placement.reference_shift(record, aims)
+            readings.append(
+                plates.read_plates(
+                    [one.handles for one in records],
+                    record.standing,
+                    bed,
+                    plates.plate_centres(centres, dn, self.plates),
+                    dn,
+                    self.settings,
+                )
+            )
+            envelope = _envelope(readings[-1].heights, record.standing, bed, envelope)
+            level = placement.level_of(_heights(handles, bed), level, dn)
+            if progress is not None:
+                progress(layer)
+        return PlacementResult(
+            self,
+            tuple(reading.heights for reading in readings),
+            tuple(_poses(record) for record in records),
+            tuple(replace(record, handles=(), standing=()) for record in records),
+            time.perf_counter() - started,
+            tuple(reading.carried_by for reading in readings),
+            tuple(aimed),
+            world.notices,
+        )
+
+
+def _check(name, value, kind):
+    """InputError where a field cannot have this value; kind: the type of its default."""
+    if name in RANGES:
+        low, high = RANGES[name]
+        number = is_number(value) and (kind is not int or isinstance(value, int | np.integer))
+        if not number or not low <= value <= high:
+            least = "> 0" if low == POSITIVE else f">= {low:g}"
+            rule = f"a whole number from {low} to {high}" if kind is int else f"a finite number {least}"
+            most = f" and at most {high:g}" if kind is not int and np.isfinite(high) else ""
+            raise InputError(f"placement: {name} = {shown_value(value)}; it must be {rule}{most}")
+    elif name == "bottom" and not hasattr(value, "add_to"):
+        raise InputError(
+            f'placement: bottom = {value!r}; it must be text such as "slope:0.04", or a bottom of hlcs.placement.bottoms'
+        )
+    elif kind is bool and not isinstance(value, bool):
+        raise InputError(f"placement: {name} = {value!r}; it must be true or false")
+    elif name in WORDS and value not in WORDS[name]:
+        raise InputError(f"placement: {name} = {value!r}; it must be one of {', '.join(WORDS[name])}")
+    elif name == "effects" and not all(isinstance(effect, mb.Effect) for effect in value):
+        raise InputError(f"placement: effects = {value!r}; each must be a value of minibullet.Effect")
+
+
+def _envelope(readings, standing, bottom, below):
+    """Height that the next layer's falling distance starts from [m]: the mean of the plates; where none found support, the
+    mean top of the units that stand; where none stands, the envelope below."""
+    if np.isfinite(readings).any():
+        return float(np.nanmean(readings))
+    if not standing:
+        return below
+    tops = [(*handle.position[:2], plates.top(handle)) for handle in standing]
+    return float(bottoms.height_above(bottom, tops).mean())
+
+
+def _heights(handles, bottom):
+    """Heights of the centres of units above the bottom [m], (n,)."""
+    return bottoms.height_above(bottom, np.reshape([handle.position for handle in handles], (-1, 3)))
+
+
+def _farthest(handles, places):
+    """The longest way from places (n, 3) to where the units are, in plan [m]."""
+    off = np.array([handle.position[:2] for handle in handles]) - places[:, :2]
+    return np.hypot(*off.T).max()
+
+
+def _poses(record):
+    """Positions and orientations of a layer's units (n, 7)."""
+    return np.reshape([np.concatenate([handle.position, handle.orientation]) for handle in record.handles], (-1, 7))

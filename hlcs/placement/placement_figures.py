@@ -1,0 +1,120 @@
+"""Pictures of placement tests: layer coefficients against the layer, the structure itself."""
+
+import io
+
+import numpy as np
+
+from hlcs.placement import statistics
+from hlcs.placement.bottoms import Survey
+from minibullet import rotations
+from minibullet.report import drawing
+
+# by the first of these words in a label
+STYLES = {
+    "laboratory": ("#222222", "s"),
+    "measured": ("#222222", "s"),
+    "paper": ("#8a8a8a", "D"),
+    "hull": ("#cf5a3c", "^"),
+    "pieces": ("#2f6db3", "o"),
+    "model": ("#2f6db3", "o"),
+}
+
+
+def layer_axes(samples, ax=None, title=None):
+    """Layer coefficients against the layer; samples: (label, Sample) pairs. Bars: 95 % interval of the mean. Returns the Axes."""
+    if ax is None:
+        from matplotlib.figure import Figure
+
+        ax = Figure(figsize=(6, 4), layout="constrained").add_subplot()
+    spread = np.linspace(-0.12, 0.12, len(samples)) if len(samples) > 1 else [0.0]
+    for (label, sample), shift in zip(samples, spread, strict=True):
+        colour, marker = next((style for word, style in STYLES.items() if word in label), (None, "o"))
+        line = "none" if "laboratory" in label or "measured" in label else "-"
+        layers = np.arange(1, len(sample.mean) + 1)
+        half = _half_interval(sample)
+        ax.errorbar(
+            layers + shift,
+            sample.mean,
+            yerr=half,
+            label=label,
+            color=colour,
+            marker=marker,
+            markersize=5,
+            linestyle=line,
+            linewidth=1,
+            capsize=2.5,
+        )
+    ax.set_xticks(np.arange(1, max(len(sample.mean) for _, sample in samples) + 1))
+    ax.set_xlabel("layer")
+    ax.set_ylabel("layer coefficient k = thickness / Dn")
+    if title:
+        ax.set_title(title, fontsize=11)
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.legend(frameon=False, fontsize=9)
+    return ax
+
+
+def _half_interval(sample):
+    """Half the 95 % interval of each mean (M,), nan for a layer of unknown scatter; None where it is known of none."""
+    mean, cv, tests = (np.broadcast_to(np.asarray(part, dtype=float), np.shape(sample.mean)) for part in sample)
+    known = (mean > 0.0) & (cv >= 0.0) & (tests >= 2)
+    if not known.any():
+        return None
+    half = np.full(mean.shape, np.nan)
+    half[known] = mean[known] - statistics.confidence_interval(statistics.Sample(mean[known], cv[known], tests[known]))[0]
+    return half
+
+
+def grid_figure(panels):
+    """One panel a grid side by side; panels: {title: [(label, Sample), ...]}. Returns the Figure."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5.2 * len(panels), 4.2), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(1, len(panels), sharey=True))
+    for ax, (title, samples) in zip(axes, panels.items(), strict=True):
+        layer_axes(samples, ax, title)
+    for ax in axes[1:]:
+        ax.set_ylabel("")
+    return figure
+
+
+def sensitivity_figure(rows):
+    """eps_R of every parameter value of Table 1 as bars; returns the Figure.
+
+    rows: dictionaries with parameter, value, mean_relative_error (nan where no test left a structure: said so, no bar).
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 0.28 * len(rows) + 1.2), layout="constrained")
+    ax = figure.add_subplot()
+    names = [f"{row['parameter'].replace('_', ' ')} = {row['value']:g}" for row in rows]
+    errors = np.array([row["mean_relative_error"] for row in rows], dtype=float)  # None, as JSON has it, is nan
+    ax.barh(names, 100 * np.nan_to_num(errors), color=STYLES["model"][0], height=0.6)
+    for place in np.flatnonzero(np.isnan(errors)):
+        ax.text(0.0, place, " no structure", va="center", fontsize=9)
+    ax.axvspan(1.9, 7.6, color="#eeeae0", zorder=0, label="the paper's range, 1.9 to 7.6 %")
+    ax.invert_yaxis()
+    ax.set_xlabel("mean relative error of three layers, %")
+    ax.spines[["top", "right"]].set_visible(False)
+    ax.legend(frameon=False, fontsize=9)
+    return figure
+
+
+def png_bytes(figure, dpi=150):
+    """The Figure as the bytes of a PNG file."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def scene_of(result):
+    """What `minibullet.report.drawing` draws: every unit in the colour of its layer, and the bottom."""
+    test = result.test
+    shape = test.unit.shape(test.shape)
+    rows = [(shape, pose[:3], pose[3:], layer) for layer, poses in enumerate(result.poses) for pose in poses]
+    bed = test.bed
+    if isinstance(bed, Survey):
+        level = (1.0, 0.0, 0.0, 0.0)
+        return rows + [(piece, piece.centre_of_mass, level, drawing.FLOOR_COLOUR) for piece in bed.prisms]
+    turned = rotations.between(np.array([0.0, 0.0, 1.0]), np.asarray(bed.normal(0.0, 0.0), dtype=float))
+    return [*rows, (None, (0.0, 0.0, float(bed.height(0.0, 0.0))), turned, drawing.FLOOR_COLOUR)]

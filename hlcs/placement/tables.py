@@ -1,0 +1,172 @@
+"""The paper's tables as frozen values: `laboratory("table2", grid="TPG")`, `paper_numerical("table2", grid="TPG")`.
+
+The CSV files in `hlcs/placement/printed` hold the digits as printed, each row with its table, section and column. Nothing is
+corrected there; where the print slips, docs/errata.md says how it is read. All layer coefficients are in nominal diameters Dn.
+"""
+
+import csv
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
+
+import numpy as np
+
+from minibullet.errors import InputError
+
+STUDIES = {"physical": "laboratory", "numerical": "paper's numerical model", "centi": "Centi (2020), numerical"}
+
+
+@dataclass(frozen=True, eq=False)
+class LayerTable:
+    """Layer coefficients of repeated tests on one grid: a `hlcs.placement.statistics.Sample` that knows where it comes from."""
+
+    title: str  # what was measured, by whom
+    source: str  # table, section and column
+    grid: str  # "RPG" or "TPG"
+    spacing_x: float  # a/Dn [-]
+    spacing_y: float  # b/Dn [-]
+    bottom_slope: float  # grade of the bottom [-]
+    campaign: str  # what was measured together, by the same hands
+    mean: np.ndarray = field(repr=False)  # (M,) mean layer coefficients [-], read-only
+    cv: np.ndarray = field(repr=False)  # (M,) coefficients of variation between tests [-], read-only
+    tests: np.ndarray = field(repr=False)  # (M,) number of tests, nan where the source does not say, read-only
+
+    def __post_init__(self):
+        for name in ("mean", "cv", "tests"):
+            values = np.array(getattr(self, name), dtype=float)
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
+
+    @property
+    def layers(self):
+        """Layer numbers 1 .. M, (M,) integers."""
+        return np.arange(1, self.mean.size + 1)
+
+    @property
+    def height_over_dn(self):
+        """Total height over the nominal diameter, the sum of the layer coefficients (Eq. 14) [-]."""
+        return float(self.mean.sum())
+
+    def to_dataframe(self):
+        """The columns of a layers file (`kind = "layers"`), one row a layer."""
+        import pandas
+
+        rows = {
+            "grid": self.grid,
+            "spacing_x": self.spacing_x,
+            "spacing_y": self.spacing_y,
+            "bottom_slope": self.bottom_slope,
+            "layer": self.layers,
+            "mean": self.mean,
+            "cv": self.cv,
+            "tests": self.tests,
+            "campaign": self.campaign,
+        }
+        return pandas.DataFrame(rows)
+
+    def summary(self):
+        """The table as text."""
+        lines = [f"{self.title} ({self.source})", f"{'layer':>5} {'mean':>7} {'CV':>7} {'N':>4}"]
+        for layer, mean, cv, tests in zip(self.layers, self.mean, self.cv, self.tests, strict=True):
+            lines.append(f"{layer:>5} {mean:>7.3f} {cv:>7.3f} {'?' if np.isnan(tests) else f'{tests:.0f}':>4}")
+        return "\n".join([*lines, f"{'sum':>5} {self.height_over_dn:>7.3f}"])
+
+    __str__ = summary
+
+    def _repr_html_(self):
+        return self.to_dataframe()[["layer", "mean", "cv", "tests"]].to_html(index=False)
+
+
+def laboratory(table, grid=None):
+    """The laboratory's layer coefficients of "table2" (horizontal bottom) or "table3" (TPG on a 4 % slope) as a `LayerTable`.
+
+    `grid` is "RPG" or "TPG"; it may be left out where the table has one grid only.
+    """
+    return _layer_table(table, grid, "physical")
+
+
+def paper_numerical(table, grid=None, study="numerical"):
+    """The layer coefficients of the paper's own Bullet model as a `LayerTable`; `study="centi"` gives Centi (2020), of
+    unknown N.
+    """
+    if study not in ("numerical", "centi"):
+        raise InputError(f"study = {study!r}; known studies are 'numerical' and 'centi'")
+    return _layer_table(table, grid, study)
+
+
+def printed_errors(table, grid=None, study="numerical"):
+    """Errors as printed, in percent: (Er of each layer (M,), eps_R or nan where none is printed)."""
+    grid = _grid_of(table, grid, study)
+    rows = [row for row in rows_of("printed_errors") if _matches(row, table, grid, study)]
+    layers = np.array([float(row["percent"]) for row in rows if row["layer"] != "all"])
+    overall = [float(row["percent"]) for row in rows if row["layer"] == "all"]
+    return layers, overall[0] if overall else float("nan")
+
+
+def sensitivity_values():
+    """The parameter values of Table 1: {parameter: tuple of floats}; `side` in metres, lengths over Dn otherwise."""
+    values = {}
+    for row in rows_of("table1"):
+        values.setdefault(row["parameter"], []).append(float(row["value"]))
+    return {name: tuple(numbers) for name, numbers in values.items()}
+
+
+def design_coefficients(grid):
+    """The rounded layer coefficients of Eq. 13 for five layers on "RPG" or "TPG", (5,) [-]."""
+    rows = [float(row["k"]) for row in rows_of("equation13") if row["grid"] == grid]
+    if not rows:
+        raise InputError(f"grid = {grid!r}; Eq. 13 knows 'RPG' and 'TPG'")
+    return np.array(rows)
+
+
+def reference_runs():
+    """What Blender's Bullet and pybullet gave on the same procedure, measured by this project: a DataFrame, one row a run."""
+    import pandas
+
+    with resources.files("hlcs.placement").joinpath("printed", "reference.csv").open(encoding="utf-8") as file:
+        return pandas.read_csv(file)
+
+
+@cache
+def rows_of(name):
+    """All rows of `printed/NAME.csv` as a tuple of dictionaries of strings, the digits as they stand in the file."""
+    text = resources.files("hlcs.placement").joinpath("printed", f"{name}.csv").read_text(encoding="utf-8")
+    return tuple(csv.DictReader(text.splitlines()))
+
+
+def _layer_table(table, grid, study):
+    grid = _grid_of(table, grid, study)
+    rows = [row for row in rows_of(table) if row["grid"] == grid and row["study"] == study]
+    first = rows[0]
+    return LayerTable(
+        title=f"{STUDIES[study]}, {grid}"
+        + (f" on {float(first['bottom_slope']):.0%} slope" if float(first["bottom_slope"]) else ""),
+        source=f"{first['table']}, section {first['section']}, {first['column']}",
+        grid=grid,
+        spacing_x=float(first["spacing_x"]),
+        spacing_y=float(first["spacing_y"]),
+        bottom_slope=float(first["bottom_slope"]),
+        campaign=first["campaign"],
+        mean=[float(row["mean"]) for row in rows],
+        cv=[float(row["cv"]) for row in rows],
+        tests=[float(row["tests"] or "nan") for row in rows],
+    )
+
+
+def _grid_of(table, grid, study):
+    """The grid asked for, or the only one; refuses unknown tables, grids and studies by name."""
+    if table not in ("table2", "table3"):
+        raise InputError(f"table = {table!r}; layer coefficients are in 'table2' and 'table3'")
+    grids = sorted({row["grid"] for row in rows_of(table) if row["study"] == study})
+    if not grids:
+        raise InputError(f"{table} has no column {study!r}")
+    if grid is None and len(grids) == 1:
+        return grids[0]
+    grid = getattr(grid, "name", grid)  # a placement grid knows its own name
+    if grid not in grids:
+        raise InputError(f"grid = {grid!r}; {table} has {' and '.join(grids)}")
+    return grid
+
+
+def _matches(row, table, grid, study):
+    return row["table"].lower().replace(" ", "") == table and row["grid"] == grid and row["study"] == study

@@ -1,0 +1,1 @@
+"""Reports: text, pages and pictures from plain records."""

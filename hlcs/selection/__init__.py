@@ -1,0 +1,1 @@
+"""Which effect is missing: candidates, search, competing models, verdict, the next experiment."""

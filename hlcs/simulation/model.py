@@ -1,0 +1,117 @@
+"""The model under test: an experiment's settings and a list of effects in it -> what the measurement would have shown."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hlcs.effects import Candidate, build, class_named
+from hlcs.effects.contract import Change, parameters
+from hlcs.simulation.shots import Shots
+from minibullet.effects import Effect, Gravity, compose
+from minibullet.errors import InputError
+
+
+@dataclass(frozen=True)
+class Term:
+    """One effect in the model with its numbers."""
+
+    candidate: Candidate
+    values: tuple[tuple[str, float], ...]
+
+    @property
+    def name(self):
+        return self.candidate.name
+
+    @property
+    def numbers(self):
+        """The numbers as a dictionary name -> value."""
+        return dict(self.values)
+
+    def at(self, numbers):
+        """The same term with other numbers."""
+        return Term(self.candidate, tuple((key, float(value)) for key, value in numbers.items()))
+
+
+@dataclass(frozen=True)
+class Model:
+    """What is believed to happen: gravity, the floor, and these effects. A value: `with_term` makes another one."""
+
+    terms: tuple[Term, ...] = ()
+    fixed: tuple[dict, ...] = ()  # effects of the experiment file, as written
+    own: tuple[type, ...] = ()  # the user's classes, to look names up
+    time_step: float = 1 / 240  # of the model with contacts [s]
+
+    def with_term(self, term):
+        """The model with one more effect."""
+        return replace(self, terms=(*self.terms, term))
+
+    def without(self, index):
+        """The model without its term number `index`."""
+        return replace(self, terms=self.terms[:index] + self.terms[index + 1 :])
+
+    def with_at(self, index, numbers):
+        """The model with other numbers in its term number `index`."""
+        return replace(self, terms=self.terms[:index] + (self.terms[index].at(numbers),) + self.terms[index + 1 :])
+
+    def changes(self, surroundings):
+        """(effects for the engine with gravity first, changes of the set-up, changes of the look) in these surroundings."""
+        built = [build_entry(entry, surroundings, self.own) for entry in self.fixed]
+        built += [term.candidate.build(term.numbers, surroundings) for term in self.terms]
+        acting = [effect for effect in built if isinstance(effect, Effect)]
+        changes = [change for change in built if isinstance(change, Change)]
+        gravity = Gravity(acceleration=surroundings.gravity)
+        return (
+            compose((gravity, *acting)),
+            [c for c in changes if type(c).setup is not Change.setup],
+            [c for c in changes if type(c).look is not Change.look],
+        )
+
+    @property
+    def names(self):
+        """Names of all effects in it."""
+        return tuple(entry["name"] for entry in self.fixed) + tuple(term.name for term in self.terms)
+
+    def __str__(self):
+        lines = ["Model: gravity" + (", " + ", ".join(self.names) if self.names else " alone")]
+        lines += [f"  {term.name}: " + ", ".join(f"{key} = {value:.4g}" for key, value in term.values) for term in self.terms]
+        return "\n".join(lines)
+
+    def to_toml(self):
+        """The [model] section of an experiment file that holds these effects."""
+        entries = [dict(entry) for entry in self.fixed] + [{"name": term.name, **term.numbers} for term in self.terms]
+        written = [
+            "{ "
+            + ", ".join(f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value!r}" for key, value in entry.items())
+            + " }"
+            for entry in entries
+        ]
+        return "[model]\neffects = [" + ", ".join(written) + "]\n" + f"time_step = {self.time_step!r}\n"
+
+    def files(self, folder):
+        """{name: bytes} of what keeps the model in a folder of results."""
+        return {"model.toml": self.to_toml().encode()}
+
+    def run(self, trial, start, times):
+        """Positions (n, 3) and orientations (n, 4) of one trial at the times (n,), from a start (13,): x, v, q, w."""
+        trial = replace(trial, times=np.asarray(times, dtype=float))
+        shots = Shots(self, (trial,), start_time=np.array([0.0]), contact=trial.surroundings.floor_height is not None)
+        ((position, orientation),) = shots.simulate(self, np.asarray(start, dtype=float)[None], np.zeros(1, int))
+        return position, orientation
+
+
+def build_entry(entry, surroundings, own=()):
+    """The effect of one entry of [model] effects; InputError with the nearest known name or parameter."""
+    kind = class_named(entry["name"], own)
+    values = {key: value for key, value in entry.items() if key != "name"}
+    known = parameters(kind)
+    for key in values:
+        if key not in known:
+            raise InputError(f"{entry['name']} has no parameter '{key}'; it has {', '.join(known)}")
+        low, number = known[key].low, isinstance(values[key], int | float) and not isinstance(values[key], bool)
+        if not number or not np.isfinite(values[key]):
+            raise InputError(f"{entry['name']}: {key} = {values[key]!r} must be a finite number")
+        if low is not None and low >= 0.0 and values[key] < low:
+            raise InputError(f"{entry['name']}: {key} = {values[key]:g} must be at least {low:g}")
+    if "fluid_density" in known and "fluid_density" not in values and surroundings.fluid_density > 0:
+        values["fluid_density"] = surroundings.fluid_density  # what the file states once holds for all its effects
+    return build(kind, values, surroundings)

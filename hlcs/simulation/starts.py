@@ -1,0 +1,121 @@
+"""The start of a recording: what of it is unknown, a first guess read off the samples, and steps of the unknowns.
+
+A start is (13,): position of the centre of mass, velocity, orientation (w, x, y, z), angular velocity; world frame. One of its
+unknowns is (slot, direction): the slot counts SLOTS, the direction is a unit vector (3,).
+"""
+
+import numpy as np
+
+from hlcs.data.solids import solid
+from hlcs.simulation import contact_motion
+from minibullet import rotations
+
+SLOTS = ("position", "velocity", "orientation", "angular_velocity")
+PLACES = (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13))
+
+
+def unknowns(trial, measured, seated, flat, contact):
+    """What of a start is neither stated nor fixed by lying on the floor: ((slot, direction), ...).
+
+    measured: which of x, y, z, rx, ry, rz are (6,); seated: it lies on its floor; flat: on a face of it.
+    """
+    axes = [axis for axis, seen in zip(np.eye(3), measured[:3], strict=True) if seen]
+    if seated:
+        normal = np.asarray(trial.surroundings.floor_normal)
+        first = np.eye(3)[np.argmin(np.abs(normal))]
+        first = first - (first @ normal) * normal
+        first /= np.linalg.norm(first)
+        axes = [first, np.cross(normal, first)]
+    aside = axes if seated or measured[2] or not axes or contact else [*axes, np.array([0.0, 0.0, 1.0])]
+    turns = [normal] if flat else list(np.eye(3)) if measured[3] else []
+    rolls = axes if seated and trial.body.shape == "sphere" and not measured[3] and "velocity" not in trial.start else turns
+    found = []
+    for slot, directions in enumerate((axes, aside, turns, rolls)):  # drag shows an unseen vertical speed
+        if SLOTS[slot] not in trial.start:
+            found += [(slot, direction) for direction in directions]
+    return tuple(found)
+
+
+def guess(trial, start_time, seated, flat, contact):
+    """The start (13,) read off the first samples; what the file states is taken from there."""
+    start = np.zeros(13)
+    start[6] = 1.0
+    for axis in range(3):
+        there = np.flatnonzero(np.isfinite(trial.position[:, axis]))
+        if len(there) == 0:
+            if axis == 2 and not contact:
+                start[5] = trial.surroundings.gravity * (trial.times[-1] - start_time) / 2  # unseen: back to its height
+            continue
+        first = there[: max(4, min(9, len(there) // 3))]
+        t = trial.times[first] - start_time
+        fall = -0.5 * trial.surroundings.gravity * t**2 if axis == 2 and trial.surroundings.floor_height is None else 0.0
+        start[3 + axis], start[axis] = np.polyfit(t, trial.position[first, axis] - fall, 1)
+    there = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
+    if len(there) >= 2:
+        steady = not contact and trial.body.shape == "sphere"
+        there = there if steady else there[:12]
+        start[10:13], start[6:10] = steady_turn(trial.times[there] - start_time, trial.orientation[there])
+    for name, place in zip(SLOTS, PLACES, strict=True):
+        if name in trial.start:
+            start[place] = trial.start[name]
+    if flat:  # a face on the floor stays there: only turns about the normal are free
+        normal = np.asarray(trial.surroundings.floor_normal)
+        if "orientation" not in trial.start:
+            start[6:10] = contact_motion.flattened(start[6:10], normal, contact_motion.faces(trial.body))
+        if "angular_velocity" not in trial.start:
+            start[10:13] = (start[10:13] @ normal) * normal
+    return on_floor(start, trial) if seated else start
+
+
+def on_floor(start, trial):
+    """A start (13,) put on the nominal floor; a ball whose spin nobody knows rolls."""
+    shape = solid(trial.body).shape
+    start = contact_motion.seat(shape, start, trial.surroundings, trial.surroundings, 0.0)
+    if trial.body.shape == "sphere" and "angular_velocity" not in trial.start and not np.isfinite(trial.orientation).any():
+        start[10:13] = np.cross(trial.surroundings.floor_normal, start[3:6]) / shape.bounding_radius
+    return start
+
+
+def shifted(start, unknown, amount):
+    """A start (13,) changed by an amount of one of its unknowns."""
+    start = start.copy()
+    slot, direction = unknown
+    if slot == 2:
+        start[6:10] = rotations.product(rotations.exponential(amount * direction), start[6:10])
+    else:
+        start[PLACES[slot]] += amount * direction
+    return start
+
+
+def stepped(start, unknown, move):
+    """A start (13,) moved by amounts of its unknowns (unknowns,)."""
+    for number, amount in zip(unknown, move, strict=True):
+        start = shifted(start, number, amount)
+    return start
+
+
+def steady_turn(times, orientation):
+    """Angular velocity (3,) and orientation (4,) at time 0 of a steady turn through orientations (n, 4) at times (n,).
+
+    From the median turn between the first few neighbours on, over windows twice as long each, as long as what is left stays
+    below a radian; samples far off the rest (a lost tracker) are left out, the first one included.
+    """
+    first = min(7, len(times))
+    turns = rotations.logarithm(rotations.product(orientation[1:first], rotations.conjugate(orientation[: first - 1])))
+    spin = np.median(turns / np.diff(times[:first])[:, None], axis=0)
+    start, window = orientation[0], first
+    while True:
+        back = rotations.product(rotations.exponential(-spin * times[:window, None]), orientation[:window])
+        left = rotations.logarithm(rotations.product(back, rotations.conjugate(start)))
+        level = np.median(left, axis=0)
+        far = np.linalg.norm(left - level, axis=1)
+        near = far <= 5 * np.median(far) + 1e-9
+        if window > first and np.max(far[near]) > 1.0:
+            break
+        line = np.column_stack([np.ones(near.sum()), times[:window][near]])
+        (level, drift), *_ = np.linalg.lstsq(line, left[near], rcond=None) if near.sum() > 3 else (((level, 0 * level)),)
+        start, spin = rotations.product(rotations.exponential(level), start), spin + drift
+        if window == len(times):
+            break
+        window = min(2 * window, len(times))
+    return spin, start

@@ -1,0 +1,236 @@
+"""What the model says for one row of an outcome table: a fall, a rebound, a slide, a rest; along one line, many rows at once.
+
+The forces and the laws of contact are those of the effects; the motion is that of one body along one line, so that a row
+costs no world: Runge-Kutta in flight, the law of restitution at the impact, Coulomb's law on the floor.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hlcs.data.solids import solid
+from hlcs.effects.contract import Setup
+from hlcs.simulation.contact_motion import support
+from hlcs.simulation.flight import fly
+from minibullet.bodies import Bodies, ContactLaw, Contacts
+from minibullet.effects import contact_law
+
+STEPS = 160  # of a fall or a slide
+
+
+def outcomes(model, setups, inputs, outcome):
+    """Outcomes (d,) [s or m] of d distinct rows: setups of the rows, inputs name -> (d,)."""
+    rows = len(setups)
+    answers = np.empty(rows)
+    kinds = {}
+    for row, setup in enumerate(setups):
+        kinds.setdefault(setup.surroundings, []).append(row)
+    for surroundings, members in kinds.items():
+        effects, changes, looks = model.changes(surroundings)
+        members = np.array(members)
+        actual = []
+        for row in members:
+            setup = setups[row]
+            for change in changes:
+                setup = change.setup(setup)
+            actual.append(setup)
+        part = {name: values[members] for name, values in inputs.items()}
+        unit = outcome.rsplit("_", 1)[1]
+        for change in looks:
+            part = change.inputs(part, unit)
+        values = LAWS[outcome](actual, effects, part)
+        for change in looks:
+            values = change.outcome(values, unit)
+        answers[members] = values
+    return answers
+
+
+def state_of(setups, velocity):
+    """Bodies at the origin with the given velocities (d, 3)."""
+    solids = [solid(setup.body) for setup in setups]
+    count = len(solids)
+    numbers = [np.array([getattr(s, name) for s in solids]) for name in ("mass", "inertia", "volume", "area", "radius")]
+    orientation = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+    return Bodies(np.zeros((count, 3)), orientation, np.concatenate([velocity, np.zeros((count, 3))], axis=1), *numbers)
+
+
+def crossing(track, passed, count=50):
+    """Times (B,) at which `passed(position (B, 3))` (positive before) falls through zero, by bisection on a Track."""
+    bodies = track.position.shape[1]
+    low, high = np.zeros(bodies), np.full(bodies, track.times[-1])
+    for _ in range(count):
+        middle = (low + high) / 2
+        before = passed(track.look(middle[:, None])[0][:, 0]) > 0
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return (low + high) / 2
+
+
+def velocity_at(track, times):
+    """Velocities (B, 3) at times (B,), by a central difference well inside a step."""
+    h = 1e-4 * track.times[1]
+    ahead, behind = track.look((times + h)[:, None])[0][:, 0], track.look((times - h)[:, None])[0][:, 0]
+    return (ahead - behind) / (2 * h)
+
+
+def fallen(setups, effects, height):
+    """(time [s], velocity (d, 3)) of bodies that have fallen by `height` (d,) [m] from rest."""
+    gravity = setups[0].surroundings.gravity
+    state = state_of(setups, np.zeros((len(setups), 3)))
+    longest = 1.5 * np.sqrt(2 * height.max() / gravity)
+    for _ in range(8):
+        track = fly(state, effects, longest, longest / STEPS)
+        if np.all(-track.position[-1, :, 2] > height):
+            break
+        longest *= 1.7
+    times = crossing(track, lambda position: height + position[:, 2])
+    return times, velocity_at(track, times)
+
+
+def law_at(setups, effects, state, velocity, normal):
+    """ContactLaw of bodies moving with `velocity` (d, 3) on a floor with unit normal (d, 3), under their weight."""
+    count = len(setups)
+    surroundings = setups[0].surroundings
+    both = Bodies(
+        *(
+            np.concatenate([np.asarray(field), np.full((1, *np.shape(field)[1:]), np.inf if name == "mass" else 0.0)])
+            for name, field in zip(Bodies._fields, state, strict=True)
+        )
+    )
+    load = state.mass * surroundings.gravity * normal[:, 2]
+    contacts = Contacts(np.full(count, count), np.arange(count), np.zeros((count, 3)), normal, np.zeros(count), velocity, load)
+    law = ContactLaw(np.full(count, surroundings.friction), np.full(count, surroundings.restitution), *np.zeros((3, count)))
+    return contact_law(effects, contacts, both, law)
+
+
+def fall_time(setups, effects, inputs):
+    """Time of a fall from rest through height_m."""
+    return fallen(setups, effects, inputs["height_m"])[0]
+
+
+def rebound_height(setups, effects, inputs):
+    """Height regained after the first impact of a fall through height_m."""
+    up = np.tile([0.0, 0.0, 1.0], (len(setups), 1))
+    _, hit = fallen(setups, effects, inputs["height_m"])
+    state = state_of(setups, hit)
+    speed = -hit[:, 2] * law_at(setups, effects, state, hit, up).restitution
+    gravity = setups[0].surroundings.gravity
+    state = state_of(setups, speed[:, None] * up)
+    duration = max(1.3 * speed.max() / gravity, 1e-3)
+    for _ in range(6):
+        track = fly(state, effects, duration, duration / STEPS)
+        if np.all(track.velocity[-1, :, 2] < 0):
+            break
+        duration *= 1.7
+    return apex(track)
+
+
+def apex(track):
+    """Greatest height of each body on a Track, from a parabola through the highest node with its velocity (B,)."""
+    top = np.clip(np.argmax(track.position[:, :, 2], axis=0), 0, len(track.times) - 1)
+    who = np.arange(track.position.shape[1])
+    other = np.where((track.velocity[top, who, 2] > 0) & (top + 1 < len(track.times)), top + 1, np.maximum(top - 1, 0))
+    v, w = track.velocity[top, who, 2], track.velocity[other, who, 2]
+    h = track.times[other] - track.times[top]
+    slope = np.where(h != 0, (w - v) / np.where(h != 0, h, 1.0), -1.0)
+    return track.position[top, who, 2] + np.where(slope < 0, v**2 / (-2 * np.minimum(slope, -1e-12)), 0.0)
+
+
+def slide(setups, effects, inputs, way=None):
+    """(time [s], distance [m]) until a block stops, or until it has gone `way` (d,) [m], along x down a slope."""
+    count = len(setups)
+    angle = np.deg2rad(inputs["angle_deg"]) if "angle_deg" in inputs else np.arctan(inputs.get("slope", np.zeros(count)))
+    angle = np.broadcast_to(angle, (count,))
+    down = np.stack([np.cos(angle), np.zeros(count), -np.sin(angle)], axis=1)
+    normal = np.stack([np.sin(angle), np.zeros(count), np.cos(angle)], axis=1)
+    speed = inputs.get("speed_m_s", np.zeros(count)).astype(float)
+    state = state_of(setups, speed[:, None] * down)
+
+    def slowing(v):
+        velocity = np.maximum(v, 1e-9)[:, None] * down
+        moving = state._replace(twist=np.concatenate([velocity, np.zeros((count, 3))], axis=1))
+        pull = sum(effect.forces(moving, 0.0)[:, :3] for effect in effects)
+        law = law_at(setups, effects, moving, velocity, normal)
+        load = np.maximum(-np.sum(pull * normal, axis=1), 0.0)
+        return (np.sum(pull * down, axis=1) - law.friction * load) / state.mass
+
+    if way is None:  # the speed is the independent variable: distance = int v dv / -a, time = int dv / -a
+        nodes, weights = np.polynomial.legendre.leggauss(48)
+        u = 0.5 * (nodes + 1)
+        times, distances = np.zeros(count), np.zeros(count)
+        for node, weight in zip(u, 0.5 * weights, strict=True):
+            v = speed * node**2  # dense where the block is slow and friction may vary
+            brake = np.maximum(-slowing(v), 1e-6)
+            times += weight * 2 * node * speed / brake
+            distances += weight * 2 * node * speed * v / brake
+        return times, distances
+    times, gone, v = np.zeros(count), np.zeros(count), speed.copy()
+    pace = np.maximum(np.abs(slowing(v)), 1e-3)
+    h = (np.sqrt(speed**2 + 2 * pace * way) - speed) / pace / STEPS
+    running = np.ones(count, bool)
+    for _ in range(20 * STEPS):
+        a = slowing(v)
+        b = slowing(v + h * a / 2)
+        step = (v + h * b / 2) * h
+        last = running & (gone + step >= way)
+        times += np.where(running, np.where(last, h * (way - gone) / np.where(step > 0, step, 1.0), h), 0.0)
+        gone, v = np.where(running, gone + step, gone), np.where(running, v + h * b, v)
+        running &= ~last & (v > 0)
+        if not running.any():
+            break
+    return times, gone
+
+
+def stop_distance(setups, effects, inputs):
+    """Distance from the launch at speed_m_s to the stop."""
+    return slide(setups, effects, inputs)[1]
+
+
+def slide_time(setups, effects, inputs):
+    """Time to slide through distance_m from rest or speed_m_s, or, where no distance is given, to stop."""
+    return slide(setups, effects, inputs, inputs.get("distance_m"))[0]
+
+
+def rest_height(setups, effects, inputs):
+    """Height of the centre of a body at rest on its floor."""
+    return np.array(
+        [
+            (setup.surroundings.floor_height or 0.0)
+            + setup.margin
+            - support(solid(setup.body).shape, np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])).min()
+            for setup in setups
+        ]
+    )
+
+
+LAWS = {
+    "fall_time_s": fall_time,
+    "rebound_height_m": rebound_height,
+    "stop_distance_m": stop_distance,
+    "slide_time_s": slide_time,
+    "rest_height_m": rest_height,
+}
+NEEDS = {
+    "fall_time_s": ("height_m",),
+    "rebound_height_m": ("height_m",),
+    "stop_distance_m": ("speed_m_s",),
+    "slide_time_s": (),
+    "rest_height_m": (),
+}
+ROW_KEYS = {
+    "mass_kg": ("body", "mass"),
+    "radius_m": ("body", "radius"),
+    "friction": ("surroundings", "friction"),
+    "restitution": ("surroundings", "restitution"),
+    "gravity_m_s2": ("surroundings", "gravity"),
+    "fluid_density_kg_m3": ("surroundings", "fluid_density"),
+    "fluid_viscosity_pa_s": ("surroundings", "fluid_viscosity"),
+}
+
+
+def row_setup(file, inputs, row):
+    """The Setup of one row: the file's, with what the row itself states."""
+    parts = {"body": file.body, "surroundings": file.surroundings}
+    for column, (part, key) in ROW_KEYS.items():
+        if column in inputs:
+            parts[part] = replace(parts[part], **{key: float(inputs[column][row])})
+    return Setup(parts["body"], parts["surroundings"])

@@ -1,0 +1,1 @@
+"""From bodies to contacts: candidate pairs, separating directions, normals and gaps, points on faces."""

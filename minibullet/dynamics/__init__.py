@@ -1,0 +1,1 @@
+"""Motion: free motion, the constraints of contact, impacts, and the step in time."""

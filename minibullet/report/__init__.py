@@ -1,0 +1,1 @@
+"""What a step and a run tell: energy and momentum, a log, pictures."""

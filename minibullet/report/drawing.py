@@ -1,0 +1,193 @@
+"""Pictures of a world: a still image, a GLB scene for other programs, and one page that turns in a browser.
+
+What is drawn is a World, or a list of (shape, position, orientation, colour): position of the centre of mass [m],
+orientation (w, x, y, z), colour any that matplotlib knows, or a number that picks one of LAYER_COLOURS. A shape of None
+is the plane through that position whose normal is the turned z axis.
+"""
+
+import json
+from importlib.resources import files
+from typing import NamedTuple
+
+import numpy as np
+
+from minibullet import rotations
+from minibullet.errors import InputError
+from minibullet.files.whole_files import whole
+from minibullet.report.rendering import Solid, render
+from minibullet.shapes import polyhedra
+from minibullet.shapes.convex import ConvexPiece
+
+LAYER_COLOURS = ("#6a8caf", "#dda63f", "#86b07c", "#cf6f54", "#9683bf", "#b8ad9c")
+FIXED_COLOUR, FLOOR_COLOUR = "#b9b5ac", "#e6e2d8"
+
+
+class Item(NamedTuple):
+    """One thing to draw."""
+
+    key: object  # equal for things of the same form: their vertices are stored once
+    parts: tuple  # of (vertices (v, 3), faces): convex, body frame
+    position: np.ndarray  # (3,) m
+    orientation: np.ndarray  # (4,)
+    colour: tuple  # red, green, blue from 0 to 1
+
+
+def draw_scene(scene, path=None, ax=None, *, colours=None, azimuth=-60.0, elevation=28.0, width=1200, height=800):
+    """A still image of the scene from azimuth, elevation [degrees]: into a PNG file, onto matplotlib Axes, or both. -> Axes.
+
+    colours: one for each body of a World, in the order they were added (such as the layer it belongs to).
+    """
+    import matplotlib
+
+    image = render(_solids(_items(scene, colours)), width, height, azimuth, elevation)
+    if path is not None:
+        import matplotlib.image
+
+        with whole(path) as partial:
+            matplotlib.image.imsave(partial, image, format="png")
+    if ax is None:
+        from matplotlib.figure import Figure
+
+        ax = Figure(figsize=(width / 100, height / 100)).add_axes((0, 0, 1, 1))
+    ax.imshow(image, interpolation="lanczos")
+    ax.set_axis_off()
+    return ax
+
+
+def write_page(path, scene, *, title="minibullet", colours=None):
+    """One HTML file with the scene inside that opens offline: drag to turn, wheel to zoom, double click to come back."""
+    _write(path, page(scene, title=title, colours=colours).encode())
+
+
+def page(scene, *, title="minibullet", colours=None):
+    """The text of that HTML page, to be embedded elsewhere."""
+    items = _items(scene, colours)
+    # Lengths in units of the smallest body: five digits are then enough for any size.
+    unit = min(np.abs(vertices).max() for item in items for vertices, _ in item.parts)
+    numbers, shapes, bodies = {}, [], []
+    for item in items:
+        if item.key not in numbers:
+            numbers[item.key] = len(shapes)
+            shapes.append([[_rounded(vertices / unit), [list(loop) for loop in faces]] for vertices, faces in item.parts])
+        bodies.append([numbers[item.key], _rounded(item.position / unit), _rounded(item.orientation), _rounded(item.colour, 3)])
+    # "<" cannot end the script early when it is written as an escape.
+    data = json.dumps({"title": title, "shapes": shapes, "bodies": bodies}, separators=(",", ":")).replace("<", "\\u003c")
+    template = files("minibullet.report").joinpath("page.html").read_text(encoding="utf-8")
+    return template.replace("/*DATA*/null", data)
+
+
+def write_glb(path, scene, *, colours=None):
+    """A binary glTF file for Blender, three.js, slide shows: one node a body, y up as glTF wants it, flat faces."""
+    import trimesh
+
+    upright = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+    gltf, meshes = trimesh.Scene(), {}
+    for number, item in enumerate(_items(scene, colours)):
+        key = item.key, item.colour
+        transform = np.eye(4)
+        transform[:3, :3], transform[:3, 3] = rotations.matrix(item.orientation), item.position
+        if key not in meshes:
+            meshes[key] = f"shape {len(meshes)}"
+            gltf.add_geometry(_flat_mesh(item), geom_name=meshes[key], node_name=f"body {number}", transform=upright @ transform)
+        else:
+            gltf.graph.update(frame_to=f"body {number}", matrix=upright @ transform, geometry=meshes[key])
+    _write(path, gltf.export(file_type="glb"))
+
+
+def _items(scene, colours):
+    """What to draw, floors last."""
+    rows = _rows_of_world(scene, colours) if hasattr(scene, "bodies") else list(scene)
+    rows = [
+        (shape, np.asarray(position, dtype=float), np.asarray(orientation, dtype=float), colour)
+        for shape, position, orientation, colour in rows
+    ]
+    solid = [row for row in rows if row[0] is not None]
+    if not solid:
+        raise InputError("drawing: nothing to draw; give at least one body")
+    low = np.min([position - shape.bounding_radius for shape, position, _, _ in solid], axis=0)
+    high = np.max([position + shape.bounding_radius for shape, position, _, _ in solid], axis=0)
+    items = [Item(shape, _parts(shape), position, orientation, _rgb(colour)) for shape, position, orientation, colour in solid]
+    for _, position, orientation, colour in (row for row in rows if row[0] is None):
+        items.append(_floor(position, orientation, _rgb(colour), 0.5 * (low + high), 0.56 * np.max(high - low)))
+    return items
+
+
+def _rows_of_world(world, colours):
+    bodies = world.bodies
+    if colours is None:
+        colours = [FIXED_COLOUR if body.fixed else 0 for body in bodies]
+    if len(colours) != len(bodies):
+        raise InputError(f"drawing: {len(colours)} colours for {len(bodies)} bodies; give one colour a body")
+    rows = [(body.shape, body.position, body.orientation, colour) for body, colour in zip(bodies, colours, strict=True)]
+    planes = [handle for handle in world.registry.handles if handle.is_plane]
+    return rows + [(None, plane.position, plane.orientation, FLOOR_COLOUR) for plane in planes]
+
+
+def _floor(position, orientation, colour, middle, reach):
+    """The patch of a plane under the scene."""
+    normal = rotations.rotate(orientation, [0.0, 0.0, 1.0])
+    foot = middle - ((middle - position) @ normal) * normal
+    corners = reach * np.array([(-1.0, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])
+    return Item(("floor", float(reach)), ((corners, ((0, 1, 2, 3),)),), foot, orientation, colour)
+
+
+def _parts(shape):
+    """The convex parts of a shape as polygons; round pieces become fine polyhedra."""
+    return tuple((piece.vertices, piece.faces) if piece.faces else _round_part(piece) for piece in shape.pieces)
+
+
+def _round_part(piece):
+    """A ball or capsule as a polyhedron of rings about its axis, 32 faces round."""
+    core = piece.vertices[-1] - piece.vertices[0]
+    length = np.sqrt(core @ core)
+    angle = np.pi * np.arange(33) / 32
+    x = np.repeat(-piece.radius * np.cos(angle), 32)
+    x += np.where(x > 0, 0.5, -0.5) * length
+    ring = np.repeat(piece.radius * np.sin(angle), 32)
+    turn = np.tile(2.0 * angle[:32], 33)
+    hull = ConvexPiece(np.column_stack([x, ring * np.cos(turn), ring * np.sin(turn)]))
+    along = rotations.between([1.0, 0.0, 0.0], core) if length else rotations.IDENTITY
+    return rotations.rotate(along, hull.vertices) + piece.centre_of_mass, hull.faces
+
+
+def _solids(items):
+    return [
+        Solid(rotations.rotate(item.orientation, vertices) + item.position, faces, item.colour)
+        for item in items
+        for vertices, faces in item.parts
+    ]
+
+
+def _flat_mesh(item):
+    """The parts as one trimesh with unshared corners, so that faces stay flat, and a matt material."""
+    from trimesh import Trimesh
+    from trimesh.visual import TextureVisuals
+    from trimesh.visual.material import PBRMaterial
+
+    corners = np.concatenate([vertices[polyhedra.triangles_of(faces)] for vertices, faces in item.parts])
+    mesh = Trimesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), process=False)
+    colour = [*(round(255 * channel) for channel in item.colour), 255]
+    mesh.visual = TextureVisuals(material=PBRMaterial(baseColorFactor=colour, roughnessFactor=0.9, metallicFactor=0.0))
+    return mesh
+
+
+def _rgb(colour):
+    """(red, green, blue) from 0 to 1 of a layer number or of any colour matplotlib knows."""
+    from matplotlib.colors import to_rgb
+
+    if isinstance(colour, int | np.integer):
+        colour = LAYER_COLOURS[int(colour) % len(LAYER_COLOURS)]
+    try:
+        return to_rgb(colour)
+    except ValueError:
+        raise InputError(f"drawing: colour = {colour!r}; give a name, '#rrggbb', (r, g, b) or a layer number") from None
+
+
+def _rounded(values, digits=5):
+    """Nested lists of numbers with so many digits after the point: a page is looked at, not computed with."""
+    return np.round(np.asarray(values, dtype=float), digits).tolist()
+
+
+def _write(path, data):
+    with whole(path) as partial:
+        partial.write_bytes(data)

@@ -1,0 +1,258 @@
+"""The books of one step: certificate, energy and momentum. Computed when asked for, from what the step left behind.
+
+Energy: with v- and v+ the twists before and after and v = (v- + v+)/2, the change of kinetic energy is an identity, dT = sum
+over effects of dt F.v + contact impulses times the mean relative velocity + terms of rotation and damping. What the lines do
+not explain is the ledger defect.
+"""
+
+from functools import cached_property
+
+import numpy as np
+
+from minibullet import rotations
+from minibullet.contact import problem
+from minibullet.contact.cone import natural_map_error
+from minibullet.dynamics import constraints
+from minibullet.effects.contract import name_of
+
+
+class Step:
+    """What one step did. Attributes are plain numbers; ``to_dict()`` has them all under the names of the documentation."""
+
+    def __init__(self, world, before, after, wrenches, touch, law, problem, solution, blows):
+        self.step, self.time, self.time_step = world.steps, world.time, world.settings.time_step
+        self.effects, self.names, self.tolerance = world.effects, tuple(world.registry.scene.names), world.settings.tolerance
+        self.before, self.after, self.wrenches, self._touch, self.law = before, after, wrenches, touch, law
+        self.problem, self.solution, self.blows = problem, solution, blows
+        self.residual, self.iterations = solution.residual, solution.iterations
+        self.converged = solution.residual <= world.settings.tolerance
+        self.fcl_calls = world.registry.scene.collision.calls
+        self.reference_mass, self.wall = problem.reference_mass, 0.0  # the world, which has the clock, says how long it took [s]
+
+    @cached_property
+    def contacts(self):
+        """The Contacts record of the step: who touched whom when it began."""
+        return constraints.describe(*self._touch)
+
+    @property
+    def impulse(self):
+        """Impulse on body b of each contact, world axes [N s], (m, 3); blows of this step included."""
+        return problem.into_world(self.problem.rows, self.solution.impulse + self.blows)
+
+    @cached_property
+    def final_velocity(self):
+        """Relative velocity of each contact at the end of the contact solve, contact axes, the target taken off [m/s], (m, 3)."""
+        velocity = problem.relative_velocity(self.problem.bodies, self.problem.rows, self.solution.twist)
+        velocity[:, 0] -= self.problem.target
+        return velocity
+
+    @cached_property
+    def components(self):
+        """cone, dual, signorini, slip: which part of the law fails, relative to the largest impulse and velocity (0 for an
+        exact solution)."""
+        r, u, mu = self.solution.impulse, self.final_velocity, self.problem.friction
+        q = problem.relative_velocity(self.problem.bodies, self.problem.rows, self.problem.free_twist)
+        q[:, 0] -= self.problem.target
+        r_ref = np.abs(r).max(initial=0.0)
+        u_ref = max(np.abs(u).max(initial=0.0), np.abs(q).max(initial=0.0))
+        if r_ref == 0.0 or u_ref == 0.0:
+            return {"cone": 0.0, "dual": 0.0, "signorini": 0.0, "slip": 0.0}
+        r_t, u_t = np.sqrt((r[:, 1:] ** 2).sum(axis=1)), np.sqrt((u[:, 1:] ** 2).sum(axis=1))
+        slip = mu[:, None] * r[:, :1] * u[:, 1:] + u_t[:, None] * r[:, 1:]
+        return {
+            "cone": float(max((r_t - mu * r[:, 0]).max(), (-r[:, 0]).max(), 0.0) / r_ref),
+            "dual": float(max((-u[:, 0]).max(), 0.0) / u_ref),
+            "signorini": float(np.abs(r[:, 0] * u[:, 0]).max() / (r_ref * u_ref)),
+            "slip": float(np.sqrt((slip**2).sum(axis=1)).max() / (r_ref * u_ref)),
+        }
+
+    def _errors(self, reference_mass):
+        """Squared error of the natural map of each contact, impulses over ``reference_mass``, (m,)."""
+        rows = zip(self.solution.impulse / reference_mass, self.final_velocity, self.problem.friction, strict=True)
+        return np.array([natural_map_error(*r, *u, mu, 1.0) for r, u, mu in rows])
+
+    @cached_property
+    def residual_rho1(self):
+        """The relative residual as other codes publish it, impulses in N s (a reference mass of 1 kg); rolling left out."""
+        q = problem.relative_velocity(self.problem.bodies, self.problem.rows, self.problem.free_twist)
+        q[:, 0] -= self.problem.target
+        size = max(np.linalg.norm(q), np.linalg.norm(self.solution.impulse), np.linalg.norm(self.final_velocity))
+        return float(np.sqrt(self._errors(1.0).sum()) / size) if size > 0.0 else 0.0
+
+    @property
+    def penetration(self):
+        """Deepest overlap when the step began [m]."""
+        return float(max(-self._touch[3].min(initial=0.0), 0.0))
+
+    def _kinetic(self, bodies):
+        moving = np.isfinite(bodies.mass)
+        rotation = rotations.matrix(bodies.orientation[moving])
+        rate = np.einsum("nji,nj->ni", rotation, bodies.twist[moving, 3:])
+        return float(
+            0.5 * (bodies.mass[moving] * (bodies.twist[moving, :3] ** 2).sum(axis=1)).sum()
+            + 0.5 * (bodies.inertia[moving] * rate**2).sum()
+        )
+
+    @cached_property
+    def kinetic_energy(self):
+        """Kinetic energy after the step [J]."""
+        return self._kinetic(self.after)
+
+    @cached_property
+    def potential_energy(self):
+        """Potential energy after the step of the effects that have one, zero where z and all else is zero [J]."""
+        moving = np.isfinite(self.after.mass)
+        chosen = type(self.after)(*(array[moving] for array in self.after))
+        return float(sum(effect.potential(chosen) for effect in self.effects)) if moving.any() else 0.0
+
+    @cached_property
+    def work(self):
+        """Work of this step by line [J]: every effect by name, contact_normal, contact_friction, rotation (turning of unequal
+        moments of inertia and damping) so that the sum is the change of kinetic energy; and ``defect``, what no line
+        explains."""
+        mean = 0.5 * (self.before.twist + self.after.twist)
+        lines = {}
+        for effect, wrench in zip(self.effects, self.wrenches, strict=True):
+            name = name_of(effect)
+            lines[name] = lines.get(name, 0.0) + float(self.time_step * (wrench * mean).sum())
+        impulse = self.solution.impulse + self.blows
+        speed = problem.relative_velocity(self.problem.bodies, self.problem.rows, mean)
+        lines["contact_normal"] = float((impulse[:, 0] * speed[:, 0]).sum())
+        lines["contact_friction"] = float((impulse[:, 1:] * speed[:, 1:]).sum() + self._rolling_work(mean))
+        change = self.kinetic_energy - self._kinetic(self.before)
+        # rotation and damping: what M dv - dt F - H r leaves, times the mean twist, plus the turn of the inertia
+        moving = np.isfinite(self.before.mass)
+        step = self.after.twist[moving] - self.before.twist[moving]
+        given = self.time_step * sum((w[moving] for w in self.wrenches), np.zeros_like(step))
+        total = np.zeros_like(self.before.twist)
+        for side, sign in ((0, -1.0), (1, 1.0)):
+            np.add.at(
+                total,
+                self.problem.bodies[:, side],
+                sign * np.einsum("mi,mik->mk", impulse, problem.jacobian(self.problem.rows, side)),
+            )
+        momentum = np.concatenate(
+            [
+                self.before.mass[moving, None] * step[:, :3],
+                self._angular(self.after)[moving] - self._angular(self.before)[moving],
+            ],
+            axis=1,
+        )
+        left = momentum - given - total[moving]
+        turn = change - float((momentum * mean[moving]).sum())
+        lines["rotation"] = turn + float((left * mean[moving]).sum()) - self._rolling_work(mean)
+        lines["defect"] = change - sum(lines.values())
+        return lines
+
+    def _rolling_work(self, mean):
+        rate = mean[self.problem.bodies[:, 1], 3:] - mean[self.problem.bodies[:, 0], 3:]
+        return float((problem.into_world(self.problem.rows, self.solution.moment) * rate).sum())
+
+    def _angular(self, bodies):
+        """Angular momentum of each body about its own centre [kg m2/s], (n, 3); zero if fixed."""
+        rotation = rotations.matrix(bodies.orientation)
+        rate = np.einsum("nji,nj->ni", rotation, bodies.twist[:, 3:])
+        return np.einsum(
+            "nij,nj->ni",
+            rotation,
+            np.where(np.isfinite(bodies.mass)[:, None], np.where(np.isfinite(bodies.inertia), bodies.inertia, 0.0) * rate, 0.0),
+        )
+
+    @cached_property
+    def momentum_defect(self):
+        """Largest component of sum m dv - dt sum F - impulses of fixed bodies, over the largest of these terms [-]."""
+        moving = np.isfinite(self.before.mass)
+        gained = (self.before.mass[moving, None] * (self.after.twist - self.before.twist)[moving, :3]).sum(axis=0)
+        pulled = self.time_step * sum((w[moving, :3].sum(axis=0) for w in self.wrenches), np.zeros(3))
+        a, b = self.problem.bodies[:, 0], self.problem.bodies[:, 1]
+        world = self.impulse
+        given = world[~moving[a]].sum(axis=0) - world[~moving[b]].sum(axis=0)
+        size = max(np.abs(gained).max(), np.abs(pulled).max(), np.abs(given).max())
+        return float(np.abs(gained - pulled - given).max() / size) if size > 0.0 else 0.0
+
+    def _place(self, contact):
+        """The names of the two bodies of a contact, and where it is [m]."""
+        contacts = self.contacts
+        names = self.names[contacts.body_a[contact]], self.names[contacts.body_b[contact]]
+        return {"bodies": names, "point": tuple(contacts.point[contact].tolist())}
+
+    def to_dict(self):
+        """Everything a step publishes, by name; floats in SI units."""
+        speed = np.sqrt((self.after.twist[:, :3] ** 2).sum(axis=1)).max(initial=0.0)
+        rate = np.sqrt((self.after.twist[:, 3:] ** 2).sum(axis=1)).max(initial=0.0)
+        worst = int(np.argmin(self.contacts.gap)) if len(self.contacts.gap) else None
+        work = dict(self.work)
+        normal, friction, rotation, defect = (work.pop(k) for k in ("contact_normal", "contact_friction", "rotation", "defect"))
+        return {
+            "step": self.step,
+            "t": self.time,
+            "dt": self.time_step,
+            "n_contacts": len(self.contacts.gap),
+            "n_active": int((self.solution.impulse[:, 0] > 0).sum()),
+            "residual": self.residual,
+            "residual_rho1": self.residual_rho1,
+            "worst_contact": self._place(int(np.argmax(self._errors(self.reference_mass)))) if len(self.contacts.gap) else None,
+            "reference_mass": self.reference_mass,
+            "converged": bool(self.converged),
+            "iterations_outer": self.solution.outer,
+            "iterations_inner": self.iterations,
+            **self.components,
+            "penetration_max": self.penetration,
+            "sum_pen2": float((np.minimum(self.contacts.gap, 0.0) ** 2).sum()),
+            "deepest_contact": None if worst is None else self._place(worst),
+            "E_kin": self.kinetic_energy,
+            "E_pot": self.potential_energy,
+            "work_by_effect": work,
+            "work_normal": normal,
+            "work_friction": friction,
+            "work_rotation": rotation,
+            "ledger_defect": defect,
+            "momentum_defect": self.momentum_defect,
+            "speed_max": float(speed),
+            "omega_max": float(rate),
+            "wall_s": self.wall,
+        }
+
+
+class ContactTable:
+    """Contacts of one step, for reading."""
+
+    def __init__(self, step):
+        self._step = step
+
+    def __len__(self):
+        return 0 if self._step is None else len(self._step.contacts.gap)
+
+    def to_dataframe(self):
+        """One row a contact: body_a, body_b, point x y z [m], normal x y z (a to b), gap [m], normal_force [N],
+        friction_force [N], friction."""
+        import pandas as pd
+
+        names = (
+            "body_a",
+            "body_b",
+            "x",
+            "y",
+            "z",
+            "normal_x",
+            "normal_y",
+            "normal_z",
+            "gap",
+            "normal_force",
+            "friction_force",
+            "friction",
+        )
+        if self._step is None:
+            return pd.DataFrame({name: [] for name in names})
+        contacts, force = self._step.contacts, (self._step.solution.impulse + self._step.blows) / self._step.time_step
+        columns = (
+            [self._step.names[a] for a in contacts.body_a],
+            [self._step.names[b] for b in contacts.body_b],
+            *contacts.point.T,
+            *contacts.normal.T,
+            contacts.gap,
+            force[:, 0],
+            np.sqrt((force[:, 1:] ** 2).sum(axis=1)),
+            self._step.law.friction,
+        )
+        return pd.DataFrame(dict(zip(names, columns, strict=True)))
