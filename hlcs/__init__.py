@@ -19,17 +19,17 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Each name is imported when it is first asked for: loading NumPy and the compiler takes a second, and the command must be able to
 # answer Ctrl-C, or a missing folder, before that (`hlcs.cli.net`).
 HOMES = {
-    "Cube": "hlcs.placement.armour",
-    "Cubipod": "hlcs.placement.armour",
+    "Cube": "hlcs.placement.units",
+    "Cubipod": "hlcs.placement.units",
     "compare": "hlcs.compare",
     "diagnose": "hlcs.diagnose",
-    "PlacementTest": "hlcs.placement.experiment",
+    "PlacementTest": "hlcs.placement.procedure",
     "RPG": "hlcs.placement.grids",
     "TPG": "hlcs.placement.grids",
     "Grid": "hlcs.placement.grids",
     "PlacementResult": "hlcs.placement.placement_result",
-    "laboratory": "hlcs.placement.tables",
-    "paper_numerical": "hlcs.placement.tables",
+    "laboratory": "hlcs.placement.printed_tables",
+    "paper_numerical": "hlcs.placement.printed_tables",
     "InputError": "minibullet.errors",
     "InputWarning": "minibullet.errors",
 }

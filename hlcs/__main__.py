@@ -30,9 +30,9 @@ def main():
 
 
 def _command():
-    from hlcs.cli import commands as cli
+    from hlcs.cli import commands
 
-    return cli.run()
+    return commands.run()
 
 
 def _end(ended):

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from hlcs.data.experiment_files import read_experiment_file
-from hlcs.data.impact_readings import as_rows, read_impacts
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.data.impacts import as_rows, read_impacts
 from hlcs.data.measurement import read_measurement
 from hlcs.effects import check_names, own_classes
-from hlcs.estimation.fit import CHANNELS
+from hlcs.estimation.least_squares import CHANNELS
 from hlcs.kinds.trajectories import judge, prepare
 
 
@@ -98,12 +98,12 @@ def compare(path, *others, effects_file=None, seed=0, workers=None, progress=Fal
     laboratory table in place of a path, the table of layer coefficients beside each other.
     """
     if others or not isinstance(path, str) and not hasattr(path, "__fspath__"):
-        from hlcs.placement.layer_compare import compare_layers
+        from hlcs.placement.comparison import compare_layers
 
         return compare_layers(path, *others)
     file, own = read_experiment_file(path, allow_outside), own_classes(None, effects_file)
     if file.kind == "layers":
-        from hlcs.kinds.layers.layer_diagnosis import compare_layer_file
+        from hlcs.kinds.layers.diagnosis import compare_layer_file
 
         return compare_layer_file(file, seed=seed, workers=workers, progress=progress)
     check_names(file, own)  # a misspelt candidate is the user's to mend, though comparing tries none

@@ -6,22 +6,22 @@ import numpy as np
 from scipy import stats
 
 from hlcs.compare import where_it_fails
-from hlcs.data.experiment_files import read_experiment_file
-from hlcs.data.impact_readings import read_impacts, unlike
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.data.impacts import read_impacts, unlike
 from hlcs.data.measurement import read_measurement
 from hlcs.effects import SETS, check_names, own_classes, set_of
-from hlcs.estimation.budget import LEFT_OUT, SMOOTH, cut, screened
-from hlcs.estimation.folds import Folds
-from hlcs.estimation.noise import estimate_noise
+from hlcs.estimation.cross_validation import Folds
+from hlcs.estimation.effort import LEFT_OUT, SMOOTH, cut, screened
+from hlcs.estimation.noise_model import estimate_noise
 from hlcs.kinds.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories import judge, polished, prepare, touches
-from hlcs.selection import identify
-from hlcs.selection.candidates import candidates_for
+from hlcs.selection import experiment_design
+from hlcs.selection.competing_models import rivals
 from hlcs.selection.diagnosis import Diagnosis, Finding
+from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.pairs import beside
-from hlcs.selection.rivals import rivals
-from hlcs.selection.routes import exchanged, reformed, rerouted, submerged
 from hlcs.selection.search import Search
+from hlcs.selection.search_moves import exchanged, reformed, rerouted, submerged
 
 INTERVAL = 0.90  # of coefficients
 
@@ -39,7 +39,7 @@ def diagnose(path, candidates=None, effects_file=None, seed=0, workers=None, pro
     if candidates is None:
         candidates = file.candidates
     if file.kind == "layers":
-        from hlcs.kinds.layers.layer_diagnosis import diagnose_layers
+        from hlcs.kinds.layers.diagnosis import diagnose_layers
 
         return diagnose_layers(file, candidates=candidates, own=own, seed=seed, workers=workers, progress=progress)
     check_names(file, own)
@@ -146,7 +146,7 @@ def assemble(prepared, search, absent, judge, where, told=lambda problem, fit: (
     findings = _findings(search, fits, rounds, others, effects, absent, unit, verdict_after)
     following = None
     if verdict in ("ambiguous", "unexplained"):
-        following = identify.next_experiment(prepared, search, final, others, verdict)
+        following = experiment_design.next_experiment(prepared, search, final, others, verdict)
     adequate = {
         "before": verdict_before.adequate,
         "after": verdict_after.adequate,
@@ -342,7 +342,7 @@ def unknown_noise(measurement, prepared, entries):
             Finding(entry.name, None, None, None, False, (), "not judged: the noise is unknown") for entry in entries
         ),
         where=(),
-        next_experiment=identify.NextExperiment(text, (), None, {}),
+        next_experiment=experiment_design.NextExperiment(text, (), None, {}),
         notes=prepared.notes,
         noise={"position": None, "source": "unknown", "flexible": hint},
     )

@@ -14,7 +14,7 @@ from minibullet.contact.exact import solve_contacts
 from minibullet.effects import *
 from minibullet.effects import Effect, EffectError, check_effect, load_effects, parameter
 from minibullet.errors import InputError
-from minibullet.report.journal import Journal
+from minibullet.report.run_log import Journal
 from minibullet.scene.notices import SceneWarning
 from minibullet.settings import Settings
 from minibullet.shapes.mesh_files import mesh_file

@@ -10,11 +10,11 @@ from minibullet import effects as effect_room
 from minibullet import rotations
 from minibullet.bodies import ContactLaw
 from minibullet.collision import manifolds
+from minibullet.contact import gauss_seidel, sequential_impulse
 from minibullet.contact import problem as problems
-from minibullet.contact import sequential_impulse, solver
 from minibullet.dynamics import constraints, impacts, integration
 from minibullet.errors import InputError, is_number, shown_value
-from minibullet.report.ledger import ContactTable, Step
+from minibullet.report.step_report import ContactTable, Step
 from minibullet.scene.notices import Notices
 from minibullet.scene.registry import Registry
 from minibullet.settings import Settings
@@ -146,7 +146,9 @@ class World:
                 scene.margin,
                 *NOTHING_KEPT,
             )
-            shift = solver.separate(pair, constraints.frames(pair, arms, inverse), gap, np.zeros(len(gap)), len(movable), 1.0, 50)
+            shift = gauss_seidel.separate(
+                pair, constraints.frames(pair, arms, inverse), gap, np.zeros(len(gap)), len(movable), 1.0, 50
+            )
             scene.bodies = scene.bodies._replace(position=scene.bodies.position + shift[:, :3])
             scene.moved = np.sqrt((shift[:, :3] ** 2).sum(axis=1))
             scene.collision.numbers[:, 10] = np.inf  # last step's contact points have been left behind
@@ -253,7 +255,7 @@ class World:
         motion = integration.admissible_motion(
             pair, axes, gap, 1e-7 * size, mean_twist + 0.5 * change, solution.twist - lag / dt, dt
         )
-        motion += solver.undo_overlap(problem, gap, size, dt)
+        motion += gauss_seidel.undo_overlap(problem, gap, size, dt)
         after = integration.move(before, motion, solution.twist, spun, dt)
         self._finish(scene, before, after, motion, wrenches, touch, law, problem, solution, blows, point)
 
@@ -294,9 +296,9 @@ class World:
         exact = settings.solver == "exact"
         # islands that just pass may miss together, by up to sqrt(3): |q|, |r| and |u| may peak in different ones
         goal = 0.5 * settings.tolerance if exact else settings.tolerance
-        solution = solver.solve(problem, impulse, moment, iterations=settings.iterations, tolerance=goal)
+        solution = gauss_seidel.solve(problem, impulse, moment, iterations=settings.iterations, tolerance=goal)
         if exact and len(solution.stalled):
-            solution = solver.escalate(problem, solution, settings.tolerance)
+            solution = gauss_seidel.escalate(problem, solution, settings.tolerance)
         return solution
 
     def _finish(self, scene, before, after, motion, wrenches, touch, law, problem, solution, blows, point):

@@ -8,7 +8,7 @@ from contextlib import nullcontext
 import click
 
 from hlcs.cli import net
-from hlcs.cli.cli_options import (
+from hlcs.cli.options import (
     SEED,
     allow_outside_option,
     effects_option,
@@ -22,8 +22,8 @@ from hlcs.cli.cli_options import (
     quiet_option,
     workers_option,
 )
-from hlcs.files import folders as files
-from hlcs.placement.experiment import PlacementTest
+from hlcs.files import folders
+from hlcs.placement.procedure import PlacementTest
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -57,7 +57,7 @@ def place(file, allow_outside, out, json_file, quiet, **settings):
 
     TEST.toml has a table [placement] with the names below, such as falling_distance = 0.25. Options win over it.
     """
-    from hlcs.placement.placement_files import make_placement, read_placement_file
+    from hlcs.placement.settings_file import make_placement, read_placement_file
 
     test = read_placement_file(file, allow_outside=allow_outside, **settings) if file else make_placement(settings)
     _place(test, out, json_file, quiet)
@@ -65,17 +65,17 @@ def place(file, allow_outside, out, json_file, quiet, **settings):
 
 def _place(test, out, json_file, quiet):
     """Run a test, print it beside the laboratory's, write its files."""
-    from hlcs.placement import layer_compare, results
+    from hlcs.placement import comparison, saved_results
 
-    measured = layer_compare.laboratory_for(test)
-    with files.result_folder(out) if out else nullcontext() as folder:
+    measured = comparison.laboratory_for(test)
+    with folders.result_folder(out) if out else nullcontext() as folder:
         with progress_bar("layers", test.layers, quiet) as bar:
             result = test.run(progress=lambda layer: bar.update())
         if folder:
-            results.write_placement(result, folder)
+            saved_results.write_placement(result, folder)
     text = result.summary()
     if measured is not None:
-        text += f"\n\n{layer_compare.compare_layers(result, measured)}"
+        text += f"\n\n{comparison.compare_layers(result, measured)}"
     publish(result.to_dict(), text, json_file, out, quiet)
 
 
@@ -104,7 +104,7 @@ def reproduce(table, repeats, workers, seed, out, json_file, quiet, **settings):
 
     plan = Plan({name: value for name, value in settings.items() if value is not None}, repeats, seed, workers)
     documents, texts = {}, []
-    with files.result_folder(out) if out else nullcontext() as folder:
+    with folders.result_folder(out) if out else nullcontext() as folder:
         for name in TABLES if table == "all" else (table,):
             with progress_bar(name, None, quiet) as bar:
                 documents[name], text = reproduce_files.run(name, plan, folder, None if quiet else bar.start)
@@ -127,7 +127,7 @@ def compare(file, effects_file, allow_outside, seed, workers, out, json_file, qu
     from hlcs.compare import compare as compare_file
 
     if out:
-        files.check_folder(out)  # refused now, not after minutes
+        folders.check_folder(out)  # refused now, not after minutes
     comparison = compare_file(
         file, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet, allow_outside=allow_outside
     )
@@ -152,7 +152,7 @@ def diagnose(file, candidates, effects_file, allow_outside, plots, seed, workers
 
     names = [name.strip() for name in candidates.split(",") if name.strip()] if candidates is not None else None
     for folder in filter(None, (out, plots)):
-        files.check_folder(folder)  # refused now, not after minutes
+        folders.check_folder(folder)  # refused now, not after minutes
     diagnosis = diagnose_file(
         file,
         candidates=names,
@@ -186,7 +186,7 @@ def sweep(file, store, workers, allow_outside, dask, out, json_file, quiet):
     plan = sweeps.read_sweep_file(file, allow_outside)
     sweeps.check_store(store)  # before it is said that anything is kept there
     net.keep(f"finished runs are kept in {store}: the same command goes on from there")
-    with files.result_folder(out) if out else nullcontext() as folder:
+    with folders.result_folder(out) if out else nullcontext() as folder:
         with progress_bar("runs", None, quiet) as bar:
             outcome = sweeps.run_sweep(plan, store, workers, dask, bar.start)
         if folder:
@@ -205,9 +205,9 @@ def doctor(out, json_file, quiet):
     from hlcs.cli import doctor as examination
 
     report = examination.examine()
-    with files.result_folder(out) if out else nullcontext() as folder:
+    with folders.result_folder(out) if out else nullcontext() as folder:
         if folder:
-            files.write_json(folder / "doctor.json", report)
+            folders.write_json(folder / "doctor.json", report)
     publish(report, examination.text_of(report), json_file, out, quiet)
     return 0 if report["passed"] else 1
 

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 import minibullet as mb
-from hlcs.files import folders as files
-from hlcs.placement.armour import Cubipod
-from hlcs.placement.experiment import PlacementTest
+from hlcs.files import folders
 from hlcs.placement.grids import TPG
+from hlcs.placement.procedure import PlacementTest
+from hlcs.placement.units import Cubipod
 
 EXTRAS = {
     "sweep": ("distributed",),
@@ -36,7 +36,7 @@ def examine():
     checks = [_timed(check) for check in (collision, free_fall, friction, rest, placement)]
     return {
         "format": 1,
-        "versions": files.versions(),
+        "versions": folders.versions(),
         "extras": missing,
         "checks": [check._asdict() for check in checks],
         "passed": all(check.passed for check in checks),

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs.data import plausible
-from hlcs.data.experiment_files import AROUND, Body, ExperimentFile, Surroundings, read_experiment_file
+from hlcs.data import validation
+from hlcs.data.experiment_file import AROUND, Body, ExperimentFile, Surroundings, read_experiment_file
 from hlcs.files.csv_files import MOST_ROWS, read_csv
 from minibullet.errors import InputError
 
@@ -100,7 +100,7 @@ def read_measurement(path):
     file = path if isinstance(path, ExperimentFile) else read_experiment_file(path)
     if file.kind == "outcomes":
         table, notes = read_outcomes(file.data_file)
-        plausible.check_falls(table, file.surroundings.gravity)
+        validation.check_falls(table, file.surroundings.gravity)
         return Measurement(file, (), None, table, tuple(notes))
     notes, trials = [], []
     names = _short_names([entry.file for entry in file.trials])
@@ -108,29 +108,29 @@ def read_measurement(path):
         times, position, orientation, rows = read_recording(entry.file)
         trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings, rows=rows)
         for check in (
-            plausible.check_clock,
-            plausible.check_units,
-            plausible.check_length,
-            plausible.check_axes,
-            plausible.check_quaternions,
+            validation.check_clock,
+            validation.check_units,
+            validation.check_length,
+            validation.check_axes,
+            validation.check_quaternions,
         ):
             check(trial, entry.file)
-        notes += plausible.describe(trial, entry.file) + plausible.check_floor(trial, entry.file)
+        notes += validation.describe(trial, entry.file) + validation.check_floor(trial, entry.file)
         trials.append(trial)
         if sum(len(one.times) for one in trials) > MOST_ROWS:
             raise InputError(
                 f"{file.path}: more than {MOST_ROWS:,} rows in its recordings up to {name}; keep every n-th row of "
                 "each, or leave recordings out"
             )
-    plausible.check_duration(trials, file)
-    plausible.refuse_copies(trials, [entry.file for entry in file.trials])
+    validation.check_duration(trials, file)
+    validation.refuse_copies(trials, [entry.file for entry in file.trials])
     static = None
     if file.static:
         times, position, orientation, _ = read_recording(file.static)
         static = Trial(file.static.name, "static", times, position, orientation, {}, file.body, file.surroundings)
         if len(times) < 20:
             raise InputError(f"{file.static}: {len(times)} samples at rest; at least 20 are needed to know the noise")
-        plausible.check_at_rest(static, file.static)
+        validation.check_at_rest(static, file.static)
     return Measurement(file, tuple(trials), static, None, tuple(notes))
 
 

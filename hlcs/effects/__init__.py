@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import minibullet.effects as forces
-from hlcs.data.experiment_files import Surroundings
+from hlcs.data.experiment_file import Surroundings
 from hlcs.effects import body, ground, measurement, numerics
 from hlcs.effects.contract import Change, name_of, parameters
 from minibullet.effects.contract import Effect

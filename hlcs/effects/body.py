@@ -49,7 +49,7 @@ class CentreOfMassOffset(Change):
     group = "body"
 
     def setup(self, setup):
-        from hlcs.data.solids import solid
+        from hlcs.data.rigid_body import solid
 
         size = solid(setup.body).volume ** (1 / 3)
         moved = tuple(here + size * part for here, part in zip(setup.centre, (self.x, self.y, self.z), strict=True))
@@ -66,7 +66,7 @@ class InertiaError(Change):
     group = "body"
 
     def setup(self, setup):
-        from hlcs.data.solids import solid
+        from hlcs.data.rigid_body import solid
 
         moments = solid(setup.body).inertia
         factors = (self.factor_x, self.factor_y, self.factor_z)

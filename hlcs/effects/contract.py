@@ -10,7 +10,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from hlcs.data.experiment_files import Body, Surroundings
+from hlcs.data.experiment_file import Body, Surroundings
 from minibullet.effects.contract import name_of, parameter, parameters
 
 __all__ = ["Change", "Scene", "Setup", "name_of", "parameter", "parameters"]

@@ -5,19 +5,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hlcs.data.experiment_files import impossible_density
-from hlcs.data.solids import solid
+from hlcs.data.experiment_file import impossible_density
+from hlcs.data.rigid_body import solid
 from hlcs.effects import candidate, class_named, classes
 from hlcs.effects.contract import name_of
 from hlcs.estimation import inference
-from hlcs.estimation.fit import Problem
-from hlcs.estimation.folds import Folds
+from hlcs.estimation.cross_validation import Folds
 from hlcs.estimation.inference import Correlated
-from hlcs.estimation.linear import Linear, Recording
-from hlcs.estimation.noise import Noise
-from hlcs.selection.candidates import known_body, stated
+from hlcs.estimation.least_squares import Problem
+from hlcs.estimation.linearization import Linear, Recording
+from hlcs.estimation.noise_model import Noise
+from hlcs.selection.eligibility import known_body, stated
 from hlcs.selection.search import Search
-from hlcs.simulation import table_motion
+from hlcs.simulation import outcome_motion
 from hlcs.simulation.model import Model
 from minibullet.errors import InputError
 
@@ -75,7 +75,7 @@ class TableProblem(Problem):
     def __init__(self, file, table, noise):
         self.file, self.table, self.noise, self.shots = file, table, noise, TableShots()
         _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
-        self.setups = [table_motion.row_setup(file, table.inputs, row) for row in first]
+        self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
         self.distinct = {name: values[first] for name, values in table.inputs.items()}
         self.trials = units(file, table)
         self.recordings = [self._record(unit) for unit in self.trials]
@@ -94,7 +94,7 @@ class TableProblem(Problem):
         """Outcomes of all rows, (n,)."""
         if model.terms not in self.kept:  # the rest of the model is the file's and stays
             with np.errstate(all="ignore"):
-                self.kept[model.terms] = table_motion.outcomes(model, self.setups, self.distinct, self.table.outcome)[self.back]
+                self.kept[model.terms] = outcome_motion.outcomes(model, self.setups, self.distinct, self.table.outcome)[self.back]
         return self.kept[model.terms]
 
     def residuals(self, model, starts):
@@ -152,7 +152,7 @@ def check_table(file, table):
                 f"{file.path}: measurement.noise.{key}: the table's outcome is {table.outcome}; write noise = "
                 f"{{ {table.outcome} = {file.noise[key]:g} }}"
             )
-    for column in table_motion.NEEDS[table.outcome]:
+    for column in outcome_motion.NEEDS[table.outcome]:
         if column not in table.inputs:
             near = difflib.get_close_matches(column, [*table.inputs, ""], n=1, cutoff=0.5)
             hint = f"; is it '{near[0]}'?" if near and near[0] else ""
@@ -160,7 +160,7 @@ def check_table(file, table):
     if table.outcome == "slide_time_s" and not {"distance_m", "speed_m_s"} & set(table.inputs):
         raise InputError(f"{table.file}: slide_time_s needs the column 'distance_m' (way to slide) or 'speed_m_s' (time to stop)")
     for row in range(len(table.values)):
-        setup = table_motion.row_setup(file, table.inputs, row)
+        setup = outcome_motion.row_setup(file, table.inputs, row)
         solid(setup.body)
         said = impossible_density(setup.body)
         if not setup.surroundings.gravity > 0:

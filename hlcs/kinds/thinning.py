@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.data.impact_readings import read_impacts
-from hlcs.estimation.fit import Problem
+from hlcs.data.impacts import read_impacts
+from hlcs.estimation.least_squares import Problem
 from hlcs.kinds.trajectories import polished, without_isolated
-from hlcs.simulation.shots import Shots
+from hlcs.simulation.simulator import Shots
 
 MOST_SEARCHED = 10_000  # rows of all recordings: a search then takes some 1 GB and minutes
 BEGINNING = 12  # samples from which a start is read

@@ -6,18 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from hlcs.data.measurement import Measurement
-from hlcs.data.solids import solid
+from hlcs.data.rigid_body import solid
 from hlcs.estimation import inference
-from hlcs.estimation.budget import cut
-from hlcs.estimation.fit import CHANNELS, Problem
-from hlcs.estimation.linear import Fit
-from hlcs.estimation.noise import Noise, estimate_noise
-from hlcs.estimation.pieces import awake, cut_again, pieces, said
-from hlcs.estimation.shooting import shot_again
+from hlcs.estimation.effort import cut
+from hlcs.estimation.least_squares import CHANNELS, Problem
+from hlcs.estimation.linearization import Fit
+from hlcs.estimation.multiple_shooting import shot_again
+from hlcs.estimation.noise_model import Noise, estimate_noise
+from hlcs.estimation.segments import awake, cut_again, pieces, said
 from hlcs.simulation.contact_motion import gap
 from hlcs.simulation.model import Model
-from hlcs.simulation.phases import PHASES, phases
-from hlcs.simulation.shots import Shots, carried_on
+from hlcs.simulation.regimes import PHASES, phases
+from hlcs.simulation.simulator import Shots, carried_on
 from minibullet import rotations
 from minibullet.errors import InputError, InputWarning
 

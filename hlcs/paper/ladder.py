@@ -8,16 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.data.experiment_files import read_experiment_file
-from hlcs.files import folders as files
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
-from hlcs.kinds.layers.layer_data import read_layer_sets
-from hlcs.kinds.layers.layer_diagnosis import diagnose_layers
-from hlcs.kinds.layers.layer_model import LayerModel, Simulator, coefficients
+from hlcs.kinds.layers.data import read_layer_sets
+from hlcs.kinds.layers.diagnosis import diagnose_layers
+from hlcs.kinds.layers.model import LayerModel, Simulator, coefficients
 from hlcs.placement import statistics
-from hlcs.placement.layer_compare import repeated
-from hlcs.placement.placement_files import placement_table
-from hlcs.placement.tables import laboratory
+from hlcs.placement.comparison import repeated
+from hlcs.placement.printed_tables import laboratory
+from hlcs.placement.settings_file import placement_table
 
 NAIVE = {"shape": "hull", "friction": 0.6, "margin": 0.008}
 FLAT, SLOPE = (("table2", "RPG"), ("table2", "TPG")), (("table3", "TPG"),)
@@ -30,7 +30,7 @@ def write_case(folder, settings):
 
     for name, tables in (("flat", FLAT), ("slope", SLOPE), ("all", FLAT + SLOPE)):
         frame = pd.concat([laboratory(table, grid=grid).to_dataframe() for table, grid in tables])
-        files.write_text(folder / f"{name}.csv", csv_text(frame))
+        folders.write_text(folder / f"{name}.csv", csv_text(frame))
         title = {"flat": "Table 2", "slope": "Table 3", "all": "Tables 2 and 3"}[name] + " against the naive model"
         document = {
             "kind": "layers",
@@ -39,7 +39,7 @@ def write_case(folder, settings):
             "measurement": {"file": f"{name}.csv"},
             "diagnose": {"hold_out": "campaign"},
         }
-        files.write_toml(folder / f"{name}.toml", document)
+        folders.write_toml(folder / f"{name}.toml", document)
 
 
 def ladder(plan, folder, progress=False, simulator=None):
@@ -74,7 +74,7 @@ def ladder(plan, folder, progress=False, simulator=None):
         "floor": {"fitted": diagnosis.error["fitted"]["noise"], "held_out": floor.mean, "held_out_95": floor.quantile},
         "diagnosis": diagnosis.to_json(),
         "settings": placement_table(diagnosis.model.base),
-        "versions": files.versions(),
+        "versions": folders.versions(),
     }
     return document, replace(diagnosis, model=replace(diagnosis.model, source=(file.title, "flat.csv")))
 

@@ -6,13 +6,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from hlcs.files import folders as files
+from hlcs.files import folders
 from hlcs.paper import ladder, reproduce
 from hlcs.paper.reproduce_text import text_of
-from hlcs.placement import placement_figures
-from hlcs.placement.layer_compare import percent, sample_of
+from hlcs.placement import figures
+from hlcs.placement.comparison import percent, sample_of
+from hlcs.placement.printed_tables import laboratory, paper_numerical
 from hlcs.placement.statistics import Sample
-from hlcs.placement.tables import laboratory, paper_numerical
 from minibullet.report import drawing
 
 
@@ -25,12 +25,12 @@ def run(name, plan, folder=None, progress=None):
         document, first = document
     text = text_of(document)
     if folder:
-        files.write_json(folder / f"{name}.json", document)
-        files.write_text(folder / f"{name}.txt", text + "\n")
+        folders.write_json(folder / f"{name}.json", document)
+        folders.write_text(folder / f"{name}.txt", text + "\n")
         for picture, figure in _figures(document).items():
-            files.write_bytes(folder / picture, placement_figures.png_bytes(figure))
+            folders.write_bytes(folder / picture, figures.png_bytes(figure))
         if first is not None:
-            drawing.draw_scene(placement_figures.scene_of(first), folder / "structure.png")
+            drawing.draw_scene(figures.scene_of(first), folder / "structure.png")
     return document, text
 
 
@@ -41,8 +41,8 @@ def _ladder(plan, folder, progress):
     text = f"{ladder.ladder_text(document)}\n\n{diagnosis.summary()}"
     if folder:
         diagnosis.save(folder)
-        files.write_json(folder / "ladder.json", document)
-        files.write_text(folder / "ladder.txt", text + "\n")
+        folders.write_json(folder / "ladder.json", document)
+        folders.write_text(folder / "ladder.txt", text + "\n")
     return document, text
 
 
@@ -50,7 +50,7 @@ def _figures(document):
     """{file name: Figure} of a document."""
     table = document["table"]
     if table == "table1":
-        return {"sensitivity.png": placement_figures.sensitivity_figure(document["rows"])}
+        return {"sensitivity.png": figures.sensitivity_figure(document["rows"])}
     if table in ("table2", "table3"):
         variants = [(f"model, friction {document['settings']['friction']:g}", document["grids"])]
         variants += [(f"model, friction {other['friction']:g}", other["grids"]) for other in document["other_frictions"]]
@@ -74,7 +74,7 @@ def _panels(table, variants):
             (f"{name}: {percent(grids[grid]['mean_relative_error'])} %", _sample(grids[grid])) for name, grids in variants
         ]
         panels[f"{grid}: layer coefficients, and mean error to the laboratory"] = samples
-    return placement_figures.grid_figure(panels)
+    return figures.grid_figure(panels)
 
 
 def _cut(table, layers):

@@ -3,9 +3,9 @@
 import numpy as np
 
 from hlcs.placement import statistics
-from hlcs.placement.layer_compare import percent
+from hlcs.placement.comparison import percent
 from hlcs.placement.placement_result import or_dash
-from hlcs.placement.tables import laboratory, paper_numerical
+from hlcs.placement.printed_tables import laboratory, paper_numerical
 
 FRICTION_NOTE = """\
 Two contact frictions stand side by side. Bullet multiplies the values of two bodies, so the 0.6 that the paper calibrated,

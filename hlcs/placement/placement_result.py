@@ -124,8 +124,8 @@ class PlacementResult:
 
     def to_dict(self):
         """The JSON of ``hlcs place``; None where there is no such value."""
-        from hlcs.files import folders as files
-        from hlcs.placement.placement_files import placement_table
+        from hlcs.files import folders
+        from hlcs.placement.settings_file import placement_table
 
         test, dn = self.test, self._dn
         layers = [
@@ -171,7 +171,7 @@ class PlacementResult:
             ],
             "notices": list(self.notices),
             "settings": placement_table(test),
-            "versions": files.versions(),
+            "versions": folders.versions(),
         }
 
     def to_dataframe(self):
@@ -184,14 +184,14 @@ class PlacementResult:
     def save(self, folder):
         """Write layers.csv, result.json, poses.npz, settings.toml, scene.glb, structure.png and report.html into a folder;
         returns it."""
-        from hlcs.placement.results import save_placement
+        from hlcs.placement.saved_results import save_placement
 
         return save_placement(self, folder)
 
     @staticmethod
     def load(folder):
         """The result that `save` wrote."""
-        from hlcs.placement.results import load_placement
+        from hlcs.placement.saved_results import load_placement
 
         return load_placement(folder)
 

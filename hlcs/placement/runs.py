@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from hlcs.placement.experiment import PlacementTest
+from hlcs.placement.procedure import PlacementTest
 from minibullet.errors import InputError
 
 # processor time for a test of 190 units, ten times what one takes: a candidate that stalls the physics is given up [s]

@@ -2,7 +2,7 @@
 
 A `Sample` is what a table prints of a set of repeated tests: the mean of each layer, its coefficient of variation between
 tests, and the number of tests. Anything with the attributes `mean`, `cv` and `tests` will do, for instance
-`hlcs.placement.tables.LayerTable`. Differences are always model minus measured: positive means the model stands too high.
+`hlcs.placement.printed_tables.LayerTable`. Differences are always model minus measured: positive means the model stands too high.
 Equations are numbered as in Molines et al. (2021); where the print slips (docs/errata.md), the corrected form is coded and
 said so.
 """

@@ -18,7 +18,7 @@ import time
 from contextlib import closing, contextmanager
 from pathlib import Path
 
-from hlcs.files import folders as files
+from hlcs.files import folders
 from hlcs.placement.code_hash import code_hash
 from minibullet.errors import InputError, RunError
 from minibullet.files.whole_files import refused
@@ -134,8 +134,8 @@ class Store:
             key,
             self.code,
             json.dumps(settings, sort_keys=True),
-            files.to_json(result),
-            files.to_json(files.versions()),
+            folders.to_json(result),
+            folders.to_json(folders.versions()),
             datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         )
         with self._explained("written"), self._changing() as connection:
@@ -169,7 +169,7 @@ class Store:
             return False
         host, process, owner, seen = found
         here = host.decode(errors="replace") == platform.node()
-        gone = abs(time.time() - seen) > LATE or here and not files.runs(process)
+        gone = abs(time.time() - seen) > LATE or here and not folders.runs(process)
         return owner.decode(errors="replace") != self._owner and not gone
 
     def _beat(self):

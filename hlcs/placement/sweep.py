@@ -14,13 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hlcs.files import folders as files
+from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.files.toml_files import TomlFile
 from hlcs.placement import work
-from hlcs.placement.experiment import PlacementTest
-from hlcs.placement.layer_compare import compare_layers, laboratory_for, repeated
-from hlcs.placement.placement_files import (
+from hlcs.placement.comparison import compare_layers, laboratory_for, repeated
+from hlcs.placement.procedure import PlacementTest
+from hlcs.placement.runs import run_one
+from hlcs.placement.settings_file import (
     KEYS,
     SURVEY_FILE,
     bottom_words,
@@ -31,7 +32,6 @@ from hlcs.placement.placement_files import (
     survey_csv,
     with_bottom,
 )
-from hlcs.placement.runs import run_one
 from hlcs.placement.store import Store, key_of
 from minibullet.errors import InputError, shown_value
 
@@ -172,7 +172,7 @@ def document(sweep, outcome):
         "ran": outcome["ran"],
         "kept": outcome["kept"],
         "told": outcome["told"],
-        "versions": files.versions(),
+        "versions": folders.versions(),
     }
 
 
@@ -184,14 +184,14 @@ def write_sweep(sweep, outcome, folder):
     texts = {
         "runs.csv": csv_text(pd.DataFrame(found["runs"])),
         "summary.csv": csv_text(pd.DataFrame(found["summary"])),
-        "sweep.json": files.to_json(found),
+        "sweep.json": folders.to_json(found),
     }
 
     def write(place):
         for name, text in texts.items():
-            files.write_text(place / name, text)
+            folders.write_text(place / name, text)
 
-    files.keep(write, folder, texts["sweep.json"])
+    folders.keep(write, folder, texts["sweep.json"])
 
 
 def _row(result):

@@ -3,7 +3,7 @@
 import time
 from functools import partial
 
-from hlcs.files import folders as files
+from hlcs.files import folders
 from hlcs.placement.code_hash import code_hash
 from hlcs.processes import interrupts, parallel
 from minibullet.errors import InputError, RunError
@@ -91,4 +91,4 @@ def _keep(store, settings, result):
     try:
         store.add(settings, result)
     except (RunError, InputError) as problem:
-        raise RunError(f"{problem}; the run that had just ended is printed", files.to_json(result)) from None
+        raise RunError(f"{problem}; the run that had just ended is printed", folders.to_json(result)) from None

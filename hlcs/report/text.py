@@ -3,8 +3,8 @@
 import base64
 import html
 
-from hlcs.data.impact_readings import impact_lines
-from hlcs.files import folders as files
+from hlcs.data.impacts import impact_lines
+from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.selection.diagnosis import VERDICTS, dumps
 
@@ -180,7 +180,7 @@ def save_diagnosis(diagnosis, folder):
     if diagnosis.model is not None and hasattr(diagnosis.model, "files"):
         found |= diagnosis.model.files(folder)
     found["result.json"] = dumps(diagnosis).encode()  # last: where it stands, the others stand too
-    return files.save_files(folder, found)
+    return folders.save_files(folder, found)
 
 
 def save_comparison(comparison, folder):
@@ -195,4 +195,4 @@ def save_comparison(comparison, folder):
     if picture is not None:
         found["comparison.png"] = picture
     found["comparison.json"] = json.dumps(comparison.to_json(), indent=1).encode()  # last, see above
-    return files.save_files(folder, found)
+    return folders.save_files(folder, found)

@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 
 from hlcs.estimation import inference
-from hlcs.estimation.linear import Try
-from hlcs.selection.candidates import carries
+from hlcs.estimation.linearization import Try
+from hlcs.selection.eligibility import carries
 from hlcs.simulation.model import Term
 
 PAIRS_TRIED = 4  # pairs of candidates refitted together where no single one holds out

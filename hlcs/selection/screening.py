@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 
 from hlcs.estimation import inference
-from hlcs.estimation.linear import Linear, chosen
-from hlcs.selection.candidates import blocked
+from hlcs.estimation.linearization import Linear, chosen
+from hlcs.selection.eligibility import blocked
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
 

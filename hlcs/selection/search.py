@@ -13,11 +13,11 @@ from scipy import stats
 
 from hlcs.effects import FORMS, SETS, STATED
 from hlcs.estimation import inference
-from hlcs.estimation.budget import Budget, cut
-from hlcs.estimation.fit import Problem
-from hlcs.estimation.folds import Folds
-from hlcs.estimation.linear import Try
-from hlcs.selection.candidates import carries
+from hlcs.estimation.cross_validation import Folds
+from hlcs.estimation.effort import Budget, cut
+from hlcs.estimation.least_squares import Problem
+from hlcs.estimation.linearization import Try
+from hlcs.selection.eligibility import carries
 from hlcs.selection.pairs import hidden_pair
 from hlcs.selection.screening import Screening
 from hlcs.simulation.model import Term

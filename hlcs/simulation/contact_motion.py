@@ -6,9 +6,9 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from hlcs.data.solids import solid as solid_of
-from hlcs.simulation.flight import Track
-from hlcs.simulation.side_by_side import shared
+from hlcs.data.rigid_body import solid as solid_of
+from hlcs.simulation.batch_effects import shared
+from hlcs.simulation.free_flight import Track
 from minibullet import rotations
 
 BOX = np.repeat(np.eye(3), 2, axis=0) * np.tile([[1.0], [-1.0]], (3, 1))  # outward normals of its faces

@@ -6,7 +6,7 @@ import numpy as np
 
 from hlcs.effects import Candidate, build, class_named
 from hlcs.effects.contract import Change, parameters
-from hlcs.simulation.shots import Shots
+from hlcs.simulation.simulator import Shots
 from minibullet.effects import Effect, Gravity, compose
 from minibullet.errors import InputError
 

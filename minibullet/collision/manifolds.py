@@ -7,8 +7,8 @@ matched with those of the step before, so that impulses can start where they end
 
 import numpy as np
 
-from minibullet.collision.answers import STILL
 from minibullet.collision.clipping import clip, drop_doubles, facing, support_edge, thin_out
+from minibullet.collision.feature_cache import STILL
 from minibullet.collision.geometry import VERTICES, support_vertex, turn, turn_back
 from minibullet.collision.separation import EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, core, segment_closest
 from minibullet.kernels import leaf

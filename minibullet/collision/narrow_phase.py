@@ -11,9 +11,9 @@ from math import frexp, sqrt
 import fcl
 import numpy as np
 
-from minibullet.collision import pairs as pairs_module
-from minibullet.collision.answers import adopt_all, refresh, relative_poses, workspace
+from minibullet.collision import broad_phase as pairs_module
 from minibullet.collision.clipping import polygons
+from minibullet.collision.feature_cache import adopt_all, refresh, relative_poses, workspace
 from minibullet.collision.geometry import FACES, VERTICES
 from minibullet.collision.separation import capsule_direction
 

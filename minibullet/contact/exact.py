@@ -19,7 +19,7 @@ import scipy.sparse as sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import norm
 
-from minibullet.contact.cone import gauss_seidel, into_cone, natural_map_residual
+from minibullet.contact.coulomb import gauss_seidel, into_cone, natural_map_residual
 from minibullet.contact.newton import solve_scaled
 from minibullet.errors import InputError
 

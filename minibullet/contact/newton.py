@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from minibullet.contact.cone import gauss_seidel, into_cone, law_equations, newton_system, velocity
+from minibullet.contact.coulomb import gauss_seidel, into_cone, law_equations, newton_system, velocity
 
 
 class Progress:

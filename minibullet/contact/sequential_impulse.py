@@ -8,8 +8,8 @@ btSequentialImpulseConstraintSolver.
 
 import numpy as np
 
+from minibullet.contact.gauss_seidel import BREATH, certify, free_size
 from minibullet.contact.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, velocity_along
-from minibullet.contact.solver import BREATH, certify, free_size
 from minibullet.kernels import kernel
 
 

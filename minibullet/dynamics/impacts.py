@@ -14,8 +14,8 @@ from math import sqrt
 import numpy as np
 
 from minibullet.collision.geometry import length
+from minibullet.contact.gauss_seidel import visit
 from minibullet.contact.problem import normal_velocity
-from minibullet.contact.solver import visit
 from minibullet.kernels import kernel, leaf
 
 REBOUND = 0.5  # rebound speed, over acceleration times step, below which a contact rests [-]

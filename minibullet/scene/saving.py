@@ -23,12 +23,12 @@ from minibullet.files.whole_files import refused, whole
 from minibullet.scene import records
 from minibullet.scene.registry import Body, Plane
 from minibullet.settings import Settings
-from minibullet.shapes import primitives as shapes
+from minibullet.shapes import primitives
 from minibullet.shapes.convex import ConvexPiece
 
 FORMAT, READ = 2, (1, 2)  # what is written; what is read: format 1 had more arrays, which are ignored, and no checksum
 MOST_BYTES = 4_000_000_000  # a million bodies in a heap make 2 GB
-SIMPLE = {"sphere": shapes.Sphere, "box": shapes.Box, "capsule": shapes.Capsule, "cylinder": shapes.Cylinder}
+SIMPLE = {"sphere": primitives.Sphere, "box": primitives.Box, "capsule": primitives.Capsule, "cylinder": primitives.Cylinder}
 COUNTS = ("steps", "unsolved_steps")
 # name: (kind, shape, least, most); n bodies, p close pairs of pieces, c contacts of the last step, t bodies when the list of
 # pairs was made. Unit vectors and indices are checked by ``_check_directions`` and ``_check_pairs``. None: not NaN, no more.
@@ -57,7 +57,7 @@ def shape_to_dict(shape):
             return {"kind": kind, **dataclasses.asdict(shape)}
     if isinstance(shape, ConvexPiece):
         return {"kind": "convex", "vertices": shape.vertices.tolist(), "radius": shape.radius}
-    if not isinstance(shape, shapes.Compound):
+    if not isinstance(shape, primitives.Compound):
         raise InputError(f"world: a shape of your own ({type(shape).__name__}) cannot be saved; use those of minibullet")
     return {"kind": "compound", "parts": [shape_to_dict(part) for part in shape.parts]}
 
@@ -71,7 +71,7 @@ def shape_from_dict(data):
             raise InputError(f"hull: radius = {shown_value(data['radius'])}; it must be a number")
         return ConvexPiece(data["vertices"], data["radius"])
     if kind == "compound" and set(data) == {"parts"} and isinstance(data["parts"], list):
-        return shapes.Compound(tuple(shape_from_dict(part) for part in data["parts"]))
+        return primitives.Compound(tuple(shape_from_dict(part) for part in data["parts"]))
     if isinstance(kind, str) and kind in SIMPLE and set(data) == {field.name for field in dataclasses.fields(SIMPLE[kind])}:
         if all(is_number(value) for value in data.values()):
             return SIMPLE[kind](**data)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import minibullet as mb
-from hlcs.simulation.flight import fly
+from hlcs.simulation.free_flight import fly
 from minibullet import effects
 from minibullet.bodies import Bodies
 from minibullet.effects.samples import sample_bodies

@@ -22,8 +22,8 @@ from pathlib import Path
 import numpy as np
 
 from hlcs import PlacementTest
-from hlcs.cli import commands as cli
-from hlcs.files import folders as files
+from hlcs.cli import commands
+from hlcs.files import folders
 from hlcs.placement import store
 from hlcs.placement.store import key_of
 from hlcs.placement.sweep import settings_of
@@ -89,7 +89,7 @@ def physics():
         once(PlacementTest, "run", lambda test, progress=None: key_of(settings_of(test)))
         once("hlcs.diagnose", "diagnose", lambda *values: None)
         once("hlcs.report.text", "_picture", lambda result: type(result))
-        once("hlcs.placement.placement_report", "report_page", lambda result: result.test)
+        once("hlcs.placement.report", "report_page", lambda result: result.test)
         once("minibullet.report.drawing", "render", lambda *values: None)
         yield asked
 
@@ -157,7 +157,7 @@ class Scene:
             with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as err:
                 with faults or contextlib.nullcontext():
                     try:
-                        status = cli.main(self.arguments)
+                        status = commands.main(self.arguments)
                     except BaseException as problem:
                         status = f"{type(problem).__name__}: {problem}"
         finally:
@@ -176,14 +176,14 @@ class Scene:
         """What tells whether a result is whole: the names in a folder whose list holds, or the keys of a JSON file."""
         path = self.work / name
         if path.is_dir():
-            foreign = files._foreign(path)
+            foreign = folders._foreign(path)
             return f"not as written: {foreign}" if foreign else sorted(entry.name for entry in path.iterdir())
         return sorted(json.loads(path.read_text())) if path.exists() else None
 
     def newer(self, name):
         """Whether a result is of the last run."""
         path = self.work / name
-        path = path / files.CONTENTS if path.is_dir() else path
+        path = path / folders.CONTENTS if path.is_dir() else path
         return path.stat().st_mtime_ns > (self.start / path.relative_to(self.work)).stat().st_mtime_ns
 
     def set_aside(self):
@@ -201,8 +201,8 @@ class Scene:
         for name, whole in self.whole.items():
             if (not killed or (self.work / name).is_file()) and self.read(name) != whole:
                 wrong.append(f"{name} is not whole: {self.read(name)}")
-            elif killed and (self.work / name).is_dir() and files._foreign(self.work / name) not in {None, *hidden}:
-                wrong.append(f"{name} holds {files._foreign(self.work / name)}")
+            elif killed and (self.work / name).is_dir() and folders._foreign(self.work / name) not in {None, *hidden}:
+                wrong.append(f"{name} holds {folders._foreign(self.work / name)}")
         if hidden and not killed:
             wrong.append(f"left behind: {hidden}")
         for file in self.work.glob("*.sqlite"):
@@ -213,7 +213,7 @@ class Scene:
 
     def hidden(self):
         """What lies about under a name of its own: half a result, or one that stepped aside."""
-        found = [path for path in self.work.rglob(".*") if path.name != files.CONTENTS]
+        found = [path for path in self.work.rglob(".*") if path.name != folders.CONTENTS]
         return [path for path in found if not any(parent in found for parent in path.parents)]
 
     def wrong_next(self):

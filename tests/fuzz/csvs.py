@@ -14,7 +14,7 @@ from pathlib import Path
 
 from hlcs.data.measurement import read_measurement
 from hlcs.files.csv_files import MOST_BYTES
-from hlcs.kinds.layers.layer_data import read_layer_sets
+from hlcs.kinds.layers.data import read_layer_sets
 from hlcs.placement.bottoms import Survey
 from minibullet.errors import InputError
 

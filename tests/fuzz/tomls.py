@@ -289,12 +289,12 @@ CHANGES = (_edit, _line, _rename, _rename, _value, _value, _value, _number, _num
 # ------------------------------------------------------------------------------------------------------------------ readers
 def read(kind, path):
     """Everything that is read before any work begins."""
-    from hlcs.data.experiment_files import read_experiment_file
+    from hlcs.data.experiment_file import read_experiment_file
     from hlcs.data.measurement import read_measurement
     from hlcs.effects import check_names
-    from hlcs.kinds.layers.layer_data import read_layers
-    from hlcs.kinds.layers.layer_model import model_of
-    from hlcs.placement.placement_files import read_placement_file
+    from hlcs.kinds.layers.data import read_layers
+    from hlcs.kinds.layers.model import model_of
+    from hlcs.placement.settings_file import read_placement_file
     from hlcs.placement.sweep import read_sweep_file
 
     if kind == "placement":

@@ -6,7 +6,7 @@ from math import atan, cbrt, pi, sqrt
 import numpy as np
 import pytest
 
-from hlcs.placement.armour import Cube, Cubipod
+from hlcs.placement.units import Cube, Cubipod
 from minibullet import rotations
 from minibullet.errors import InputError
 from minibullet.shapes import polyhedra

@@ -11,8 +11,7 @@ from dataclasses import fields
 import pytest
 
 from hlcs import PlacementTest
-from hlcs.cli import cli_options
-from hlcs.cli import commands as cli
+from hlcs.cli import commands, options
 
 SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
 
@@ -23,7 +22,7 @@ def hlcs(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments):
-        status = cli.main(list(arguments))
+        status = commands.main(list(arguments))
         output = capsys.readouterr()
         return status, output.out, output.err
 
@@ -76,7 +75,7 @@ def test_options_win_over_the_file(hlcs, tmp_path):
 def test_place_has_an_option_for_every_setting():
     only_in_files = {"effects"}  # a list of tables
     settings = {field.name for field in fields(PlacementTest)} - only_in_files
-    assert set(cli_options.HELP) == settings | {"nominal_diameter", "stacking"}
+    assert set(options.HELP) == settings | {"nominal_diameter", "stacking"}
 
 
 @pytest.mark.parametrize(
@@ -107,7 +106,7 @@ def test_bad_input_is_one_line_and_status_2(hlcs, arguments, words):
 def test_a_folder_of_someone_else_is_refused_before_any_work(hlcs, tmp_path, monkeypatch):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "thesis.tex").write_text("x")
-    monkeypatch.setattr("hlcs.placement.experiment.PlacementTest.run", lambda *_, **__: pytest.fail("it worked before it looked"))
+    monkeypatch.setattr("hlcs.placement.procedure.PlacementTest.run", lambda *_, **__: pytest.fail("it worked before it looked"))
     status, _, errors = hlcs("demo", "--out", "thesis")
     assert status == 2 and "thesis.tex" in errors
 

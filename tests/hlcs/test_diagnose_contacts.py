@@ -7,14 +7,14 @@ import pytest
 from throws import G, csv, drag_per_metre, flight, write_throws
 
 import hlcs
-from hlcs.data.experiment_files import read_experiment_file
+from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.measurement import read_measurement
 from hlcs.effects import Free
-from hlcs.estimation.fit import Problem
-from hlcs.estimation.folds import Folds
-from hlcs.estimation.linear import Linear
+from hlcs.estimation.cross_validation import Folds
+from hlcs.estimation.least_squares import Problem
+from hlcs.estimation.linearization import Linear
 from hlcs.kinds.trajectories import prepare, rebounds
-from hlcs.selection.candidates import candidates_for
+from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.search import Search
 from minibullet.errors import InputError
 
@@ -87,7 +87,7 @@ def test_effects_that_had_no_round_of_their_own_are_told_of_too(tmp_path, monkey
 
 def test_a_search_that_has_spent_its_steps_says_what_it_left_out(tmp_path, monkeypatch):
     """With steps for one round only the wind is left out, what is found so far is kept, and the model is not called adequate."""
-    monkeypatch.setattr("hlcs.estimation.budget.FLIGHT", 1.0)
+    monkeypatch.setattr("hlcs.estimation.effort.FLIGHT", 1.0)
     diagnosis = hlcs.diagnose(write_windy_throws(tmp_path), candidates=["quadratic_drag", "uniform_flow"])
     assert diagnosis.effects == ("quadratic_drag",) and diagnosis.verdict == "unexplained"
     assert any("left out" in note and "quadratic_drag" in note for note in diagnosis.notes)

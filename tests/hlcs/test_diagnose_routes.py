@@ -5,11 +5,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hlcs
-from hlcs.data.experiment_files import Body, Surroundings, read_experiment_file
+from hlcs.data.experiment_file import Body, Surroundings, read_experiment_file
 from hlcs.data.measurement import Trial, read_measurement
-from hlcs.estimation.folds import Folds
+from hlcs.estimation.cross_validation import Folds
 from hlcs.kinds.trajectories import prepare
-from hlcs.selection.candidates import all_alike, candidates_for
+from hlcs.selection.eligibility import all_alike, candidates_for
 from hlcs.selection.search import Search
 from hlcs.simulation import contact_motion
 from hlcs.simulation.model import Model, Term, build_entry

@@ -7,7 +7,7 @@ from throws import write_throws
 
 import hlcs
 import minibullet as mb
-from hlcs.placement.layer_compare import compare_layers
+from hlcs.placement.comparison import compare_layers
 
 TITLE = "<script>alert(1)</script>"
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hlcs.data.experiment_files import Body, Surroundings
+from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.measurement import Trial
 from hlcs.effects.body import InertiaError
 from hlcs.effects.contract import Change, Scene, Setup

@@ -7,8 +7,8 @@ import pytest
 
 import minibullet as mb
 from hlcs import InputError, PlacementResult, PlacementTest
-from hlcs.placement import one_layer as placement
-from hlcs.placement.armour import Cubipod
+from hlcs.placement import one_layer
+from hlcs.placement.units import Cubipod
 
 
 @pytest.mark.parametrize("nominal_diameter", [1.07, 0.038])
@@ -43,12 +43,12 @@ def test_nothing_starts_in_overlap(grid):
     dn = unit.nominal_diameter
     world = mb.World([mb.Gravity(9.81)], test.settings)
     test.bottom.add_to(world)
-    load = placement.load_of(unit, test)
-    first = placement.lay_first_layer(world, unit, load, test.grid.centres(5, 5, 1) * dn, test.bottom, test, generator)
+    load = one_layer.load_of(unit, test)
+    first = one_layer.lay_first_layer(world, unit, load, test.grid.centres(5, 5, 1) * dn, test.bottom, test, generator)
     assert not world.overlaps(1e-6)
     world.freeze(first)
     centres = test.grid.centres(5, 5, 2) * dn
-    placement.hang_layer(world, 2, load, centres, np.full(len(centres), 1.55 * dn), generator)
+    one_layer.hang_layer(world, 2, load, centres, np.full(len(centres), 1.55 * dn), generator)
     assert not world.overlaps(1e-6)
 
 

@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hlcs.files import folders as files
+from hlcs.files import folders
 from minibullet.errors import InputError, RunError
 
 
@@ -26,17 +26,17 @@ def names(folder):
 
 
 def test_folder_appears_only_when_complete(tmp_path):
-    with files.result_folder(tmp_path / "deep" / "out") as folder:
+    with folders.result_folder(tmp_path / "deep" / "out") as folder:
         (folder / "result.json").write_text("{}")
         assert not (tmp_path / "deep" / "out").exists()
-    assert names(tmp_path / "deep") == ["out"] and names(tmp_path / "deep" / "out") == [files.CONTENTS, "result.json"]
+    assert names(tmp_path / "deep") == ["out"] and names(tmp_path / "deep" / "out") == [folders.CONTENTS, "result.json"]
 
 
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
 def test_failed_or_interrupted_run_leaves_the_old_result(tmp_path, error):
-    with files.result_folder(tmp_path / "out") as folder:
+    with folders.result_folder(tmp_path / "out") as folder:
         (folder / "result.json").write_text("old")
-    with pytest.raises(error), files.result_folder(tmp_path / "out") as folder:
+    with pytest.raises(error), folders.result_folder(tmp_path / "out") as folder:
         (folder / "result.json").write_text("new")
         raise error
     assert names(tmp_path) == ["out"] and (tmp_path / "out" / "result.json").read_text() == "old"
@@ -44,36 +44,36 @@ def test_failed_or_interrupted_run_leaves_the_old_result(tmp_path, error):
 
 def test_a_second_run_replaces_the_first_and_keeps_nothing_of_it(tmp_path):
     for name in ("first.csv", "second.csv"):
-        with files.result_folder(tmp_path / "out") as folder:
+        with folders.result_folder(tmp_path / "out") as folder:
             (folder / name).write_text(name)
-    assert names(tmp_path / "out") == [files.CONTENTS, "second.csv"] and names(tmp_path) == ["out"]
+    assert names(tmp_path / "out") == [folders.CONTENTS, "second.csv"] and names(tmp_path) == ["out"]
 
 
 def test_folder_of_others_is_refused_before_any_work(tmp_path):
     (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(InputError, match="'thesis.tex'"), files.result_folder(tmp_path):
+    with pytest.raises(InputError, match="'thesis.tex'"), folders.result_folder(tmp_path):
         pytest.fail("the work must not start")
-    with files.result_folder(tmp_path / "out") as folder:
+    with folders.result_folder(tmp_path / "out") as folder:
         (folder / "result.json").write_text("{}")
     (tmp_path / "out" / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="'notes.txt'"), files.result_folder(tmp_path / "out"):
+    with pytest.raises(InputError, match="'notes.txt'"), folders.result_folder(tmp_path / "out"):
         pytest.fail("the work must not start")
     assert (tmp_path / "out" / "notes.txt").read_text() == "mine"
 
 
 def test_a_file_in_the_way_is_refused(tmp_path):
     (tmp_path / "out").write_text("a file")
-    with pytest.raises(InputError, match="is a file"), files.result_folder(tmp_path / "out"):
+    with pytest.raises(InputError, match="is a file"), folders.result_folder(tmp_path / "out"):
         pytest.fail("the work must not start")
-    with pytest.raises(InputError, match="cannot write"), files.result_folder(tmp_path / "out" / "below"):
+    with pytest.raises(InputError, match="cannot write"), folders.result_folder(tmp_path / "out" / "below"):
         pytest.fail("the work must not start")
     with pytest.raises(InputError, match="cannot write"):
-        files.write_text(tmp_path / "out" / "result.json", "")
+        folders.write_text(tmp_path / "out" / "result.json", "")
 
 
 def earlier(tmp_path):
     """A folder with an earlier result: two files, one in a folder of its own."""
-    with files.result_folder(tmp_path / "out") as folder:
+    with folders.result_folder(tmp_path / "out") as folder:
         (folder / "layers.csv").write_text("k\n1.298\n")
         (folder / "more").mkdir()
         (folder / "more" / "result.json").write_text("{}")
@@ -81,7 +81,7 @@ def earlier(tmp_path):
 
 
 def replaced(out):
-    with files.result_folder(out) as folder:
+    with folders.result_folder(out) as folder:
         (folder / "new.csv").write_text("new")
 
 
@@ -114,11 +114,11 @@ FOREIGN = {
     "a link in a file's place": lambda out: linked(out, "layers.csv"),
     "a link to a folder": lambda out: (out / "link").symlink_to(out.parent),
     "a folder of ours moved and linked": lambda out: linked(out, "more"),
-    "no list": lambda out: (out / files.CONTENTS).unlink(),
-    "somebody else's list": lambda out: (out / files.CONTENTS).write_text("[settings]\ncolour = red\n"),
-    "the list of an earlier version": lambda out: (out / files.CONTENTS).write_text("layers.csv\nmore\n"),
-    "a list that is a link": lambda out: linked(out, files.CONTENTS),
-    "a list that is a folder": lambda out: ((out / files.CONTENTS).unlink(), (out / files.CONTENTS).mkdir()),
+    "no list": lambda out: (out / folders.CONTENTS).unlink(),
+    "somebody else's list": lambda out: (out / folders.CONTENTS).write_text("[settings]\ncolour = red\n"),
+    "the list of an earlier version": lambda out: (out / folders.CONTENTS).write_text("layers.csv\nmore\n"),
+    "a list that is a link": lambda out: linked(out, folders.CONTENTS),
+    "a list that is a folder": lambda out: ((out / folders.CONTENTS).unlink(), (out / folders.CONTENTS).mkdir()),
 }
 
 
@@ -128,7 +128,7 @@ def test_only_what_is_as_it_was_written_is_replaced(tmp_path, meddle):
     out = earlier(tmp_path)
     meddle(out)
     before = everything(tmp_path)
-    with pytest.raises(InputError, match="no earlier result as this program wrote it"), files.result_folder(out):
+    with pytest.raises(InputError, match="no earlier result as this program wrote it"), folders.result_folder(out):
         pytest.fail("the work must not start")
     assert everything(tmp_path) == before
 
@@ -137,11 +137,11 @@ def test_only_what_is_as_it_was_written_is_replaced(tmp_path, meddle):
 @pytest.mark.parametrize("meddle", FOREIGN.values(), ids=FOREIGN)
 def test_what_comes_while_the_work_is_done_stays_and_the_result_goes_beside(tmp_path, meddle):
     out = earlier(tmp_path)
-    with pytest.raises(InputError, match="the result is in '.*out-2'"), files.result_folder(out) as folder:
+    with pytest.raises(InputError, match="the result is in '.*out-2'"), folders.result_folder(out) as folder:
         (folder / "new.csv").write_text("new")
         meddle(out)
         before = everything(out)
-    assert everything(out) == before and names(tmp_path / "out-2") == [files.CONTENTS, "new.csv"]
+    assert everything(out) == before and names(tmp_path / "out-2") == [folders.CONTENTS, "new.csv"]
     assert not [name for name in names(tmp_path) if name.startswith(".")]
 
 
@@ -150,9 +150,9 @@ def test_a_link_to_a_folder_stays_and_its_folder_is_replaced(tmp_path):
     out, link = earlier(tmp_path), tmp_path / "link"
     link.symlink_to("out")
     replaced(link)
-    assert link.is_symlink() and names(out) == [files.CONTENTS, "new.csv"] and names(tmp_path) == ["link", "out"]
+    assert link.is_symlink() and names(out) == [folders.CONTENTS, "new.csv"] and names(tmp_path) == ["link", "out"]
     (tmp_path / "nothing").symlink_to("gone")
-    for use in (replaced, files.check_folder):
+    for use in (replaced, folders.check_folder):
         with pytest.raises(InputError, match="is a link to 'gone', which is not there"):
             use(tmp_path / "nothing")
 
@@ -160,12 +160,12 @@ def test_a_link_to_a_folder_stays_and_its_folder_is_replaced(tmp_path):
 def test_files_saved_beside_others_replace_their_own_alone(tmp_path):
     (tmp_path / "drop.toml").write_text("mine")
     for round in ("first", "second"):
-        files.save_files(tmp_path, {"report.html": round.encode(), "result.json": b"{}"})
+        folders.save_files(tmp_path, {"report.html": round.encode(), "result.json": b"{}"})
         assert (tmp_path / "report.html").read_text() == round and (tmp_path / "drop.toml").read_text() == "mine"
     (tmp_path / "report.html").write_text("my own report")
     before = everything(tmp_path)
     with pytest.raises(InputError, match="holds 'report.html', which is not as.*the result is in") as refusal:
-        files.save_files(tmp_path, {"report.html": b"third", "result.json": b"{}"})
+        folders.save_files(tmp_path, {"report.html": b"third", "result.json": b"{}"})
     spare = Path(str(refusal.value).rsplit("'", 2)[1])
     assert everything(tmp_path) == before and (spare / "report.html").read_text() == "third"
     replaced(spare)  # what was kept elsewhere is a result as any other
@@ -173,8 +173,8 @@ def test_files_saved_beside_others_replace_their_own_alone(tmp_path):
 
 @pytest.mark.parametrize("last", range(4))
 def test_a_run_killed_while_it_replaces_files_knows_its_own_again(tmp_path, monkeypatch, last):
-    files.save_files(tmp_path, {"a": b"old", "b": b"old"})
-    write, count = files.write_bytes, []
+    folders.save_files(tmp_path, {"a": b"old", "b": b"old"})
+    write, count = folders.write_bytes, []
 
     def killed(path, data):
         count.append(path)
@@ -182,11 +182,11 @@ def test_a_run_killed_while_it_replaces_files_knows_its_own_again(tmp_path, monk
             raise KeyboardInterrupt
         write(path, data)
 
-    monkeypatch.setattr(files, "write_bytes", killed)
+    monkeypatch.setattr(folders, "write_bytes", killed)
     with pytest.raises(KeyboardInterrupt):
-        files.save_files(tmp_path, {"a": b"newer", "b": b"newer"})
+        folders.save_files(tmp_path, {"a": b"newer", "b": b"newer"})
     monkeypatch.undo()
-    files.save_files(tmp_path, {"a": b"newest", "b": b"newest"})
+    folders.save_files(tmp_path, {"a": b"newest", "b": b"newest"})
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes() == b"newest"
 
 
@@ -212,9 +212,9 @@ def test_a_disk_that_refuses_at_the_end_loses_nothing(tmp_path, monkeypatch, num
     rename = os.replace
     monkeypatch.setattr(os, "replace", refuse)
     (tmp_path / "spare").mkdir()
-    monkeypatch.setattr(files.tempfile, "tempdir", str(tmp_path / "spare"))
+    monkeypatch.setattr(folders.tempfile, "tempdir", str(tmp_path / "spare"))
     with pytest.raises(kind if elsewhere else RunError, match="cannot write '.*x.json': .*; the result is") as refusal:
-        files.write_json(tmp_path / "x.json", {"k": 1.0})
+        folders.write_json(tmp_path / "x.json", {"k": 1.0})
     if elsewhere:
         (found,) = (tmp_path / "spare").glob("*/x.json")
         assert str(found.parent) in str(refusal.value) and json.loads(found.read_text()) == {"k": 1.0}
@@ -229,14 +229,14 @@ def test_a_run_killed_between_its_two_renames_gives_the_old_result_back(tmp_path
     gone.wait()
     before = everything(earlier(tmp_path))
     (tmp_path / "out").rename(tmp_path / f".out.{gone.pid}.0badcafe.old")
-    with pytest.raises(RuntimeError), files.result_folder(tmp_path / "out"):
+    with pytest.raises(RuntimeError), folders.result_folder(tmp_path / "out"):
         raise RuntimeError
     assert names(tmp_path) == ["out"] and everything(tmp_path / "out") == before
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a place where not even the superuser may write")
 def test_place_that_takes_no_files_is_refused():
-    with pytest.raises(InputError, match="cannot write '/proc/out'"), files.result_folder("/proc/out"):
+    with pytest.raises(InputError, match="cannot write '/proc/out'"), folders.result_folder("/proc/out"):
         pytest.fail("the work must not start")
 
 
@@ -247,7 +247,7 @@ def test_killed_process_leaves_no_result(tmp_path):
         "import os, signal\nfrom hlcs.files import folders as files\nwith files.result_folder('out') as folder:\n"
         "    (folder / 'result.json').write_text('{')\n    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    environment = {**os.environ, "PYTHONPATH": str(Path(files.__file__).parents[2])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(folders.__file__).parents[2])}
     finished = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=environment)
     assert finished.returncode == -signal.SIGKILL and not (tmp_path / "out").exists()
 
@@ -262,7 +262,7 @@ def test_json_of_numpy_and_records():
         path: Path
         interval: Pair
 
-    text = files.to_json(
+    text = folders.to_json(
         {"a": np.arange(3), "b": np.float32(0.5), "c": float("nan"), "d": Record(Path("x"), Pair(0.0, 1.0)), "e": np.bool_(True)}
     )
     assert json.loads(text) == {
@@ -277,9 +277,9 @@ def test_json_of_numpy_and_records():
 
 def test_json_refuses_by_key():
     with pytest.raises(ValueError, match=r"layers\[1\]\.t = inf"):
-        files.to_json({"layers": [{"t": 0.0}, {"t": math.inf}]})
+        folders.to_json({"layers": [{"t": 0.0}, {"t": math.inf}]})
     with pytest.raises(TypeError, match="model is a set"):
-        files.to_json({"model": {1}})
+        folders.to_json({"model": {1}})
 
 
 scalars = (
@@ -293,11 +293,11 @@ values = st.recursive(
 @given(st.dictionaries(st.text("abcxyz_-. \n"), values, max_size=5))
 def test_toml_reads_back_equal(table):
     """Whatever nested settings are written, the standard library's reader gives them back."""
-    assert tomllib.loads(files.to_toml(table)) == table
+    assert tomllib.loads(folders.to_toml(table)) == table
 
 
 def test_toml_looks_like_an_experiment_file():
-    text = files.to_toml(
+    text = folders.to_toml(
         {
             "kind": "layers",
             "seed": None,
@@ -312,7 +312,7 @@ def test_toml_looks_like_an_experiment_file():
 
 
 def test_versions_name_every_dependency():
-    found = files.versions()
+    found = folders.versions()
     assert found["numpy"] == np.__version__ and found["python"].startswith("3.") and "python-fcl" in found
 
 
@@ -325,7 +325,7 @@ def test_what_a_killed_run_left_is_cleared_by_the_next_one(tmp_path):
     others = tmp_path / f".thesis.{gone.pid}.0badcafe.partial"
     for folder in (dead, alive, others):
         folder.mkdir()
-    with files.result_folder(tmp_path / "out"):
+    with folders.result_folder(tmp_path / "out"):
         assert not dead.exists() and alive.exists() and others.exists()
 
 
@@ -335,6 +335,6 @@ def test_the_current_folder_is_not_replaced_under_who_stands_in_it(tmp_path, mon
     here = tmp_path / "out" / "below"
     here.mkdir(parents=True)
     monkeypatch.chdir(here)
-    with pytest.raises(InputError, match="the current folder"), files.result_folder(name):
+    with pytest.raises(InputError, match="the current folder"), folders.result_folder(name):
         pytest.fail("the work began")
     assert here.samefile(".")

@@ -7,9 +7,8 @@ import pytest
 
 import minibullet as mb
 from hlcs import InputError, PlacementTest
-from hlcs.placement import footprints
-from hlcs.placement import one_layer as placement
-from hlcs.placement.armour import Cube, Cubipod
+from hlcs.placement import footprints, one_layer
+from hlcs.placement.units import Cube, Cubipod
 
 FLAT = (3, 3), (0.0, 0.0)
 
@@ -84,8 +83,8 @@ def test_where_chance_finds_no_headings_the_units_take_one_that_fits(settings):
     world = mb.World([mb.Gravity(9.81)], test.settings)
     test.bottom.add_to(world)
     aims = test.grid.centres(4, 4, 1) * dn
-    handles = placement.lay_first_layer(
-        world, unit, placement.load_of(unit, test), aims, test.bottom, test, np.random.default_rng(1)
+    handles = one_layer.lay_first_layer(
+        world, unit, one_layer.load_of(unit, test), aims, test.bottom, test, np.random.default_rng(1)
     )
     off = np.array([handle.position[:2] for handle in handles]) - aims
     assert np.abs(off).max() < 4 * footprints.ROUNDING * dn

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hlcs.data.experiment_files import Body, Surroundings
-from hlcs.data.impact_readings import impact_lines, mean_and_trend, read_trial, unlike
+from hlcs.data.experiment_file import Body, Surroundings
+from hlcs.data.impacts import impact_lines, mean_and_trend, read_trial, unlike
 from hlcs.data.measurement import Trial
 
 

@@ -5,11 +5,11 @@ import pytest
 
 import minibullet as mb
 from hlcs import InputError, PlacementTest
-from hlcs.kinds.layers.layer_candidates import library, named
-from hlcs.kinds.layers.layer_data import LayerSet
+from hlcs.kinds.layers.candidates import library, named
+from hlcs.kinds.layers.data import LayerSet
 from hlcs.placement.bottoms import Slope, Survey
 from hlcs.placement.one_layer import shake
-from hlcs.placement.placement_files import make_placement, placement_table, read_placement_file
+from hlcs.placement.settings_file import make_placement, placement_table, read_placement_file
 from hlcs.placement.statistics import Sample
 
 SAMPLE = Sample(*(np.array([value] * 5) for value in (1.0, 0.01, 5.0)))

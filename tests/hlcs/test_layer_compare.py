@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import hlcs
-from hlcs.placement.layer_compare import compare_layers, laboratory_for, repeated
+from hlcs.placement.comparison import compare_layers, laboratory_for, repeated
+from hlcs.placement.printed_tables import laboratory, paper_numerical
 from hlcs.placement.statistics import Sample
-from hlcs.placement.tables import laboratory, paper_numerical
 
 
 def test_the_paper_s_own_columns_give_the_paper_s_own_errors():

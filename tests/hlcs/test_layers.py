@@ -11,16 +11,16 @@ import pandas as pd
 import pytest
 
 import hlcs
-from hlcs.data.experiment_files import read_experiment_file
-from hlcs.kinds.layers import layer_next
-from hlcs.kinds.layers.layer_data import read_layer_sets, read_layers
-from hlcs.kinds.layers.layer_diagnosis import compare_layer_file, diagnose_layers
-from hlcs.kinds.layers.layer_model import LayerModel, Simulator
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.kinds.layers import experiment_design
+from hlcs.kinds.layers.data import read_layer_sets, read_layers
+from hlcs.kinds.layers.diagnosis import compare_layer_file, diagnose_layers
+from hlcs.kinds.layers.model import LayerModel, Simulator
 from hlcs.paper import ladder
 from hlcs.paper.reproduce import Plan
 from hlcs.placement import runs
+from hlcs.placement.printed_tables import laboratory, paper_numerical
 from hlcs.placement.runs import simulate
-from hlcs.placement.tables import laboratory, paper_numerical
 from minibullet.errors import InputError
 
 PAPER = [("table2", "RPG"), ("table2", "TPG"), ("table3", "TPG")]
@@ -333,7 +333,7 @@ def test_a_limit_whose_complaint_was_lost_strikes_again():
 
 def test_tests_to_show_a_misfit_again_go_with_its_inverse_square():
     """z of five tests grows with the root of their number: 16.4 / (z^2 / 5) tests, at least 3 and at most 50."""
-    assert [layer_next._tests_for({"z": z}) for z in (0.0, 2.0, 4.0, 40.0)] == [50, 21, 6, 3]
+    assert [experiment_design._tests_for({"z": z}) for z in (0.0, 2.0, 4.0, 40.0)] == [50, 21, 6, 3]
 
 
 def test_a_model_of_layers_runs_its_own_placement():

@@ -6,7 +6,7 @@ from throws import correlated, flight
 from throws import csv as recording
 
 import hlcs
-from hlcs.data.experiment_files import read_experiment_file
+from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.measurement import read_measurement, read_outcomes, read_recording
 from hlcs.estimation.inference import (
     Correlated,
@@ -21,8 +21,8 @@ from hlcs.estimation.inference import (
     whiten,
     whitened,
 )
-from hlcs.estimation.linear import Recording
-from hlcs.estimation.noise import Noise, estimate_noise
+from hlcs.estimation.linearization import Recording
+from hlcs.estimation.noise_model import Noise, estimate_noise
 from hlcs.kinds.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories import judge, prepare
 from minibullet.errors import InputError, InputWarning

@@ -6,8 +6,8 @@ import trimesh
 from throws import correlated, csv
 
 import hlcs
-from hlcs.data.experiment_files import Body, read_experiment_file
-from hlcs.data.solids import solid
+from hlcs.data.experiment_file import Body, read_experiment_file
+from hlcs.data.rigid_body import solid
 from hlcs.simulation.contact_motion import faces, flattened, lies_on_a_face
 from minibullet import InputError, rotations
 

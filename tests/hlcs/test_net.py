@@ -11,9 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from hlcs.cli import commands as cli
-from hlcs.cli import net
-from hlcs.data import plausible
+from hlcs.cli import commands, net
+from hlcs.data import validation
 from hlcs.files.spreadsheets import csv_text
 from minibullet.errors import InputError
 
@@ -42,7 +41,7 @@ def hlcs(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
     def run(*arguments):
-        status = cli.main(list(arguments))
+        status = commands.main(list(arguments))
         output = capsys.readouterr()
         return status, output.out, output.err
 
@@ -235,10 +234,10 @@ def test_fall_times_over_heights_in_feet_are_told(hlcs, tmp_path):
 def test_every_usual_range_has_a_unit_and_a_reason_and_holds_the_default():
     from hlcs import PlacementTest
 
-    for name, (low, high, unit, why) in plausible.USUAL.items():
+    for name, (low, high, unit, why) in validation.USUAL.items():
         assert low < high and unit and len(why.split()) > 3
-        assert plausible.unlikely(name, getattr(PlacementTest(), name, high)) == ""
-        assert why in plausible.unlikely(name, 2 * high) and f"{2 * high:g}" in plausible.unlikely(name, 2 * high)
+        assert validation.unlikely(name, getattr(PlacementTest(), name, high)) == ""
+        assert why in validation.unlikely(name, 2 * high) and f"{2 * high:g}" in validation.unlikely(name, 2 * high)
 
 
 def test_unlikely_settings_warn_in_python():

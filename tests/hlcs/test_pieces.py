@@ -7,12 +7,12 @@ import pytest
 from throws import csv, write_throws
 
 import hlcs
-from hlcs.data.experiment_files import read_experiment_file
+from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.measurement import read_measurement
-from hlcs.estimation.budget import LIMIT, UNITS, screened, unit
+from hlcs.estimation.effort import LIMIT, UNITS, screened, unit
 from hlcs.kinds.trajectories import prepare
 from hlcs.simulation.model import Model
-from hlcs.simulation.shots import Shots
+from hlcs.simulation.simulator import Shots
 from minibullet import rotations
 from minibullet.errors import InputError
 

@@ -8,15 +8,15 @@ import pytest
 import hlcs
 import minibullet as mb
 from hlcs import PlacementResult, PlacementTest
-from hlcs.files import folders as files
-from hlcs.kinds.layers.layer_model import simulate
+from hlcs.files import folders
+from hlcs.kinds.layers.model import simulate
 from hlcs.paper import reproduce
 from hlcs.paper.reproduce_text import text_of
 from hlcs.placement import plates
-from hlcs.placement.armour import Cube
 from hlcs.placement.bottoms import Flat
-from hlcs.placement.layer_compare import compare_layers, repeated
-from hlcs.placement.tables import laboratory
+from hlcs.placement.comparison import compare_layers, repeated
+from hlcs.placement.printed_tables import laboratory
+from hlcs.placement.units import Cube
 
 CUBE = Cube(side=1.0)
 
@@ -83,11 +83,11 @@ def test_a_layer_without_support_has_no_height_and_ends_no_run(wide, tmp_path):
         assert layer["readings"] + layer["unsupported_readings"] == 9
     assert list(wide.lost) == [0, 4, 1]  # on the bed beside the first layer, not in theirs
     assert np.isnan(wide.heights[1:]).all() and np.isnan(wide.layer_coefficients[1:]).all()
-    assert '"k": null' in files.to_json(data)
+    assert '"k": null' in folders.to_json(data)
     assert "no structure" in wide.summary()
     assert any(" - " in line for line in wide.summary().splitlines()[2:5])
     loaded = PlacementResult.load(wide.save(tmp_path / "run"))
-    assert files.to_json(loaded.to_dict()) == files.to_json(data)
+    assert folders.to_json(loaded.to_dict()) == folders.to_json(data)
     assert "no structure" in (tmp_path / "run" / "report.html").read_text().lower()
     assert "nan" not in (tmp_path / "run" / "report.html").read_text().split("<h2>The structure")[0].split("<img")[0].lower()
 
@@ -106,7 +106,7 @@ def test_a_comparison_says_what_it_leaves_out(wide):
     comparison = compare_layers(wide, laboratory("table2", grid="TPG"))
     assert comparison.mean_relative_error == pytest.approx(abs(wide.layer_coefficients[0] / 1.294 - 1), rel=1e-12)
     assert np.isnan(comparison.height_error) and "layer 2, 3" in str(comparison)
-    files.to_json(comparison.to_dict())
+    folders.to_json(comparison.to_dict())
     comparison.plot()
 
 
@@ -178,13 +178,13 @@ def test_table_1_shows_no_structure_and_keeps_it_out_of_its_range(monkeypatch, s
         ["linear", "damping", "1"]
     ]
     assert "no structure: a layer carries no plate" in text
-    files.to_json(document)
+    folders.to_json(document)
 
 
 def test_a_simulated_layer_that_is_absent_is_null_in_the_store(monkeypatch):
     result = simulate(PlacementTest(layers=2, **HANGING))
     assert "error" not in result and np.isnan(result["k"][1])
-    assert files.to_json(result).count("null") == 1
+    assert folders.to_json(result).count("null") == 1
 
 
 def test_a_layer_that_lost_all_its_units_is_one_without_height():

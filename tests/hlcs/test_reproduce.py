@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from hlcs.files import folders as files
+from hlcs.files import folders
 from hlcs.paper import reproduce
 from hlcs.paper.reproduce import Plan
 from hlcs.paper.reproduce_text import text_of
-from hlcs.placement import placement_figures
+from hlcs.placement import figures
 
 SMALL = {"rows": 3, "columns": 3, "layers": 2}
 
@@ -46,7 +46,7 @@ def test_table2_has_the_fields_of_the_contract(table2):
         assert grid["units"] == 13
         errors = [row["relative_error"] for row in grid["layers"]]
         assert grid["mean_relative_error"] == pytest.approx(np.mean(errors), rel=1e-12)
-    files.to_json(table2)  # strict JSON
+    folders.to_json(table2)  # strict JSON
 
 
 def test_the_printed_table_stands_beside_the_paper_s_columns(table2):
@@ -120,6 +120,6 @@ def test_the_picture_of_table_1_has_a_bar_for_every_value_and_words_for_no_struc
         {"parameter": "friction", "value": 0.36, "mean_relative_error": 0.02},
         {"parameter": "linear_damping", "value": 1.0, "mean_relative_error": None},
     ]
-    axes = placement_figures.sensitivity_figure(rows).axes[0]
+    axes = figures.sensitivity_figure(rows).axes[0]
     assert [bar.get_width() for bar in axes.patches[:2]] == pytest.approx([2.0, 0.0])
     assert [text.get_text().strip() for text in axes.texts] == ["no structure"]

@@ -5,7 +5,7 @@ import pytest
 from throws import write_throws
 
 from hlcs.data.measurement import read_measurement
-from hlcs.estimation.shooting import _losses, _step, shot_again
+from hlcs.estimation.multiple_shooting import _losses, _step, shot_again
 from hlcs.kinds.trajectories import prepare
 
 

@@ -50,7 +50,7 @@ def copied(tmp_path):
     """A copy of both packages, to be edited; returns the function that tells their hash."""
     root = Path(code_hash.__file__).resolve().parents[2]
     for package in code_hash.OURS:
-        shutil.copytree(root / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__", "data"))
+        shutil.copytree(root / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__", "*.csv"))
 
     def told():
         line = "from hlcs.placement.code_hash import code_hash; print(code_hash())"
@@ -91,10 +91,11 @@ def test_no_code_runs_in_a_simulation_that_its_hash_does_not_know(compiled, sett
         "hlcs.placement.one_layer",
         "hlcs.placement.bottoms",
         "minibullet.collision.narrow_phase",
-        "minibullet.report.ledger",
+        "minibullet.report.step_report",
     } <= entered
     assert (
-        settings or {"hlcs.placement.placement_result", "minibullet.contact.solver", "minibullet.dynamics.integration"} <= entered
+        settings
+        or {"hlcs.placement.placement_result", "minibullet.contact.gauss_seidel", "minibullet.dynamics.integration"} <= entered
     )
     assert entered <= set(code_hash.closure("hlcs.placement.runs")[0])
 
@@ -107,9 +108,9 @@ def test_what_only_draws_reports_or_saves_is_not_in_the_hash():
         "minibullet.scene.saving",
         "minibullet.files.whole_files",
         "hlcs.files.folders",
-        "hlcs.placement.results",
-        "hlcs.placement.placement_report",
-        "hlcs.placement.placement_figures",
+        "hlcs.placement.saved_results",
+        "hlcs.placement.report",
+        "hlcs.placement.figures",
         "hlcs.cli.commands",
         "hlcs.placement.store",
         "hlcs.diagnose",
@@ -132,7 +133,7 @@ def test_the_hash_follows_the_code_and_nothing_else(tmp_path):
     assert told() != first
     path.write_bytes(text)
     (tmp_path / "minibullet" / "new_law.py").write_text("FACTOR = 2.0\n")
-    with open(tmp_path / "minibullet" / "contact" / "solver.py", "a") as file:
+    with open(tmp_path / "minibullet" / "contact" / "gauss_seidel.py", "a") as file:
         file.write("\nfrom minibullet import new_law\n")
     second = told()
     (tmp_path / "minibullet" / "new_law.py").write_text("FACTOR = 3.0\n")

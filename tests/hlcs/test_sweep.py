@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hlcs import InputError
-from hlcs.cli import commands as cli
+from hlcs.cli import commands
 from hlcs.placement import sweep
 from hlcs.placement.store import Store, key_of
 
@@ -140,7 +140,7 @@ def test_without_dask_one_line_names_the_extra(plan, tmp_path, monkeypatch):
 def test_nothing_is_said_to_be_kept_in_a_store_that_cannot_be_used(tmp_path, capsys):
     file = tmp_path / "s.toml"
     file.write_text("[placement]\nlayers = 1\n[sweep]\nseed = [1]\n")
-    assert cli.main(["sweep", str(file), "--store", str(file), "--quiet"]) == 2
+    assert commands.main(["sweep", str(file), "--store", str(file), "--quiet"]) == 2
     said = capsys.readouterr().err
     assert "s.toml" in said and "kept" not in said
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from hlcs.placement import tables
+from hlcs.placement import printed_tables
 from minibullet.errors import InputError
 
 
@@ -19,7 +19,7 @@ from minibullet.errors import InputError
 )
 def test_laboratory_is_as_printed(table, grid, mean, cv, tests):
     """Typed a second time from the page: equality, no tolerance."""
-    lab = tables.laboratory(table, grid=grid)
+    lab = printed_tables.laboratory(table, grid=grid)
     assert lab.mean.tolist() == mean and lab.cv.tolist() == cv and lab.tests.tolist() == [tests] * 5
 
 
@@ -35,25 +35,25 @@ def test_laboratory_is_as_printed(table, grid, mean, cv, tests):
 )
 def test_numerical_columns_are_as_printed(table, grid, study, mean, cv):
     """Typed a second time from the page: equality, no tolerance. Centi's number of tests is not in the paper."""
-    model = tables.paper_numerical(table, grid=grid, study=study)
+    model = printed_tables.paper_numerical(table, grid=grid, study=study)
     assert model.mean.tolist() == mean and model.cv.tolist() == cv
     assert np.isnan(model.tests).all() if study == "centi" else model.tests.tolist() == [5] * 5
 
 
 def test_source_is_carried():
-    lab = tables.laboratory("table3")
+    lab = printed_tables.laboratory("table3")
     assert lab.source.startswith("Table 3, section 4, Physical") and lab.bottom_slope == 0.04 and lab.grid == "TPG"
 
 
 def test_table_1_keeps_its_misprint():
     """L = 1.5 stands beside Dn = 2.14 in print; the file keeps it, the errata explains it."""
-    values = tables.sensitivity_values()
+    values = printed_tables.sensitivity_values()
     assert values["falling_distance"] == (0.10, 0.15, 0.20, 0.25, 0.30, 0.35, 0.40) and values["side"] == (0.5, 1.0, 1.5)
-    assert [row["printed"] for row in tables.rows_of("table1") if row["parameter"] == "side"][-1] == "1.5 (2.14)"
+    assert [row["printed"] for row in printed_tables.rows_of("table1") if row["parameter"] == "side"][-1] == "1.5 (2.14)"
 
 
 def test_tables_are_frozen():
-    lab = tables.laboratory("table2", grid="RPG")
+    lab = printed_tables.laboratory("table2", grid="RPG")
     with pytest.raises(ValueError, match="read-only"):
         lab.mean[0] = 1.0
     with pytest.raises(dataclasses.FrozenInstanceError):
@@ -61,16 +61,16 @@ def test_tables_are_frozen():
 
 
 def test_dataframe_has_the_columns_of_a_layers_file():
-    frame = tables.laboratory("table2", grid="TPG").to_dataframe()
+    frame = printed_tables.laboratory("table2", grid="TPG").to_dataframe()
     assert list(frame) == ["grid", "spacing_x", "spacing_y", "bottom_slope", "layer", "mean", "cv", "tests", "campaign"]
-    assert len(frame) == 5 and "1.294" in tables.laboratory("table2", grid="TPG").summary()
+    assert len(frame) == 5 and "1.294" in printed_tables.laboratory("table2", grid="TPG").summary()
 
 
 def test_a_grid_object_is_known_by_its_name():
     class Grid:
         name = "TPG"
 
-    assert tables.laboratory("table2", grid=Grid()).grid == "TPG"
+    assert printed_tables.laboratory("table2", grid=Grid()).grid == "TPG"
 
 
 @pytest.mark.parametrize(
@@ -79,17 +79,17 @@ def test_a_grid_object_is_known_by_its_name():
 )
 def test_unknown_names_are_refused_by_name(arguments, message):
     with pytest.raises(InputError, match=message):
-        tables.laboratory(*arguments)
+        printed_tables.laboratory(*arguments)
 
 
 def test_unknown_study_is_refused():
     with pytest.raises(InputError, match="known studies"):
-        tables.paper_numerical("table2", "TPG", study="other")
+        printed_tables.paper_numerical("table2", "TPG", study="other")
     with pytest.raises(InputError, match="no column 'centi'"):
-        tables.paper_numerical("table3", "TPG", study="centi")
+        printed_tables.paper_numerical("table3", "TPG", study="centi")
 
 
 def test_design_coefficients():
-    assert tables.design_coefficients("RPG").tolist() == [1.30, 1.07, 0.93, 0.93, 0.93]
+    assert printed_tables.design_coefficients("RPG").tolist() == [1.30, 1.07, 0.93, 0.93, 0.93]
     with pytest.raises(InputError, match="Eq. 13"):
-        tables.design_coefficients("square")
+        printed_tables.design_coefficients("square")

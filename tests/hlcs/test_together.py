@@ -5,11 +5,11 @@ import time
 import numpy as np
 import pytest
 
-from hlcs.data.experiment_files import Body
-from hlcs.data.solids import solid
+from hlcs.data.experiment_file import Body
+from hlcs.data.rigid_body import solid
 from hlcs.simulation import contact_motion
-from hlcs.simulation.shots import carried_on
-from hlcs.simulation.together import asker, together
+from hlcs.simulation.batching import asker, together
+from hlcs.simulation.simulator import carried_on
 from minibullet.effects import AddedMass, Friction, Gravity, LinearDrag, Restitution, RollingFriction
 
 BALL = solid(Body(shape="sphere", radius=0.03, mass=0.02))

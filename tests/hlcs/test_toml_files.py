@@ -4,9 +4,9 @@ import signal
 
 import pytest
 
-from hlcs.data.experiment_files import read_experiment_file
+from hlcs.data.experiment_file import read_experiment_file
 from hlcs.files.toml_files import MOST_BYTES, MOST_DEPTH, TomlFile, nearest
-from hlcs.placement.placement_files import read_placement_file
+from hlcs.placement.settings_file import read_placement_file
 from hlcs.placement.sweep import read_sweep_file
 from minibullet.errors import InputError
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_scenes import compress
 
-from minibullet.contact.cone import (
+from minibullet.contact.coulomb import (
     into_cone,
     law_equations,
     natural_map_error,

@@ -9,7 +9,7 @@ import pytest
 import scipy.sparse as sparse
 from small_scenes import compress
 
-from minibullet.contact.cone import project_cone
+from minibullet.contact.coulomb import project_cone
 from minibullet.contact.exact import solve_contacts, solve_rows
 from minibullet.errors import InputError
 

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 import minibullet as mb
-from minibullet.collision import pairs
+from minibullet.collision import broad_phase
 
 
 def test_overlapping_boxes_are_found_exactly(generator):
@@ -20,7 +20,7 @@ def test_overlapping_boxes_are_found_exactly(generator):
         and not (group[a] >= 0 and group[b] >= 0 and group[a] != group[b])
     ]  # fmt: skip
     assert len(expected) > 20
-    assert [tuple(pair) for pair in pairs.overlapping(low, high, moving, group)] == expected
+    assert [tuple(pair) for pair in broad_phase.overlapping(low, high, moving, group)] == expected
 
 
 def test_rows_keep_what_they_knew_when_the_list_is_made_anew(generator):
@@ -29,7 +29,7 @@ def test_rows_keep_what_they_knew_when_the_list_is_made_anew(generator):
     place = {tuple(row): k for k, row in enumerate(old)}
     expected = [place.get(tuple(row), -1) for row in new]
     assert min(expected) == -1 and max(expected) > 0
-    assert list(pairs.carry_over(old, new)) == expected
+    assert list(broad_phase.carry_over(old, new)) == expected
 
 
 def test_no_contact_is_missed_while_bodies_fly_about(generator):

@@ -5,14 +5,14 @@ import pytest
 import small_scenes as scenes
 
 import minibullet as mb
+from minibullet.contact import gauss_seidel
 from minibullet.contact import problem as problems
-from minibullet.contact import solver
-from minibullet.contact.cone import natural_map_error
+from minibullet.contact.coulomb import natural_map_error
 
 
 def solved(problem, **options):
     none = np.zeros((len(problem.bodies), 3))
-    return solver.solve(problem, none, none, **options)
+    return gauss_seidel.solve(problem, none, none, **options)
 
 
 def ball_on_floor(velocity, friction, spin=(0, 0, 0)):
@@ -47,7 +47,7 @@ def test_residual_is_the_natural_map_of_the_whole_problem(generator):
     world, _ = scenes.block_on_floor(velocity=(1.0, 0.5, -1.0))
     problem = scenes.problem(world, 0.4)
     impulse = generator.normal(size=(len(problem.bodies), 3)) + (1.0, 0.0, 0.0)
-    solution = solver.solve(problem, impulse, np.zeros_like(impulse), iterations=1, tolerance=1e-16)
+    solution = gauss_seidel.solve(problem, impulse, np.zeros_like(impulse), iterations=1, tolerance=1e-16)
     W, q = problems.delassus(problem)
     r, u = solution.impulse / problem.reference_mass, (W @ solution.impulse.ravel() + q).reshape(-1, 3)
     y = r - u
@@ -67,10 +67,10 @@ def test_residual_below_rounding_of_the_velocities_is_zero():
     """Where the map's error is below what velocities are rounded by, more sweeps could only move noise: it counts as solved."""
     problem, _ = ball_on_floor((3.0, 4.0, -2.0), 0.25)
     none = np.zeros((1, 3))
-    bad = solver.solve(problem, none, none, iterations=1)._replace(impulse=none)
-    size = solver.free_size(problem)
+    bad = gauss_seidel.solve(problem, none, none, iterations=1)._replace(impulse=none)
+    size = gauss_seidel.free_size(problem)
     for rounding, expected in ((0.0, 1.0), (10.0, 0.0)):
-        found = solver.certify(
+        found = gauss_seidel.certify(
             problem._replace(rounding=rounding), bad.impulse, none, problem.free_twist, size, 1, 1, bad.stalled
         )
         assert (found.residual > 0.1) == (expected == 1.0)
@@ -99,7 +99,7 @@ def test_islands_that_stall_are_handed_to_newton():
     problem = scenes.problem(world, 0.5, still)
     first = solved(problem, iterations=20, tolerance=1e-8)
     assert first.residual > 1e-8 and len(first.stalled) == 1
-    assert solver.escalate(problem, first, 1e-8).residual <= 1e-8
+    assert gauss_seidel.escalate(problem, first, 1e-8).residual <= 1e-8
 
 
 def test_no_friction_outside_the_cone():
@@ -138,10 +138,10 @@ def test_residual_counts_rolling_and_spinning_moments():
     twist, none = problem.free_twist.copy(), np.zeros((1, 3))
     problems.apply_impulses(problem.bodies, problem.rows, solution.impulse, twist)
     ball = problem.bodies[0, 1]
-    unheld = solver.certify(problem, solution.impulse, none, twist, solver.free_size(problem), 0, 0, [])
+    unheld = gauss_seidel.certify(problem, solution.impulse, none, twist, gauss_seidel.free_size(problem), 0, 0, [])
     u = problems.relative_velocity(problem.bodies, problem.rows, twist)
     turned = np.append(0.01 * twist[ball, 3:5], 0.02 * twist[ball, 5])
-    size = max(solver.free_size(problem)[0], (solution.impulse**2).sum() / 4.0, (u**2).sum() + (turned**2).sum())
+    size = max(gauss_seidel.free_size(problem)[0], (solution.impulse**2).sum() / 4.0, (u**2).sum() + (turned**2).sum())
     own = natural_map_error(*solution.impulse[0] / 2.0, *u[0], 0.5, 1.0)  # the contact's share; masses in units of the ball's
     assert unheld.residual == pytest.approx(np.sqrt((own + (turned**2).sum()) / size), rel=1e-9)
     assert (turned**2).sum() > 0.01 * own

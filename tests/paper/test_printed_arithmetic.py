@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hlcs.placement import statistics, tables
+from hlcs.placement import printed_tables, statistics
 
 CASES = [("table2", "RPG"), ("table2", "TPG"), ("table3", "TPG")]
 
@@ -17,9 +17,9 @@ ROUNDING_PERCENT = 0.115
 )
 def test_equation_10_relative_errors(table, grid, study):
     """Every printed Er_j, to the rounding of the printed means."""
-    printed, _ = tables.printed_errors(table, grid, study)
+    printed, _ = printed_tables.printed_errors(table, grid, study)
     computed = 100 * statistics.relative_error(
-        tables.laboratory(table, grid).mean, tables.paper_numerical(table, grid, study).mean
+        printed_tables.laboratory(table, grid).mean, printed_tables.paper_numerical(table, grid, study).mean
     )
     assert computed == pytest.approx(printed, abs=ROUNDING_PERCENT)
 
@@ -29,8 +29,10 @@ def test_equation_10_relative_errors(table, grid, study):
 )
 def test_equation_11_mean_relative_errors(table, grid, recomputed):
     """Printed 1.39, 1.04, 2.75 %; the printed means give 1.381, 1.004, 2.775 %, inside their rounding."""
-    _, printed = tables.printed_errors(table, grid)
-    computed = 100 * statistics.mean_relative_error(tables.laboratory(table, grid).mean, tables.paper_numerical(table, grid).mean)
+    _, printed = printed_tables.printed_errors(table, grid)
+    computed = 100 * statistics.mean_relative_error(
+        printed_tables.laboratory(table, grid).mean, printed_tables.paper_numerical(table, grid).mean
+    )
     assert computed == pytest.approx(recomputed, abs=0.005)
     assert computed == pytest.approx(printed, abs=ROUNDING_PERCENT)
 
@@ -38,13 +40,13 @@ def test_equation_11_mean_relative_errors(table, grid, recomputed):
 @pytest.mark.parametrize(("table", "grid"), CASES)
 def test_printed_mean_of_printed_errors(table, grid):
     """Eq. 11 on the printed Er_j gives the printed eps_R to its last digit (0.01 %): Table 3 shows 2.754 as 2.75."""
-    layers, printed = tables.printed_errors(table, grid)
+    layers, printed = printed_tables.printed_errors(table, grid)
     assert layers.mean() == pytest.approx(printed, abs=0.01)
 
 
 def test_sensitivity_range_starts_above_what_table_2_shows():
     """Section 3.2.4 prints 1.9 < eps_R < 7.6 % for three RPG layers; Table 2's three RPG layers give 1.68 %."""
-    lab, model = tables.laboratory("table2", "RPG"), tables.paper_numerical("table2", "RPG")
+    lab, model = printed_tables.laboratory("table2", "RPG"), printed_tables.paper_numerical("table2", "RPG")
     assert 100 * statistics.mean_relative_error(lab.mean[:3], model.mean[:3]) == pytest.approx(1.68, abs=0.02)
 
 
@@ -54,7 +56,7 @@ def test_sensitivity_range_starts_above_what_table_2_shows():
 )
 def test_equation_14_heights_and_porosity(table, grid, height, porosity):
     """Sums of five printed means (exact) and 1 - 5 phi / sum k with phi from the spacings (0.0005: the third digit)."""
-    lab = tables.laboratory(table, grid)
+    lab = printed_tables.laboratory(table, grid)
     packing = statistics.packing_density(lab.spacing_x, lab.spacing_y)
     assert lab.height_over_dn == pytest.approx(height, abs=1e-9)
     assert statistics.porosity(packing, lab.mean) == pytest.approx(porosity, abs=5e-4)
@@ -68,8 +70,8 @@ def test_printed_packing_densities():
 
 def test_equation_13_pools_more_than_this_study():
     """Both columns of this study alone: mean k1 1.312, TPG k2 1.078 (printed 1.10) and k3-k5 0.978 (printed 0.99)."""
-    lab, model = tables.laboratory("table2", "TPG").mean, tables.paper_numerical("table2", "TPG").mean
-    centi = tables.paper_numerical("table2", "TPG", "centi").mean
+    lab, model = printed_tables.laboratory("table2", "TPG").mean, printed_tables.paper_numerical("table2", "TPG").mean
+    centi = printed_tables.paper_numerical("table2", "TPG", "centi").mean
     assert np.mean([lab[1], model[1]]) == pytest.approx(1.078, abs=6e-4)
     assert np.mean([lab[2:], model[2:]]) == pytest.approx(0.978, abs=6e-4)
     assert np.mean([lab[1], model[1], centi[1]]) == pytest.approx(1.09, abs=5e-3), "only with Centi does k2 come near 1.10"
@@ -79,24 +81,24 @@ def test_equation_13_pools_more_than_this_study():
 def test_first_layers_of_table_2_average_above_theory():
     """Laboratory and this study 1.312, with Centi 1.314; Eq. 13a prints the theory's 1.30."""
     first = {
-        study: [tables.paper_numerical("table2", grid, study).mean[0] for grid in ("RPG", "TPG")]
+        study: [printed_tables.paper_numerical("table2", grid, study).mean[0] for grid in ("RPG", "TPG")]
         for study in ("numerical", "centi")
     }
-    first["physical"] = [tables.laboratory("table2", grid).mean[0] for grid in ("RPG", "TPG")]
+    first["physical"] = [printed_tables.laboratory("table2", grid).mean[0] for grid in ("RPG", "TPG")]
     assert np.mean(first["physical"] + first["numerical"]) == pytest.approx(1.312, abs=6e-4)
     assert np.mean(sum(first.values(), [])) == pytest.approx(1.314, abs=6e-4)
 
 
 def test_equation_14_with_equation_13_exceeds_the_measured_height():
     """Rounded design coefficients sum to 5.37 on TPG; measured 5.304."""
-    assert tables.design_coefficients("TPG").sum() == pytest.approx(5.37, abs=1e-9)
-    assert tables.design_coefficients("RPG").sum() == pytest.approx(5.16, abs=1e-9)
+    assert printed_tables.design_coefficients("TPG").sum() == pytest.approx(5.37, abs=1e-9)
+    assert printed_tables.design_coefficients("RPG").sum() == pytest.approx(5.16, abs=1e-9)
 
 
 @pytest.mark.parametrize(("table", "grid"), CASES)
 def test_equation_12_as_printed_is_not_an_interval_of_the_mean(table, grid):
     """k/sqrt(N) [1 +- 1.96 CV] does not even contain k; k [1 +- 1.96 CV/sqrt(N)] is centred on it."""
-    lab = tables.laboratory(table, grid)
+    lab = printed_tables.laboratory(table, grid)
     low, high = statistics.confidence_interval(lab, law="normal")
     assert np.all((low < lab.mean) & (lab.mean < high)) and (0.5 * (low + high)) == pytest.approx(lab.mean, rel=1e-12)
     assert np.all(lab.mean / np.sqrt(lab.tests) * (1 + 1.96 * lab.cv) < lab.mean)
@@ -106,8 +108,8 @@ def test_overlap_of_intervals_as_the_paper_claims():
     """ "Most" intervals overlap: on the corrected Eq. 12, 7 of the 10 layers of Table 2; RPG L2, L3 and TPG L1 do not."""
     apart = []
     for grid in ("RPG", "TPG"):
-        low_1, high_1 = statistics.confidence_interval(tables.laboratory("table2", grid), law="normal")
-        low_2, high_2 = statistics.confidence_interval(tables.paper_numerical("table2", grid), law="normal")
+        low_1, high_1 = statistics.confidence_interval(printed_tables.laboratory("table2", grid), law="normal")
+        low_2, high_2 = statistics.confidence_interval(printed_tables.paper_numerical("table2", grid), law="normal")
         apart += [f"{grid} L{layer + 1}" for layer in np.flatnonzero((low_1 > high_2) | (low_2 > high_1))]
     assert {"RPG L2", "TPG L1"} <= set(apart) and len(apart) <= 3
 

@@ -8,10 +8,10 @@ tests.
 import numpy as np
 import pytest
 
-from hlcs.placement import statistics, tables
+from hlcs.placement import printed_tables, statistics
 
 PAIRS = {
-    name: (tables.laboratory(table, grid), tables.paper_numerical(table, grid))
+    name: (printed_tables.laboratory(table, grid), printed_tables.paper_numerical(table, grid))
     for name, table, grid in (("RPG", "table2", "RPG"), ("TPG", "table2", "TPG"), ("slope", "table3", "TPG"))
 }
 
@@ -161,7 +161,7 @@ def test_reference_runs_score_what_is_recorded():
     """eps_R of the runs in reference.csv against laboratory and against the paper's model; their k are printed to 0.001, so
     0.1 %.
     """
-    for _, run in tables.reference_runs().dropna(subset="k1").iterrows():
+    for _, run in printed_tables.reference_runs().dropna(subset="k1").iterrows():
         lab, model = PAIRS["slope" if run.bottom_slope else run.grid]
         k = run[["k1", "k2", "k3", "k4", "k5"]].to_numpy(float)
         assert 100 * statistics.mean_relative_error(lab.mean, k) == pytest.approx(run.eps_physical_percent, abs=0.1), run.run

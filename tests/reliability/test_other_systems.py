@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from hlcs.cli import commands as cli
-from hlcs.files import folders as files
+from hlcs.cli import commands
+from hlcs.files import folders
 from minibullet import InputError, World
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -28,9 +28,9 @@ def locked(name):
 def test_a_locked_file_is_one_line_and_the_earlier_result_stays(tmp_path, monkeypatch, call, first):
     """The n-th rename is refused, once: a folder and a file are the earlier ones or the new ones, whole; a new folder that its
     place refused stands beside, and nothing else does; the complaint is an InputError of one line that names the place."""
-    with files.result_folder(tmp_path / "out") as partial:
+    with folders.result_folder(tmp_path / "out") as partial:
         (partial / "a.txt").write_text("old")
-    files.write_text(tmp_path / "one.txt", "old")
+    folders.write_text(tmp_path / "one.txt", "old")
     World().save(tmp_path / "world.npz")
     real, count = getattr(os, call), []
 
@@ -41,10 +41,10 @@ def test_a_locked_file_is_one_line_and_the_earlier_result_stays(tmp_path, monkey
         return real(source, target, **options)
 
     def folder():
-        with files.result_folder(tmp_path / "out") as partial:
+        with folders.result_folder(tmp_path / "out") as partial:
             (partial / "a.txt").write_text("new")
 
-    for write in (folder, lambda: files.write_text(tmp_path / "one.txt", "new"), lambda: World().save(tmp_path / "world.npz")):
+    for write in (folder, lambda: folders.write_text(tmp_path / "one.txt", "new"), lambda: World().save(tmp_path / "world.npz")):
         with monkeypatch.context() as patch:
             count.clear()
             patch.setattr(os, call, refuses)
@@ -62,7 +62,7 @@ def test_a_locked_file_is_one_line_and_the_earlier_result_stays(tmp_path, monkey
     assert beside in ([], ["out-2"]) and all((tmp_path / name / "a.txt").read_text() == "new" for name in beside)
 
 
-def every_command(group=cli.commands, words=()):
+def every_command(group=commands.commands, words=()):
     """The words of every command and group: (), ("demo",), ("mystery", "list"), ..."""
     yield words
     for name, command in getattr(group, "commands", {}).items():
@@ -80,7 +80,7 @@ def test_every_help_and_list_can_be_shown_by_an_old_console(monkeypatch, tmp_pat
         streams = [io.TextIOWrapper(io.BytesIO(), encoding=encoding, errors="strict") for _ in range(2)]
         monkeypatch.setattr(sys, "stdout", streams[0])
         monkeypatch.setattr(sys, "stderr", streams[1])
-        status = cli.main(list(arguments))
+        status = commands.main(list(arguments))
         for stream in streams:
             stream.flush()
         monkeypatch.undo()
@@ -132,8 +132,8 @@ def test_without_what_only_posix_has(tmp_path):
 
 def test_no_process_is_asked_after_where_asking_would_kill(monkeypatch):
     """`os.kill(pid, 0)` ends a process on Windows: there nobody asks, and what a run left half written counts as its own."""
-    monkeypatch.setattr(files, "os", SimpleNamespace(name="nt", kill=lambda *_: pytest.fail("a process was asked")))
-    assert files.runs(4711)
+    monkeypatch.setattr(folders, "os", SimpleNamespace(name="nt", kill=lambda *_: pytest.fail("a process was asked")))
+    assert folders.runs(4711)
 
 
 @pytest.mark.parametrize("name", ["with spaces", "Übergröße", "a'b", "100 %"])
@@ -142,8 +142,8 @@ def test_names_with_spaces_and_umlauts(tmp_path, monkeypatch, name):
     (tmp_path / name).mkdir()
     monkeypatch.chdir(tmp_path / name)
     size = ["--layers", "1", "--rows", "2", "--columns", "2", "--quiet"]
-    assert cli.main(["place", *size, "--out", f"{name} 1"]) == 0
-    assert cli.main(["place", str(Path(f"{name} 1") / "settings.toml"), "--quiet", "--out", f"{name} 2"]) == 0
+    assert commands.main(["place", *size, "--out", f"{name} 1"]) == 0
+    assert commands.main(["place", str(Path(f"{name} 1") / "settings.toml"), "--quiet", "--out", f"{name} 2"]) == 0
     poses = [(Path(f"{name} {k}") / "layers.csv").read_bytes() for k in (1, 2)]
     assert poses[0] == poses[1]
     assert tomllib.loads((Path(f"{name} 1") / "settings.toml").read_text(encoding="utf-8"))

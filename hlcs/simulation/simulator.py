@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.data.solids import solid
+from hlcs.data.rigid_body import solid
 from hlcs.effects.contract import Scene, Setup
-from hlcs.simulation.flight import fly
-from hlcs.simulation.together import asker
+from hlcs.simulation.batching import asker
+from hlcs.simulation.free_flight import fly
 from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.errors import InputError

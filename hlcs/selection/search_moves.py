@@ -4,12 +4,12 @@ from functools import partial
 
 import numpy as np
 
-from hlcs.data.solids import solid
+from hlcs.data.rigid_body import solid
 from hlcs.estimation import inference
-from hlcs.estimation.linear import Try
-from hlcs.selection.candidates import carries
+from hlcs.estimation.linearization import Try
+from hlcs.selection.competing_models import holds_out, place_of, replacements
+from hlcs.selection.eligibility import carries
 from hlcs.selection.pairs import passes
-from hlcs.selection.rivals import holds_out, place_of, replacements
 from hlcs.selection.search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN, explained
 from hlcs.simulation.model import Term
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.contact import problem
-from minibullet.contact.cone import natural_map_error
+from minibullet.contact.coulomb import natural_map_error
 from minibullet.dynamics import constraints
 from minibullet.effects.contract import name_of
 

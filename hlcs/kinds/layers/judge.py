@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hlcs.kinds.layers import layer_fit
-from hlcs.kinds.layers.layer_fit import FORMS
-from hlcs.kinds.layers.layer_model import LayerModel
+from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers.least_squares import FORMS
+from hlcs.kinds.layers.model import LayerModel
 from hlcs.placement import statistics
 
 PRICE, PRICE_ALONE = 6.0, 12.0  # with and without data to hold out
@@ -66,7 +66,7 @@ class Stage:
 
     model: LayerModel
     rows: list  # simulated (seeds, M) of each set
-    numbers: layer_fit.Simulated
+    numbers: least_squares.Simulated
     residual: np.ndarray  # measured - model (n,)
     accepted: tuple[Tried, ...] = ()
 
@@ -76,7 +76,7 @@ class LayerJudge:
 
     def __init__(self, measurement, sets):
         self.measurement, self.sets = measurement, sets
-        self.data = layer_fit.observed(sets, measurement.group)
+        self.data = least_squares.observed(sets, measurement.group)
         self.groups = tuple(dict.fromkeys(measurement.group(one) for one in sets))
         self.can_hold_out = measurement.hold_out != "none" and len(np.unique(self.data.group)) > 1
 
@@ -86,10 +86,10 @@ class LayerJudge:
         return float(np.mean(np.abs(residual[layers]) / self.data.value[layers]))
 
     def chi2(self, stage, form):
-        return layer_fit.chi_squared(self.covariance(stage, form), stage.residual)
+        return least_squares.chi_squared(self.covariance(stage, form), stage.residual)
 
     def covariance(self, stage, form, more=0.0):
-        return layer_fit.covariance(self.data, self.data.variance + stage.numbers.variance + more, form)
+        return least_squares.covariance(self.data, self.data.variance + stage.numbers.variance + more, form)
 
     def held_out_error(self, stage, tried=None):
         """Mean relative error where every group is predicted by numbers fitted without it; None where nothing can be held out."""
@@ -121,10 +121,10 @@ class LayerJudge:
             for _ in range(1 if entry.switch else 4):  # the covariance grows with the amount of an uncertain signature
                 matrix = self.covariance(stage, form, size**2 * slope_variance)
                 if not entry.switch:
-                    free, spread = layer_fit.amount(matrix, stage.residual, slope)
+                    free, spread = least_squares.amount(matrix, stage.residual, slope)
                     size = float(np.clip(free, low, high))
             matrix = self.covariance(stage, form, size**2 * slope_variance)
-            gains[form] = layer_fit.chi_squared(matrix, stage.residual) - layer_fit.chi_squared(
+            gains[form] = least_squares.chi_squared(matrix, stage.residual) - least_squares.chi_squared(
                 matrix, stage.residual - slope * size
             )
             if not gains or gains[form] <= min(gains.values()):
@@ -155,13 +155,13 @@ class LayerJudge:
                 continue  # nothing of this effect in the group, or in all others
             size = tried.amount
             if not entry.switch:
-                size, _ = layer_fit.amount(matrix[np.ix_(~inside, ~inside)], stage.residual[~inside], tried.slope[~inside])
+                size, _ = least_squares.amount(matrix[np.ix_(~inside, ~inside)], stage.residual[~inside], tried.slope[~inside])
                 size = float(np.clip(size, entry.low - entry.null, entry.high - entry.null))
             own = matrix[np.ix_(inside, inside)]
             found[group] = (
                 size,
-                layer_fit.chi_squared(own, before[inside]),
-                layer_fit.chi_squared(own, (before - tried.slope * size)[inside]),
+                least_squares.chi_squared(own, before[inside]),
+                least_squares.chi_squared(own, (before - tried.slope * size)[inside]),
             )
         return found
 

@@ -7,8 +7,8 @@ import numpy as np
 from scipy import stats
 
 from hlcs.estimation import inference
-from hlcs.estimation.linear import Fit, Try
-from hlcs.selection.candidates import carries
+from hlcs.estimation.linearization import Fit, Try
+from hlcs.selection.eligibility import carries
 from hlcs.selection.search import EXPLAINED, RIVAL_MARGIN
 from hlcs.simulation.model import Term
 

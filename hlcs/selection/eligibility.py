@@ -4,7 +4,7 @@ import numpy as np
 from scipy import stats
 
 import minibullet.effects as forces
-from hlcs.data.solids import solid
+from hlcs.data.rigid_body import solid
 from hlcs.effects import NOT_FORCES, Candidate, candidate, class_named, classes
 from hlcs.effects.contract import name_of
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.data.experiment_files import Body
+from hlcs.data.experiment_file import Body
 from minibullet import rotations
 from minibullet.shapes.mesh_files import mesh_file
 
@@ -35,14 +35,14 @@ def solid(body: Body) -> Solid:
     A mesh keeps its axes; its centre of mass is the body's centre, wherever the file has its origin. Moments that were stated
     belong to the axes in which the shape's own tensor is diagonal: those of the body, else, smallest first, the principal ones.
     """
-    from minibullet.shapes import primitives as shapes
+    from minibullet.shapes import primitives
 
     if body.shape == "sphere":
-        shape = shapes.Sphere(body.radius or 0.05)
+        shape = primitives.Sphere(body.radius or 0.05)
     elif body.shape == "box":
-        shape = shapes.Box(*(body.size or (0.1, 0.1, 0.1)))
+        shape = primitives.Box(*(body.size or (0.1, 0.1, 0.1)))
     elif body.shape == "cubipod":
-        from hlcs.placement.armour import Cubipod
+        from hlcs.placement.units import Cubipod
 
         shape = Cubipod(body.side or 1.0).pieces
     else:

@@ -8,13 +8,13 @@ import numpy as np
 from scipy import optimize
 
 from hlcs.estimation import inference
-from hlcs.estimation.budget import cut
-from hlcs.estimation.linear import Fit, Linear, Recording
+from hlcs.estimation.effort import cut
+from hlcs.estimation.linearization import Fit, Linear, Recording
 from hlcs.simulation import contact_motion
+from hlcs.simulation.batching import together
+from hlcs.simulation.initial_state import guess, shifted, stepped, unknowns
 from hlcs.simulation.model import Model
-from hlcs.simulation.shots import Shots
-from hlcs.simulation.starts import guess, shifted, stepped, unknowns
-from hlcs.simulation.together import together
+from hlcs.simulation.simulator import Shots
 from minibullet import rotations
 
 CHANNELS = ("x", "y", "z", "rx", "ry", "rz")

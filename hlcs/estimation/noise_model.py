@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hlcs.data.plausible import quantisation
+from hlcs.data.validation import quantisation
 from hlcs.estimation import inference
 from hlcs.estimation.inference import Correlated
 from minibullet import rotations

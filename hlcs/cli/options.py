@@ -11,8 +11,8 @@ from pathlib import Path
 import click
 
 from hlcs.cli import net
-from hlcs.files import folders as files
-from hlcs.placement.experiment import PlacementTest
+from hlcs.files import folders
+from hlcs.placement.procedure import PlacementTest
 from hlcs.processes import interrupts
 
 CHOICES = {
@@ -207,9 +207,9 @@ def publish(document, text, json_file, out, quiet):
         net.keep(f"{out} is written")
     try:
         if hasattr(json_file, "write"):  # in ASCII: the same on every terminal, and nothing in it steers one
-            net.say(json.dumps(json.loads(files.to_json(document)), indent=1).replace("\x7f", "\\u007f"), json_file)
+            net.say(json.dumps(json.loads(folders.to_json(document)), indent=1).replace("\x7f", "\\u007f"), json_file)
         elif json_file:
-            files.write_json(json_file, document)
+            folders.write_json(json_file, document)
             net.keep(f"{json_file} is written")
     finally:
         words = text + (f"\n\nwritten to {out}" if out else "")

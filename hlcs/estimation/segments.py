@@ -7,13 +7,13 @@ follows it. Each piece is short enough for its start to be fitted (multiple shoo
 
 import numpy as np
 
-from hlcs.data.solids import solid
-from hlcs.estimation.budget import cut
-from hlcs.estimation.fit import Problem
-from hlcs.estimation.shooting import shot_again
+from hlcs.data.rigid_body import solid
+from hlcs.estimation.effort import cut
+from hlcs.estimation.least_squares import Problem
+from hlcs.estimation.multiple_shooting import shot_again
 from hlcs.simulation.contact_motion import lies_on_a_face, support
-from hlcs.simulation.shots import Shots
-from hlcs.simulation.starts import shifted
+from hlcs.simulation.initial_state import shifted
+from hlcs.simulation.simulator import Shots
 from minibullet import rotations
 
 GROWTH = 8.0  # times by which a change of the start may grow over a recording before any of them is cut

@@ -14,12 +14,12 @@ from math import isfinite
 from pathlib import Path
 
 import minibullet as mb
-from hlcs.data import plausible
+from hlcs.data import validation
 from hlcs.files.toml_files import LARGEST, TomlFile, nearest
-from hlcs.placement.armour import UNITS
 from hlcs.placement.bottoms import Flat, Slope, Survey, parse_bottom
-from hlcs.placement.experiment import PlacementTest
 from hlcs.placement.grids import RPG, TPG, Grid
+from hlcs.placement.procedure import PlacementTest
+from hlcs.placement.units import UNITS
 from minibullet.effects import library
 from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError, shown_value
@@ -87,7 +87,7 @@ def check_value(file, section, key, value, size=None):
 def make_placement(table):
     """The PlacementTest of a flat dictionary with the keys of [placement]; InputError names the field."""
     test = _made(table)
-    plausible.check_effort(test)
+    validation.check_effort(test)
     return test
 
 

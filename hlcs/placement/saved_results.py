@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs.files import folders as files
+from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.placement.one_layer import LayerRecord
-from hlcs.placement.placement_files import SURVEY_FILE, bottom_words, placement_table, read_placement_file, survey_csv
 from hlcs.placement.placement_result import PlacementResult
+from hlcs.placement.settings_file import SURVEY_FILE, bottom_words, placement_table, read_placement_file, survey_csv
 from minibullet.errors import InputError, is_number
 from minibullet.files.array_files import ArrayFile
 from minibullet.files.user_files import read_text
@@ -23,38 +23,38 @@ ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
 
 def save_placement(result, folder):
     """Write a PlacementResult into a folder, which appears whole; returns its Path."""
-    with files.result_folder(folder) as partial:
+    with folders.result_folder(folder) as partial:
         write_placement(result, partial)
     return Path(folder)
 
 
 def write_placement(result, folder):
     """All files of a PlacementResult into an existing, empty folder; elsewhere where that fails, see `files.keep`."""
-    from hlcs.placement.placement_report import write_pictures, write_report
+    from hlcs.placement.report import write_pictures, write_report
 
     def write(place):
         write_numbers(result, place)
         write_pictures(result, place)
         write_report(result, place)
 
-    files.keep(write, folder, files.to_json(result.to_dict()))
+    folders.keep(write, folder, folders.to_json(result.to_dict()))
 
 
 def write_numbers(result, folder):
     """layers.csv, result.json, poses.npz, settings.toml (and the surveyed bed) into an existing folder."""
-    files.write_text(folder / "layers.csv", csv_text(result.to_dataframe()))
+    folders.write_text(folder / "layers.csv", csv_text(result.to_dataframe()))
     records = [{name: getattr(record, name) for name in RECORD_FIELDS + LATER_FIELDS} for record in result.records]
-    files.write_text(folder / VALUES, files.to_json(result.to_dict() | {"records": records}))
+    folders.write_text(folder / VALUES, folders.to_json(result.to_dict() | {"records": records}))
     layers = range(1, len(result.poses) + 1)
     arrays = {f"poses_{j}": poses for j, poses in zip(layers, result.poses, strict=True)}
     arrays |= {f"readings_{j}": readings for j, readings in zip(layers, result.readings, strict=True)}
     arrays |= {f"aims_{j}": aims for j, aims in enumerate(result.aims, start=1)}
     content = io.BytesIO()
     np.savez_compressed(content, **arrays)
-    files.write_bytes(folder / ARRAYS, content.getvalue())
-    files.write_toml(folder / SETTINGS, {"placement": placement_table(result.test)})
+    folders.write_bytes(folder / ARRAYS, content.getvalue())
+    folders.write_toml(folder / SETTINGS, {"placement": placement_table(result.test)})
     if bottom_words(result.test.bottom) == SURVEY_FILE:
-        files.write_text(folder / SURVEY_FILE, survey_csv(result.test.bottom))
+        folders.write_text(folder / SURVEY_FILE, survey_csv(result.test.bottom))
 
 
 def load_placement(folder):

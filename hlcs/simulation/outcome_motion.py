@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.data.solids import solid
+from hlcs.data.rigid_body import solid
 from hlcs.effects.contract import Setup
 from hlcs.simulation.contact_motion import support
-from hlcs.simulation.flight import fly
+from hlcs.simulation.free_flight import fly
 from minibullet.bodies import Bodies, ContactLaw, Contacts
 from minibullet.effects import contact_law
 

@@ -1,7 +1,7 @@
 """What a diagnosis of layer coefficients says of each candidate."""
 
 from hlcs.effects import SETS, set_of
-from hlcs.kinds.layers.layer_judge import QUANTILE
+from hlcs.kinds.layers.judge import QUANTILE
 from hlcs.selection.diagnosis import Finding
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from minibullet.contact.cone import natural_map_error, solve_block
+from minibullet.contact.coulomb import natural_map_error, solve_block
 from minibullet.contact.exact import STEP_EFFORT, VAIN_EFFORT, solve_rows
 from minibullet.contact.problem import ANSWER_A, ANSWER_B, BLOCK, apply_impulses, block_rows, velocity_along
 from minibullet.kernels import kernel, leaf

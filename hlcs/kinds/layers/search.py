@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.kinds.layers import layer_fit
-from hlcs.kinds.layers.layer_fit import FORMS
-from hlcs.kinds.layers.layer_judge import PRICE, PRICE_ALONE, LayerJudge, Stage
-from hlcs.kinds.layers.layer_model import coefficients
+from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers.judge import PRICE, PRICE_ALONE, LayerJudge, Stage
+from hlcs.kinds.layers.least_squares import FORMS
+from hlcs.kinds.layers.model import coefficients
 from minibullet.errors import InputError
 
 RIVAL_MARGIN, BEATEN = 6.0, 6.6  # evidence within which a candidate is a rival, unless the held-out data refuse it at p < 0.01
@@ -44,7 +44,7 @@ class LayerSearch(LayerJudge):
                     f"the model under test cannot be placed on {one.name}: fewer than two of {len(runs)} simulated tests "
                     f"stand; {self.simulator.refused or 'run `hlcs place` with these settings to see why'}"
                 )
-        numbers = layer_fit.simulated(self.data, rows)
+        numbers = least_squares.simulated(self.data, rows)
         return Stage(model, rows, numbers, self.data.value - numbers.value, tuple(accepted))
 
     # --- signatures ----------------------------------------
@@ -57,11 +57,11 @@ class LayerSearch(LayerJudge):
         if models:
             tables = coefficients(self.simulator, models, self.sets, self.seeds[: pairs or self.pairs], "signatures")
             for entry, rows in zip(wanted, tables, strict=True):
-                found[key(entry)] = layer_fit.signature(self.data, stage.rows, rows, entry.step)
+                found[key(entry)] = least_squares.signature(self.data, stage.rows, rows, entry.step)
         for entry in entries:
             if not entry.simulated:
                 rows = [entry.read(runs, entry.trial, one) for runs, one in zip(stage.rows, self.sets, strict=True)]
-                slope, _ = layer_fit.signature(self.data, stage.rows, rows, entry.step)
+                slope, _ = least_squares.signature(self.data, stage.rows, rows, entry.step)
                 found[key(entry)] = slope, np.zeros(len(slope))
         return found
 
@@ -125,7 +125,7 @@ class LayerSearch(LayerJudge):
             if not beyond:
                 following = found
                 break
-            line = layer_fit.signature(self.data, stage.rows, found.rows, one.amount) if found else None
+            line = least_squares.signature(self.data, stage.rows, found.rows, one.amount) if found else None
             if line is None:  # too few tests stand with it
                 one = replace(one, amount=(one.amount + simulated) / 2.0)
                 continue
@@ -151,7 +151,7 @@ class LayerSearch(LayerJudge):
         for one in tried:
             if one.name == winner.name:
                 continue
-            angle = layer_fit.cosine(matrix, winner.slope, one.slope)
+            angle = least_squares.cosine(matrix, winner.slope, one.slope)
             bounded = not any(fail.startswith(("its number", "the interval")) for fail in one.fails)
             close = one.evidence >= winner.evidence - RIVAL_MARGIN or (angle > SAME and one.gain > one.price)
             both = one.held and winner.held

@@ -6,7 +6,7 @@ unknowns is (slot, direction): the slot counts SLOTS, the direction is a unit ve
 
 import numpy as np
 
-from hlcs.data.solids import solid
+from hlcs.data.rigid_body import solid
 from hlcs.simulation import contact_motion
 from minibullet import rotations
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hlcs.estimation import inference
-from hlcs.estimation.fit import towards_null
+from hlcs.estimation.least_squares import towards_null
 
 FEW_RECORDINGS = 6
 

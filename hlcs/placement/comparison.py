@@ -11,8 +11,8 @@ import numpy as np
 from hlcs.placement import statistics
 from hlcs.placement.bottoms import Flat, Slope
 from hlcs.placement.placement_result import PlacementResult, or_dash
+from hlcs.placement.printed_tables import LayerTable, laboratory
 from hlcs.placement.statistics import Sample
-from hlcs.placement.tables import LayerTable, laboratory
 from minibullet.errors import InputError
 
 
@@ -133,7 +133,7 @@ class LayerComparison:
 
     def plot(self, ax=None):
         """Both against the layer, with error bars; returns the Axes."""
-        from hlcs.placement.placement_figures import layer_axes
+        from hlcs.placement.figures import layer_axes
 
         return layer_axes([("model", self.model), ("measured", self.measured)], ax)
 

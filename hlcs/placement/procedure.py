@@ -9,12 +9,11 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 import minibullet as mb
-from hlcs.data import plausible
-from hlcs.placement import bottoms, plates
-from hlcs.placement import one_layer as placement
-from hlcs.placement.armour import CONCRETE, UNITS
+from hlcs.data import validation
+from hlcs.placement import bottoms, one_layer, plates
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.placement_result import PlacementResult
+from hlcs.placement.units import CONCRETE, UNITS
 from minibullet.errors import InputError, is_number, shown_value
 
 ROUGHNESS_LENGTH = 1.5  # distance of the points at which a rough bed has heights of their own [Dn]
@@ -119,7 +118,7 @@ class PlacementTest:
         if self.bottom_roughness and isinstance(self.bottom, bottoms.Survey):
             raise InputError("placement: bottom_roughness on a surveyed bottom; its roughness stands in the survey")
         _ = self.settings  # checked now, not after minutes
-        plausible.tell_unlikely(self)
+        validation.tell_unlikely(self)
 
     @property
     def unit(self):
@@ -154,9 +153,9 @@ class PlacementTest:
     def run(self, progress=None):
         """Place and measure all layers; ``progress(layer)`` is called after each. Returns a PlacementResult."""
         started = time.perf_counter()
-        plausible.check_effort(self)
+        validation.check_effort(self)
         unit, dn, bed = self.unit, self.unit.nominal_diameter, self.bed
-        load = placement.load_of(unit, self)
+        load = one_layer.load_of(unit, self)
         generator = np.random.default_rng(self.seed)
         world = mb.World([mb.Gravity(9.81), *self.effects], self.settings)
         bed.add_to(world)
@@ -164,31 +163,31 @@ class PlacementTest:
         records, readings, aimed, loose = [], [], [], []
         for layer in range(1, self.layers + 1):
             centres = self.grid.centres(self.rows, self.columns, layer) * dn + shift
-            aims = placement.missed(self, centres, layer)
+            aims = one_layer.missed(self, centres, layer)
             lifts, pushed = [], 0.0
             if layer == 1:
-                handles = placement.lay_first_layer(world, unit, load, aims, bed, self, generator)
-                pushed = _farthest(handles, placement.first_places(unit, aims, bed, self))
-                record = placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time)
+                handles = one_layer.lay_first_layer(world, unit, load, aims, bed, self, generator)
+                pushed = _farthest(handles, one_layer.first_places(unit, aims, bed, self))
+                record = one_layer.settle_layer(world, layer, handles, bed, level, dn, self.settle_time)
             else:
                 handles, record = [], None
-                rows = placement.rows_of(aims, centres) if self.sequential_placement else ()
+                rows = one_layer.rows_of(aims, centres) if self.sequential_placement else ()
                 for row in rows or (aims,):  # a layer may have lost all its units
                     ground = -bottoms.height_above(bed, np.insert(row, 2, 0.0, axis=1))
                     lowest = ground + envelope + self.falling_distance * dn
-                    hung, lifted = placement.hang_layer(world, layer, load, row, lowest, generator, len(handles))
+                    hung, lifted = one_layer.hang_layer(world, layer, load, row, lowest, generator, len(handles))
                     handles, lifts = handles + hung, [*lifts, *lifted]
-                    record = placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
+                    record = one_layer.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
             loose = [*loose, *handles] if self.loose_lower_layers else handles
             if self.vibration:
-                placement.shake(world, loose, self.vibration, dn)
-                record = placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
+                one_layer.shake(world, loose, self.vibration, dn)
+                record = one_layer.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
             if not self.loose_lower_layers:
                 world.freeze(handles)
             records.append(record.started(lifts, pushed))
             aimed.append(aims)
             if self.reference == "layer":
-                shift = shift + placement.reference_shift(record, aims)
+                shift = shift + one_layer.reference_shift(record, aims)
             readings.append(
                 plates.read_plates(
                     [one.handles for one in records],
@@ -200,7 +199,7 @@ class PlacementTest:
                 )
             )
             envelope = _envelope(readings[-1].heights, record.standing, bed, envelope)
-            level = placement.level_of(_heights(handles, bed), level, dn)
+            level = one_layer.level_of(_heights(handles, bed), level, dn)
             if progress is not None:
                 progress(layer)
         return PlacementResult(

@@ -12,9 +12,9 @@ import numpy as np
 from hlcs.files.csv_files import read_csv
 from hlcs.files.toml_files import TomlFile
 from hlcs.placement.bottoms import Flat, Slope
-from hlcs.placement.experiment import PlacementTest
 from hlcs.placement.grids import RPG, TPG, WIDEST, Grid
-from hlcs.placement.placement_files import KEYS, checked_table, make_placement
+from hlcs.placement.procedure import PlacementTest
+from hlcs.placement.settings_file import KEYS, checked_table, make_placement
 from hlcs.placement.statistics import Sample
 from minibullet.errors import InputError
 
@@ -127,7 +127,7 @@ def _named(sets):
 
 def file_keys():
     """Top-level keys of an experiment file."""
-    from hlcs.data.experiment_files import SECTIONS
+    from hlcs.data.experiment_file import SECTIONS
 
     return SECTIONS[""]
 

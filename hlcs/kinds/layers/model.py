@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs.files import folders as files
-from hlcs.kinds.layers.layer_candidates import LayerCandidate, named
+from hlcs.files import folders
+from hlcs.kinds.layers.candidates import LayerCandidate, named
 from hlcs.placement import work
-from hlcs.placement.experiment import PlacementTest
-from hlcs.placement.placement_files import placement_table
+from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.runs import simulate
+from hlcs.placement.settings_file import placement_table
 from hlcs.placement.store import Store, key_of
 from hlcs.placement.sweep import settings_of
 from minibullet.errors import InputError
@@ -108,7 +108,7 @@ class LayerModel:
         if effects:
             document["model"] = {"effects": effects}
         document["measurement"] = {"file": str(data or source)}
-        return files.to_toml(document)
+        return folders.to_toml(document)
 
     def files(self, folder):
         """{name: bytes} of what keeps the model in a folder of results: its experiment file, and its data where they lie

@@ -3,12 +3,12 @@
 import base64
 import html
 
-from hlcs.files import folders as files
-from hlcs.placement import placement_figures
-from hlcs.placement.layer_compare import compare_layers, laboratory_for, percent, sample_of
-from hlcs.placement.placement_files import placement_table
+from hlcs.files import folders
+from hlcs.placement import figures
+from hlcs.placement.comparison import compare_layers, laboratory_for, percent, sample_of
 from hlcs.placement.placement_result import or_dash
-from hlcs.placement.tables import paper_numerical
+from hlcs.placement.printed_tables import paper_numerical
+from hlcs.placement.settings_file import placement_table
 from minibullet.report import drawing
 
 STYLE = """
@@ -22,14 +22,14 @@ iframe { width: 100%; height: 32em; border: 1px solid #ddd } img { max-width: 10
 
 def write_pictures(result, folder):
     """structure.png and scene.glb into an existing folder."""
-    scene = placement_figures.scene_of(result)
+    scene = figures.scene_of(result)
     drawing.draw_scene(scene, folder / "structure.png")
     drawing.write_glb(folder / "scene.glb", scene)
 
 
 def write_report(result, folder):
     """report.html into an existing folder."""
-    files.write_text(folder / "report.html", report_page(result))
+    folders.write_text(folder / "report.html", report_page(result))
 
 
 def report_page(result):
@@ -53,9 +53,9 @@ def report_page(result):
         samples.append(("laboratory", sample_of(measured)[1]))
         printed = paper_numerical("table3" if measured.bottom_slope else "table2", grid=measured.grid)
         samples.append(("paper's numerical model", sample_of(printed)[1]))
-    picture = placement_figures.png_bytes(placement_figures.layer_axes(samples).figure)
+    picture = figures.png_bytes(figures.layer_axes(samples).figure)
     parts.append(f'<img alt="layer coefficients" src="data:image/png;base64,{base64.b64encode(picture).decode()}">')
-    page = drawing.page(placement_figures.scene_of(result), title=title)
+    page = drawing.page(figures.scene_of(result), title=title)
     parts.append(
         f'<h2>The structure</h2><iframe title="the structure, drag to turn" srcdoc="{html.escape(page)}"></iframe>'
         '<p class="note">One colour a layer.</p>'

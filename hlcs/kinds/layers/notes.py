@@ -2,17 +2,17 @@
 
 import numpy as np
 
-from hlcs.kinds.layers import layer_fit
-from hlcs.kinds.layers.layer_search import SCREEN
+from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers.search import SCREEN
 from hlcs.placement import statistics
-from hlcs.placement.layer_compare import repeated
+from hlcs.placement.comparison import repeated
 from hlcs.placement.statistics import Sample
 
 
 def samples(search, stage, index):
     """(measured, model) Samples of one set; the measured scatter is at least what rounding to three decimals hides."""
     runs, (mean, cv, tests) = stage.rows[index], search.sets[index].sample
-    measured = Sample(mean, np.hypot(cv, layer_fit.ROUNDING * np.sqrt(tests) / mean), tests)
+    measured = Sample(mean, np.hypot(cv, least_squares.ROUNDING * np.sqrt(tests) / mean), tests)
     return measured, repeated(runs[np.isfinite(runs).all(axis=1)])
 
 
@@ -72,8 +72,8 @@ def campaign_notes(sets):
             f"({low[1]}), {100 * gap:.1f} % apart{sigmas}: what another campaign alone may change"
         )
     notes.append(
-        f"campaign term {100 * layer_fit.CAMPAIGN:g} %, common to all layers or individual to each: what is accepted survives "
-        "both; sigma under 'where' includes it, z does not"
+        f"campaign term {100 * least_squares.CAMPAIGN:g} %, common to all layers or individual to each: what is accepted "
+        "survives both; sigma under 'where' includes it, z does not"
     )
     return notes
 

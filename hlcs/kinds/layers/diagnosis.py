@@ -3,17 +3,17 @@
 import numpy as np
 
 from hlcs.compare import Comparison
-from hlcs.kinds.layers import layer_fit
-from hlcs.kinds.layers.layer_candidates import library, named
-from hlcs.kinds.layers.layer_data import read_layers
-from hlcs.kinds.layers.layer_findings import findings, intervals
-from hlcs.kinds.layers.layer_model import Simulator, model_of
-from hlcs.kinds.layers.layer_next import next_experiment
-from hlcs.kinds.layers.layer_notes import campaign_notes, floor_of, left_out, samples, search_notes, set_notes
-from hlcs.kinds.layers.layer_search import SEEDS, LayerSearch
+from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers.candidates import library, named
+from hlcs.kinds.layers.data import read_layers
+from hlcs.kinds.layers.experiment_design import next_experiment
+from hlcs.kinds.layers.findings import findings, intervals
+from hlcs.kinds.layers.model import Simulator, model_of
+from hlcs.kinds.layers.notes import campaign_notes, floor_of, left_out, samples, search_notes, set_notes
+from hlcs.kinds.layers.search import SEEDS, LayerSearch
 from hlcs.placement import statistics
 from hlcs.selection.diagnosis import Diagnosis, Finding
-from hlcs.selection.identify import NextExperiment
+from hlcs.selection.experiment_design import NextExperiment
 
 ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass, under the form of the campaign term that is kinder to it
 MEASURE, UNIT = "mean relative error", "1"
@@ -154,7 +154,7 @@ def diagnose_layers(file, candidates=None, own=(), seed=0, workers=None, progres
 def _adequate(search, stage):
     """(adequate, chi-squared, p, {form: p}): under the form of the campaign term that is kinder to the model."""
     slopes = [one.slope for one in stage.accepted if not one.candidate.switch]
-    found = layer_fit.adequacy(search.data, stage.numbers, stage.residual, slopes)
+    found = least_squares.adequacy(search.data, stage.numbers, stage.residual, slopes)
     form = max(found, key=lambda name: found[name][1])
     return found[form][1] >= ADEQUATE, found[form][0], found[form][1], {name: p for name, (_, p) in found.items()}
 
@@ -172,7 +172,7 @@ def where_layers(search, stage):
         campaign = np.sqrt(
             statistics.standard_error(measured) ** 2
             + statistics.standard_error(model) ** 2
-            + (layer_fit.CAMPAIGN * measured.mean) ** 2
+            + (least_squares.CAMPAIGN * measured.mean) ** 2
         )
         adjusted = statistics.holm(welch.p)
         for j in range(one.layers):
@@ -199,7 +199,7 @@ def _noise(search):
         "position": None,
         "rho": 0.0,
         "source": "scatter between tests, over the number of tests",
-        "campaign": layer_fit.CAMPAIGN,
+        "campaign": least_squares.CAMPAIGN,
         "hold_out": search.measurement.hold_out,
     }
 
@@ -207,7 +207,7 @@ def _noise(search):
 def _table(search, stage, names=False):
     """One entry a layer, for pictures and data frames."""
     data, layers = search.data, search.data.layer > 0
-    error = np.sqrt((data.variance + stage.numbers.variance + (layer_fit.CAMPAIGN * data.mean) ** 2)[layers])
+    error = np.sqrt((data.variance + stage.numbers.variance + (least_squares.CAMPAIGN * data.mean) ** 2)[layers])
     residual = stage.residual[layers]
     trial = data.set[layers]
     return {

@@ -11,8 +11,8 @@ import numpy as np
 
 from hlcs.data.measurement import Trial
 from hlcs.estimation import inference
-from hlcs.estimation.fit import Problem
-from hlcs.simulation.shots import Shots
+from hlcs.estimation.least_squares import Problem
+from hlcs.simulation.simulator import Shots
 from minibullet import rotations
 
 SEPARATION = 16.4

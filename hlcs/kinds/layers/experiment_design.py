@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hlcs.kinds.layers import layer_fit
-from hlcs.selection.identify import SEPARATION, NextExperiment, tests_needed
+from hlcs.kinds.layers import least_squares
+from hlcs.selection.experiment_design import SEPARATION, NextExperiment, tests_needed
 
 WITNESS = {  # direct readings of one suspect, best first: no new unknowns
     "convex_hull_shape": "simulate both shapes with the same seeds, and nest two units by hand: hulls cannot",
@@ -78,8 +78,8 @@ def _best_set(search, stage, one, other):
     for index in range(len(search.sets)):
         rows = (data.set == index) & (data.layer > 0)
         variance = (data.variance * data.tests)[rows]  # of a single test
-        matrix = np.diag(variance) + layer_fit.CAMPAIGN**2 * np.outer(data.mean[rows], data.mean[rows])
-        scores.append(layer_fit.chi_squared(matrix, (one.shift - other.shift)[rows]))
+        matrix = np.diag(variance) + least_squares.CAMPAIGN**2 * np.outer(data.mean[rows], data.mean[rows])
+        scores.append(least_squares.chi_squared(matrix, (one.shift - other.shift)[rows]))
     return max(scores), int(np.argmax(scores))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hlcs.estimation import inference
-from hlcs.simulation.starts import stepped
+from hlcs.simulation.initial_state import stepped
 
 BAD = 2.0  # chi2 per degree of freedom of a recording above which its start is fitted afresh
 STRETCHES = (0.3, 0.6, 1.0)  # parts of a recording that are fitted one after the other
