@@ -5,78 +5,19 @@ effects: only gravity, the floor and the size of the body as the file states the
 """
 
 import warnings
-from math import sqrt
 
 import numpy as np
 
+from hlcs.files.limits import MOST_STEPS
 from minibullet.errors import InputError, InputWarning
 
-# Numbers that can be computed with but are hardly meant outside of these: lowest, highest, unit, why.
-USUAL = {
-    "side": (5e-3, 10.0, "m", "models have sides of centimetres, the largest armour units of 4 m: lengths are in m"),
-    "radius": (1e-4, 10.0, "m", "shot and grains have a radius of a millimetre, boulders of some metres: lengths are in m"),
-    "mass": (1e-6, 1e5, "kg", "a grain of sand has 1e-6 kg, the largest armour units 150 t: masses are in kg"),
-    "density": (500.0, 12000.0, "kg/m3", "wood has 500, concrete 2400, lead 11300: 2.4 t/m3 are 2400 kg/m3"),
-    "friction": (0.0, 2.0, "1", "rubber on concrete has 1.2: of an angle write the tangent, 0.6 for 31 degrees"),
-    "gravity": (0.0, 25.0, "m/s2", "Jupiter has 24.8, the Earth 9.81: lengths are in m, not in feet or cm"),
-    "fluid_density": (0.0, 14000.0, "kg/m3", "water has 1000, mercury 13600"),
-    "fluid_viscosity": (0.0, 100.0, "Pa s", "water has 0.001, honey 10"),
-    "falling_distance": (0.0, 5.0, "Dn", "units are let go at 0.25 Dn: a distance in nominal diameters, not in m or cm"),
-    "position": (1e-7, 0.2, "m", "trackers are good to some millimetres, 0.002 m: a noise is in m, not in mm"),
-    "orientation": (1e-6, 0.5, "rad", "trackers are good to a degree, 0.02 rad: a noise is in rad, not in degrees"),
-    "settle_time": (0.1, 600.0, "s", "a layer comes to rest within some seconds"),
-}
 FEET = 0.3048  # m
 TOO_FAST = 1.5  # free falls faster than so many g are told: no shipped effect makes a body fall so fast
-MOST_STEPS = 10_000_000  # of a layer, or of all recordings: a step of the smallest test takes 0.4 ms, so an hour at the least
-MOST_UNITS = 100_000  # of a test: 1,500 units take a minute or more, so a day
-STRIDE = 0.5  # of its size that a body may fall through in a step: beyond that two can pass through each other unseen
 
 LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
 SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
 ALOFT = 5.0  # times as long as a throw of that height can last
-
-
-def unlikely(name, value):
-    """What is odd about a number of that name, in words; "" where nothing is."""
-    if name not in USUAL:
-        return ""
-    low, high, unit, why = USUAL[name]
-    unit = "" if unit == "1" else f" {unit}"
-    return "" if low <= value <= high else f"{value:g}{unit} is hardly meant; usual is {low:g} to {high:g}: {why}"
-
-
-def tell_unlikely(test):
-    """Warn of settings of a PlacementTest that are hardly meant."""
-    for name, value in vars(test).items():
-        if said := unlikely(name, value):
-            warnings.warn(f"placement: {name} = {said}", InputWarning, stacklevel=4)  # where the test is made
-
-
-def check_effort(test):
-    """InputError for a PlacementTest that would compute for weeks, or whose units fall through each other in one step."""
-    steps = test.settle_time / test.time_step
-    if steps > MOST_STEPS:
-        raise InputError(
-            f"placement: time_step = {test.time_step:g} s makes {steps:.3g} steps of a layer with settle_time = "
-            f"{test.settle_time:g} s, at most {MOST_STEPS:.0e} are computed; take time_step >= "
-            f"{test.settle_time / MOST_STEPS:.2g} s, or a shorter settle_time"
-        )
-    units = sum((test.rows - below) * (test.columns - below) for below in range(test.layers))
-    if units > MOST_UNITS:
-        raise InputError(
-            f"placement: {test.rows} rows, {test.columns} columns and {test.layers} layers are {units} units; at "
-            f"most {MOST_UNITS} are placed: take fewer"
-        )
-    size = test.side
-    speed = sqrt(2 * 9.81 * (test.falling_distance + 1) * size)  # after its fall, and down into a gap of its own size
-    if speed * test.time_step > STRIDE * size:
-        raise InputError(
-            f"placement: a unit of side = {size:g} m falls by {speed * test.time_step:.2g} m in one time_step = "
-            f"{test.time_step:g} s, more than half its size, and would pass through others; take time_step <= "
-            f"{STRIDE * size / speed:.2g} s"
-        )
 
 
 def check_duration(trials, file):

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs.data import validation
+from hlcs.files import limits
 from minibullet.errors import InputError, InputWarning, is_number, shown, shown_value
 from minibullet.files.user_files import read_text
 
@@ -162,7 +162,7 @@ class TomlFile:
         low, high = -LARGEST if low is None else low, LARGEST if high is None else high
         if not low <= value <= high:
             self.fail(key, f"must be between {low:g} and {high:g}, got {value:g}; units are SI (m, kg, s, rad)", section, index)
-        if said := validation.unlikely(key, value):
+        if said := limits.unlikely(key, value):
             self.warn(key, said, section, index)
         return float(value)
 

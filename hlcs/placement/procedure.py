@@ -9,8 +9,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 import minibullet as mb
-from hlcs.data import validation
-from hlcs.placement import bottoms, one_layer, plates
+from hlcs.placement import bottoms, one_layer, plates, validation
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.placement_result import PlacementResult
 from hlcs.placement.units import CONCRETE, UNITS

@@ -14,8 +14,8 @@ from math import isfinite
 from pathlib import Path
 
 import minibullet as mb
-from hlcs.data import validation
 from hlcs.files.toml_files import LARGEST, TomlFile, nearest
+from hlcs.placement import validation
 from hlcs.placement.bottoms import Flat, Slope, Survey, parse_bottom
 from hlcs.placement.grids import RPG, TPG, Grid
 from hlcs.placement.procedure import PlacementTest

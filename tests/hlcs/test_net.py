@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from hlcs.cli import commands, net
-from hlcs.data import validation
+from hlcs.files import limits
 from hlcs.files.spreadsheets import csv_text
 from minibullet.errors import InputError
 
@@ -234,10 +234,10 @@ def test_fall_times_over_heights_in_feet_are_told(hlcs, tmp_path):
 def test_every_usual_range_has_a_unit_and_a_reason_and_holds_the_default():
     from hlcs import PlacementTest
 
-    for name, (low, high, unit, why) in validation.USUAL.items():
+    for name, (low, high, unit, why) in limits.USUAL.items():
         assert low < high and unit and len(why.split()) > 3
-        assert validation.unlikely(name, getattr(PlacementTest(), name, high)) == ""
-        assert why in validation.unlikely(name, 2 * high) and f"{2 * high:g}" in validation.unlikely(name, 2 * high)
+        assert limits.unlikely(name, getattr(PlacementTest(), name, high)) == ""
+        assert why in limits.unlikely(name, 2 * high) and f"{2 * high:g}" in limits.unlikely(name, 2 * high)
 
 
 def test_unlikely_settings_warn_in_python():
