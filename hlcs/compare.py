@@ -9,7 +9,7 @@ from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.impacts import as_rows, read_impacts
 from hlcs.data.measurement import read_measurement
 from hlcs.effects import check_names, own_classes
-from hlcs.estimation.least_squares import CHANNELS
+from hlcs.estimation.trajectory_problem import CHANNELS
 from hlcs.kinds.trajectories import judge, prepare
 
 

@@ -7,21 +7,21 @@ from scipy import stats
 
 from hlcs.compare import where_it_fails
 from hlcs.data.experiment_file import read_experiment_file
-from hlcs.data.impacts import read_impacts, unlike
+from hlcs.data.impacts import differing_from_model, read_impacts
 from hlcs.data.measurement import read_measurement
 from hlcs.effects import SETS, check_names, own_classes, set_of
-from hlcs.estimation.cross_validation import Folds
-from hlcs.estimation.effort import LEFT_OUT, SMOOTH, cut, screened
+from hlcs.estimation.budget import LEFT_OUT, SMOOTH_LIMIT, screening_subset
+from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.noise_model import estimate_noise
 from hlcs.kinds.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories import judge, polished, prepare, touches
 from hlcs.selection import experiment_design
-from hlcs.selection.competing_models import rivals
+from hlcs.selection.competing_models import competing_models
 from hlcs.selection.diagnosis import Diagnosis, Finding
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.pairs import beside
 from hlcs.selection.search import Search
-from hlcs.selection.search_moves import exchanged, reformed, rerouted, submerged
+from hlcs.selection.search_moves import exchange_terms, try_other_first_effects, try_other_forms, try_stated_fluid
 
 INTERVAL = 0.90  # of coefficients
 
@@ -74,22 +74,22 @@ def diagnose_trajectories(measurement, names=None, own=(), say=lambda text: None
     noise = estimate_noise(measurement)
     contact = touches(measurement.trials, noise)
     whole, measurement = measurement, thinned(measurement, noise)
-    few, many, notes = screened(measurement, contact)
+    few, many, notes = screening_subset(measurement, contact)
     prepared = prepare(few, own, noise)
-    if few is not many and prepared.problem is not None and not cut(prepared.problem):  # cheaper than feared
-        few, many, notes = screened(measurement, contact, SMOOTH)
+    if few is not many and prepared.problem is not None and not prepared.problem.segmented:  # cheaper than feared
+        few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
         prepared = prepare(few, own, noise)
     entries, absent = candidates_for(few, prepared.contact, names, own)
     if prepared.problem is None:
         return unknown_noise(measurement, prepared, entries)
     screening = {trial.name for trial in few.trials}
     seen = replace(whole, trials=tuple(trial for trial in whole.trials if trial.name in screening))
-    read = unlike(read_impacts(seen, prepared.noise), few.trials[0].surroundings)
+    read = differing_from_model(read_impacts(seen, prepared.noise), few.trials[0].surroundings)
 
     all_rows = (on_all_rows(whole),) if whole is not measurement else ()
 
     def searched(prepared, entries, absent):
-        search = Search(prepared.problem, entries, Folds(prepared.problem.trials, file.hold_out), say, read)
+        search = Search(prepared.problem, entries, CrossValidation(prepared.problem.trials, file.hold_out), say, read)
         return assemble(prepared, search, absent, judge, where_it_fails, *all_rows)
 
     found = searched(prepared, entries, absent)
@@ -115,15 +115,15 @@ def assemble(prepared, search, absent, judge, where, told=lambda problem, fit: (
     """
     measurement, problem, base = prepared.measurement, prepared.problem, prepared.base
     verdict_before, table_before = judge(*told(problem, base))
-    fits, rounds = submerged(search, *rerouted(search, *reformed(search, *search.run(base))))
-    settled = len(fits[-1].model.terms) < 2 and not problem.shots.contact  # else a term may stand where another belongs
+    fits, rounds = try_stated_fluid(search, *try_other_first_effects(search, *try_other_forms(search, *search.run(base))))
+    settled = len(fits[-1].model.terms) < 2 and not problem.simulator.contact  # else a term may stand where another belongs
     if not settled:
-        fits, rounds = exchanged(search, fits, rounds)
+        fits, rounds = exchange_terms(search, fits, rounds)
     final, exact = fits[-1], polished(problem, fits[-1])  # rivals were, and are, fitted at the step of the search
     judged, best = told(problem, exact)
     verdict_after, table_after = judge(judged, best)
     search.progress("rivals")
-    others = rivals(search, final, 1.0 if verdict_after.adequate else max(verdict_after.chi2, 1.0))
+    others = competing_models(search, final, 1.0 if verdict_after.adequate else max(verdict_after.chi2, 1.0))
     terms = final.model.terms
     effects = tuple(term.name for term in terms)
     sets = [tuple([term.name] + sorted(name for name, _, _ in rest)) for term, rest in zip(terms, others, strict=True)]
@@ -224,21 +224,21 @@ def _rms(problem, residuals, unit):
 
 def fitted_error(search, fit, unit):
     """RMS residual of a fit on the data it was fitted to."""
-    r, s = fit.linear.projected
+    r, s = fit.linearization.projected
     return _rms(search.problem, search.coloured(r), unit)
 
 
 def held_out_error(search, fit, unit):
     """RMS residual on recordings the numbers were not fitted to; None where nothing can be held out."""
-    if not search.folds.possible:
+    if not search.cross_validation.possible:
         return None
-    return _rms(search.problem, search.coloured(search.folds.residuals(fit)), unit)
+    return _rms(search.problem, search.coloured(search.cross_validation.residuals(fit)), unit)
 
 
 def _errors(search, base, final, unit):
     noise = search.problem.noise.orientation if unit == "rad" else search.problem.noise.position
     held = None
-    if search.folds.possible:
+    if search.cross_validation.possible:
         held = {"before": held_out_error(search, base, unit), "after": held_out_error(search, final, unit), "noise": noise}
     return {
         "measure": "rms",
@@ -272,7 +272,7 @@ def _findings(search, fits, rounds, rivals, effects, absent, unit, adequacy):
             fitted, held, gain = fitted_error(search, best.fit, unit), held_out_error(search, best.fit, unit), best.gain
         else:
             fitted, held, gain = None, None, last.linear_gain if last is not None and last.visible else None
-        evidence = None if gain is None else float(gain - search.fee(entry))
+        evidence = None if gain is None else float(gain - search.complexity_penalty(entry))
         found.append(Finding(name, fitted, held, evidence, accepted, same, why, cosines, _visible(last)))
     found.sort(key=lambda entry: (not entry.accepted, -(entry.evidence if entry.evidence is not None else -1e9), entry.effect))
     found += [Finding(name, None, None, None, False, (), f"not tried: {why}") for name, why in sorted(absent.items())]
@@ -287,7 +287,7 @@ def _why(name, accepted, same, best, last, effects, adequacy):
     """One sentence on a candidate."""
     form = set_of(name)
     if accepted:
-        text = f"accepted: chi2 falls by {best.gain:.0f} for a price of {best.price:.0f}"
+        text = f"accepted: chi2 falls by {best.gain:.0f} for a price of {best.required_gain:.0f}"
         if best.directions:
             text += "; held-out error falls by " + " and ".join(f"{100 * fall:.0f} %" for fall in best.directions)
         return text + (f"; cannot be told from {', '.join(same)}" if same else "")
@@ -297,15 +297,15 @@ def _why(name, accepted, same, best, last, effects, adequacy):
     better = [other for other in effects if form and other in SETS[form]]
     if best is not None and better:
         return f"of one set ({form}) with {better[0]}, which explains the data better"
-    if last is not None and last.fit is not None and last.gain > last.price and last.fails:
+    if last is not None and last.fit is not None and last.gain > last.required_gain and last.fails:
         return "suspected: " + "; ".join(last.fails)
     if last is None or not last.visible:
         return "cannot be seen in these data: what it does is absorbed by the unknown start or by what is in the model"
-    if best is not None and best.gain > best.price and not best.fails:
+    if best is not None and best.gain > best.required_gain and not best.fails:
         return "explained the residual too, less well than what was accepted"
-    if best is not None and best.gain > best.price:
+    if best is not None and best.gain > best.required_gain:
         return "pointed at the residual before the rest was explained: " + "; ".join(best.fails)
-    return f"not seen: chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.price:.1f}"
+    return f"not seen: chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.required_gain:.1f}"
 
 
 def _visible(last):
@@ -313,7 +313,7 @@ def _visible(last):
     if last is None or not last.visible or len(last.candidate.free) != 1 or last.candidate.absent is None:
         return ""
     free = last.candidate.free[0]
-    size = (np.sqrt(last.price) + 1.28) / last.visible
+    size = (np.sqrt(last.required_gain) + 1.28) / last.visible
     return f"{free.name} {size:.2g}{'' if free.unit == '1' else ' ' + free.unit} from {free.null:g}"
 
 

@@ -158,7 +158,7 @@ def mean_and_trend(values, errors, speeds):
     return mean, float(wide / np.sqrt(weights.sum())), slope, float(scatter / np.sqrt(weights @ centred**2))
 
 
-def unlike(impacts, surroundings):
+def differing_from_model(impacts, surroundings):
     """{candidate: {number: value}} of restitution and friction where impacts show others than the model's; a place to begin.
 
     A contact that grips shows less than its friction, so the largest readings but one in five tell it; a restitution that
@@ -166,7 +166,7 @@ def unlike(impacts, surroundings):
     """
     found = {}
     for name, share in (("restitution", 0.5), ("friction", 0.8)):
-        read = sure(impacts, name)
+        read = reliable(impacts, name)
         if len(read) < LEAST:
             continue
         values, errors, speeds = (np.array(column) for column in zip(*read, strict=True))
@@ -181,7 +181,7 @@ def unlike(impacts, surroundings):
     return found
 
 
-def sure(impacts, key):
+def reliable(impacts, key):
     """[(reading, its error, speed of approach)] of restitution or friction, those with an error below UNSURE."""
     return [
         (getattr(one, key), getattr(one, f"{key}_error"), one.speed)

@@ -10,7 +10,7 @@ from minibullet import rotations
 from minibullet.shapes.mesh_files import mesh_file
 
 
-class Solid(NamedTuple):
+class RigidBody(NamedTuple):
     """What the laws of motion need to know of a body, in its principal axes."""
 
     mass: float  # [kg]
@@ -29,7 +29,7 @@ class Solid(NamedTuple):
 
 
 @lru_cache(maxsize=4096)
-def solid(body: Body) -> Solid:
+def rigid_body(body: Body) -> RigidBody:
     """Mass properties of a body; a mass or size nobody stated is taken as 1 kg and 0.05 m (and then never used by a law).
 
     A mesh keeps its axes; its centre of mass is the body's centre, wherever the file has its origin. Moments that were stated
@@ -55,7 +55,7 @@ def solid(body: Body) -> Solid:
         axes = axes * np.array([1.0, 1.0, np.sign(np.linalg.det(axes))])
         stated = stated and sorted(stated)
     moments = np.asarray(stated) if stated else moments * mass / shape.volume
-    return Solid(
+    return RigidBody(
         mass,
         tuple(float(m) for m in moments),
         shape.volume,

@@ -49,9 +49,9 @@ class CentreOfMassOffset(Change):
     group = "body"
 
     def setup(self, setup):
-        from hlcs.data.rigid_body import solid
+        from hlcs.data.rigid_body import rigid_body
 
-        size = solid(setup.body).volume ** (1 / 3)
+        size = rigid_body(setup.body).volume ** (1 / 3)
         moved = tuple(here + size * part for here, part in zip(setup.centre, (self.x, self.y, self.z), strict=True))
         return replace(setup, centre=moved)
 
@@ -66,9 +66,9 @@ class InertiaError(Change):
     group = "body"
 
     def setup(self, setup):
-        from hlcs.data.rigid_body import solid
+        from hlcs.data.rigid_body import rigid_body
 
-        moments = solid(setup.body).inertia
+        moments = rigid_body(setup.body).inertia
         factors = (self.factor_x, self.factor_y, self.factor_z)
         wanted = [float(factor * moment) for factor, moment in zip(factors, moments, strict=True)]
         total = sum(wanted)  # no solid has a moment above the sum of the other two: the nearest that one can have

@@ -13,6 +13,6 @@ class MarginOffset(Change):
     group = "contact_normal"
 
     def setup(self, setup):
-        from hlcs.data.rigid_body import solid
+        from hlcs.data.rigid_body import rigid_body
 
-        return replace(setup, margin=setup.margin + self.offset * solid(setup.body).volume ** (1 / 3))
+        return replace(setup, margin=setup.margin + self.offset * rigid_body(setup.body).volume ** (1 / 3))

@@ -6,18 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from hlcs.data.measurement import Measurement
-from hlcs.data.rigid_body import solid
-from hlcs.estimation import inference
-from hlcs.estimation.effort import cut
-from hlcs.estimation.least_squares import CHANNELS, Problem
+from hlcs.data.rigid_body import rigid_body
+from hlcs.estimation.adequacy import adequacy, blocks_in_time
+from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.linearization import Fit
-from hlcs.estimation.multiple_shooting import shot_again
-from hlcs.estimation.noise_model import Noise, estimate_noise
-from hlcs.estimation.segments import awake, cut_again, pieces, said
+from hlcs.estimation.multiple_shooting import refit_initial_states
+from hlcs.estimation.noise_model import Noise, estimate_noise, isolated_outliers
+from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
+from hlcs.estimation.trajectory_problem import CHANNELS, TrajectoryProblem
 from hlcs.simulation.contact_motion import gap
 from hlcs.simulation.model import Model
-from hlcs.simulation.regimes import PHASES, phases
-from hlcs.simulation.simulator import Shots, carried_on
+from hlcs.simulation.regimes import REGIMES, classify_regimes
+from hlcs.simulation.simulator import Simulator, richardson
 from minibullet import rotations
 from minibullet.errors import InputError, InputWarning
 
@@ -37,7 +37,7 @@ class Prepared:
 
     measurement: Measurement
     noise: Noise
-    problem: Problem | None  # None where the noise is unknown
+    problem: TrajectoryProblem | None  # None where the noise is unknown
     base: Fit | None
     contact: bool
     notes: tuple[str, ...]
@@ -71,7 +71,7 @@ def touches(trials, noise):
             continue
         if seen_from_above(trial):
             return True
-        shape = solid(trial.body).shape
+        shape = rigid_body(trial.body).shape
         there = np.isfinite(trial.position).all(axis=1)
         if not there.any():
             there = np.isfinite(trial.position[:, 2])
@@ -105,7 +105,7 @@ def starts_seated(trial, noise):
         return False
     if seen_from_above(trial):
         return True
-    shape = solid(trial.body).shape
+    shape = rigid_body(trial.body).shape
     there = np.flatnonzero(np.isfinite(trial.position).all(axis=1))
     orientation = trial.start.get("orientation")
     if orientation is None:
@@ -149,7 +149,7 @@ def posed(measurement, noise, model, contact, step=None):
     """The Problem of all recordings as they are read; step: of the simulation [s], None = the model's."""
     trials = measurement.trials
     seated = [contact and starts_seated(trial, noise) for trial in trials]
-    return Problem(trials, noise, Shots(model, trials, start_times(trials), contact, step, seated))
+    return TrajectoryProblem(trials, noise, Simulator(model, trials, start_times(trials), contact, step, seated))
 
 
 def in_long_steps(measurement, noise, model):
@@ -160,14 +160,14 @@ def in_long_steps(measurement, noise, model):
     sticks on its way does not stand still in steps so long, and is computed in the model's own.
     """
     none = None, None, 0.0, []
-    span = max(float(np.ptp(awake(trial, noise)[0].times)) for trial in measurement.trials)
+    span = max(float(np.ptp(without_rest(trial, noise)[0].times)) for trial in measurement.trials)
     step = min(model.time_step * 2.0 ** np.ceil(np.log2(span / (LONG * model.time_step))), LONGEST)
     if step <= model.time_step:
         return none
     try:
         problem, base, shift, sentences = fitted(posed(measurement, noise, model, True, step), model)
-        if shift < STILL and not cut(problem):
-            steps = " and ".join(f"{one:.3g} s" for one in problem.shots.pair or (step,))
+        if shift < STILL and not problem.segmented:
+            steps = " and ".join(f"{one:.3g} s" for one in problem.simulator.extrapolation_steps or (step,))
             sentences.append(
                 f"numerics: motion of {span:.3g} s is computed in steps of {steps} where the file says "
                 f"{model.time_step:.3g} s: shorter ones move the prediction by {shift:.1g} sigma only"
@@ -192,14 +192,14 @@ def fitted(problem, model):
     The Problem is another where recordings were cut into pieces, rest at the end or isolated samples left out.
     """
     notes = []
-    if problem.shots.contact:
-        problem, notes = pieces(problem, model)
+    if problem.simulator.contact:
+        problem, notes = split_into_segments(problem, model)
     base = problem.fit(model)
-    if cut(problem):
-        base = shot_again(problem, base)
+    if problem.segmented:
+        base = refit_initial_states(problem, base)
         for _ in range(2):
-            problem, base = cut_again(problem, base)
-        notes += said(problem)
+            problem, base = split_further(problem, base)
+        notes += segment_notes(problem)
     base, sentences = without_isolated(problem, base)
     notes += sentences
     base, shift = refine(problem, base)
@@ -210,12 +210,13 @@ def without_isolated(problem, fit):
     """(fit without the samples that stand alone, sentences); the problem drops them for every model alike."""
     trials = problem.trials  # pieces of those that were read, or those without their rest at the end
     flags = [
-        isolated(trial, recording, raw) for trial, recording, raw in zip(trials, problem.recordings, fit.linear.raw, strict=True)
+        isolated(trial, recording, raw)
+        for trial, recording, raw in zip(trials, problem.recordings, fit.linearization.raw, strict=True)
     ]
     if not any(flag.any() for flag in flags):
         return fit, []
     problem.drop(flags)
-    return problem.fit(fit.model, fit.starts), set_aside(trials, flags)
+    return problem.fit(fit.model, fit.initial_states), set_aside(trials, flags)
 
 
 def isolated(trial, recording, raw):
@@ -223,7 +224,7 @@ def isolated(trial, recording, raw):
     flag = np.zeros((len(trial.times), 6), bool)
     for channel in range(6):
         inside = recording.channel == channel
-        flag[recording.sample[inside][inference.isolated_outliers(raw[inside])], channel] = True
+        flag[recording.sample[inside][isolated_outliers(raw[inside])], channel] = True
     return flag
 
 
@@ -250,7 +251,7 @@ def refine(problem, base):
     In flight the step is halved until the prediction stands still to 0.02 sigma. With contacts, where halving moves it by more
     than that, two steps are carried on to zero if that stands still.
     """
-    shots = problem.shots
+    simulator = problem.simulator
     owner = np.arange(len(problem.trials))
 
     def moved(one, other):
@@ -269,22 +270,25 @@ def refine(problem, base):
         )
 
     while True:
-        runs = {1: base.linear.answers, 0.5: shots.simulate(base.model, base.starts, owner, time_step=shots.step / 2)}
+        runs = {
+            1: base.linearization.trajectories,
+            0.5: simulator.simulate(base.model, base.initial_states, owner, time_step=simulator.time_step / 2),
+        }
         shift = moved(runs[1], runs[0.5])
-        if shift < STILL or not shots.contact and shots.step / 2 < FINEST:
+        if shift < STILL or not simulator.contact and simulator.time_step / 2 < FINEST:
             return base, shift
-        if shots.contact:
+        if simulator.contact:
             break
-        shots.step /= 2
-        base = problem.fit(base.model, base.starts)
+        simulator.time_step /= 2
+        base = problem.fit(base.model, base.initial_states)
     for share in (2, 0.25):
-        runs[share] = shots.simulate(base.model, base.starts, owner, time_step=shots.step * share)
-    best = carried_on(runs[0.5], runs[0.25])
+        runs[share] = simulator.simulate(base.model, base.initial_states, owner, time_step=simulator.time_step * share)
+    best = richardson(runs[0.5], runs[0.25])
     for coarse in (2, 1):
-        left = moved(carried_on(runs[coarse], runs[coarse / 2]), best)
+        left = moved(richardson(runs[coarse], runs[coarse / 2]), best)
         if left < STILL:
-            shots.pair = (shots.step * coarse, shots.step * coarse / 2)
-            return problem.fit(base.model, base.starts), left
+            simulator.extrapolation_steps = (simulator.time_step * coarse, simulator.time_step * coarse / 2)
+            return problem.fit(base.model, base.initial_states), left
     return base, shift
 
 
@@ -294,16 +298,16 @@ def polished(problem, fit):
     The step was chosen on the model under test, and what was found may bring motion that this step spoils: a body that drifts
     sideways as it falls is held by friction from the beginning of the step in which it lands.
     """
-    shots = problem.shots
-    if not shots.contact or cut(problem) or not fit.model.terms:
+    simulator = problem.simulator
+    if not simulator.contact or problem.segmented or not fit.model.terms:
         return fit
-    step, pair = shots.step, shots.pair
+    step, pair = simulator.time_step, simulator.extrapolation_steps
     try:
         for share in SHORTER:
             if share * step < FINEST:
                 break
-            shots.step, shots.pair = share * step, tuple(share * one for one in pair)
-            finer = problem.fit(fit.model, fit.starts)
+            simulator.time_step, simulator.extrapolation_steps = share * step, tuple(share * one for one in pair)
+            finer = problem.fit(fit.model, fit.initial_states)
             if finer.chi2 > fit.chi2 + WORSE:  # a path that another step leads elsewhere: no step is the true one
                 break
             fit, change = finer, np.abs(finer.estimate - fit.estimate)
@@ -312,32 +316,34 @@ def polished(problem, fit):
     except InputError:
         pass  # what a shorter step cannot simulate loses no finished fit
     finally:
-        shots.step, shots.pair = step, pair
+        simulator.time_step, simulator.extrapolation_steps = step, pair
     return fit
 
 
 def recording_scale(recording):
     """1/sigma of every observation of a recording, (n,)."""
-    return 1 / recording.links.sigma
+    return 1 / recording.whitening.sigma
 
 
 def observations(problem, fit):
     """Table of all observations as arrays: trial, channel, phase, time, height, speed, residual, in sigma, white (n,) each."""
-    answers = fit.linear.answers or problem.shots.simulate(fit.model, fit.starts, np.arange(len(problem.trials)))
-    white = fit.linear.projected[0]
+    answers = fit.linearization.trajectories or problem.simulator.simulate(
+        fit.model, fit.initial_states, np.arange(len(problem.trials))
+    )
+    white = fit.linearization.projected[0]
     columns = {}
     for k, (recording, (position, orientation)) in enumerate(zip(problem.recordings, answers, strict=True)):
         times = problem.trials[k].times
         speed = np.linalg.norm(np.gradient(position, times, axis=0), axis=1)
-        raw = fit.linear.raw[k]
+        raw = fit.linearization.raw[k]
         turn = rotations.logarithm(orientation)
         table = np.concatenate([position, turn], axis=1)[recording.sample, recording.channel]
-        doing = phases(problem.trials[k], solid(problem.trials[k].body).shape, position, orientation)
+        doing = classify_regimes(problem.trials[k], rigid_body(problem.trials[k].body).shape, position, orientation)
         rows = {
             "trial": np.full(len(raw), k),
             "channel": recording.channel,
             "time": recording.times,
-            "phase": np.array(PHASES)[doing[recording.sample]],
+            "phase": np.array(REGIMES)[doing[recording.sample]],
             "height": position[recording.sample, 2],
             "speed": speed[recording.sample],
             "measured": table + raw,
@@ -354,7 +360,7 @@ def observations(problem, fit):
 def partitions(table):
     """Ways to cut the observations into blocks whose sums would show a slow or a common misfit: name -> labels (n,)."""
     chain = table["trial"] * 6 + table["channel"]
-    found = {f"blocks of {length} samples": inference.blocks_in_time(chain, length) for length in (4, 12, 36)}
+    found = {f"blocks of {length} samples": blocks_in_time(chain, length) for length in (4, 12, 36)}
     if len(np.unique(table["trial"])) >= 3:
         for name in ("time", "height", "speed"):
             values = table[name]
@@ -366,10 +372,10 @@ def partitions(table):
 def judge(problem, fit):
     """Adequacy of a fit and its table of observations."""
     table = observations(problem, fit)
-    r, s = fit.linear.projected
+    r, s = fit.linearization.projected
     s_all = np.concatenate(s)
-    r_all = inference.project_out(inference.basis(s_all), np.concatenate(r))
+    r_all = project_out(basis(s_all), np.concatenate(r))
     cuts = np.cumsum([len(part) for part in r])[:-1]
     draw = problem.noise.drawer(problem.recordings)
-    verdict = inference.adequacy(np.split(r_all, cuts), fit.linear.n, s, partitions(table), draw)
+    verdict = adequacy(np.split(r_all, cuts), fit.linearization.state_columns, s, partitions(table), draw)
     return verdict, table

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import stats
 
 import minibullet.effects as forces
-from hlcs.data.rigid_body import solid
+from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import NOT_FORCES, Candidate, candidate, class_named, classes
 from hlcs.effects.contract import name_of
 
@@ -26,7 +26,7 @@ def candidates_for(measurement, contact, names=None, own=()):
     """(candidates, {name: why it cannot take part}) for trajectories; `names` None = all that fit, else just these."""
     trials = measurement.trials
     surroundings = trials[0].surroundings
-    radius = solid(trials[0].body).radius
+    radius = rigid_body(trials[0].body).radius
     wanted = list(classes()) if names is None else [name_of(class_named(name, own)) for name in names]
     kinds = [class_named(name, own) for name in wanted]
     kinds += [kind for kind in own if kind not in kinds]

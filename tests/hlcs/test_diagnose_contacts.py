@@ -10,9 +10,9 @@ import hlcs
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.measurement import read_measurement
 from hlcs.effects import Free
-from hlcs.estimation.cross_validation import Folds
-from hlcs.estimation.least_squares import Problem
-from hlcs.estimation.linearization import Linear
+from hlcs.estimation.cross_validation import CrossValidation
+from hlcs.estimation.linearization import Linearization
+from hlcs.estimation.problem import Problem
 from hlcs.kinds.trajectories import prepare, rebounds
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.search import Search
@@ -87,7 +87,7 @@ def test_effects_that_had_no_round_of_their_own_are_told_of_too(tmp_path, monkey
 
 def test_a_search_that_has_spent_its_steps_says_what_it_left_out(tmp_path, monkeypatch):
     """With steps for one round only the wind is left out, what is found so far is kept, and the model is not called adequate."""
-    monkeypatch.setattr("hlcs.estimation.effort.FLIGHT", 1.0)
+    monkeypatch.setattr("hlcs.estimation.budget.FLIGHT", 1.0)
     diagnosis = hlcs.diagnose(write_windy_throws(tmp_path), candidates=["quadratic_drag", "uniform_flow"])
     assert diagnosis.effects == ("quadratic_drag",) and diagnosis.verdict == "unexplained"
     assert any("left out" in note and "quadratic_drag" in note for note in diagnosis.notes)
@@ -129,7 +129,7 @@ def test_a_step_that_meets_a_bound_is_the_best_within_the_bounds():
     columns = 1e4 * np.column_stack([one, 0.98 * one + 0.2 * np.array([0.0, 1.0, 0.0])])
     aim = 1e4 * np.array([0.01, -0.02, 0.1])
     frees = [Free(name, "1", -0.05, 0.05, 0.0, 0.0) for name in "ab"]
-    step = Problem.bounded_step(Linear([aim], [aim], [np.zeros((3, 0))], [columns]), np.zeros(2), frees)
+    step = Problem.bounded_step(Linearization([aim], [aim], [np.zeros((3, 0))], [columns]), np.zeros(2), frees)
     axis = np.linspace(-0.05, 0.05, 401)
     a, b = np.meshgrid(axis, axis, indexing="ij")
     loss = np.sum((aim[:, None, None] - columns[:, :1, None] * a - columns[:, 1:, None] * b) ** 2, axis=0)
@@ -212,7 +212,7 @@ def test_a_rebound_is_seen_from_a_model_that_has_none(tmp_path):
     measurement = read_measurement(read_experiment_file(write_drops(tmp_path, 0.006)))  # no single blow can be read in these
     prepared = prepare(measurement)
     entries, _ = candidates_for(measurement, True, ["restitution"])
-    search = Search(prepared.problem, entries, Folds(measurement.trials, measurement.file.hold_out))
+    search = Search(prepared.problem, entries, CrossValidation(measurement.trials, measurement.file.hold_out))
     trial = search.round(prepared.base)["restitution"]
     assert trial.linear_gain > 0.2 * trial.gain > 40
     assert trial.fit.estimate[0] == pytest.approx(0.5, abs=0.03)  # four standard errors

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 import hlcs
 from hlcs.data.experiment_file import Body, Surroundings, read_experiment_file
 from hlcs.data.measurement import Trial, read_measurement
-from hlcs.estimation.cross_validation import Folds
+from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.trajectories import prepare
 from hlcs.selection.eligibility import all_alike, candidates_for
 from hlcs.selection.search import Search
@@ -247,12 +247,12 @@ def test_what_a_later_term_drives_to_its_bound_goes(tmp_path):
     measurement = read_measurement(read_experiment_file(path))
     prepared = prepare(measurement)
     entries, _ = candidates_for(measurement, False, ["time_scale", "linear_drag"])
-    search = Search(prepared.problem, entries, Folds(measurement.trials, measurement.file.hold_out))
+    search = Search(prepared.problem, entries, CrossValidation(measurement.trials, measurement.file.hold_out))
     model = prepared.base.model
     for entry in reversed(entries):
         model = model.with_term(Term(entry, tuple(entry.absent.items())))
     fit = prepared.problem.fit(model)
     without = prepared.problem.fit(model.without(0))
-    assert fit.model.names == ("time_scale", "linear_drag") and fit.bounds_of(0) == (True,)
+    assert fit.model.names == ("time_scale", "linear_drag") and fit.at_bound[fit.numbers_of(0)] == (True,)
     assert without.chi2 - fit.chi2 > 1000
     assert search.prune(fit).model.names == ("linear_drag",)

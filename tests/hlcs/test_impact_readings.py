@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hlcs.data.experiment_file import Body, Surroundings
-from hlcs.data.impacts import impact_lines, mean_and_trend, read_trial, unlike
+from hlcs.data.impacts import differing_from_model, impact_lines, mean_and_trend, read_trial
 from hlcs.data.measurement import Trial
 
 
@@ -82,11 +82,11 @@ def test_free_flight_has_no_impacts_and_a_box_no_restitution_of_its_centre():
 def test_a_search_begins_with_what_the_impacts_show_where_the_model_has_something_else():
     """e = 0.7, mu = 0.05, read from some 25 blows; a model that has them already is told nothing."""
     found = [one for seed in range(6) for one in read_trial(bouncing(lambda v: 0.7, 0.05, 5e-4, seed=seed)[0], 5e-4)]
-    first = unlike(found, Surroundings(floor_height=0.0, restitution=0.4, friction=0.3))
+    first = differing_from_model(found, Surroundings(floor_height=0.0, restitution=0.4, friction=0.3))
     assert first["restitution"]["coefficient"] == pytest.approx(0.7, abs=0.02)
     assert first["friction"]["coefficient"] == pytest.approx(0.05, abs=0.02)
-    assert unlike(found, Surroundings(floor_height=0.0, restitution=0.7, friction=0.05)) == {}
+    assert differing_from_model(found, Surroundings(floor_height=0.0, restitution=0.7, friction=0.05)) == {}
     falling = [one for seed in range(6) for one in read_trial(bouncing(lambda v: 0.8 * v**-0.15, 0.0, 5e-4, seed=seed)[0], 5e-4)]
-    law = unlike(falling, Surroundings(floor_height=0.0, restitution=0.8))["velocity_dependent_restitution"]
+    law = differing_from_model(falling, Surroundings(floor_height=0.0, restitution=0.8))["velocity_dependent_restitution"]
     assert law["exponent"] == pytest.approx(0.15, abs=0.02)
-    assert unlike(found[:3], Surroundings(floor_height=0.0)) == {}  # three blows are no basis
+    assert differing_from_model(found[:3], Surroundings(floor_height=0.0)) == {}  # three blows are no basis

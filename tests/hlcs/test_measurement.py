@@ -8,21 +8,10 @@ from throws import csv as recording
 import hlcs
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.measurement import read_measurement, read_outcomes, read_recording
-from hlcs.estimation.inference import (
-    Correlated,
-    chain,
-    colour,
-    coloured,
-    correlation,
-    fit_noise,
-    isolated_outliers,
-    lower_factor,
-    polynomials,
-    whiten,
-    whitened,
-)
+from hlcs.estimation.correlated_noise import CorrelatedNoise, fit_correlated_noise, lower_factor
 from hlcs.estimation.linearization import Recording
-from hlcs.estimation.noise_model import Noise, estimate_noise
+from hlcs.estimation.noise_model import Noise, estimate_noise, isolated_outliers, polynomials
+from hlcs.estimation.whitening import colour, colour_series, kalman_filter, whiten, whiten_series, whitening_of
 from hlcs.kinds.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories import judge, prepare
 from minibullet.errors import InputError, InputWarning
@@ -255,7 +244,7 @@ def test_long_rolling_is_computed_in_long_steps_and_bouncing_is_not(tmp_path, mo
     prepared = prepare(measurement)
     assert any("motion of 7.98 s is computed in steps" in note for note in prepared.notes)
     there = np.concatenate([prepared.problem.recordings[0].channel == channel for channel in (0, 2)]).reshape(2, -1)
-    assert all(abs(np.mean(prepared.base.linear.r[0][inside] ** 2) - 1) < 5 * np.sqrt(2 / len(times)) for inside in there)
+    assert all(abs(np.mean(prepared.base.linearization.white[0][inside] ** 2) - 1) < 5 * np.sqrt(2 / len(times)) for inside in there)
 
     times = np.arange(120) / 60
     height = np.where(times < 0.5, 4.905 * (0.25 - times**2), 4.905 * (times - 0.5) * (1.5 - times) / 2) * (times < 1.5)
@@ -291,9 +280,9 @@ def test_the_filter_is_the_cholesky_factor(generator, rho, white, jitter):
     covariance[np.diag_indices(80)] = 1.0
     lower, values = np.linalg.cholesky(covariance), generator.standard_normal((80, 3))
     tolerance = 1e-15 * 80 * np.linalg.cond(covariance)
-    filter = correlation(times, rho, white, 1.0)
-    assert np.allclose(coloured(filter, np.eye(80)), lower, atol=1e-13)
-    assert np.allclose(whitened(filter, values), np.linalg.solve(lower, values), atol=tolerance)
+    filter = kalman_filter(times, rho, white, 1.0)
+    assert np.allclose(colour_series(filter, np.eye(80)), lower, atol=1e-13)
+    assert np.allclose(whiten_series(filter, values), np.linalg.solve(lower, values), atol=tolerance)
     assert np.isclose(2 * np.sum(np.log(filter.root)), np.linalg.slogdet(covariance)[1], rtol=1e-12, atol=1e-12)
 
 
@@ -311,9 +300,9 @@ def test_draws_of_noise_follow_its_covariance_to_the_last_bit():
     channel, times = np.zeros(40, int), np.arange(40) / 60.0
 
     def draws(matrix):
-        kind = Correlated(0.002, 0.5, 0.1, 900.0, matrix)
+        kind = CorrelatedNoise(0.002, 0.5, 0.1, 900.0, matrix)
         noise = Noise(kind, None, 1 / 60, "stated")
-        return noise.drawer([Recording(channel, np.arange(40), times, noise.chain(channel, times), ())])(0, 250)
+        return noise.drawer([Recording(channel, np.arange(40), times, noise.whitening(channel, times), ())])(0, 250)
 
     bits = covariance * (1 + 2.0**-52 * np.array([[1, -1, 1], [-1, -1, 1], [1, 1, 1]]))
     assert np.any(bits != covariance) and np.allclose(draws(bits), draws(covariance), rtol=0, atol=1e-10)
@@ -321,9 +310,9 @@ def test_draws_of_noise_follow_its_covariance_to_the_last_bit():
 
 def test_draws_made_some_at_a_time_take_every_set_of_noise_parameters():
     """With noise as good as certain of its sigma save for one very uncertain log sigma, every column has a size of its own."""
-    kind = Correlated(0.002, 0.0, 0.0, 900.0, np.diag([1.0, 0.0, 0.0]))
+    kind = CorrelatedNoise(0.002, 0.0, 0.0, 900.0, np.diag([1.0, 0.0, 0.0]))
     noise, channel, times = Noise(kind, None, 1 / 60, "stated"), np.zeros(4000, int), np.arange(4000) / 60.0
-    draw = noise.drawer([Recording(channel, np.arange(4000), times, noise.chain(channel, times), ())])
+    draw = noise.drawer([Recording(channel, np.arange(4000), times, noise.whitening(channel, times), ())])
     sizes = np.concatenate([draw(0, 50) for _ in range(8)], axis=1).std(axis=0)
     first, again = sizes.reshape(2, 200)
     assert len(np.unique(np.round(first, 3))) > 150
@@ -333,12 +322,12 @@ def test_draws_made_some_at_a_time_take_every_set_of_noise_parameters():
 def test_whitening_undoes_the_correlation(generator):
     """Covariance of whitened AR(1) noise is the identity: checked by algebra, L^-1 C L^-T = 1 to rounding."""
     times = np.cumsum(generator.uniform(0.5, 1.5, 30))
-    links = chain(np.zeros(30, int), times, np.full(30, 0.2), {0: (0.7, 0.1)}, 1.0)
+    whitening = whitening_of(np.zeros(30, int), times, np.full(30, 0.2), {0: (0.7, 0.1)}, 1.0)
     covariance = 0.04 * (0.9 * 0.7 ** np.abs(times[:, None] - times[None]) + 0.1 * np.eye(30))
-    white = whiten(links, whiten(links, covariance).T)
+    white = whiten(whitening, whiten(whitening, covariance).T)
     assert np.allclose(white, np.eye(30), atol=1e-10)
     values = generator.standard_normal(30)
-    assert np.allclose(colour(links, whiten(links, values)), values, atol=1e-10)
+    assert np.allclose(colour(whitening, whiten(whitening, values)), values, atol=1e-10)
 
 
 def test_a_coordinate_set_to_zero_tells_nothing_of_the_noise(tmp_path):
@@ -363,7 +352,7 @@ def test_noise_is_estimated_without_bias_from_the_fitted_curve(generator, rho):
         for k in range(1, 30):
             noise[k] = rho * noise[k - 1] + np.sqrt(1 - rho**2) * noise[k]
         series.append((np.arange(30.0), noise, polynomials(np.arange(30.0), 5)))
-    found = fit_noise(series, 1.0, white=0.0)
+    found = fit_correlated_noise(series, 1.0, white=0.0)
     assert abs(found.rho - rho) < max(4 * np.sqrt(found.covariance[1, 1]), 0.05)
     assert abs(np.log(found.sigma)) < 4 * np.sqrt(found.covariance[0, 0])
 

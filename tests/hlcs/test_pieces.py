@@ -9,10 +9,10 @@ from throws import csv, write_throws
 import hlcs
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.measurement import read_measurement
-from hlcs.estimation.effort import LIMIT, UNITS, screened, unit
+from hlcs.estimation.budget import SEARCH_LINEARISATIONS, SEGMENTED_LIMIT, screening_subset, unit
 from hlcs.kinds.trajectories import prepare
 from hlcs.simulation.model import Model
-from hlcs.simulation.simulator import Shots
+from hlcs.simulation.simulator import Simulator
 from minibullet import rotations
 from minibullet.errors import InputError
 
@@ -37,7 +37,7 @@ def write_tosses(folder, speeds, seconds=0.9, seed=4):
         spin = 3 * speed * generator.standard_normal(3)
         start = np.concatenate([[0, 0, 0.15], [speed, 0, 0], turn / np.linalg.norm(turn), spin])
         whole = SimpleNamespace(times=times, position=np.zeros((len(times), 3)), recording="", start={}, **vars(trial))
-        ((position, turns),) = Shots(Model(), (whole,), [0.0], True, 1 / 1200).simulate(Model(), start[None], np.zeros(1, int))
+        ((position, turns),) = Simulator(Model(), (whole,), [0.0], True, 1 / 1200).simulate(Model(), start[None], np.zeros(1, int))
         seen = position + 0.001 * generator.standard_normal(position.shape)
         turns = rotations.product(rotations.exponential(0.01 * generator.standard_normal((len(times), 3))), turns)
         (folder / f"t{k}.csv").write_text(csv(times, np.hstack([seen, turns]), ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")))
@@ -66,10 +66,10 @@ def test_friction_that_differs_from_the_file_s_is_found_in_tosses(tmp_path):
 
 def test_few_recordings_are_screened_where_all_cost_too_much(tmp_path):
     measurement = read_measurement(write_tosses(tmp_path, [1.0] * 9))
-    few, many, notes = screened(measurement, contact=True)
-    assert 1 <= len(few.trials) < len(many.trials) <= 9 and unit(few.trials, 1 / 240) * UNITS <= LIMIT
+    few, many, notes = screening_subset(measurement, contact=True)
+    assert 1 <= len(few.trials) < len(many.trials) <= 9 and unit(few.trials, 1 / 240) * SEARCH_LINEARISATIONS <= SEGMENTED_LIMIT
     assert {trial.group for trial in few.trials} == {"day 0", "day 1"} and "t0.csv" in notes[0] and "9 recordings" in notes[0]
-    assert screened(measurement, contact=False)[0] is measurement
+    assert screening_subset(measurement, contact=False)[0] is measurement
 
 
 @pytest.mark.parametrize("unit_of_time, advice", [(60, "frame numbers"), (1000 / 7, "milliseconds")])

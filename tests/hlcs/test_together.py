@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from hlcs.data.experiment_file import Body
-from hlcs.data.rigid_body import solid
+from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import contact_motion
-from hlcs.simulation.batching import asker, together
-from hlcs.simulation.simulator import carried_on
+from hlcs.simulation.batching import current_task, run_tasks
+from hlcs.simulation.simulator import richardson
 from minibullet.effects import AddedMass, Friction, Gravity, LinearDrag, Restitution, RollingFriction
 
-BALL = solid(Body(shape="sphere", radius=0.03, mass=0.02))
+BALL = rigid_body(Body(shape="sphere", radius=0.03, mass=0.02))
 FLAT, LEANING = ((0.0, 0.0, 1.0), 0.0), ((np.sin(0.1), 0.0, np.cos(0.1)), 0.01)
 MODELS = (
     (Gravity(9.81),),
@@ -54,16 +54,16 @@ def test_pieces_are_answered_together_in_order():
     def piece(name, turns):
         total = 0
         for _ in range(turns):
-            total += asker().ask([name])[0]
+            total += current_task().ask([name])[0]
         return total
 
     def nested():
-        inner = together(lambda requests: asker().ask(requests), [lambda: piece(7, 1), lambda: piece(8, 2)])
+        inner = run_tasks(lambda requests: current_task().ask(requests), [lambda: piece(7, 1), lambda: piece(8, 2)])
         return sum(inner)
 
-    assert together(answer, [lambda: piece(1, 2), lambda: piece(2, 1), nested]) == [20, 20, 230]
+    assert run_tasks(answer, [lambda: piece(1, 2), lambda: piece(2, 1), nested]) == [20, 20, 230]
     assert asked == [[1, 2, 7, 8], [1, 8]]
-    assert asker() is None
+    assert current_task() is None
 
 
 def test_one_failure_ends_all_pieces():
@@ -72,16 +72,16 @@ def test_one_failure_ends_all_pieces():
     def waits():
         try:
             while True:
-                asker().ask([0])
+                current_task().ask([0])
         finally:
             ended.append("waits")
 
     def fails():
-        asker().ask([0])
+        current_task().ask([0])
         raise ValueError("no")
 
     with pytest.raises(ValueError, match="no"):
-        together(lambda requests: requests, [waits, fails])
+        run_tasks(lambda requests: requests, [waits, fails])
     for _ in range(200):
         if ended:
             break
@@ -96,8 +96,8 @@ def test_two_steps_are_carried_on_to_zero():
         half = (0.4 + 2 * step) / 2
         return [(np.array([[1.0 + 3 * step, 0.0, 0.0]]), np.array([[np.cos(half), 0.0, 0.0, np.sin(half)]]))]
 
-    ((position, turn),) = carried_on(answer(0.02), answer(0.01))
+    ((position, turn),) = richardson(answer(0.02), answer(0.01))
     np.testing.assert_allclose(position, [[1.0, 0.0, 0.0]], atol=1e-12)
     np.testing.assert_allclose(turn, [[np.cos(0.2), 0.0, 0.0, np.sin(0.2)]], atol=1e-12)
     error = ValueError("no")
-    assert carried_on(error, answer(0.01)) is error
+    assert richardson(error, answer(0.01)) is error
