@@ -1,7 +1,5 @@
 """Recordings on a floor and what acts through a drag: laws that look alike come as a set, no case ends in a crash."""
 
-import importlib
-
 import numpy as np
 import pytest
 from throws import G, csv, drag_per_metre, flight, write_throws
@@ -11,9 +9,8 @@ from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.measurement import read_measurement
 from hlcs.effects import Free
 from hlcs.estimation.cross_validation import CrossValidation
-from hlcs.estimation.linearization import Linearization
-from hlcs.estimation.problem import Problem
-from hlcs.kinds.trajectories import prepare, rebounds
+from hlcs.estimation.least_squares import bounded_least_squares
+from hlcs.kinds.trajectories.preparation import prepare, rebounds
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.search import Search
 from minibullet.errors import InputError
@@ -77,7 +74,7 @@ def test_wind_is_found_with_the_drag_it_acts_through(tmp_path):
 
 def test_effects_that_had_no_round_of_their_own_are_told_of_too(tmp_path, monkeypatch):
     """Another beginning brings two effects in at once: each is then told by its removal, and the flow goes with its drag."""
-    monkeypatch.setattr(importlib.import_module("hlcs.diagnose"), "submerged", lambda search, fits, rounds: (fits, []))
+    monkeypatch.setattr("hlcs.selection.verdict.try_stated_fluid", lambda search, fits, rounds: (fits, []))
     diagnosis = hlcs.diagnose(write_windy_throws(tmp_path), candidates=["quadratic_drag", "uniform_flow"])
     told = {entry.effect: entry for entry in diagnosis.candidates}
     assert diagnosis.effects == ("quadratic_drag", "uniform_flow")
@@ -87,7 +84,7 @@ def test_effects_that_had_no_round_of_their_own_are_told_of_too(tmp_path, monkey
 
 def test_a_search_that_has_spent_its_steps_says_what_it_left_out(tmp_path, monkeypatch):
     """With steps for one round only the wind is left out, what is found so far is kept, and the model is not called adequate."""
-    monkeypatch.setattr("hlcs.estimation.budget.FLIGHT", 1.0)
+    monkeypatch.setattr("hlcs.estimation.budget.FLIGHT_LIMIT", 1.0)
     diagnosis = hlcs.diagnose(write_windy_throws(tmp_path), candidates=["quadratic_drag", "uniform_flow"])
     assert diagnosis.effects == ("quadratic_drag",) and diagnosis.verdict == "unexplained"
     assert any("left out" in note and "quadratic_drag" in note for note in diagnosis.notes)
@@ -129,7 +126,7 @@ def test_a_step_that_meets_a_bound_is_the_best_within_the_bounds():
     columns = 1e4 * np.column_stack([one, 0.98 * one + 0.2 * np.array([0.0, 1.0, 0.0])])
     aim = 1e4 * np.array([0.01, -0.02, 0.1])
     frees = [Free(name, "1", -0.05, 0.05, 0.0, 0.0) for name in "ab"]
-    step = Problem.bounded_step(Linearization([aim], [aim], [np.zeros((3, 0))], [columns]), np.zeros(2), frees)
+    step = bounded_least_squares([aim], [columns], np.zeros(2), frees)
     axis = np.linspace(-0.05, 0.05, 401)
     a, b = np.meshgrid(axis, axis, indexing="ij")
     loss = np.sum((aim[:, None, None] - columns[:, :1, None] * a - columns[:, 1:, None] * b) ** 2, axis=0)

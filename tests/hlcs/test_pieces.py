@@ -9,8 +9,8 @@ from throws import csv, write_throws
 import hlcs
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.measurement import read_measurement
-from hlcs.estimation.budget import SEARCH_LINEARISATIONS, SEGMENTED_LIMIT, screening_subset, unit
-from hlcs.kinds.trajectories import prepare
+from hlcs.estimation.budget import SEARCH_LINEARISATIONS, SEGMENTED_LIMIT, linearisation_cost, screening_subset
+from hlcs.kinds.trajectories.preparation import prepare
 from hlcs.simulation.model import Model
 from hlcs.simulation.simulator import Simulator
 from minibullet import rotations
@@ -37,7 +37,9 @@ def write_tosses(folder, speeds, seconds=0.9, seed=4):
         spin = 3 * speed * generator.standard_normal(3)
         start = np.concatenate([[0, 0, 0.15], [speed, 0, 0], turn / np.linalg.norm(turn), spin])
         whole = SimpleNamespace(times=times, position=np.zeros((len(times), 3)), recording="", start={}, **vars(trial))
-        ((position, turns),) = Simulator(Model(), (whole,), [0.0], True, 1 / 1200).simulate(Model(), start[None], np.zeros(1, int))
+        ((position, turns),) = Simulator(Model(), (whole,), [0.0], True, 1 / 1200).simulate(
+            Model(), start[None], np.zeros(1, int)
+        )
         seen = position + 0.001 * generator.standard_normal(position.shape)
         turns = rotations.product(rotations.exponential(0.01 * generator.standard_normal((len(times), 3))), turns)
         (folder / f"t{k}.csv").write_text(csv(times, np.hstack([seen, turns]), ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")))
@@ -47,7 +49,7 @@ def write_tosses(folder, speeds, seconds=0.9, seed=4):
 def test_a_tumble_is_cut_and_every_piece_is_followed(tmp_path):
     prepared = prepare(read_measurement(write_tosses(tmp_path, [1.8, 1.5])))
     problem, whole = prepared.problem, prepared.measurement.trials
-    assert len(problem.trials) > len(whole) and any("cut into" in note for note in prepared.notes)
+    assert len(problem.trials) > len(whole) and any("split into" in note for note in prepared.notes)
     for trial in whole:
         its = [piece for piece in problem.trials if (piece.recording or piece.name) == trial.name]
         assert np.array_equal(np.concatenate([piece.times for piece in its]), trial.times)
@@ -67,7 +69,10 @@ def test_friction_that_differs_from_the_file_s_is_found_in_tosses(tmp_path):
 def test_few_recordings_are_screened_where_all_cost_too_much(tmp_path):
     measurement = read_measurement(write_tosses(tmp_path, [1.0] * 9))
     few, many, notes = screening_subset(measurement, contact=True)
-    assert 1 <= len(few.trials) < len(many.trials) <= 9 and unit(few.trials, 1 / 240) * SEARCH_LINEARISATIONS <= SEGMENTED_LIMIT
+    assert (
+        1 <= len(few.trials) < len(many.trials) <= 9
+        and linearisation_cost(few.trials, 1 / 240) * SEARCH_LINEARISATIONS <= SEGMENTED_LIMIT
+    )
     assert {trial.group for trial in few.trials} == {"day 0", "day 1"} and "t0.csv" in notes[0] and "9 recordings" in notes[0]
     assert screening_subset(measurement, contact=False)[0] is measurement
 

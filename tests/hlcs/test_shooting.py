@@ -5,8 +5,8 @@ import pytest
 from throws import write_throws
 
 from hlcs.data.measurement import read_measurement
-from hlcs.estimation.multiple_shooting import _losses, _step, refit_initial_states
-from hlcs.kinds.trajectories import prepare
+from hlcs.estimation.multiple_shooting import chi2_over, improve, refit_initial_states
+from hlcs.kinds.trajectories.preparation import prepare
 
 
 @pytest.fixture(scope="module")
@@ -22,9 +22,9 @@ def test_one_step_finds_the_best_start_of_a_free_flight_and_moves_no_other(prepa
     """Positions are linear in the start: the undamped step ends at the least chi2, which projecting the start out gives as well;
     1e-4 of it is far below a degree of freedom, and more than finite differences lose."""
     problem, good, keep = prepared.problem, prepared.base, {1: slice(None)}
-    initial_states = good.initial_states.copy()
-    initial_states[1, 3:6] += (4.0, -3.0, 6.0)  # m/s
-    assert list(_step(problem, good.model, initial_states, keep, np.array([1]))) == [1]
-    assert _losses(problem, good.model, initial_states[1:2], np.array([1]), keep) == pytest.approx(good.chi2_per_recording[1], rel=1e-4)
-    np.testing.assert_array_equal(initial_states[[0, 2]], good.initial_states[[0, 2]])
-    assert list(_step(problem, good.model, initial_states, keep, np.array([1]))) == []  # nothing is left to gain
+    starts = good.initial_states.copy()
+    starts[1, 3:6] += (4.0, -3.0, 6.0)  # m/s
+    assert list(improve(problem, good.model, starts, keep, np.array([1]))) == [1]
+    assert chi2_over(problem, good.model, starts[1:2], np.array([1]), keep) == pytest.approx(good.chi2_per_recording[1], rel=1e-4)
+    np.testing.assert_array_equal(starts[[0, 2]], good.initial_states[[0, 2]])
+    assert list(improve(problem, good.model, starts, keep, np.array([1]))) == []  # nothing is left to gain

@@ -26,10 +26,11 @@ MODELS = (
 def thrown(models, floors):
     start = np.zeros((len(models), 13))
     start[:, 2], start[:, 3], start[:, 6], start[:, 11] = 0.2, 1.0, 1.0, 5.0
-    every = np.ones(len(models))
-    return contact_motion.run(
-        [BALL] * len(models), [BALL.shape] * len(models), start, floors, models, 0.3 * every, 0.7 * every, 0.42, 1 / 240
-    )  # before the small bounces, which the engine counts over all bodies
+    runs = [
+        contact_motion.Run(BALL, BALL.shape, state, floor, effects, 0.3, 0.7)
+        for state, floor, effects in zip(start, floors, models, strict=True)
+    ]
+    return contact_motion.simulate(runs, 0.42, 1 / 240)  # before the small bounces, which the engine counts over all bodies
 
 
 @pytest.mark.parametrize("floors", ([FLAT] * 5, [FLAT, LEANING, FLAT, LEANING, FLAT]))
