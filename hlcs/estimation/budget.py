@@ -71,9 +71,9 @@ def linearisation_cost(trials, step):
 
 
 def screening_subset(measurement, contact, limit=SEGMENTED_LIMIT):
-    """(Measurement of the recordings to screen, Measurement of those to confirm on, sentences); recordings of every group.
+    """(Recordings to screen, Recordings to confirm on, sentences); recordings of every group.
 
-    Without contacts, or where all recordings are cheap enough, both are the measurement itself.
+    Without contacts, or where all recordings are cheap enough, both are all Recordings.
     """
     trials, step = measurement.trials, measurement.file.time_step
     if not contact:

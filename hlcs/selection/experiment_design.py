@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.data.measurement import Trial
+from hlcs.data.recordings import Trial
 from hlcs.estimation.least_squares import project_out
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.estimation.whitening import whiten

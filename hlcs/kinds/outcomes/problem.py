@@ -222,25 +222,23 @@ def table_candidates(file, table, names, own):
 class PreparedTable:
     """An outcome table ready to be compared or diagnosed."""
 
-    measurement: object
     noise: Noise
     problem: TableProblem | None
     base: object
     notes: tuple[str, ...]
 
 
-def prepare_table(measurement, own=()):
+def prepare_table(file, table, own=()):
     """Noise, problem, and the residuals of the model under test."""
-    file, table = measurement.file, measurement.table
     check_table(file, table)
     noise = table_noise(file, table)
     model = Model(fixed=file.effects, own=tuple(own))
     model.changes(file.surroundings)
     if noise.position is None:
-        return PreparedTable(measurement, noise, None, None, measurement.notes)
+        return PreparedTable(noise, None, None, table.notes)
     problem = TableProblem(file, table, noise)
     check_magnitude(problem, model)
-    return PreparedTable(measurement, noise, problem, problem.fit(model), measurement.notes)
+    return PreparedTable(noise, problem, problem.fit(model), table.notes)
 
 
 def judge_table(problem, fit):

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from hlcs.data.impacts import differing_from_model, read_impacts
-from hlcs.data.measurement import read_measurement
+from hlcs.data.recordings import read_recordings
 from hlcs.effects import check_names
 from hlcs.estimation.budget import SMOOTH_LIMIT, screening_subset
 from hlcs.estimation.cross_validation import CrossValidation
@@ -29,7 +29,7 @@ class Trajectories:
     def __init__(self, file, options):
         check_names(file, options.user_effects)  # a misspelt candidate is the user's to mend, though comparing tries none
         self.options, self.title = options, file.title
-        self.measurement = read_measurement(file)
+        self.measurement = read_recordings(file)
         options.log("fitting the model under test")
         self._noise = estimate_noise(self.measurement)
         self.notes = (*self.measurement.notes, *self._noise.notes)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hlcs.data.measurement import Measurement
+from hlcs.data.recordings import Recordings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.estimation.linearization import Fit
 from hlcs.estimation.multiple_shooting import refit_initial_states
@@ -32,7 +32,7 @@ A_STEP = 1e-4  # what a step of such runs costs [s]
 class Prepared:
     """A trajectory experiment ready to be compared or diagnosed."""
 
-    measurement: Measurement
+    measurement: Recordings
     noise: Noise
     problem: TrajectoryProblem | None  # None where the noise is unknown
     base: Fit | None
@@ -120,7 +120,7 @@ def starts_seated(trial, noise):
     return bool(np.all(np.abs(lifts) < tolerance))
 
 
-def prepare(measurement: Measurement, own=(), noise=None):
+def prepare(measurement: Recordings, own=(), noise=None):
     """Noise, problem and the fit of the model under test; noise: where it is known already."""
     noise = noise or estimate_noise(measurement)
     notes = list(measurement.notes) + list(noise.notes)

@@ -20,7 +20,7 @@ AROUND = 6  # samples on each side of an impact: from as many it is read, and on
 
 
 def thinned(measurement, noise):
-    """The Measurement with about MOST_SEARCHED rows at most, and a note that says so; itself where it has no more.
+    """The Recordings with about MOST_SEARCHED rows at most, and a note that says so; itself where it has no more.
 
     Every k-th sample is kept, of all recordings alike, so that they count as much as before beside each other; the first
     BEGINNING samples, and AROUND samples on each side of an impact that the samples show, stay as they are.

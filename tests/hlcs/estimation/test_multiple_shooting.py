@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
+from experiments import measured
 from throws import write_throws
 
-from hlcs.data.measurement import read_measurement
 from hlcs.estimation.multiple_shooting import chi2_over, improve, refit_initial_states
 from hlcs.kinds.trajectories.preparation import prepare
 
 
 @pytest.fixture(scope="module")
 def prepared(tmp_path_factory):
-    return prepare(read_measurement(write_throws(tmp_path_factory.mktemp("throws"), count=3)))
+    return prepare(measured(write_throws(tmp_path_factory.mktemp("throws"), count=3)))
 
 
 def test_a_fit_that_explains_its_recordings_is_left_alone(prepared):
