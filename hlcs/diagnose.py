@@ -9,7 +9,7 @@ from hlcs.compare import where_it_fails
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.impacts import read_impacts, unlike
 from hlcs.data.measurement import read_measurement
-from hlcs.effects import SETS, check_names, own_classes, set_of
+from hlcs.effects import check_names, own_classes, set_of
 from hlcs.estimation.cross_validation import Folds
 from hlcs.estimation.effort import LEFT_OUT, SMOOTH, cut, screened
 from hlcs.estimation.noise_model import estimate_noise
@@ -292,9 +292,9 @@ def _why(name, accepted, same, best, last, effects, adequacy):
             text += "; held-out error falls by " + " and ".join(f"{100 * fall:.0f} %" for fall in best.directions)
         return text + (f"; cannot be told from {', '.join(same)}" if same else "")
     if same:
-        label = f" ({form})" if form and any(other in SETS[form] for other in same) else ""
+        label = f" ({form})" if form and any(set_of(other) == form for other in same) else ""
         return f"does as well as {', '.join(other for other in same if other in effects)}: not to be told apart here{label}"
-    better = [other for other in effects if form and other in SETS[form]]
+    better = [other for other in effects if form and set_of(other) == form]
     if best is not None and better:
         return f"of one set ({form}) with {better[0]}, which explains the data better"
     if last is not None and last.fit is not None and last.gain > last.price and last.fails:

@@ -11,7 +11,6 @@ from functools import partial
 import numpy as np
 from scipy import stats
 
-from hlcs.effects import FORMS, SETS, STATED
 from hlcs.estimation import inference
 from hlcs.estimation.cross_validation import Folds
 from hlcs.estimation.effort import Budget, cut
@@ -247,7 +246,7 @@ class Search(Screening):
             allowed = [
                 trial
                 for trial in trials.values()
-                if trial.fit is not None and not trial.fails and not self.same_form(trial.candidate.name, terms)
+                if trial.fit is not None and not trial.fails and not self.same_form(trial.candidate, terms)
             ]
             if len(terms) >= MOST_TERMS:
                 break
@@ -294,7 +293,7 @@ class Search(Screening):
             near,
             key=lambda trial: (
                 not (dry and trial.candidate.group == "fluid"),
-                trial.candidate.kind in STATED,
+                trial.candidate.kind.replaces,
                 round(trial.gain - trial.price, 6),
                 trial.candidate.name,
             ),
@@ -321,13 +320,14 @@ class Search(Screening):
         forms = [
             trial
             for trial in allowed
-            if self.same_form(trial.candidate.name, (best.fit.model.terms[-1],)) and trial.gain > 0.5 * best.gain
+            if self.same_form(trial.candidate, best.fit.model.terms[-1:]) and trial.gain > 0.5 * best.gain
         ]
         return min(forms, key=lambda trial: (len(trial.candidate.free), -trial.gain), default=best)
 
     @staticmethod
-    def same_form(name, terms):
-        return any(name in SETS[label] and any(term.name in SETS[label] for term in terms) for label in FORMS)
+    def same_form(entry, terms):
+        """Is a candidate another form of a law that one of the terms is a form of?"""
+        return bool(entry.kind.form_of) and any(term.candidate.kind.form_of == entry.kind.form_of for term in terms)
 
     def prune(self, fit, newest=1):
         """The fit without the first term whose removal costs less than its price, or that what came later drove beyond what is

@@ -1,6 +1,6 @@
 """What a diagnosis of layer coefficients says of each candidate."""
 
-from hlcs.effects import SETS, set_of
+from hlcs.kinds.layers.candidates import set_of
 from hlcs.kinds.layers.judge import QUANTILE
 from hlcs.selection.diagnosis import Finding
 
@@ -63,7 +63,8 @@ def findings(entries, accepted, rounds, rivals):
 
 
 def _why(one, accepted, same, winners):
-    label = f" ({set_of(one.name)})" if set_of(one.name) and any(other in SETS[set_of(one.name)] for other in same) else ""
+    form = set_of(one.name)
+    label = f" ({form})" if form and any(set_of(other) == form for other in same) else ""
     at = f"{one.candidate.family}, {one.candidate.number} = {one.value:.3g}"
     if one.candidate.needs:
         at += f" of {one.candidate.needs}"
