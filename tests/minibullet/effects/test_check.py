@@ -271,32 +271,3 @@ def test_what_is_no_effect_is_refused():
         check_effect("quadratic_drag")
     with pytest.raises(InputError, match="MyDrag: rate must be a finite number, not nan"):
         MyDrag(rate=float("nan"))
-
-
-@pytest.mark.parametrize(
-    ("unit", "dimensions"),
-    [
-        ("kg/m3", (-3, 1, 0)),
-        ("1/s", (0, 0, -1)),
-        ("Pa s", (-1, 1, -1)),
-        ("m/s2", (1, 0, -2)),
-        ("-", (0, 0, 0)),
-        ("N/m", (0, 1, -2)),
-        ("s/m", (-1, 0, 1)),
-        ("bananas", None),
-    ],
-)
-def test_units_are_read(unit, dimensions):
-    assert samples.dimensions_of(unit) == dimensions
-
-
-@pytest.mark.parametrize(
-    ("kind", "name"),
-    [
-        (effects.VelocityDependentRestitution, "velocity_dependent_restitution"),
-        (MyDrag, "my_drag"),
-        (type("FCLDrag", (), {}), "fcl_drag"),
-    ],
-)
-def test_names_are_snake_case(kind, name):
-    assert effects.name_of(kind) == name
