@@ -16,8 +16,8 @@ from hlcs.kinds.layers.diagnosis import diagnose_layers
 from hlcs.kinds.layers.model import LayerModel, Simulator, coefficients
 from hlcs.placement import statistics
 from hlcs.placement.comparison import repeated
+from hlcs.placement.placement_file import placement_table
 from hlcs.placement.printed_tables import laboratory
-from hlcs.placement.settings_file import placement_table
 
 NAIVE = {"shape": "hull", "friction": 0.6, "margin": 0.008}
 FLAT, SLOPE = (("table2", "RPG"), ("table2", "TPG")), (("table3", "TPG"),)

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hlcs.files import folders
-from hlcs.placement.bottoms import Flat, Slope
 from hlcs.placement.comparison import compare_layers, repeated
 from hlcs.placement.grids import RPG, TPG
+from hlcs.placement.placement_file import placement_table
 from hlcs.placement.printed_tables import laboratory, sensitivity_values
 from hlcs.placement.procedure import PlacementTest
-from hlcs.placement.settings_file import placement_table
+from hlcs.placement.sea_bottom import Flat, Slope
 from hlcs.processes import parallel
 
 FRICTIONS = (0.36, 0.6)  # what Bullet makes of 0.6 typed on both bodies, because it multiplies the two; the number as typed

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hlcs.placement import statistics
-from hlcs.placement.bottoms import Flat, Slope
 from hlcs.placement.placement_result import PlacementResult, or_dash
 from hlcs.placement.printed_tables import LayerTable, laboratory
+from hlcs.placement.sea_bottom import Flat, Slope
 from hlcs.placement.statistics import Sample
 from minibullet.errors import InputError
 

@@ -5,9 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from hlcs.placement.bottoms import height_above
 from hlcs.placement.grids import interior_density
-from hlcs.placement.one_layer import in_place, level_of
+from hlcs.placement.layer_placement import in_place, level_of
+from hlcs.placement.sea_bottom import height_above
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,7 @@ class PlacementResult:
     def to_dict(self):
         """The JSON of ``hlcs place``; None where there is no such value."""
         from hlcs.files import folders
-        from hlcs.placement.settings_file import placement_table
+        from hlcs.placement.placement_file import placement_table
 
         test, dn = self.test, self._dn
         layers = [
@@ -184,14 +184,14 @@ class PlacementResult:
     def save(self, folder):
         """Write layers.csv, result.json, poses.npz, settings.toml, scene.glb, structure.png and report.html into a folder;
         returns it."""
-        from hlcs.placement.saved_results import save_placement
+        from hlcs.placement.result_files import save_placement
 
         return save_placement(self, folder)
 
     @staticmethod
     def load(folder):
         """The result that `save` wrote."""
-        from hlcs.placement.saved_results import load_placement
+        from hlcs.placement.result_files import load_placement
 
         return load_placement(folder)
 

@@ -6,9 +6,9 @@ import html
 from hlcs.files import folders
 from hlcs.placement import figures
 from hlcs.placement.comparison import compare_layers, laboratory_for, percent, sample_of
+from hlcs.placement.placement_file import placement_table
 from hlcs.placement.placement_result import or_dash
 from hlcs.placement.printed_tables import paper_numerical
-from hlcs.placement.settings_file import placement_table
 from minibullet.report import drawing
 
 STYLE = """

@@ -16,9 +16,9 @@ from pathlib import Path
 import minibullet as mb
 from hlcs.files.toml_files import LARGEST, TomlFile, nearest
 from hlcs.placement import validation
-from hlcs.placement.bottoms import Flat, Slope, Survey, parse_bottom
 from hlcs.placement.grids import RPG, TPG, Grid
 from hlcs.placement.procedure import PlacementTest
+from hlcs.placement.sea_bottom import Flat, Slope, Survey, parse_bottom
 from hlcs.placement.units import UNITS
 from minibullet.effects import library
 from minibullet.effects.contract import name_of, parameters

@@ -17,11 +17,9 @@ import numpy as np
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.files.toml_files import TomlFile
-from hlcs.placement import work
+from hlcs.placement import run_queue
 from hlcs.placement.comparison import compare_layers, laboratory_for, repeated
-from hlcs.placement.procedure import PlacementTest
-from hlcs.placement.runs import run_one
-from hlcs.placement.settings_file import (
+from hlcs.placement.placement_file import (
     KEYS,
     SURVEY_FILE,
     bottom_words,
@@ -32,7 +30,9 @@ from hlcs.placement.settings_file import (
     survey_csv,
     with_bottom,
 )
-from hlcs.placement.store import Store, key_of
+from hlcs.placement.procedure import PlacementTest
+from hlcs.placement.run_store import Store, key_of
+from hlcs.placement.single_run import run_one
 from minibullet.errors import InputError, shown_value
 
 MOST_RUNS = 100_000
@@ -108,11 +108,11 @@ def run_sweep(sweep, store_path, workers=None, dask=None, progress=None):
     tests = {key_of(settings_of(test)): test for test in sweep.tests}
     with Store(store_path, _row) as store:
         missing = {key: test for key, test in tests.items() if key not in store}
-        told = work.told(store, missing)
+        told = run_queue.told(store, missing)
         held = len(tests) - len(missing)
         done = progress(len(tests), held) if progress else None
-        ran = work.finish(store, missing, run_one, settings_of, workers, dask, done, held)
-        found = work.results(store, [key_of(settings_of(test)) for test in sweep.tests])
+        ran = run_queue.finish(store, missing, run_one, settings_of, workers, dask, done, held)
+        found = run_queue.results(store, [key_of(settings_of(test)) for test in sweep.tests])
     rows = [dict(zip(sweep.names, values, strict=True)) | row for values, row in zip(sweep.values, found, strict=True)]
     return {"rows": rows, "ran": ran, "kept": len(tests) - ran, "told": told}
 

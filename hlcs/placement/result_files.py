@@ -8,9 +8,9 @@ import numpy as np
 
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
-from hlcs.placement.one_layer import LayerRecord
+from hlcs.placement.layer_placement import LayerRecord
+from hlcs.placement.placement_file import SURVEY_FILE, bottom_words, placement_table, read_placement_file, survey_csv
 from hlcs.placement.placement_result import PlacementResult
-from hlcs.placement.settings_file import SURVEY_FILE, bottom_words, placement_table, read_placement_file, survey_csv
 from minibullet.errors import InputError, is_number
 from minibullet.files.array_files import ArrayFile
 from minibullet.files.user_files import read_text
