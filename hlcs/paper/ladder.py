@@ -9,11 +9,13 @@ from dataclasses import replace
 import numpy as np
 
 from hlcs.data.experiment_file import read_experiment_file
+from hlcs.diagnose import diagnosis_of
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
+from hlcs.kinds.layers import Layers
 from hlcs.kinds.layers.data import read_layer_sets
-from hlcs.kinds.layers.diagnosis import diagnose_layers
 from hlcs.kinds.layers.model import LayerModel, Simulator, coefficients
+from hlcs.kinds.protocol import Options
 from hlcs.placement import statistics
 from hlcs.placement.comparison import repeated
 from hlcs.placement.placement_file import placement_table
@@ -48,7 +50,7 @@ def ladder(plan, folder, progress=False, simulator=None):
     write_case(folder, plan.settings)
     simulator, seeds = simulator or Simulator(workers=plan.workers, progress=progress), plan.repeats or SEEDS
     file = read_experiment_file(folder / "flat.toml")
-    diagnosis = diagnose_layers(file, seed=plan.seed - 1, simulator=simulator, seeds=seeds)
+    diagnosis = diagnosis_of(Layers(file, Options(seed=plan.seed - 1), simulator, seeds))
     (slope,) = read_layer_sets(folder / "slope.csv")
     models = [LayerModel(diagnosis.model.base, diagnosis.model.terms[:count]) for count in range(len(diagnosis.steps))]
     numbers = range(plan.seed, plan.seed + seeds)

@@ -5,30 +5,18 @@ surviving rivals with their fitted numbers: the right one wins by more than 6 un
 N lambda >= 16.4 (T-optimal design: Atkinson and Fedorov, Biometrika 62 (1975) 57).
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from hlcs.data.measurement import Trial
 from hlcs.estimation import inference
 from hlcs.estimation.least_squares import Problem
+from hlcs.records import NextExperiment
 from hlcs.simulation.simulator import Shots
 from minibullet import rotations
 
 SEPARATION = 16.4
-
-
-@dataclass(frozen=True)
-class NextExperiment:
-    """An experiment to do next."""
-
-    text: str
-    separates: tuple[str, ...]
-    tests_needed: int | None
-    design: dict = field(default_factory=dict)
-
-    def __str__(self):
-        return self.text
 
 
 def tests_needed(separation):
@@ -36,9 +24,8 @@ def tests_needed(separation):
     return int(np.ceil(SEPARATION / separation)) if separation > SEPARATION / 100 else None
 
 
-def next_experiment(prepared, search, final, rivals, verdict):
+def next_experiment(problem, final, rivals, verdict):
     """The experiment that best separates the surviving rivals, or finds out what stays unexplained."""
-    problem = prepared.problem
     pairs = [
         (index, term.name, name, other)
         for index, (term, others) in enumerate(zip(final.model.terms, rivals, strict=True))

@@ -3,7 +3,8 @@
 import numpy as np
 
 from hlcs.kinds.layers import least_squares
-from hlcs.selection.experiment_design import SEPARATION, NextExperiment, tests_needed
+from hlcs.records import NextExperiment
+from hlcs.selection.experiment_design import SEPARATION, tests_needed
 
 WITNESS = {  # direct readings of one suspect, best first: no new unknowns
     "convex_hull_shape": "simulate both shapes with the same seeds, and nest two units by hand: hulls cannot",
@@ -40,9 +41,9 @@ WITNESS = {  # direct readings of one suspect, best first: no new unknowns
 }
 
 
-def next_experiment(search, stage, accepted, rivals, verdict, where):
+def next_experiment(search, stage, rivals, where, verdict):
     """The NextExperiment for rivals that survive, or for what stays unexplained."""
-    pairs = [(one, other) for one, others in zip(accepted, rivals, strict=True) for other, _ in others]
+    pairs = [(one, other) for one, others in zip(stage.accepted, rivals, strict=True) for other, _ in others]
     text, names, needed, design = "", (), None, {}
     if pairs:
         scored = [(*_best_set(search, stage, one, other), one, other) for one, other in pairs]

@@ -2,7 +2,7 @@
 
 from hlcs.effects import SETS, set_of
 from hlcs.kinds.layers.judge import QUANTILE
-from hlcs.selection.diagnosis import Finding
+from hlcs.records import Finding
 
 
 def intervals(accepted):

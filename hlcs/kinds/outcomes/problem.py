@@ -10,13 +10,11 @@ from hlcs.data.rigid_body import solid
 from hlcs.effects import candidate, class_named, classes
 from hlcs.effects.contract import name_of
 from hlcs.estimation import inference
-from hlcs.estimation.cross_validation import Folds
 from hlcs.estimation.inference import Correlated
 from hlcs.estimation.least_squares import Problem
 from hlcs.estimation.linearization import Linear, Recording
 from hlcs.estimation.noise_model import Noise
 from hlcs.selection.eligibility import known_body, stated
-from hlcs.selection.search import Search
 from hlcs.simulation import outcome_motion
 from hlcs.simulation.model import Model
 from minibullet.errors import InputError
@@ -283,54 +281,3 @@ def where_in_table(problem, table):
             }
         )
     return tuple(sorted(found, key=lambda row: (-row["sigma"], row["trial"])))
-
-
-def diagnose_outcomes(measurement, names, own, say):
-    """The diagnosis of an outcome table."""
-    from hlcs.diagnose import assemble, unknown_noise
-
-    file, table = measurement.file, measurement.table
-    prepared = prepare_table(measurement, own)
-    entries, absent = table_candidates(file, table, names, own)
-    if prepared.problem is None:
-        return unknown_noise(measurement, prepared, entries)
-    problem = prepared.problem
-    folds = Folds(problem.trials, file.hold_out)
-    folds.few = len(table.values) < 12
-    search = Search(problem, entries, folds, say)
-    return assemble(prepared, search, absent, judge_table, where_in_table)
-
-
-def compare_outcomes(measurement, own=()):
-    """The comparison of an outcome table with the model under test."""
-    from hlcs.compare import Comparison
-
-    file, prepared = measurement.file, prepare_table(measurement, own)
-    noise = {"position": prepared.noise.position, "rho": 0.0, "source": prepared.noise.source}
-    unit = measurement.table.outcome.rsplit("_", 1)[1]
-    if prepared.problem is None:
-        return Comparison(
-            file.kind, file.title, None, None, None, {"rms": None, "noise": None, "unit": unit}, (), noise, prepared.notes
-        )
-    verdict, table = judge_table(prepared.problem, prepared.base)
-    error = {
-        "rms": float(np.sqrt(np.mean(table["residual"] ** 2))),
-        "unit": unit,
-        "noise": prepared.noise.position,
-        "bias": float(-np.mean(table["residual"])),
-    }
-    return Comparison(
-        file.kind,
-        file.title,
-        verdict.adequate,
-        verdict.statistic,
-        verdict.p,
-        error,
-        where_in_table(prepared.problem, table),
-        noise,
-        prepared.notes,
-        table,
-        tuple(unit.name for unit in prepared.problem.trials),
-        against=tuple(measurement.table.inputs),
-        channels=(measurement.table.outcome,),
-    )

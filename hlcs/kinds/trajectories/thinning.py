@@ -11,7 +11,7 @@ import numpy as np
 
 from hlcs.data.impacts import read_impacts
 from hlcs.estimation.least_squares import Problem
-from hlcs.kinds.trajectories import polished, without_isolated
+from hlcs.kinds.trajectories.preparation import polished, without_isolated
 from hlcs.simulation.simulator import Shots
 
 MOST_SEARCHED = 10_000  # rows of all recordings: a search then takes some 1 GB and minutes
