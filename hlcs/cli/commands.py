@@ -65,14 +65,14 @@ def place(file, allow_outside, out, json_file, quiet, **settings):
 
 def _place(test, out, json_file, quiet):
     """Run a test, print it beside the laboratory's, write its files."""
-    from hlcs.placement import comparison, result_files
+    from hlcs.placement import comparison, report
 
     measured = comparison.laboratory_for(test)
     with folders.result_folder(out) if out else nullcontext() as folder:
         with progress_bar("layers", test.layers, quiet) as bar:
             result = test.run(progress=lambda layer: bar.update())
         if folder:
-            result_files.write_placement(result, folder)
+            report.write(result, folder)
     text = result.summary()
     if measured is not None:
         text += f"\n\n{comparison.compare_layers(result, measured)}"

@@ -8,7 +8,6 @@ friction = [0.3, 0.6]
 seed = [1, 2, 3]
 """
 
-import hashlib
 import itertools
 from dataclasses import dataclass
 
@@ -17,21 +16,13 @@ import numpy as np
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.files.toml_files import TomlFile
+from hlcs.files.versions import versions
 from hlcs.placement import run_queue
 from hlcs.placement.comparison import compare_layers, laboratory_for, repeated
-from hlcs.placement.placement_file import (
-    KEYS,
-    SURVEY_FILE,
-    bottom_words,
-    check_value,
-    checked_table,
-    make_placement,
-    placement_table,
-    survey_csv,
-    with_bottom,
-)
+from hlcs.placement.placement_file import KEYS, check_value, checked_table, make_placement, with_bottom
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.run_store import Store, key_of
+from hlcs.placement.settings_table import settings_of
 from hlcs.placement.single_run import run_one
 from minibullet.errors import InputError, shown_value
 
@@ -82,14 +73,6 @@ def read_sweep_file(path, allow_outside=False):
             words = ", ".join(f"{name} = {shown_value(value)}" for name, value in zip(table, run, strict=True))
             raise InputError(f"{file.path}: the run with {words}: {problem}") from None
     return Sweep(file.title(), tuple(table), tuple(runs), tuple(tests))
-
-
-def settings_of(test):
-    """What the key of a run is made of: every setting, and for a surveyed bed the hash of its points."""
-    table = placement_table(test)
-    if bottom_words(test.bottom) == SURVEY_FILE:
-        table["bottom"] = "survey:" + hashlib.sha256(survey_csv(test.bottom).encode()).hexdigest()
-    return table
 
 
 def check_store(path):
@@ -172,7 +155,7 @@ def document(sweep, outcome):
         "ran": outcome["ran"],
         "kept": outcome["kept"],
         "told": outcome["told"],
-        "versions": folders.versions(),
+        "versions": versions(),
     }
 
 
@@ -182,8 +165,8 @@ def write_sweep(sweep, outcome, folder):
 
     found = document(sweep, outcome)
     texts = {
-        "runs.csv": csv_text(pd.DataFrame(found["runs"])),
-        "summary.csv": csv_text(pd.DataFrame(found["summary"])),
+        "runs.csv": csv_text(pd.DataFrame(found["runs"]).to_dict("list")),
+        "summary.csv": csv_text(pd.DataFrame(found["summary"]).to_dict("list")),
         "sweep.json": folders.to_json(found),
     }
 

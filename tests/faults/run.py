@@ -25,8 +25,8 @@ from hlcs import PlacementTest
 from hlcs.cli import commands
 from hlcs.files import folders
 from hlcs.placement import run_store
-from hlcs.placement.parameter_sweep import settings_of
 from hlcs.placement.run_store import key_of
+from hlcs.placement.settings_table import settings_of
 from tests.faults.injection import MODES, REMOVALS, Faults
 
 SMALL = {"layers": 2, "rows": 3, "columns": 3}

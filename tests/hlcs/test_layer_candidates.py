@@ -8,8 +8,9 @@ from hlcs import InputError, PlacementTest
 from hlcs.kinds.layers.candidates import library, named
 from hlcs.kinds.layers.data import LayerSet
 from hlcs.placement.layer_placement import shake
-from hlcs.placement.placement_file import make_placement, placement_table, read_placement_file
+from hlcs.placement.placement_file import make_placement, read_placement_file
 from hlcs.placement.sea_bottom import Slope, Survey
+from hlcs.placement.settings_table import placement_table
 from hlcs.placement.statistics import Sample
 
 SAMPLE = Sample(*(np.array([value] * 5) for value in (1.0, 0.01, 5.0)))

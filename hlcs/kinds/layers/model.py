@@ -16,10 +16,9 @@ import numpy as np
 from hlcs.files import folders
 from hlcs.kinds.layers.candidates import LayerCandidate, named
 from hlcs.placement import run_queue
-from hlcs.placement.parameter_sweep import settings_of
-from hlcs.placement.placement_file import placement_table
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.run_store import Store, key_of
+from hlcs.placement.settings_table import placement_table, settings_of
 from hlcs.placement.single_run import simulate
 from minibullet.errors import InputError
 from minibullet.files.user_files import read_bytes, shown

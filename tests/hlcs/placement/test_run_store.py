@@ -15,6 +15,7 @@ import pytest
 from hlcs import InputError
 from hlcs.placement import code_hash, parameter_sweep, run_queue, run_store
 from hlcs.placement.run_store import Store, key_of
+from hlcs.placement.settings_table import settings_of
 from minibullet.errors import RunError
 
 FIRST_STORE = """
@@ -166,7 +167,7 @@ def test_a_store_from_before_the_hash_opens_and_its_rows_stay(plan, tmp_path):
     with sqlite3.connect(path) as connection:
         connection.execute(FIRST_STORE)
         for test in plan.tests:
-            settings = parameter_sweep.settings_of(test)
+            settings = settings_of(test)
             row = (key_of(settings), json.dumps(settings, sort_keys=True), '{"layers": [{"layer": 1, "k": 9.9}]}', "{}", "2025")
             connection.execute("INSERT INTO runs VALUES (?, ?, ?, ?, ?)", row)
     connection.close()
@@ -184,9 +185,7 @@ def test_a_damaged_row_is_told_and_computed_again(plan, tmp_path, damage):
     path = tmp_path / "runs.sqlite"
     whole = parameter_sweep.run_sweep(plan, path, workers=1)
     with sqlite3.connect(path) as connection:
-        connection.execute(
-            "UPDATE runs SET result = ? WHERE key = ?", (damage, key_of(parameter_sweep.settings_of(plan.tests[2])))
-        )
+        connection.execute("UPDATE runs SET result = ? WHERE key = ?", (damage, key_of(settings_of(plan.tests[2]))))
     connection.close()
     again = parameter_sweep.run_sweep(plan, path, workers=1)
     assert (again["ran"], again["kept"]) == (1, 5) and "1 rows of the store are damaged" in again["told"]
@@ -230,9 +229,9 @@ def test_a_full_disk_while_a_row_is_written_prints_the_run_and_keeps_the_others(
     path = tmp_path / "runs.sqlite"
     with Store(path, parameter_sweep._row) as ours:
         ours._connection.execute("PRAGMA max_page_count = 5")  # of 4 kB: room for the tables and a run or two
-        tests = {key_of(parameter_sweep.settings_of(test)): test for test in plan.tests}
+        tests = {key_of(settings_of(test)): test for test in plan.tests}
         with pytest.raises(RunError, match="full.*of 6 runs are kept in .*runs.sqlite") as refusal:
-            run_queue.finish(ours, tests, parameter_sweep.run_one, parameter_sweep.settings_of, workers=1)
+            run_queue.finish(ours, tests, parameter_sweep.run_one, settings_of, workers=1)
     assert json.loads(refusal.value.result)["layers"][0]["k"] == pytest.approx(1.298, abs=1e-3)
     again = parameter_sweep.run_sweep(plan, path, workers=1)
     assert again["kept"] >= 1 and again["ran"] + again["kept"] == 6
@@ -328,6 +327,6 @@ def test_a_sweep_killed_at_its_work_is_gone_on_with_at_once(plan, tmp_path):
     process.send_signal(signal.SIGKILL)
     process.wait()
     with Store(tmp_path / "runs.sqlite") as ours:
-        assert all(not ours._taken(key_of(parameter_sweep.settings_of(test))) for test in plan.tests)
+        assert all(not ours._taken(key_of(settings_of(test))) for test in plan.tests)
     again = parameter_sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
     assert again["kept"] >= 1 and again["ran"] + again["kept"] == 6
