@@ -63,10 +63,10 @@ def promising(search, fit, index, place, needed):
     entries = [
         entry
         for entry in search.candidates
-        if entry.name not in fit.model.names and not search.same_form(entry.name, without.model.terms)
+        if entry.name not in fit.model.names and not search.same_form(entry, without.model.terms)
     ]
     if search.budget.ends_comparison("rivals that are not another form of an accepted law"):
-        entries = [entry for entry in entries if search.same_form(entry.name, (term,)) or entry.name in place.fits]
+        entries = [entry for entry in entries if search.same_form(entry, (term,)) or entry.name in place.fits]
     unseen = [entry for entry in entries if entry.name not in place.screened]
     work = [partial(search.screen, without, entry) for entry in unseen]
     if search.problem.simulator.contact:
@@ -84,7 +84,7 @@ def promising(search, fit, index, place, needed):
         gain = max(least_squares(s, r).gain, without.chi2 - known.chi2 if known is not None else 0.0)
         gain -= search.complexity_penalty(entry)
         alike = likeness is not None and likeness[0] > ALIKE
-        if gain >= needed or alike or search.same_form(entry.name, (term,)) or entry.name in place.fits:
+        if gain >= needed or alike or search.same_form(entry, (term,)) or entry.name in place.fits:
             ranked.append((entry.name not in place.fits, -gain, entry, likeness[1] if alike else None))
     return [(entry, numbers) for _, _, entry, numbers in sorted(ranked, key=lambda each: each[:2])]
 
@@ -127,7 +127,7 @@ def competitors(search, fit, index, inflation):
             continue
         close = gain_of_term - gain <= COMPETITOR_MARGIN * inflation and gain > 0
         cosine = largest_cosine(own_columns(fit, index), own_columns(other, -1))
-        if search.same_form(entry.name, (term,)) and inflation > 1 and cosine > 0.9 and gain > 0.5 * gain_of_term:
+        if search.same_form(entry, (term,)) and inflation > 1 and cosine > 0.9 and gain > 0.5 * gain_of_term:
             close = True  # a form is not decided by differences smaller than what stays unexplained
         if inflation > 1 and not holds_out(search, without, other):
             continue
@@ -142,7 +142,7 @@ def other_forms(search, fit, index, inflation):
     """The same for a term that another one acts through: other forms of the same law, each put straight in its place."""
     term, kept = fit.model.terms[index], []
     for entry in search.candidates:
-        if entry.name in fit.model.names or not search.same_form(entry.name, (term,)):
+        if entry.name in fit.model.names or not search.same_form(entry, (term,)):
             continue
         search.progress(f"rival {entry.name}")
         other = search.best_fit(fit.model.without(index), entry, entry.starts, fit.initial_states)

@@ -3,9 +3,10 @@
 import numpy as np
 from scipy import stats
 
-from hlcs.effects import SETS, set_of
-from hlcs.records import Finding
+from hlcs.effects import set_of
+from hlcs.records import Finding, Reason, untested
 from hlcs.selection.pairs import beside
+from hlcs.selection.reasons import sentences
 
 INTERVAL = 0.90  # of coefficients
 
@@ -88,16 +89,19 @@ def findings(search, fits, rounds, rivals, effects, absent, unit):
             cosines = {partners[name][0]: round(partners[name][1], 4)}
         elif accepted:
             cosines = {other: round(cosine, 4) for other, _, cosine in rivals[effects.index(name)]}
-        why = _why(name, accepted, same, best, last, effects)
+        explanation = _why(name, accepted, same, best, last, effects)
         if best is not None:
             fitted, held, gain = fitted_error(search, best.fit, unit), held_out_error(search, best.fit, unit), best.gain
         else:
             fitted, held, gain = None, None, last.linear_gain if last is not None and last.visible else None
         evidence = None if gain is None else float(gain - search.complexity_penalty(entry))
-        told.append(Finding(name, fitted, held, evidence, accepted, same, why, cosines, _visible(last)))
+        told.append(
+            Finding(
+                name, fitted, held, evidence, accepted, same, explanation.why, cosines, _visible(last), reason=explanation.reason
+            )
+        )
     told.sort(key=lambda entry: (not entry.accepted, -(entry.evidence if entry.evidence is not None else -1e9), entry.effect))
-    told += [Finding(name, None, None, None, False, (), f"not tried: {why}") for name, why in sorted(absent.items())]
-    return tuple(told)
+    return (*told, *(untested(name, Reason.NOT_TRIED(why=why)) for name, why in sorted(absent.items())))
 
 
 def _sets(effects, rivals):
@@ -105,28 +109,33 @@ def _sets(effects, rivals):
 
 
 def _why(name, accepted, same, best, last, effects):
-    """One sentence on a candidate."""
+    """The Explanation of what became of a candidate."""
     form = set_of(name)
     if accepted:
-        text = f"accepted: chi2 falls by {best.gain:.0f} for a price of {best.required_gain:.0f}"
-        if best.directions:
-            text += "; held-out error falls by " + " and ".join(f"{100 * fall:.0f} %" for fall in best.directions)
-        return text + (f"; cannot be told from {', '.join(same)}" if same else "")
+        falls = " and ".join(f"{100 * fall:.0f} %" for fall in best.directions)
+        return Reason.ACCEPTED(
+            at="",
+            gain=best.gain,
+            required_gain=best.required_gain,
+            held_out=f"; held-out error falls by {falls}" if falls else "",
+            same=f"; cannot be told from {', '.join(same)}" if same else "",
+        )
     if same:
-        label = f" ({form})" if form and any(other in SETS[form] for other in same) else ""
-        return f"does as well as {', '.join(other for other in same if other in effects)}: not to be told apart here{label}"
-    better = [other for other in effects if form and other in SETS[form]]
+        label = f" ({form})" if form and any(set_of(other) == form for other in same) else ""
+        return Reason.NOT_TOLD_APART(others=", ".join(other for other in same if other in effects), at="", label=label)
+    better = [other for other in effects if form and set_of(other) == form]
     if best is not None and better:
-        return f"of one set ({form}) with {better[0]}, which explains the data better"
+        return Reason.OTHER_FORM(form=form, better=better[0])
     if last is not None and last.fit is not None and last.gain > last.required_gain and last.fails:
-        return "suspected: " + "; ".join(last.fails)
+        return Reason.SUSPECTED(why=sentences(last.fails))
     if last is None or not last.visible:
-        return "cannot be seen in these data: what it does is absorbed by the unknown start or by what is in the model"
-    if best is not None and best.gain > best.required_gain and not best.fails:
-        return "explained the residual too, less well than what was accepted"
+        return Reason.INVISIBLE()
     if best is not None and best.gain > best.required_gain:
-        return "pointed at the residual before the rest was explained: " + "; ".join(best.fails)
-    return f"not seen: chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.required_gain:.1f}"
+        if not best.fails:
+            return Reason.EXPLAINED_TOO(at="")
+        return Reason.EXPLAINED_BEFORE(why=sentences(best.fails))
+    why = f"chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.required_gain:.1f}"
+    return Reason.NOT_SEEN(at="", why=why)
 
 
 def _visible(last):

@@ -28,7 +28,7 @@ def hidden_pair(search, fit, trials):
         and trial.gain > 2 * trial.required_gain * max(trial.fit.chi2 / trial.fit.freedom, 1.0)
         and not search.out_of_bounds(trial.fit)
         and not search.contradicts(trial.fit)
-        and not search.same_form(trial.candidate.name, fit.model.terms)
+        and not search.same_form(trial.candidate, fit.model.terms)
     ]
     if not pointing:
         return []
@@ -56,7 +56,7 @@ def hidden_pair(search, fit, trials):
         seconds = [
             trial
             for trial in search.round(first.fit).values()
-            if trial.fit is not None and not trial.fails and not search.same_form(trial.candidate.name, first.fit.model.terms)
+            if trial.fit is not None and not trial.fails and not search.same_form(trial.candidate, first.fit.model.terms)
         ]
         if not seconds:
             continue
@@ -74,12 +74,12 @@ def pairs(search, fit, trials):
         for trial in trials.values()
         if trial.visible
         and trial.linear_gain > 0.5 * trial.required_gain
-        and not search.same_form(trial.candidate.name, fit.model.terms)
+        and not search.same_form(trial.candidate, fit.model.terms)
     ]
     found = []  # (gain less what it requires, its number, the pair)
     for place, (first, s) in enumerate(signatures):
         for second, t in signatures[:place]:
-            if search.same_form(first.candidate.name, (Term(second.candidate, ()),)):
+            if search.same_form(first.candidate, (Term(second.candidate, ()),)):
                 continue
             gain = least_squares(np.hstack([s, t]), r).gain
             extra = gain - max(first.linear_gain, second.linear_gain)

@@ -7,7 +7,7 @@ import numpy as np
 
 from hlcs.estimation.least_squares import basis, bounded_least_squares, project_out
 from hlcs.estimation.linearization import best_view, free_numbers
-from hlcs.selection.eligibility import blocked
+from hlcs.selection.eligibility import lacks_drag
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
 
@@ -41,7 +41,7 @@ class Screening:
 
         anew: whether signatures are found at this fit even where those of an earlier one are kept.
         """
-        if blocked(entry, fit.model):
+        if lacks_drag(entry.kind, fit.model):
             return None
         signatures = None if anew else self.signatures.get(entry.name)
         if signatures is None:

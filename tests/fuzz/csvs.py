@@ -17,7 +17,7 @@ from hlcs.data.outcome_tables import read_outcomes
 from hlcs.data.recordings import read_recordings
 from hlcs.files.csv_files import MOST_BYTES
 from hlcs.kinds.layers.data import read_layer_sets
-from hlcs.placement.bottoms import Survey
+from hlcs.placement.sea_bottom import Survey
 from minibullet.errors import InputError
 
 SECONDS = 10  # beyond which a file hangs

@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.placement.bottoms import Flat, Slope
+from hlcs.effects import set_of as library_set
 from hlcs.placement.grids import Grid
+from hlcs.placement.sea_bottom import Flat, Slope
 from minibullet import effects
-from minibullet.effects.contract import parameters
+from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError
 
 TIP_OVER_LOW = 1.40428 - 1.29826  # how much higher a unit stands on a tip than in its lowest pose [Dn]
@@ -86,16 +87,22 @@ SWITCHES = {  # settings that are there or not: family, field, its value when th
 }
 # Laws of contact from the engine's library, at one number each: where between its null value and its upper bound it is tried.
 CONTACT = {
-    "static_friction": 0.5,
-    "stribeck_friction": 0.5,
-    "viscous_friction": 0.3,
-    "load_dependent_friction": 0.5,
-    "anisotropic_friction": 0.5,
-    "rolling_friction": 0.5,
-    "spinning_friction": 0.5,
-    "adhesion": 0.3,
-    "velocity_dependent_restitution": 0.8,
+    effects.StaticFriction: 0.5,
+    effects.StribeckFriction: 0.5,
+    effects.ViscousFriction: 0.3,
+    effects.LoadDependentFriction: 0.5,
+    effects.AnisotropicFriction: 0.5,
+    effects.RollingFriction: 0.5,
+    effects.SpinningFriction: 0.5,
+    effects.Adhesion: 0.3,
+    effects.VelocityDependentRestitution: 0.8,
 }
+ALIKE = {"plate_bias": "rest_height", "settlement": "rest_height"}  # of what is no class of effects: label of its set
+
+
+def set_of(name):
+    """Label of the set of look-alikes that a candidate belongs to, or an empty text."""
+    return ALIKE.get(name) or library_set(name)
 
 
 def library(test, sets):
@@ -120,18 +127,17 @@ def _laws(test):
     """Laws of contact that are not in the test yet."""
     unit = test.unit
     radius = (3.0 * unit.volume / (4.0 * np.pi)) ** (1.0 / 3.0)
-    given = {"load_dependent_friction": {"reference_load": 9.81 * unit.mass(test.density) / 3.0}}  # a unit stands on three points
-    for name, part in CONTACT.items():
-        kind = effects.library()[name]
+    given = {effects.LoadDependentFriction: {"reference_load": 9.81 * unit.mass(test.density) / 3.0}}  # it stands on three points
+    for kind, part in CONTACT.items():
         known = next(one for one in parameters(kind).values() if one.null is not None)
         scale = radius if known.bounds_in == "radius" else 1.0
         low, high = known.low * scale, known.high * scale
-        without = name == "velocity_dependent_restitution" and test.restitution == 0.0  # then it has nothing to act on
+        without = kind is effects.VelocityDependentRestitution and test.restitution == 0.0  # then it has nothing to act on
         if not without and not any(isinstance(effect, kind) for effect in test.effects):
             unit_name = "1" if known.unit == "-" else known.unit
             trial = known.null + part * (high - known.null)
             yield LayerCandidate(
-                name,
+                name_of(kind),
                 "physics",
                 known.name,
                 unit_name,
@@ -139,7 +145,7 @@ def _laws(test):
                 high,
                 known.null,
                 trial,
-                _law(kind, known.name, known.null, given.get(name, {})),
+                _law(kind, known.name, known.null, given.get(kind, {})),
             )
 
 

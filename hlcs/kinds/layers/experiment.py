@@ -14,7 +14,7 @@ from hlcs.kinds.layers.notes import campaign_notes, floor_of, left_out, samples,
 from hlcs.kinds.layers.search import SEEDS, LayerSearch
 from hlcs.kinds.protocol import Observation
 from hlcs.placement import statistics
-from hlcs.records import Pictures
+from hlcs.records import Pictures, Reason
 from hlcs.selection.verdict import Selection
 
 ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass, under the form of the campaign term that is kinder to it
@@ -27,7 +27,7 @@ class Layers:
     """
 
     kind, measure, unit = "layers", "mean relative error", "1"
-    unjudged = "not tried: the number of tests, or their scatter, is unknown"
+    unjudged = Reason.NOT_TRIED(why="the number of tests, or their scatter, is unknown")
     advice = (
         "state in the columns cv and tests how many tests each mean stands for (two at least) and how they scatter between tests "
         "(above zero: no tests agree to the last digit in every layer)"

@@ -1,8 +1,11 @@
 """What a diagnosis of layer coefficients says of each candidate."""
 
-from hlcs.effects import SETS, set_of
+from hlcs.kinds.layers.candidates import set_of
 from hlcs.kinds.layers.judge import QUANTILE
-from hlcs.records import Finding
+from hlcs.records import Finding, Reason, untested
+from hlcs.selection.reasons import sentences
+
+NOTHING_PAYS = "the misfit is too small, or the numbers too few, to pay for any"
 
 
 def intervals(accepted):
@@ -37,13 +40,9 @@ def findings(entries, accepted, rounds, rivals):
         if name in partners:
             cosines = {partners[name][0]: round(partners[name][1], 4)}
         if best is None:
-            why = (
-                "not tried: the misfit is too small, or the numbers too few, to pay for any"
-                if not rounds
-                else "could not be simulated: no such placement stands, or it takes too long"
-            )
-            found.append(Finding(name, None, None, None, name in winners, same, why))
+            found.append(untested(name, Reason.NOT_SIMULATED() if rounds else Reason.NOT_TRIED(why=NOTHING_PAYS), same))
             continue
+        explanation = _why(best, name in winners, same, winners)
         found.append(
             Finding(
                 name,
@@ -52,9 +51,10 @@ def findings(entries, accepted, rounds, rivals):
                 float(best.evidence),
                 name in winners,
                 same,
-                _why(best, name in winners, same, winners),
+                explanation.why,
                 cosines,
                 _visible(best),
+                reason=explanation.reason,
             )
         )
     return tuple(
@@ -63,25 +63,28 @@ def findings(entries, accepted, rounds, rivals):
 
 
 def _why(one, accepted, same, winners):
-    label = f" ({set_of(one.name)})" if set_of(one.name) and any(other in SETS[set_of(one.name)] for other in same) else ""
-    at = f"{one.candidate.family}, {one.candidate.number} = {one.value:.3g}"
-    if one.candidate.needs:
-        at += f" of {one.candidate.needs}"
+    """The Explanation of what became of a candidate."""
+    form = set_of(one.name)
+    label = f" ({form})" if form and any(set_of(other) == form for other in same) else ""
+    at = f" ({one.candidate.family}, {one.candidate.number} = {one.value:.3g}"
+    at += f" of {one.candidate.needs})" if one.candidate.needs else ")"
     if accepted:
-        text = f"accepted ({at}): chi2 falls by {one.gain:.0f} for a price of {one.price:.0f}"
-        if one.directions:
-            text += "; held-out misfit falls by " + " and ".join(f"{100 * fall:.0f} %" for fall in one.directions.values())
-        return text + (f"; cannot be told from {', '.join(same)}{label}" if same else "")
-    if same:
-        return (
-            f"does as well as {', '.join(other for other in same if other in winners)} ({at}): not to be told apart here{label}"
+        falls = " and ".join(f"{100 * fall:.0f} %" for fall in one.directions.values())
+        return Reason.ACCEPTED(
+            at=at,
+            gain=one.gain,
+            price=one.price,
+            held_out=f"; held-out misfit falls by {falls}" if falls else "",
+            same=f"; cannot be told from {', '.join(same)}{label}" if same else "",
         )
+    if same:
+        return Reason.NOT_TOLD_APART(others=", ".join(other for other in same if other in winners), at=at, label=label)
     if one.gain > 3.84 and one.fails:
         promise = "" if one.gain <= one.price else f"chi2 would fall by {one.gain:.1f}, but "
-        return f"suspected: ({at}) {promise}" + "; ".join(one.fails)
+        return Reason.SUSPECTED(why=f"{at[1:]} {promise}{sentences(one.fails)}")
     if not one.fails:
-        return f"explained the residual too ({at}), less well than what was accepted"
-    return f"not seen ({at}): " + one.fails[-1 if len(one.fails) == 1 else 0]
+        return Reason.EXPLAINED_TOO(at=at)
+    return Reason.NOT_SEEN(at=at, why=one.fails[0].why)
 
 
 def _visible(one):

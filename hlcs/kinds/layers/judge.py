@@ -8,6 +8,7 @@ from hlcs.kinds.layers import least_squares
 from hlcs.kinds.layers.least_squares import FORMS
 from hlcs.kinds.layers.model import LayerModel
 from hlcs.placement import statistics
+from hlcs.selection.reasons import Rule
 
 PRICE, PRICE_ALONE = 6.0, 12.0  # with and without data to hold out
 QUANTILE = 1.645  # of 90 % intervals
@@ -171,21 +172,21 @@ class LayerJudge:
         tried.size = self._size(stage, tried.shift)
         outside = abs(unbound - tried.amount) > 2.0 * tried.deviation and tried.value != tried.candidate.gone
         if not np.any(tried.slope[layers]):
-            tried.fails.append("it moves no layer")
+            tried.fails.append(Rule.MOVES_A_LAYER())
         elif outside or (tried.amount == 0.0 and not tried.candidate.switch):
-            tried.fails.append("its number leaves the bounds")
+            tried.fails.append(Rule.NUMBER_INSIDE_BOUNDS())
         elif abs(tried.amount) <= QUANTILE * tried.deviation and not tried.candidate.switch:
-            tried.fails.append("the interval of its number holds zero effect")
+            tried.fails.append(Rule.NOT_ZERO())
         if tried.gain <= tried.price:
-            tried.fails.append(f"its gain in chi2 of {tried.gain:.1f} does not pay its price of {tried.price:.1f}")
+            tried.fails.append(Rule.PRICE_OF_LAYERS(gain=tried.gain, price=tried.price))
         if tried.size < 1.0:
-            tried.fails.append(f"below resolution: it moves no layer by more than {tried.size:.1f} times what these data show")
+            tried.fails.append(Rule.RESOLUTION(size=tried.size))
         names = self.groups
         worse = [f"{names[group]} {100 * fall:+.0f} %" for group, fall in tried.directions.items() if fall <= 0.02]
         if worse:
-            tried.fails.append("held-out misfit does not fall by 2 % on " + ", ".join(worse))
+            tried.fails.append(Rule.EVERY_GROUP(groups=", ".join(worse)))
         if tried.held_error is not None and tried.held_error > 0.98 * self.held_out_error(stage):
-            tried.fails.append("the held-out error does not fall by 2 %")
+            tried.fails.append(Rule.HELD_OUT_LAYERS())
 
     def _size(self, stage, shift):
         """Largest shift of a layer, mean of the sets it moves, over what is detectable in that mean; campaigns differ, too."""

@@ -13,6 +13,7 @@ from hlcs.kinds.layers import least_squares
 from hlcs.kinds.layers.judge import PRICE, PRICE_ALONE, LayerJudge, Stage
 from hlcs.kinds.layers.least_squares import FORMS
 from hlcs.kinds.layers.model import coefficients
+from hlcs.selection.reasons import Rule
 from minibullet.errors import InputError
 
 RIVAL_MARGIN, BEATEN = 6.0, 6.6  # evidence within which a candidate is a rival, unless the held-out data refuse it at p < 0.01
@@ -137,12 +138,12 @@ class LayerSearch(LayerJudge):
                 break
             one = replace(line, amount=(line.amount + simulated) / 2.0)
         if following is None:
-            one.fails.append("no placement stands with it")
+            one.fails.append(Rule.STANDS())
             return one, None
         one = following.accepted[-1]
         falls = [self.chi2(stage, form) - self.chi2(following, form) for form in FORMS]
         if min(falls) <= one.price:
-            one.fails.append(f"simulated in full, chi2 falls by {min(falls):.1f} only")
+            one.fails.append(Rule.IN_FULL(gain=min(falls)))
         return one, following
 
     def rivals(self, stage, winner, tried):
@@ -152,7 +153,7 @@ class LayerSearch(LayerJudge):
             if one.name == winner.name:
                 continue
             angle = least_squares.cosine(matrix, winner.slope, one.slope)
-            bounded = not any(fail.startswith(("its number", "the interval")) for fail in one.fails)
+            bounded = not any(fail.reason in (Rule.NUMBER_INSIDE_BOUNDS, Rule.NOT_ZERO) for fail in one.fails)
             close = one.evidence >= winner.evidence - RIVAL_MARGIN or (angle > SAME and one.gain > one.price)
             both = one.held and winner.held
             beaten = both and all(one.held_chi2(form) - winner.held_chi2(form) > BEATEN for form in FORMS)
