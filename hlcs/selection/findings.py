@@ -116,7 +116,7 @@ def _why(name, accepted, same, best, last, effects):
         return Reason.ACCEPTED(
             at="",
             gain=best.gain,
-            required_gain=best.required_gain,
+            price=best.required_gain,
             held_out=f"; held-out error falls by {falls}" if falls else "",
             same=f"; cannot be told from {', '.join(same)}" if same else "",
         )
