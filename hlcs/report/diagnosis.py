@@ -96,7 +96,7 @@ def save(diagnosis, folder):
     """Write result.json, candidates.csv, report.txt, report.html, model.toml and, where there is one, diagnosis.png."""
     picture, words = _picture(diagnosis), text(diagnosis)
     found = {
-        "candidates.csv": csv_text(diagnosis.to_dataframe()).encode(),
+        "candidates.csv": csv_text(diagnosis.to_dataframe().to_dict("list")).encode(),
         "report.txt": (words + "\n").encode(),
         "report.html": as_html(diagnosis.title, words, picture).encode(),
     }

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hlcs.effects import set_of as library_set
-from hlcs.placement.bottoms import Flat, Slope
 from hlcs.placement.grids import Grid
+from hlcs.placement.sea_bottom import Flat, Slope
 from minibullet import effects
 from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError

@@ -15,12 +15,11 @@ import numpy as np
 
 from hlcs.files import folders
 from hlcs.kinds.layers.candidates import LayerCandidate, named
-from hlcs.placement import work
+from hlcs.placement import run_queue
 from hlcs.placement.procedure import PlacementTest
-from hlcs.placement.runs import simulate
-from hlcs.placement.settings_file import placement_table
-from hlcs.placement.store import Store, key_of
-from hlcs.placement.sweep import settings_of
+from hlcs.placement.run_store import Store, key_of
+from hlcs.placement.settings_table import placement_table, settings_of
+from hlcs.placement.single_run import simulate
 from minibullet.errors import InputError
 from minibullet.files.user_files import read_bytes, shown
 
@@ -168,19 +167,19 @@ class Simulator:
             missing = {key: test for key, test in keyed.items() if key not in store}
             if missing:
                 self._run(missing, store, words, len(keyed) - len(missing))
-            found = work.results(store, [key_of(self._settings(test)) for test in tests])
+            found = run_queue.results(store, [key_of(self._settings(test)) for test in tests])
         self.refused = next((row["error"] for row in found if row["error"]), "")
         return [row["k"] for row in found]
 
     def _run(self, missing, store, words, held):
         from tqdm import tqdm
 
-        told = work.told(store, missing)
+        told = run_queue.told(store, missing)
         if self.progress and told:
             tqdm.write(told, file=sys.stderr)
         self.told += [told] if told else []
         with tqdm(total=len(missing), desc=words, unit="test", leave=False, disable=None if self.progress else True) as bar:
-            self.ran += work.finish(store, missing, self.function, self._settings, self.workers, done=bar.update, held=held)
+            self.ran += run_queue.finish(store, missing, self.function, self._settings, self.workers, done=bar.update, held=held)
 
     def _settings(self, test):
         return {**settings_of(test), "made_by": f"{self.function.__module__}.{self.function.__name__}"}

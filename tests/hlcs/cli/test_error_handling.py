@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from hlcs.cli import commands, net
+from hlcs.cli import commands, error_handling
 from hlcs.files import limits
 from hlcs.files.spreadsheets import csv_text
 from minibullet.errors import InputError
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 LIST = f"'{sys.executable}' -m hlcs mystery list"
 SMALL = ["place", "--layers", "1", "--rows", "2", "--columns", "2"]
 THROW = (
@@ -153,7 +153,7 @@ def test_a_complaint_is_one_line_of_bounded_length(hlcs, monkeypatch):
 
     monkeypatch.setattr("hlcs.mystery.names", fail)
     status, _, errors = hlcs("mystery", "list")
-    assert status == 2 and len(errors) < net.LONGEST + 20 and errors.count("\n") == 1 and errors.endswith("end\n")
+    assert status == 2 and len(errors) < error_handling.LONGEST + 20 and errors.count("\n") == 1 and errors.endswith("end\n")
 
 
 @pytest.mark.parametrize("name", ["a" * 300, "~nobody-of-this-name/x", "", " "])
@@ -168,7 +168,7 @@ def test_words_of_a_file_do_not_steer_the_terminal(hlcs, tmp_path):
     experiment(tmp_path, r'"\u001b[31mred \u009b1m \u202eback \u0007\nVerdict: complete"')
     status, text, errors = hlcs("compare", "e.toml")
     assert status == 0 and "\\x1b[31mred \\x9b1m \\u202eback \\x07 Verdict: complete (trajectory)" in text.splitlines()[0]
-    assert not net.STEERING.search(text + errors)
+    assert not error_handling.STEERING.search(text + errors)
     assert hlcs("compare", "\x1b[31m.toml")[2].startswith("hlcs: \\x1b[31m.toml: cannot be read")
 
 

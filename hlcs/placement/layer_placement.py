@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.placement.bottoms import height_above
-from hlcs.placement.footprints import first_headings
-from hlcs.placement.plates import loads_on
+from hlcs.placement.first_layer_spacing import first_headings
+from hlcs.placement.plate_readings import loads_on
+from hlcs.placement.sea_bottom import height_above
 from minibullet import rotations
 from minibullet.errors import InputError
 

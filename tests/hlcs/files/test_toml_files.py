@@ -6,8 +6,8 @@ import pytest
 
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.files.toml_files import MOST_BYTES, MOST_DEPTH, TomlFile, nearest
-from hlcs.placement.settings_file import read_placement_file
-from hlcs.placement.sweep import read_sweep_file
+from hlcs.placement.parameter_sweep import read_sweep_file
+from hlcs.placement.placement_file import read_placement_file
 from minibullet.errors import InputError
 
 DEEP = 50_000

@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 
 from hlcs import InputError
-from hlcs.placement import code_hash, store, sweep, work
-from hlcs.placement.store import Store, key_of
+from hlcs.placement import code_hash, parameter_sweep, run_queue, run_store
+from hlcs.placement.run_store import Store, key_of
+from hlcs.placement.settings_table import settings_of
 from minibullet.errors import RunError
 
 FIRST_STORE = """
@@ -25,7 +26,7 @@ SWEEP = "[placement]\nlayers = 1\nrows = 2\ncolumns = 2\n[sweep]\nseed = [1, 2, 
 TRACED = """
 import json, os, sys
 import hlcs, minibullet
-from hlcs.placement import runs
+from hlcs.placement import single_run
 seen = set()
 test = hlcs.PlacementTest(layers=2, rows=2, columns=2, time_step=1/60, settle_time=0.5, **json.loads(sys.argv[1]))
 sys.setprofile(lambda frame, event, argument: seen.add(frame.f_globals.get("__name__", "")))
@@ -43,7 +44,7 @@ print(json.dumps(sorted(name for name in seen if name.partition(".")[0] in ("hlc
 def plan(tmp_path):
     path = tmp_path / "sweep.toml"
     path.write_text(SWEEP)
-    return sweep.read_sweep_file(path)
+    return parameter_sweep.read_sweep_file(path)
 
 
 def copied(tmp_path):
@@ -88,8 +89,8 @@ def test_no_code_runs_in_a_simulation_that_its_hash_does_not_know(compiled, sett
     assert done.returncode == 0, done.stderr
     entered = set(json.loads(done.stdout))
     assert {
-        "hlcs.placement.one_layer",
-        "hlcs.placement.bottoms",
+        "hlcs.placement.layer_placement",
+        "hlcs.placement.sea_bottom",
         "minibullet.collision.narrow_phase",
         "minibullet.report.step_report",
     } <= entered
@@ -97,22 +98,22 @@ def test_no_code_runs_in_a_simulation_that_its_hash_does_not_know(compiled, sett
         settings
         or {"hlcs.placement.placement_result", "minibullet.contact.gauss_seidel", "minibullet.dynamics.integration"} <= entered
     )
-    assert entered <= set(code_hash.closure("hlcs.placement.runs")[0])
+    assert entered <= set(code_hash.closure("hlcs.placement.single_run")[0])
 
 
 def test_what_only_draws_reports_or_saves_is_not_in_the_hash():
-    modules, libraries = code_hash.closure("hlcs.placement.runs")
+    modules, libraries = code_hash.closure("hlcs.placement.single_run")
     assert not {
         "minibullet.report.drawing",
         "minibullet.report.rendering",
         "minibullet.scene.saving",
         "minibullet.files.whole_files",
         "hlcs.files.folders",
-        "hlcs.placement.saved_results",
+        "hlcs.placement.result_files",
         "hlcs.placement.report",
         "hlcs.placement.figures",
         "hlcs.cli.commands",
-        "hlcs.placement.store",
+        "hlcs.placement.run_store",
         "hlcs.diagnose",
     } & set(modules)
     assert libraries == ["fcl", "numba", "numpy", "scipy"]
@@ -122,7 +123,12 @@ def test_the_hash_follows_the_code_and_nothing_else(tmp_path):
     told = copied(tmp_path)
     first = told()
     assert first == code_hash.code_hash()  # the same text in another place
-    for name in ("minibullet/report/drawing.py", "hlcs/report/diagnosis.py", "hlcs/placement/store.py", "hlcs/cli/commands.py"):
+    for name in (
+        "minibullet/report/drawing.py",
+        "hlcs/report/diagnosis.py",
+        "hlcs/placement/run_store.py",
+        "hlcs/cli/commands.py",
+    ):
         with open(tmp_path / name, "a") as file:
             file.write("\nADDED = 1\n")
     path = tmp_path / "hlcs" / "placement" / "placement_result.py"
@@ -142,17 +148,17 @@ def test_the_hash_follows_the_code_and_nothing_else(tmp_path):
 
 def test_rows_of_other_code_are_told_computed_again_and_stay(plan, tmp_path, monkeypatch):
     path = tmp_path / "runs.sqlite"
-    sweep.run_sweep(plan, path, workers=1)
-    for module in (store, work):
+    parameter_sweep.run_sweep(plan, path, workers=1)
+    for module in (run_store, run_queue):
         monkeypatch.setattr(module, "code_hash", lambda: "f" * 16)
-    again = sweep.run_sweep(plan, path, workers=1)
+    again = parameter_sweep.run_sweep(plan, path, workers=1)
     assert (again["ran"], again["kept"]) == (6, 0) and "6 runs" in again["told"] and "other code" in again["told"]
-    assert again["told"] in sweep.summary_text(plan, again)
+    assert again["told"] in parameter_sweep.summary_text(plan, again)
     with sqlite3.connect(path) as connection:
         counts = dict(connection.execute("SELECT code, count(*) FROM runs GROUP BY code"))
     assert counts == {"f" * 16: 6, code_hash.code_hash(): 6}
     monkeypatch.undo()
-    back = sweep.run_sweep(plan, path, workers=1)  # both are still known
+    back = parameter_sweep.run_sweep(plan, path, workers=1)  # both are still known
     assert (back["ran"], back["kept"], back["told"]) == (0, 6, "")
 
 
@@ -161,11 +167,11 @@ def test_a_store_from_before_the_hash_opens_and_its_rows_stay(plan, tmp_path):
     with sqlite3.connect(path) as connection:
         connection.execute(FIRST_STORE)
         for test in plan.tests:
-            settings = sweep.settings_of(test)
+            settings = settings_of(test)
             row = (key_of(settings), json.dumps(settings, sort_keys=True), '{"layers": [{"layer": 1, "k": 9.9}]}', "{}", "2025")
             connection.execute("INSERT INTO runs VALUES (?, ?, ?, ?, ?)", row)
     connection.close()
-    outcome = sweep.run_sweep(plan, path, workers=1)
+    outcome = parameter_sweep.run_sweep(plan, path, workers=1)
     assert outcome["ran"] == 6 and "6 runs in the store were made by other code" in outcome["told"]
     assert all(row["k1"] < 2 for row in outcome["rows"])
     with sqlite3.connect(path) as connection:
@@ -177,25 +183,27 @@ def test_a_store_from_before_the_hash_opens_and_its_rows_stay(plan, tmp_path):
 @pytest.mark.parametrize("damage", ["{", "[]", "null", '{"layers": 3}', '{"layers": [{}]}', "[" * 100_000, b"\xff\xfe{", 7])
 def test_a_damaged_row_is_told_and_computed_again(plan, tmp_path, damage):
     path = tmp_path / "runs.sqlite"
-    whole = sweep.run_sweep(plan, path, workers=1)
+    whole = parameter_sweep.run_sweep(plan, path, workers=1)
     with sqlite3.connect(path) as connection:
-        connection.execute("UPDATE runs SET result = ? WHERE key = ?", (damage, key_of(sweep.settings_of(plan.tests[2]))))
+        connection.execute("UPDATE runs SET result = ? WHERE key = ?", (damage, key_of(settings_of(plan.tests[2]))))
     connection.close()
-    again = sweep.run_sweep(plan, path, workers=1)
+    again = parameter_sweep.run_sweep(plan, path, workers=1)
     assert (again["ran"], again["kept"]) == (1, 5) and "1 rows of the store are damaged" in again["told"]
     assert [row["k1"] for row in again["rows"]] == [row["k1"] for row in whole["rows"]]
-    assert sweep.run_sweep(plan, path, workers=1)["ran"] == 0
+    assert parameter_sweep.run_sweep(plan, path, workers=1)["ran"] == 0
 
 
 def test_a_damaged_page_is_one_line(plan, tmp_path):
     """Every page of the file in turn is overwritten: each time the rows are right, or one complaint names the file."""
     path, told = tmp_path / "runs.sqlite", 0
-    whole = sweep.run_sweep(plan, path, workers=1)
+    whole = parameter_sweep.run_sweep(plan, path, workers=1)
     data = path.read_bytes()
     for start in range(0, len(data), 4096):
         path.write_bytes(data[:start] + b"\xa5" * 4096 + data[start + 4096 :])
         try:
-            assert [row["k1"] for row in sweep.run_sweep(plan, path, workers=1)["rows"]] == [row["k1"] for row in whole["rows"]]
+            assert [row["k1"] for row in parameter_sweep.run_sweep(plan, path, workers=1)["rows"]] == [
+                row["k1"] for row in whole["rows"]
+            ]
         except (InputError, RunError) as problem:
             told += 1
             assert "runs.sqlite" in str(problem) and "\n" not in str(problem)
@@ -203,7 +211,7 @@ def test_a_damaged_page_is_one_line(plan, tmp_path):
 
 
 def test_a_locked_store_is_not_the_inputs_fault(tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "BUSY", 0.1)
+    monkeypatch.setattr(run_store, "BUSY", 0.1)
     path = tmp_path / "runs.sqlite"
     with Store(path) as ours:
         other = sqlite3.connect(path, isolation_level=None)
@@ -219,13 +227,13 @@ def test_a_locked_store_is_not_the_inputs_fault(tmp_path, monkeypatch):
 def test_a_full_disk_while_a_row_is_written_prints_the_run_and_keeps_the_others(plan, tmp_path):
     """SQLite itself says that the disk is full when a file may have no more pages."""
     path = tmp_path / "runs.sqlite"
-    with Store(path, sweep._row) as ours:
+    with Store(path, parameter_sweep._row) as ours:
         ours._connection.execute("PRAGMA max_page_count = 5")  # of 4 kB: room for the tables and a run or two
-        tests = {key_of(sweep.settings_of(test)): test for test in plan.tests}
+        tests = {key_of(settings_of(test)): test for test in plan.tests}
         with pytest.raises(RunError, match="full.*of 6 runs are kept in .*runs.sqlite") as refusal:
-            work.finish(ours, tests, sweep.run_one, sweep.settings_of, workers=1)
+            run_queue.finish(ours, tests, parameter_sweep.run_one, settings_of, workers=1)
     assert json.loads(refusal.value.result)["layers"][0]["k"] == pytest.approx(1.298, abs=1e-3)
-    again = sweep.run_sweep(plan, path, workers=1)
+    again = parameter_sweep.run_sweep(plan, path, workers=1)
     assert again["kept"] >= 1 and again["ran"] + again["kept"] == 6
 
 
@@ -279,9 +287,9 @@ def test_a_claim_holds_while_its_owner_lives_and_no_longer(tmp_path):
         ("ours", "gone", 0.0, os.name == "posix"),
         ("ours", "alive", 0.0, False),
         ("another", 1, 0.0, False),
-        ("another", 1, store.LATE + 1.0, True),
-        ("ours", "alive", store.LATE + 1.0, True),
-        ("another", 1, -store.LATE - 1.0, True),
+        ("another", 1, run_store.LATE + 1.0, True),
+        ("ours", "alive", run_store.LATE + 1.0, True),
+        ("another", 1, -run_store.LATE - 1.0, True),
     ],
 )
 def test_the_claim_of_a_dead_owner_is_taken_over(tmp_path, host, process, age, free):
@@ -290,7 +298,7 @@ def test_the_claim_of_a_dead_owner_is_taken_over(tmp_path, host, process, age, f
     gone.wait()
     number = {"gone": gone.pid, "alive": os.getpid()}.get(process, process)
     with Store(tmp_path / "runs.sqlite") as ours:
-        name = store.platform.node() if host == "ours" else "elsewhere"
+        name = run_store.platform.node() if host == "ours" else "elsewhere"
         ours._connection.execute(
             "INSERT INTO claims VALUES (?, ?, ?, ?, ?, ?)", ("key", ours.code, name, number, "somebody", time.time() - age)
         )
@@ -298,7 +306,7 @@ def test_the_claim_of_a_dead_owner_is_taken_over(tmp_path, host, process, age, f
 
 
 def test_an_owner_at_work_says_that_it_lives(tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "BEAT", 0.05)
+    monkeypatch.setattr(run_store, "BEAT", 0.05)
     with Store(tmp_path / "runs.sqlite") as ours:
         ours.claim("key")
         ours._connection.execute("UPDATE claims SET seen = 0")
@@ -319,6 +327,6 @@ def test_a_sweep_killed_at_its_work_is_gone_on_with_at_once(plan, tmp_path):
     process.send_signal(signal.SIGKILL)
     process.wait()
     with Store(tmp_path / "runs.sqlite") as ours:
-        assert all(not ours._taken(key_of(sweep.settings_of(test))) for test in plan.tests)
-    again = sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
+        assert all(not ours._taken(key_of(settings_of(test))) for test in plan.tests)
+    again = parameter_sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
     assert again["kept"] >= 1 and again["ran"] + again["kept"] == 6

@@ -7,14 +7,14 @@ import pytest
 
 import minibullet as mb
 from hlcs import InputError, PlacementTest
-from hlcs.placement import footprints, one_layer
+from hlcs.placement import first_layer_spacing, layer_placement
 from hlcs.placement.units import Cube, Cubipod
 
 FLAT = (3, 3), (0.0, 0.0)
 
 
 def headings(unit, shape, triangular, x, y):
-    return footprints.headings_on(unit, shape, triangular, *FLAT, x, y)
+    return first_layer_spacing.headings_on(unit, shape, triangular, *FLAT, x, y)
 
 
 @pytest.mark.parametrize("side", [0.04, 1.0, 30.0])
@@ -83,11 +83,11 @@ def test_where_chance_finds_no_headings_the_units_take_one_that_fits(settings):
     world = mb.World([mb.Gravity(9.81)], test.settings)
     test.bottom.add_to(world)
     aims = test.grid.centres(4, 4, 1) * dn
-    handles = one_layer.lay_first_layer(
-        world, unit, one_layer.load_of(unit, test), aims, test.bottom, test, np.random.default_rng(1)
+    handles = layer_placement.lay_first_layer(
+        world, unit, layer_placement.load_of(unit, test), aims, test.bottom, test, np.random.default_rng(1)
     )
     off = np.array([handle.position[:2] for handle in handles]) - aims
-    assert np.abs(off).max() < 4 * footprints.ROUNDING * dn
+    assert np.abs(off).max() < 4 * first_layer_spacing.ROUNDING * dn
     assert not world.overlaps(1e-4)
 
 

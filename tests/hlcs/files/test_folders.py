@@ -18,6 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hlcs.files import folders
+from hlcs.files.versions import versions
 from minibullet.errors import InputError, RunError
 
 
@@ -312,7 +313,7 @@ def test_toml_looks_like_an_experiment_file():
 
 
 def test_versions_name_every_dependency():
-    found = folders.versions()
+    found = versions()
     assert found["numpy"] == np.__version__ and found["python"].startswith("3.") and "python-fcl" in found
 
 

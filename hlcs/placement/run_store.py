@@ -19,6 +19,7 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 from hlcs.files import folders
+from hlcs.files.versions import versions
 from hlcs.placement.code_hash import code_hash
 from minibullet.errors import InputError, RunError
 from minibullet.files.whole_files import refused
@@ -135,7 +136,7 @@ class Store:
             self.code,
             json.dumps(settings, sort_keys=True),
             folders.to_json(result),
-            folders.to_json(folders.versions()),
+            folders.to_json(versions()),
             datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         )
         with self._explained("written"), self._changing() as connection:

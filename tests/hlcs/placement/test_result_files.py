@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hlcs import InputError, PlacementResult, PlacementTest
-from hlcs.placement.settings_file import read_placement_file
+from hlcs.placement.placement_file import read_placement_file
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ def test_a_test_with_bed_of_its_own_cannot_be_written(small_result):
     class Mud:
         pass
 
-    from hlcs.placement.settings_file import bottom_words
+    from hlcs.placement.settings_table import bottom_words
 
     with pytest.raises(InputError, match="Mud"):
         bottom_words(Mud())

@@ -8,7 +8,6 @@ friction = [0.3, 0.6]
 seed = [1, 2, 3]
 """
 
-import hashlib
 import itertools
 from dataclasses import dataclass
 
@@ -17,22 +16,14 @@ import numpy as np
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.files.toml_files import TomlFile
-from hlcs.placement import work
+from hlcs.files.versions import versions
+from hlcs.placement import run_queue
 from hlcs.placement.comparison import compare_layers, laboratory_for, repeated
+from hlcs.placement.placement_file import KEYS, check_value, checked_table, make_placement, with_bottom
 from hlcs.placement.procedure import PlacementTest
-from hlcs.placement.runs import run_one
-from hlcs.placement.settings_file import (
-    KEYS,
-    SURVEY_FILE,
-    bottom_words,
-    check_value,
-    checked_table,
-    make_placement,
-    placement_table,
-    survey_csv,
-    with_bottom,
-)
-from hlcs.placement.store import Store, key_of
+from hlcs.placement.run_store import Store, key_of
+from hlcs.placement.settings_table import settings_of
+from hlcs.placement.single_run import run_one
 from minibullet.errors import InputError, shown_value
 
 MOST_RUNS = 100_000
@@ -84,14 +75,6 @@ def read_sweep_file(path, allow_outside=False):
     return Sweep(file.title(), tuple(table), tuple(runs), tuple(tests))
 
 
-def settings_of(test):
-    """What the key of a run is made of: every setting, and for a surveyed bed the hash of its points."""
-    table = placement_table(test)
-    if bottom_words(test.bottom) == SURVEY_FILE:
-        table["bottom"] = "survey:" + hashlib.sha256(survey_csv(test.bottom).encode()).hexdigest()
-    return table
-
-
 def check_store(path):
     """Open the store once: InputError or RunError where it cannot be used."""
     with Store(path, _row):
@@ -108,11 +91,11 @@ def run_sweep(sweep, store_path, workers=None, dask=None, progress=None):
     tests = {key_of(settings_of(test)): test for test in sweep.tests}
     with Store(store_path, _row) as store:
         missing = {key: test for key, test in tests.items() if key not in store}
-        told = work.told(store, missing)
+        told = run_queue.told(store, missing)
         held = len(tests) - len(missing)
         done = progress(len(tests), held) if progress else None
-        ran = work.finish(store, missing, run_one, settings_of, workers, dask, done, held)
-        found = work.results(store, [key_of(settings_of(test)) for test in sweep.tests])
+        ran = run_queue.finish(store, missing, run_one, settings_of, workers, dask, done, held)
+        found = run_queue.results(store, [key_of(settings_of(test)) for test in sweep.tests])
     rows = [dict(zip(sweep.names, values, strict=True)) | row for values, row in zip(sweep.values, found, strict=True)]
     return {"rows": rows, "ran": ran, "kept": len(tests) - ran, "told": told}
 
@@ -172,7 +155,7 @@ def document(sweep, outcome):
         "ran": outcome["ran"],
         "kept": outcome["kept"],
         "told": outcome["told"],
-        "versions": folders.versions(),
+        "versions": versions(),
     }
 
 
@@ -182,8 +165,8 @@ def write_sweep(sweep, outcome, folder):
 
     found = document(sweep, outcome)
     texts = {
-        "runs.csv": csv_text(pd.DataFrame(found["runs"])),
-        "summary.csv": csv_text(pd.DataFrame(found["summary"])),
+        "runs.csv": csv_text(pd.DataFrame(found["runs"]).to_dict("list")),
+        "summary.csv": csv_text(pd.DataFrame(found["summary"]).to_dict("list")),
         "sweep.json": folders.to_json(found),
     }
 

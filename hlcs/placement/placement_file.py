@@ -16,19 +16,18 @@ from pathlib import Path
 import minibullet as mb
 from hlcs.files.toml_files import LARGEST, TomlFile, nearest
 from hlcs.placement import validation
-from hlcs.placement.bottoms import Flat, Slope, Survey, parse_bottom
-from hlcs.placement.grids import RPG, TPG, Grid
+from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.procedure import PlacementTest
+from hlcs.placement.sea_bottom import parse_bottom
 from hlcs.placement.units import UNITS
 from minibullet.effects import library
-from minibullet.effects.contract import name_of, parameters
+from minibullet.effects.contract import parameters
 from minibullet.errors import InputError, shown_value
 
 FIELDS = tuple(field.name for field in fields(PlacementTest))
 KEYS = (*FIELDS, "nominal_diameter", "stacking")
 TYPES = {field.name: type(field.default) for field in fields(PlacementTest)}
 SECTIONS = {"": ["title", "placement"], "placement": list(KEYS)}
-SURVEY_FILE = "bottom.csv"
 EXAMPLE = '[{ name = "rolling_friction", arm = 0.02 }]'
 
 
@@ -116,49 +115,6 @@ def _made(table):
         if key in ("reference", "shape", "armour", "solver") and not isinstance(value, str):
             raise InputError(f"placement: {key} = {shown_value(value)}; it must be text")
     return PlacementTest(**table)
-
-
-def placement_table(test, survey_file=SURVEY_FILE):
-    """The [placement] that gives this very test again: a flat dictionary of every key. A surveyed bed becomes `survey_file`."""
-    table = {name: getattr(test, name) for name in FIELDS}
-    table["grid"], table["stacking"] = grid_words(test.grid), test.grid.stacking
-    table["bottom"] = bottom_words(test.bottom, survey_file)
-    table["effects"] = tuple(
-        {"name": name_of(effect), **{name: getattr(effect, name) for name in parameters(effect)}} for effect in test.effects
-    )
-    return table
-
-
-def grid_words(grid):
-    """What `Grid.parse` turns into this grid again (but for its stacking)."""
-    for known in (TPG, RPG):
-        if grid.stacked(known.stacking) == known:
-            return known.name
-    return f"{grid.spacing_x!r},{grid.spacing_y!r}" + (",triangular" if grid.triangular else "")
-
-
-def bottom_words(bottom, survey_file=SURVEY_FILE):
-    """What `parse_bottom` turns into this bottom again; a survey is the file of that name."""
-    if isinstance(bottom, Flat):
-        return "flat"
-    if isinstance(bottom, Slope):
-        return f"slope:{bottom.grade!r}"
-    if isinstance(bottom, Survey):
-        return str(survey_file)
-    raise InputError(
-        f"placement: a bottom of your own ({type(bottom).__name__}) cannot be written to a file; use Flat, Slope or Survey"
-    )
-
-
-def survey_csv(bottom):
-    """A surveyed bed as the text of a CSV that reads back to the same numbers."""
-    rows = [
-        f"{x!r},{y!r},{z!r}"
-        for i, y in enumerate(bottom.y.tolist())
-        for j, x in enumerate(bottom.x.tolist())
-        for z in (float(bottom.z[i, j]),)
-    ]
-    return "\n".join(["x_m,y_m,z_m", *rows, ""])
 
 
 def _effects(entries):

@@ -7,7 +7,7 @@ import pytest
 
 import minibullet as mb
 from hlcs import InputError, PlacementResult, PlacementTest
-from hlcs.placement import one_layer
+from hlcs.placement import layer_placement
 from hlcs.placement.units import Cubipod
 
 
@@ -43,12 +43,12 @@ def test_nothing_starts_in_overlap(grid):
     dn = unit.nominal_diameter
     world = mb.World([mb.Gravity(9.81)], test.settings)
     test.bottom.add_to(world)
-    load = one_layer.load_of(unit, test)
-    first = one_layer.lay_first_layer(world, unit, load, test.grid.centres(5, 5, 1) * dn, test.bottom, test, generator)
+    load = layer_placement.load_of(unit, test)
+    first = layer_placement.lay_first_layer(world, unit, load, test.grid.centres(5, 5, 1) * dn, test.bottom, test, generator)
     assert not world.overlaps(1e-6)
     world.freeze(first)
     centres = test.grid.centres(5, 5, 2) * dn
-    one_layer.hang_layer(world, 2, load, centres, np.full(len(centres), 1.55 * dn), generator)
+    layer_placement.hang_layer(world, 2, load, centres, np.full(len(centres), 1.55 * dn), generator)
     assert not world.overlaps(1e-6)
 
 

@@ -3,7 +3,8 @@
 import pytest
 
 from hlcs import InputError, PlacementTest
-from hlcs.placement.settings_file import make_placement, placement_table, read_placement_file
+from hlcs.placement.placement_file import make_placement, read_placement_file
+from hlcs.placement.settings_table import placement_table
 
 
 def read(tmp_path, text, **overrides):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 import minibullet as mb
-from hlcs.placement.bottoms import height_above
+from hlcs.placement.sea_bottom import height_above
 
 PLATE_SIDE = 2.0  # [Dn], the paper's
 PLATE_THICKNESS = 0.1  # [Dn], not given by the paper; no influence was found

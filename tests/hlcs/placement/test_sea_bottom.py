@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minibullet as mb
-from hlcs.placement.bottoms import Flat, Slope, Survey, parse_bottom
+from hlcs.placement.sea_bottom import Flat, Slope, Survey, parse_bottom
 from minibullet import rotations
 from minibullet.errors import InputError
 

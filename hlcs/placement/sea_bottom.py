@@ -99,6 +99,11 @@ class Survey:
         z = points[order, 2].reshape(len(y), len(x))
         return cls(x - 0.5 * (x[0] + x[-1]), y - 0.5 * (y[0] + y[-1]), z, path.name)
 
+    def csv_text(self):
+        """The bed as the text of a CSV that reads back to the same numbers."""
+        points = ((x, y, z) for y, row in zip(self.y, self.z, strict=True) for x, z in zip(self.x, row, strict=True))
+        return "\n".join([",".join(COLUMNS), *(",".join(repr(float(value)) for value in point) for point in points), ""])
+
     def height(self, x, y):
         """Height [m] of the bed; InputError outside the survey."""
         (row, column), (s, t), upper = self._locate(x, y)

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from hlcs.files import folders
-from hlcs.files.spreadsheets import csv_text
-from hlcs.placement.one_layer import LayerRecord
+from hlcs.files.spreadsheets import as_columns, csv_text
+from hlcs.placement.layer_placement import LayerRecord
+from hlcs.placement.placement_file import read_placement_file
 from hlcs.placement.placement_result import PlacementResult
-from hlcs.placement.settings_file import SURVEY_FILE, bottom_words, placement_table, read_placement_file, survey_csv
+from hlcs.placement.settings_table import SURVEY_FILE, bottom_words, placement_table
 from minibullet.errors import InputError, is_number
 from minibullet.files.array_files import ArrayFile
 from minibullet.files.user_files import read_text
@@ -21,28 +22,9 @@ MOST_BYTES = 400_000_000  # of a file of a result, unpacked: seven million poses
 ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
 
 
-def save_placement(result, folder):
-    """Write a PlacementResult into a folder, which appears whole; returns its Path."""
-    with folders.result_folder(folder) as partial:
-        write_placement(result, partial)
-    return Path(folder)
-
-
-def write_placement(result, folder):
-    """All files of a PlacementResult into an existing, empty folder; elsewhere where that fails, see `files.keep`."""
-    from hlcs.placement.report import write_pictures, write_report
-
-    def write(place):
-        write_numbers(result, place)
-        write_pictures(result, place)
-        write_report(result, place)
-
-    folders.keep(write, folder, folders.to_json(result.to_dict()))
-
-
 def write_numbers(result, folder):
     """layers.csv, result.json, poses.npz, settings.toml (and the surveyed bed) into an existing folder."""
-    folders.write_text(folder / "layers.csv", csv_text(result.to_dataframe()))
+    folders.write_text(folder / "layers.csv", csv_text(as_columns(result.layer_rows())))
     records = [{name: getattr(record, name) for name in RECORD_FIELDS + LATER_FIELDS} for record in result.records]
     folders.write_text(folder / VALUES, folders.to_json(result.to_dict() | {"records": records}))
     layers = range(1, len(result.poses) + 1)
@@ -54,11 +36,11 @@ def write_numbers(result, folder):
     folders.write_bytes(folder / ARRAYS, content.getvalue())
     folders.write_toml(folder / SETTINGS, {"placement": placement_table(result.test)})
     if bottom_words(result.test.bottom) == SURVEY_FILE:
-        folders.write_text(folder / SURVEY_FILE, survey_csv(result.test.bottom))
+        folders.write_text(folder / SURVEY_FILE, result.test.bottom.csv_text())
 
 
 def load_placement(folder):
-    """The PlacementResult that `save_placement` wrote; InputError where the folder is not one."""
+    """The PlacementResult that `write_numbers` wrote; InputError where the folder is not one."""
     folder = Path(folder)
     for name in (SETTINGS, VALUES, ARRAYS):
         if not (folder / name).is_file():

@@ -12,10 +12,10 @@ from hlcs.files import folders
 from hlcs.kinds.layers.model import simulate
 from hlcs.paper import reproduce
 from hlcs.paper.reproduce_text import text_of
-from hlcs.placement import plates
-from hlcs.placement.bottoms import Flat
+from hlcs.placement import plate_readings
 from hlcs.placement.comparison import compare_layers, repeated
 from hlcs.placement.printed_tables import laboratory
+from hlcs.placement.sea_bottom import Flat
 from hlcs.placement.units import Cube
 
 CUBE = Cube(side=1.0)
@@ -36,7 +36,7 @@ def tower(*layers):
 
 def read(layers, centres, standing=None):
     standing = layers[-1] if standing is None else standing
-    return plates.read_plates(layers, standing, Flat(), np.array(centres, dtype=float), 1.0, mb.Settings(friction=0.6))
+    return plate_readings.read_plates(layers, standing, Flat(), np.array(centres, dtype=float), 1.0, mb.Settings(friction=0.6))
 
 
 def square(x, y, z):
@@ -203,10 +203,10 @@ def test_the_grid_of_the_next_layer_is_referred_to_a_unit_that_stands():
 
     aims = np.array([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
     handles = tuple(Handle(place) for place in ((0.1, 0.0, 2.0), (11.0, 0.0, 0.6), (2.3, 0.0, 2.0)))
-    record = hlcs.placement.one_layer.LayerRecord(2, handles, "at_rest", 0, 0.0, 0.0, 1, 0, standing=handles[::2])
-    np.testing.assert_allclose(hlcs.placement.one_layer.reference_shift(record, aims), [0.1, 0.0])
+    record = hlcs.placement.layer_placement.LayerRecord(2, handles, "at_rest", 0, 0.0, 0.0, 1, 0, standing=handles[::2])
+    np.testing.assert_allclose(hlcs.placement.layer_placement.reference_shift(record, aims), [0.1, 0.0])
     lost = dataclasses.replace(record, standing=())
-    assert not hlcs.placement.one_layer.reference_shift(lost, aims).any()
+    assert not hlcs.placement.layer_placement.reference_shift(lost, aims).any()
 
 
 def test_lifts_and_drift_are_told(small_result):
