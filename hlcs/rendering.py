@@ -6,14 +6,24 @@ names it, and it is loaded when something is first shown: what computes needs no
 
 import importlib
 
-RENDERERS = {"Comparison": "hlcs.report.comparison", "Diagnosis": "hlcs.report.diagnosis"}
+RENDERERS = {
+    "Comparison": "hlcs.report.comparison",
+    "Diagnosis": "hlcs.report.diagnosis",
+    "LayerComparison": "hlcs.placement.comparison_report",
+    "PlacementResult": "hlcs.placement.report",
+}
+
+
+def renderer_of(kind):
+    """The renderer of a class of results."""
+    return importlib.import_module(RENDERERS[kind.__name__])
 
 
 class Result:
     """What every result can do with its renderer."""
 
     def _renderer(self):
-        return importlib.import_module(RENDERERS[type(self).__name__])
+        return renderer_of(type(self))
 
     def summary(self):
         """The printed report."""

@@ -49,7 +49,10 @@ def plot(comparison, ax=None):
 
 def save(comparison, folder):
     """Write comparison.json, residuals.csv, comparison.txt and, where there is something to draw, comparison.png."""
-    found = {"residuals.csv": csv_text(comparison.to_dataframe()).encode(), "comparison.txt": (text(comparison) + "\n").encode()}
+    found = {
+        "residuals.csv": csv_text(comparison.to_dataframe().to_dict("list")).encode(),
+        "comparison.txt": (text(comparison) + "\n").encode(),
+    }
     if comparison.table:
         found["comparison.png"] = png(plot(comparison))
     found["comparison.json"] = json.dumps(comparison.to_json(), indent=1).encode()  # last: where it stands, the others do too

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from hlcs.data.measurement import Trial
+from hlcs.effects.witnesses import WITNESSES, Camera
 from hlcs.estimation import inference
 from hlcs.estimation.least_squares import Problem
 from hlcs.records import NextExperiment
@@ -75,28 +76,15 @@ def unexplained(problem, verdict, names, more="", needed=None, design=None):
 
 def witnesses(problem, mine, other):
     """[(lambda, text, design, True)]: direct readings of one of the two rivals."""
-    sigma, step = problem.noise.position or 0.0, problem.noise.step
-    reach = max(problem.shots.range[1] - problem.shots.range[0], 0.1)
-    readings = 10.0  # frames of a scene at rest, far enough apart to count
-    rows = {
-        "length_scale": lambda v: ((v["factor"] - 1) * reach / sigma, f"hold a ruler of {reach:.2g} m in the view"),
-        "time_scale": lambda v: ((v["factor"] - 1) * 60.0 / (step / np.sqrt(12)), "film a clock for 60 s"),
-        "tilted_frame": lambda v: (np.hypot(v["angle_x"], v["angle_y"]) * reach / sigma, "film a plumb line in the view"),
-        "mass_offset": lambda v: (v["relative"] / 1e-3, "weigh the body to 0.1 %"),
-        "size_error": lambda v: (v["relative"] / 1e-3, "measure the body with a calliper to 0.1 %"),
-        "clock_offset": lambda v: (v["offset"] / (step / np.sqrt(12)), "trigger the clock by the release itself"),
-        "bottom_slope": lambda v: (np.hypot(v["grade_x"], v["grade_y"]) / 2e-4, "level the floor with a spirit level (0.2 mm/m)"),
-        "tilted_gravity": lambda v: (np.hypot(v["angle_x"], v["angle_y"]) * reach / sigma, "film a plumb line in the view"),
-        "buoyancy": lambda v: (v["fluid_density"] / max(0.01 * v["fluid_density"], 0.05), "weigh the fluid: its density to 1 %"),
-        "uniform_flow": lambda v: (np.linalg.norm(list(v.values())) / 0.05, "measure the flow with dye (0.05 m/s)"),
-        "calibration_curve": lambda v: (np.linalg.norm(list(v.values())) / sigma, "film a ruler over the whole height"),
-    }
+    low, high = problem.shots.range
+    camera = Camera(problem.noise.position or 0.0, problem.noise.step, max(high - low, 0.1))
     found = []
     for term in (mine, other):
-        if term.name in rows and sigma > 0:
-            size, text = rows[term.name](term.numbers)
-            count = readings if term.name in ("length_scale", "tilted_frame", "tilted_gravity", "calibration_curve") else 1.0
-            found.append((float(count * size**2), text, {"witness": term.name}, True))
+        reading = WITNESSES.get(term.candidate.kind)
+        if reading and camera.sigma > 0:
+            size = reading.size(term.numbers, camera)
+            text = reading.text.format(extent=camera.extent)
+            found.append((float(reading.frames * size**2), text, {"witness": term.name}, True))
     return found
 
 

@@ -3,9 +3,10 @@
 import numpy as np
 from scipy import stats
 
-from hlcs.effects import SETS, set_of
-from hlcs.records import Finding
+from hlcs.effects import set_of
+from hlcs.records import Finding, Reason, untested
 from hlcs.selection.pairs import beside
+from hlcs.selection.reasons import sentences
 
 INTERVAL = 0.90  # of coefficients
 
@@ -38,7 +39,7 @@ def findings(names, alternatives, described):
     """One Finding a candidate, the accepted ones first, then by evidence.
 
     alternatives: {accepted effect: {rival: cosine of the signatures}}; described: function (name, names of what it cannot be told
-    from) -> the fields of its Finding that a kind of measurement knows: fitted, held_out, evidence, why, visible_from.
+    from) -> the fields of its Finding that a kind of measurement knows: fitted, held_out, evidence, why, reason, visible_from.
     """
     cosines = {effect: {rival: round(cosine, 4) for rival, cosine in rivals.items()} for effect, rivals in alternatives.items()}
     partners = {rival: {effect: cosine} for effect, rivals in cosines.items() for rival, cosine in rivals.items()}
@@ -55,22 +56,25 @@ def findings(names, alternatives, described):
 
 
 def accepted_reason(gain, price, falls, same, error="error", at="", label=""):
-    """Why a candidate was accepted; falls: of its held-out error, each relative; at: its number, in brackets."""
-    text = f"accepted{at}: chi2 falls by {gain:.0f} for a price of {price:.0f}"
-    if falls:
-        text += f"; held-out {error} falls by " + " and ".join(f"{100 * fall:.0f} %" for fall in falls)
-    return text + (f"; cannot be told from {', '.join(same)}{label}" if same else "")
+    """The Explanation of an accepted candidate; falls: of its held-out error, each relative; at: its number, in brackets."""
+    return Reason.ACCEPTED(
+        at=at,
+        gain=gain,
+        price=price,
+        held_out=f"; held-out {error} falls by {' and '.join(f'{100 * fall:.0f} %' for fall in falls)}" if falls else "",
+        same=f"; cannot be told from {', '.join(same)}{label}" if same else "",
+    )
 
 
 def rival_reason(same, effects, at="", label=""):
-    """Why a candidate does as well as accepted effects."""
-    return f"does as well as {', '.join(name for name in same if name in effects)}{at}: not to be told apart here{label}"
+    """The Explanation of a candidate that does as well as accepted effects."""
+    return Reason.NOT_TOLD_APART(others=", ".join(name for name in same if name in effects), at=at, label=label)
 
 
-def set_label(name, same):
+def set_label(name, same, set_of=set_of):
     """The set of look-alikes that a candidate and some of its rivals belong to, in brackets, or nothing."""
     form = set_of(name)
-    return f" ({form})" if form and any(other in SETS[form] for other in same) else ""
+    return f" ({form})" if form and any(set_of(other) == form for other in same) else ""
 
 
 def smallest_visible(number, size, unit, null):
@@ -150,33 +154,34 @@ def problem_findings(search, fits, rounds, alternatives, absent, unit):
             "fitted": fitted,
             "held_out": held_out,
             "evidence": None if gain is None else float(gain - search.fee(candidates[name])),
-            "why": _why(name, same, best, last, effects),
             "visible_from": _visible(last),
+            **_explained(name, same, best, last, effects)._asdict(),
         }
 
-    untried = tuple(Finding(name, None, None, None, False, (), f"not tried: {why}") for name, why in sorted(absent.items()))
-    return findings(candidates, alternatives, described) + untried
+    untried = (untested(name, Reason.NOT_TRIED(why=why)) for name, why in sorted(absent.items()))
+    return (*findings(candidates, alternatives, described), *untried)
 
 
-def _why(name, same, best, last, effects):
-    """One sentence on a candidate."""
+def _explained(name, same, best, last, effects):
+    """The Explanation of what became of a candidate."""
     if name in effects:
         return accepted_reason(best.gain, best.price, best.directions, same)
     if same:
         return rival_reason(same, effects, label=set_label(name, same))
     form = set_of(name)
-    better = [other for other in effects if form and other in SETS[form]]
+    better = [other for other in effects if form and set_of(other) == form]
     if best is not None and better:
-        return f"of one set ({form}) with {better[0]}, which explains the data better"
+        return Reason.OTHER_FORM(form=form, better=better[0])
     if last is not None and last.fit is not None and last.gain > last.price and last.fails:
-        return "suspected: " + "; ".join(last.fails)
+        return Reason.SUSPECTED(why=sentences(last.fails))
     if last is None or not last.visible:
-        return "cannot be seen in these data: what it does is absorbed by the unknown start or by what is in the model"
-    if best is not None and best.gain > best.price and not best.fails:
-        return "explained the residual too, less well than what was accepted"
+        return Reason.INVISIBLE()
     if best is not None and best.gain > best.price:
-        return "pointed at the residual before the rest was explained: " + "; ".join(best.fails)
-    return f"not seen: chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.price:.1f}"
+        if not best.fails:
+            return Reason.EXPLAINED_TOO(at="")
+        return Reason.EXPLAINED_BEFORE(why=sentences(best.fails))
+    why = f"chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.price:.1f}"
+    return Reason.NOT_SEEN(at="", why=why)
 
 
 def _visible(last):

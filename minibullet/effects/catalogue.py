@@ -3,56 +3,45 @@
 import hashlib
 import importlib.util
 import os
+import pkgutil
 import sys
 import traceback
 from contextlib import contextmanager
-from functools import wraps
+from functools import cache, wraps
 from inspect import getsourcelines
 from pathlib import Path
 
 import numpy as np
 
-from minibullet.effects import body, contact, flow, fluid
 from minibullet.effects.check import check_effect
-from minibullet.effects.contract import Effect, EffectError, checked_answer, name_of
+from minibullet.effects.contract import Effect, EffectError, checked_answer, name_of, parameters
 from minibullet.errors import InputError
 from minibullet.files.user_files import read_text
 
 MOST_BYTES = 1_000_000  # of a file of effects: a thousand effects written by hand
 LIGHT = 3e8  # no body is faster [m/s, rad/s]
 
-SHIPPED = (
-    body.Gravity,
-    fluid.LinearDrag,
-    fluid.QuadraticDrag,
-    fluid.DragCrisis,
-    flow.OrientationDrag,
-    fluid.Buoyancy,
-    fluid.AddedMass,
-    flow.UniformFlow,
-    fluid.Magnus,
-    fluid.SpinDecay,
-    fluid.HistoryForce,
-    flow.WallDrag,
-    fluid.GroundCushion,
-    body.TiltedGravity,
-    contact.Restitution,
-    contact.VelocityDependentRestitution,
-    contact.Adhesion,
-    contact.Friction,
-    contact.StaticFriction,
-    contact.StribeckFriction,
-    contact.ViscousFriction,
-    contact.LoadDependentFriction,
-    contact.AnisotropicFriction,
-    contact.RollingFriction,
-    contact.SpinningFriction,
-)
+
+@cache
+def classes_in(package, base) -> dict[str, type]:
+    """Name -> class of every subclass of `base` with numbers of its own that a module of a package defines."""
+    folder = importlib.import_module(package).__path__
+    modules = [importlib.import_module(f"{package}.{entry.name}") for entry in pkgutil.iter_modules(folder)]
+    return {name_of(kind): kind for module in modules for kind in _defined(module, base) if parameters(kind)}
+
+
+def _defined(module, base):
+    """The classes that a module defines itself, those with an underscore before their name left out."""
+    return [
+        kind
+        for name, kind in vars(module).items()
+        if isinstance(kind, type) and issubclass(kind, base) and kind.__module__ == module.__name__ and not name.startswith("_")
+    ]
 
 
 def library() -> dict[str, type[Effect]]:
     """Name, as in files and reports, -> class of every shipped effect. Made without arguments, each is a value to start from."""
-    return {name_of(kind): kind for kind in SHIPPED}
+    return dict(classes_in(__package__, Effect))
 
 
 def load_effects(path) -> dict[str, type[Effect]]:
@@ -62,12 +51,7 @@ def load_effects(path) -> dict[str, type[Effect]]:
     load only files that you trust.
     """
     path = Path(path)
-    module = _run(path)
-    kinds = [
-        kind
-        for name, kind in vars(module).items()
-        if isinstance(kind, type) and issubclass(kind, Effect) and kind.__module__ == module.__name__ and not name.startswith("_")
-    ]
+    kinds = _defined(_run(path), Effect)
     if not kinds:
         raise InputError(f"{path}: defines no effect; write a subclass of minibullet.Effect")
     shipped, found = library(), {}

@@ -23,6 +23,7 @@ absent.
 import dataclasses
 import re
 from dataclasses import dataclass
+from enum import Enum, auto
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -48,28 +49,29 @@ class Parameter(NamedTuple):
     name: str  # name of the field
     default: float  # value where none is given [unit]
     unit: str  # SI unit in words such as "kg/m3"; "-" for a pure number
-    low: float | None  # lower bound of a fit, None = none [unit, or in multiples of bounds_in]
-    high: float | None  # upper bound of a fit, None = none [unit, or in multiples of bounds_in]
-    null: float | None  # value at which the effect is exactly absent, None = there is none [unit]
-    source: str  # where law, value or bounds come from
-    given: bool  # True: a property of the surroundings, known and not fitted (density of the fluid, ...)
-    bounds_in: str  # "" or the property of the body that the bounds are multiples of ("radius")
+    low: float | None = None  # lower bound of a fit, None = none [unit, or in multiples of bounds_in]
+    high: float | None = None  # upper bound of a fit, None = none [unit, or in multiples of bounds_in]
+    null: float | None = None  # value at which the effect is exactly absent, None = there is none [unit]
+    source: str = ""  # where law, value or bounds come from
+    given: bool = False  # True: a property of the surroundings, known and not fitted (density of the fluid, ...)
+    bounds_in: str = ""  # "" or the property of the body that the bounds are multiples of ("radius")
+    period: float | None = None  # values this far apart mean the same (an angle); then the bounds do not bind [unit]
+    starts: tuple[float, ...] = ()  # from where a fit begins, where the null value or the default does not do alone [unit]
+    body_known: bool | None = None  # True, False: for bodies whose mass and size are known, unknown; None: for all
 
 
-def parameter(default, *, unit, low=None, high=None, null=None, source="", given=False, bounds_in=""):
-    """A number of an effect, as a dataclass field that knows its unit, bounds and null value (fields of Parameter)."""
-    return dataclasses.field(
-        default=default,
-        metadata={"unit": unit, "low": low, "high": high, "null": null, "source": source, "given": given, "bounds_in": bounds_in},
-    )
+def parameter(default, *, unit, low=None, high=None, null=None, source="", **more):
+    """A number of an effect, as a dataclass field that knows its unit, bounds and null value; more: other fields of Parameter."""
+    known = Parameter("", default, unit, low, high, null, source, **more)
+    return dataclasses.field(default=default, metadata={"parameter": known})
 
 
 def parameters(effect) -> dict[str, Parameter]:
     """Name -> Parameter of every number of an effect or an effect class, in order of definition."""
     return {
-        field.name: Parameter(field.name, field.default, **field.metadata)
+        field.name: field.metadata["parameter"]._replace(name=field.name)
         for field in dataclasses.fields(effect)
-        if "unit" in field.metadata
+        if "parameter" in field.metadata
     }
 
 
@@ -79,14 +81,35 @@ def name_of(effect) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", kind.__name__).lower()
 
 
+class Need(Enum):
+    """What must be there or be known of a body, its surroundings and its motion, or a law cannot act or cannot be seen to act."""
+
+    MASS_AND_SIZE = auto()  # of the body
+    FLOOR = auto()  # a plane that something happens at
+    CONTACT = auto()  # bodies that touch
+    SPIN = auto()  # the law depends on it
+    ROTATION = auto()  # the law acts on nothing else
+    RELEASE = auto()  # the moment at which the motion began
+    SIDEWAYS = auto()  # horizontal motion, along which the law acts
+
+
+class Facts:
+    """What is known of a law, or of anything else that may be missing from a model, besides its numbers: class attributes."""
+
+    group: ClassVar[str] = ""  # heading in lists of candidates: fluid, contact_normal, contact_tangential, measurement, ...
+    needs: ClassVar[tuple[Enum, ...]] = ()  # what it needs, the first to be named where it is missing
+    alike: ClassVar[str] = ""  # label of the set whose members may turn out to be one and the same for given data
+    form_of: ClassVar[str] = ""  # the same for forms of one law, of which a model never holds two
+    contains: ClassVar[tuple[type, ...]] = ()  # laws that it is instead of: with one of these it would count twice
+    replaces: ClassVar[bool] = False  # True: it states a coefficient that every model has; others then change that one
+
+
 @dataclass(frozen=True)
-class Effect:
-    """One law of physics; subclasses override one or more of the three methods and state their flags."""
+class Effect(Facts):
+    """One law of physics; subclasses override one or more of the three methods and state their facts and flags."""
 
     isotropic: ClassVar[bool] = True  # turning the whole world turns the answer; set False where a direction is built in
     dissipative: ClassVar[bool] = False  # True: the wrench never does positive work on any body
-    replaces: ClassVar[bool] = False  # True: contact_law states a coefficient whatever it was; others then change that one
-    group: ClassVar[str] = ""  # heading in lists of candidates: fluid, contact_normal, contact_tangential, measurement, ...
 
     def __post_init__(self):
         for name in parameters(self):

@@ -7,9 +7,10 @@ import minibullet as mb
 from hlcs import InputError, PlacementTest
 from hlcs.kinds.layers.candidates import library, named
 from hlcs.kinds.layers.data import LayerSet
-from hlcs.placement.bottoms import Slope, Survey
-from hlcs.placement.one_layer import shake
-from hlcs.placement.settings_file import make_placement, placement_table, read_placement_file
+from hlcs.placement.layer_placement import shake
+from hlcs.placement.placement_file import make_placement, read_placement_file
+from hlcs.placement.sea_bottom import Slope, Survey
+from hlcs.placement.settings_table import placement_table
 from hlcs.placement.statistics import Sample
 
 SAMPLE = Sample(*(np.array([value] * 5) for value in (1.0, 0.01, 5.0)))

@@ -20,9 +20,9 @@ from hlcs.kinds.layers.model import LayerModel, Simulator
 from hlcs.kinds.protocol import Options
 from hlcs.paper import ladder
 from hlcs.paper.reproduce import Plan
-from hlcs.placement import runs
+from hlcs.placement import single_run
 from hlcs.placement.printed_tables import laboratory, paper_numerical
-from hlcs.placement.runs import simulate
+from hlcs.placement.single_run import simulate
 from minibullet.errors import InputError
 
 PAPER = [("table2", "RPG"), ("table2", "TPG"), ("table3", "TPG")]
@@ -301,10 +301,10 @@ def test_a_refused_placement_leaves_a_complaint_not_a_crash():
 
 
 def test_a_simulation_that_stalls_is_given_up_with_a_complaint(monkeypatch):
-    monkeypatch.setattr(runs, "LIMIT", 0.05)
+    monkeypatch.setattr(single_run, "LIMIT", 0.05)
     result = simulate(hlcs.PlacementTest(layers=3, rows=6, columns=6, time_step=1 / 480))
     assert "processor time" in result["error"]
-    monkeypatch.setattr(runs, "LIMIT", 60.0)
+    monkeypatch.setattr(single_run, "LIMIT", 60.0)
     assert len(simulate(hlcs.PlacementTest(layers=1, rows=2, columns=2))["k"]) == 1  # no clock of the last one is running
 
 
@@ -320,18 +320,18 @@ def test_small_real_simulation(tmp_path):
 
 def test_a_limit_that_strikes_inside_compiled_code_is_the_same_complaint():
     """Compiled code hands on what a signal raised inside of it as SystemError; one that no limit caused stays what it is."""
-    with pytest.raises(InputError, match="processor time"), runs.at_most(0.01):
+    with pytest.raises(InputError, match="processor time"), single_run.at_most(0.01):
         try:
             while True:
                 pass
         except InputError as problem:
             raise SystemError("returned a result with an exception set") from problem
-    with pytest.raises(SystemError, match="another"), runs.at_most(60.0):
+    with pytest.raises(SystemError, match="another"), single_run.at_most(60.0):
         raise SystemError("another")
 
 
 def test_a_limit_whose_complaint_was_lost_strikes_again():
-    with pytest.raises(InputError, match="processor time"), runs.at_most(0.01):
+    with pytest.raises(InputError, match="processor time"), single_run.at_most(0.01):
         try:
             while True:
                 pass

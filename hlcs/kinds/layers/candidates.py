@@ -11,13 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.placement.bottoms import Flat, Slope
+from hlcs.effects import set_of as library_set
 from hlcs.placement.grids import Grid
+from hlcs.placement.sea_bottom import Flat, Slope
 from minibullet import effects
 from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError
 
 TIP_OVER_LOW = 1.40428 - 1.29826  # how much higher a unit stands on a tip than in its lowest pose [Dn]
+
+ALIKE = {"plate_bias": "rest_height", "settlement": "rest_height"}  # of what is no class of effects: label of its set
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,11 @@ def named(name, test, sets):
         near = difflib.get_close_matches(name, sorted({candidate.name for candidate in known}), n=1, cutoff=0.0)[0]
         raise InputError(f"effect '{name}' does not fit layer data; the nearest that does is '{near}'")
     return candidates
+
+
+def set_of(name):
+    """Label of the set of look-alikes that a candidate belongs to, or an empty text."""
+    return ALIKE.get(name) or library_set(name)
 
 
 # ---- the candidates by family: name, number, unit, lowest, highest, null and trial value, what they change; None = does not fit

@@ -12,10 +12,10 @@ import numpy as np
 from hlcs.data.experiment_file import SECTIONS
 from hlcs.files.csv_files import read_csv
 from hlcs.files.toml_files import TomlFile
-from hlcs.placement.bottoms import Flat, Slope
 from hlcs.placement.grids import RPG, TPG, WIDEST, Grid
+from hlcs.placement.placement_file import KEYS, checked_table, make_placement
 from hlcs.placement.procedure import PlacementTest
-from hlcs.placement.settings_file import KEYS, checked_table, make_placement
+from hlcs.placement.sea_bottom import Flat, Slope
 from hlcs.placement.statistics import Sample
 from minibullet.errors import InputError
 

@@ -14,7 +14,7 @@ from hlcs.kinds.layers.notes import campaign_notes, left_out, noise_floor, sampl
 from hlcs.kinds.layers.search import SEEDS, LayerSearch
 from hlcs.kinds.protocol import Observation
 from hlcs.placement import statistics
-from hlcs.records import Pictures
+from hlcs.records import Pictures, Reason
 from hlcs.selection.findings import ambiguous_sets, error_record
 from hlcs.selection.verdict import Selection
 
@@ -28,7 +28,7 @@ class Layers:
     """
 
     kind, measure, unit = "layers", "mean relative error", "1"
-    unjudged = "not tried: the number of tests, or their scatter, is unknown"
+    unjudged = Reason.NOT_TRIED(why="the number of tests, or their scatter, is unknown")
     advice = (
         "state in the columns cv and tests how many tests each mean stands for (two at least) and how they scatter between tests "
         "(above zero: no tests agree to the last digit in every layer)"

@@ -2,43 +2,10 @@
 
 import numpy as np
 
+from hlcs.effects.witnesses import OF_LAYERS
 from hlcs.kinds.layers import least_squares
 from hlcs.records import NextExperiment
 from hlcs.selection.experiment_design import SEPARATION, hardest, tests_needed
-
-WITNESS = {  # direct readings of one suspect, best first: no new unknowns
-    "convex_hull_shape": "simulate both shapes with the same seeds, and nest two units by hand: hulls cannot",
-    "margin_offset": "measure one unit at rest on a flat plate, and run margins of 0, 1/2, 1 and 2 times with the same seeds",
-    "friction": "tilt a unit on a plate of the same concrete until it slides",
-    "friction_combination": "tilt a unit on a plate of the same concrete until it slides",
-    "plate_bias": "lay the same plate on one unit of known height",
-    "settlement": "use a rigid bottom, and read the first layer twice",
-    "size_error": "measure the units with a calliper",
-    "length_scale": "measure a ruler the way the layers are measured",
-    "campaign_offset": "repeat one grid in both campaigns",
-    "grid_spacing": "survey the centres of the units",
-    "placement_scatter": "survey the centres of the units, or place with a jig",
-    "placement_offset": "survey the centres layer by layer",
-    "orientation_bias": "count the poses of the first layer in photographs",
-    "yaw_constraint": "photograph the first layer from above",
-    "falling_distance": "place from 0.10, 0.25 and 0.40 Dn",
-    "lost_units": "count the units",
-    "ground_softness": "read the first layer before and after the others are on it",
-    "contact_compliance": "read the first layer before and after the others are on it",
-    "bottom_roughness": "place the same grid on a flat plate",
-    "sequential_placement": "place one row after another, both ways round",
-    "loose_lower_layers": "glue the lower layers, or read them again once the others are on them",
-    "vibration": "read the layers before and after shaking",
-    "rolling_friction": "tilt a unit until it rolls",
-    "static_friction": "tilt a plate with a unit slowly, and let one slide down it",
-    "adhesion": "lift a unit off another with a balance, wet and dry",
-    "inertia_error": "swing a unit as a pendulum",
-    "bottom_slope": "level the bottom, or turn the set-up by 180 degrees",
-    "restitution": "film a unit falling from three heights",
-    "damping": "run the model without damping",
-    "time_step": "halve the time step again",
-    "iterations": "double the iterations again",
-}
 
 
 def next_experiment(search, fit, rivals, where, verdict):
@@ -53,7 +20,7 @@ def next_experiment(search, fit, rivals, where, verdict):
         needed, measured_set = tests_needed(score), search.sets[index]
         design = {"grid": measured_set.grid.name, "bottom_slope": measured_set.bottom_slope}
         tests = f"{needed} more tests on {measured_set.name}"
-        readings = "; or ".join(dict.fromkeys(WITNESS.get(name, "measure " + name) for name in names))
+        readings = "; or ".join(dict.fromkeys(OF_LAYERS.get(name, "measure " + name) for name in names))
         text = (
             f"{readings}; by layers alone {tests if needed else 'more than a hundred tests on any grid measured here'} to tell "
             f"{names[0]} from {names[1]} (lambda = {score:.3g} a test)"

@@ -1,7 +1,12 @@
 """What a diagnosis of layer coefficients says of each candidate."""
 
+from hlcs.kinds.layers.candidates import set_of
 from hlcs.kinds.layers.judge import QUANTILE
+from hlcs.records import Reason
 from hlcs.selection.findings import accepted_reason, findings, interval, rival_reason, set_label, smallest_visible
+from hlcs.selection.reasons import sentences
+
+NOTHING_PAYS = "the misfit is too small, or the numbers too few, to pay for any"
 
 
 def intervals(accepted):
@@ -20,27 +25,23 @@ def layer_findings(candidates, accepted, rounds, alternatives):
 
     def described(name, same):
         if name not in last:
-            why = (
-                "could not be simulated: no such placement stands, or it takes too long"
-                if rounds
-                else "not tried: the misfit is too small, or the numbers too few, to pay for any"
-            )
-            return {"fitted": None, "held_out": None, "evidence": None, "why": why}
+            explanation = Reason.NOT_SIMULATED() if rounds else Reason.NOT_TRIED(why=NOTHING_PAYS)
+            return {"fitted": None, "held_out": None, "evidence": None, **explanation._asdict()}
         trial = last[name]
         return {
             "fitted": trial.error,
             "held_out": trial.held_out_error,
             "evidence": float(trial.evidence),
-            "why": _why(trial, same, alternatives),
             "visible_from": _visible(trial),
+            **_explained(trial, same, alternatives)._asdict(),
         }
 
     return findings(sorted({candidate.name for candidate in candidates}), alternatives, described)
 
 
-def _why(trial, same, effects):
-    """One sentence on a trial."""
-    candidate, label = trial.candidate, set_label(trial.name, same)
+def _explained(trial, same, effects):
+    """The Explanation of what became of a candidate."""
+    candidate, label = trial.candidate, set_label(trial.name, same, set_of)
     of_campaign = f" of {candidate.campaign}" if candidate.campaign else ""
     at = f" ({candidate.family}, {candidate.number} = {trial.value:.3g}{of_campaign})"
     if trial.name in effects:
@@ -49,12 +50,11 @@ def _why(trial, same, effects):
     if same:
         return rival_reason(same, effects, at, label)
     if not trial.fails:
-        return f"explained the residual too{at}, less well than what was accepted"
-    fails = [text for _, text in trial.fails]
-    if trial.gain > 3.84:
-        promise = "" if trial.gain <= trial.required_gain else f"chi2 would fall by {trial.gain:.1f}, but "
-        return f"suspected:{at} {promise}" + "; ".join(fails)
-    return f"not seen{at}: {fails[0]}"
+        return Reason.EXPLAINED_TOO(at=at)
+    if trial.gain <= 3.84:
+        return Reason.NOT_SEEN(at=at, why=trial.fails[0].why)
+    promise = "" if trial.gain <= trial.required_gain else f"chi2 would fall by {trial.gain:.1f}, but "
+    return Reason.SUSPECTED(why=f"{at[1:]} {promise}{sentences(trial.fails)}")
 
 
 def _visible(trial):

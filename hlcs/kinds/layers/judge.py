@@ -1,7 +1,6 @@
 """One candidate against the layers that a model misses: fitted by least squares, held out, and judged by every rule."""
 
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -11,23 +10,10 @@ from hlcs.kinds.layers.candidates import LayerCandidate
 from hlcs.kinds.layers.least_squares import FORMS
 from hlcs.kinds.layers.model import LayerModel
 from hlcs.placement import statistics
+from hlcs.selection.reasons import Rule
 
 MARGIN, MARGIN_ALONE = 6.0, 12.0  # of chi2 beyond the complexity penalty; where nothing can be held out
 QUANTILE = 1.645  # of 90 % intervals
-
-
-class Reason(Enum):
-    """Why a candidate is not accepted, in words."""
-
-    NO_SHIFT = "it moves no layer"
-    OUT_OF_BOUNDS = "its number leaves the bounds"
-    HOLDS_ZERO = "the interval of its number holds zero effect"
-    SMALL_GAIN = "its gain in chi2 of {:.1f} does not pay its price of {:.1f}"
-    BELOW_RESOLUTION = "below resolution: it moves no layer by more than {:.1f} times what these data show"
-    HELD_OUT_GROUPS = "held-out misfit does not fall by 2 % on {}"
-    HELD_OUT_ERROR = "the held-out error does not fall by 2 %"
-    NOTHING_STANDS = "no placement stands with it"
-    GAIN_IN_FULL = "simulated in full, chi2 falls by {:.1f} only"
 
 
 class Estimate(NamedTuple):
@@ -69,7 +55,7 @@ class LayerTrial:
     held_out: dict = field(default_factory=dict)  # the same of the form kinder to it
     held_out_error: float | None = None
     relative_shift: float = 0.0  # largest shift of a layer, mean of all sets it moves, over what these sets together could show
-    fails: list = field(default_factory=list)  # [(Reason, text)]
+    fails: list = field(default_factory=list)  # Explanations of the rules that it breaks
 
     @property
     def name(self):
@@ -87,13 +73,6 @@ class LayerTrial:
     def shift(self):
         """What it adds to the values of the model (n,)."""
         return self.slope * self.amount
-
-    def fail(self, reason, *numbers):
-        """Note a rule that it breaks."""
-        self.fails.append((reason, reason.value.format(*numbers)))
-
-    def fails_for(self, *reasons):
-        return any(reason in reasons for reason, _ in self.fails)
 
     def held_out_chi2(self, form):
         """Chi-squared of all held-out groups together."""
@@ -204,21 +183,21 @@ class LayerJudge:
         candidate, amount, deviation = trial.candidate, trial.amount, trial.deviation
         outside = abs(unbounded - amount) > 2.0 * deviation and trial.value != candidate.removed_at
         if not np.any(trial.slope[self.layers]):
-            trial.fail(Reason.NO_SHIFT)
+            trial.fails.append(Rule.MOVES_A_LAYER())
         elif outside or (amount == 0.0 and not candidate.switch):
-            trial.fail(Reason.OUT_OF_BOUNDS)
+            trial.fails.append(Rule.NUMBER_INSIDE_BOUNDS())
         elif abs(amount) <= QUANTILE * deviation and not candidate.switch:
-            trial.fail(Reason.HOLDS_ZERO)
+            trial.fails.append(Rule.NOT_ZERO())
         if trial.gain <= trial.required_gain:
-            trial.fail(Reason.SMALL_GAIN, trial.gain, trial.required_gain)
+            trial.fails.append(Rule.PRICE_OF_LAYERS(gain=trial.gain, price=trial.required_gain))
         if trial.relative_shift < 1.0:
-            trial.fail(Reason.BELOW_RESOLUTION, trial.relative_shift)
+            trial.fails.append(Rule.RESOLUTION(size=trial.relative_shift))
         falls = {self.groups[group]: held_out.fall for group, held_out in trial.held_out.items()}
         worse = [f"{group} {100 * fall:+.0f} %" for group, fall in falls.items() if fall <= 0.02]
         if worse:
-            trial.fail(Reason.HELD_OUT_GROUPS, ", ".join(worse))
+            trial.fails.append(Rule.EVERY_GROUP(groups=", ".join(worse)))
         if trial.held_out_error is not None and trial.held_out_error > 0.98 * self.held_out_error(fit):
-            trial.fail(Reason.HELD_OUT_ERROR)
+            trial.fails.append(Rule.HELD_OUT_LAYERS())
 
     def _relative_shift(self, fit, shift):
         """Largest shift of a layer, mean of the sets it moves, over what is detectable in that mean; campaigns differ, too."""

@@ -15,12 +15,11 @@ import numpy as np
 
 from hlcs.files import folders
 from hlcs.kinds.layers.candidates import named
-from hlcs.placement import work
+from hlcs.placement import run_queue
 from hlcs.placement.procedure import PlacementTest
-from hlcs.placement.runs import simulate
-from hlcs.placement.settings_file import placement_table
-from hlcs.placement.store import Store, key_of
-from hlcs.placement.sweep import settings_of
+from hlcs.placement.run_store import Store, key_of
+from hlcs.placement.settings_table import placement_table, settings_of
+from hlcs.placement.single_run import simulate
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError, is_number
 from minibullet.files.user_files import read_bytes, shown
@@ -156,17 +155,17 @@ class Simulator:
             missing = {key: test for key, test in zip(keys, tests, strict=True) if key not in store}
             if missing:
                 self._run(missing, store, label, len(set(keys)) - len(missing))
-            results = work.results(store, keys)
+            results = run_queue.results(store, keys)
         self.refused = next((result["error"] for result in results if result["error"]), "")
         return [result["k"] for result in results]
 
     def _run(self, missing, store, label, held):
         from tqdm import tqdm
 
-        if self.progress and (unused := work.told(store, missing)):
+        if self.progress and (unused := run_queue.told(store, missing)):
             tqdm.write(unused, file=sys.stderr)
         with tqdm(total=len(missing), desc=label, unit="test", leave=False, disable=None if self.progress else True) as bar:
-            self.ran += work.finish(store, missing, self.function, self._settings, self.workers, done=bar.update, held=held)
+            self.ran += run_queue.finish(store, missing, self.function, self._settings, self.workers, done=bar.update, held=held)
 
     def _settings(self, test):
         return {**settings_of(test), "made_by": f"{self.function.__module__}.{self.function.__name__}"}

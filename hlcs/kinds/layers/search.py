@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from hlcs.kinds.layers import least_squares
-from hlcs.kinds.layers.judge import LayerFit, LayerJudge, Reason
+from hlcs.kinds.layers.judge import LayerFit, LayerJudge
 from hlcs.kinds.layers.least_squares import FORMS
 from hlcs.kinds.layers.model import coefficients
+from hlcs.selection.reasons import Rule
 from hlcs.selection.search import RIVAL_MARGIN
 from minibullet.errors import InputError
 
@@ -136,19 +137,20 @@ class LayerSearch(LayerJudge):
                 break
             trial = replace(line, amount=(line.amount + simulated) / 2.0)
         if following is None:
-            trial.fail(Reason.NOTHING_STANDS)
+            trial.fails.append(Rule.STANDS())
             return trial, None
         trial = following.accepted[-1]
         least = min(self.chi2(fit, form) - self.chi2(following, form) for form in FORMS)
         if least <= trial.required_gain:
-            trial.fail(Reason.GAIN_IN_FULL, least)
+            trial.fails.append(Rule.IN_FULL(gain=least))
         return trial, following
 
     def rivals(self, fit, winner, trials):
         """[(LayerTrial, cosine)] of the candidates that do as well as an accepted one on the fit it was accepted at."""
         rivals, matrix = [], self.covariance(fit, "individual")
         for trial in trials:
-            if trial.name == winner.name or trial.fails_for(Reason.OUT_OF_BOUNDS, Reason.HOLDS_ZERO):
+            unbounded = any(broken.reason in (Rule.NUMBER_INSIDE_BOUNDS, Rule.NOT_ZERO) for broken in trial.fails)
+            if unbounded or trial.name == winner.name:
                 continue
             cosine = least_squares.cosine(matrix, winner.slope, trial.slope)
             gains_enough = trial.gain > trial.required_gain

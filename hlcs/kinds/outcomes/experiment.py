@@ -5,7 +5,7 @@ from hlcs.effects import check_names
 from hlcs.estimation.cross_validation import Folds
 from hlcs.kinds.outcomes.problem import judge_table, prepare_table, table_candidates, where_in_table
 from hlcs.kinds.protocol import Observation, misfit
-from hlcs.records import Pictures
+from hlcs.records import Pictures, Reason
 from hlcs.selection.search import Search
 from hlcs.selection.verdict import select
 
@@ -16,7 +16,7 @@ class Outcomes:
     """An Experiment (`kinds.protocol`) of an outcome table: one row, one experiment, one number."""
 
     kind, measure = "outcomes", "rms"
-    unjudged = "not judged: the noise is unknown"
+    unjudged = Reason.NOT_JUDGED()
     advice = "repeat some rows with equal inputs (replicates), or state measurement.noise"
     judge, where = staticmethod(judge_table), staticmethod(where_in_table)
 

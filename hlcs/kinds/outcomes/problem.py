@@ -7,16 +7,17 @@ import numpy as np
 
 from hlcs.data.experiment_file import impossible_density
 from hlcs.data.rigid_body import solid
-from hlcs.effects import candidate, class_named, classes
-from hlcs.effects.contract import name_of
+from hlcs.effects import wanted
 from hlcs.estimation import inference
 from hlcs.estimation.inference import Correlated
 from hlcs.estimation.least_squares import Problem
 from hlcs.estimation.linearization import Linear, Recording
 from hlcs.estimation.noise_model import Noise
-from hlcs.selection.eligibility import known_body, stated
+from hlcs.selection.eligibility import NEEDS, eligible, known_body, stated
 from hlcs.simulation import outcome_motion
 from hlcs.simulation.model import Model
+from minibullet.effects import LoadDependentFriction
+from minibullet.effects.contract import Need, name_of
 from minibullet.errors import InputError
 
 FORCES = ("linear_drag", "quadratic_drag", "drag_crisis", "buoyancy", "added_mass", "mass_offset", "size_error")
@@ -190,24 +191,19 @@ def check_magnitude(problem, model):
 
 def table_candidates(file, table, names, own):
     """(candidates, {name: why not}) for an outcome table."""
-    wanted = list(classes()) if names is None else [name_of(class_named(name, own)) for name in names]
-    kinds = [class_named(name, own) for name in wanted] + [kind for kind in own if name_of(kind) not in wanted]
     known = known_body(file.body) or ("mass_kg" in table.inputs and "radius_m" in table.inputs)
-    found, absent = [], {}
-    for kind in kinds:
-        name = name_of(kind)
-        if why := stated(name, file):
-            absent[name] = why
-        elif kind not in own and name not in FITTING[table.outcome]:
-            absent[name] = f"does not act on {table.outcome}"
-        elif name in ("drag_crisis", "buoyancy", "added_mass", "mass_offset", "size_error") and not known:
-            absent[name] = "mass and size of the body are not stated"
-        elif name == "load_dependent_friction" and "mass_kg" not in table.inputs:
-            absent[name] = "the load does not vary"
-        else:
-            only = None if name != "quadratic_drag" else ("drag_coefficient",) if known else ("drag_per_metre",)
-            found.append(candidate(kind, file.surroundings, solid(file.body).radius, own=kind in own, only=only))
-    return sorted(found, key=lambda entry: entry.name), absent
+
+    def obstacle(kind):
+        if kind not in own and name_of(kind) not in FITTING[table.outcome]:
+            return f"does not act on {table.outcome}"
+        if Need.MASS_AND_SIZE in kind.needs and not known:
+            return NEEDS[Need.MASS_AND_SIZE][0]
+        if kind is LoadDependentFriction and "mass_kg" not in table.inputs:
+            return "the load does not vary"
+        return None
+
+    why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
+    return eligible(why, file.body, file.surroundings, known, own)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import polished, prepare, touches
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
-from hlcs.records import Pictures
+from hlcs.records import Pictures, Reason
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.search import Search
 from hlcs.selection.verdict import select
@@ -23,7 +23,7 @@ class Trajectories:
     """An Experiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
 
     kind, measure, unit = "trajectory", "rms", "m"
-    unjudged = "not judged: the noise is unknown"
+    unjudged = Reason.NOT_JUDGED()
     judge, where, polished = staticmethod(judge), staticmethod(where_it_fails), staticmethod(polished)
 
     def __init__(self, file, options):
@@ -100,7 +100,7 @@ class Trajectories:
         kept = {*found.effects, *(name for members in found.ambiguous for name in members)}
         confirmed = searched(prepare(many, own, noise), [entry for entry in entries if entry.name in kept], {})
         others = tuple(
-            replace(finding, why=f"on {len(few.trials)} recordings: {finding.why}")
+            replace(finding, **Reason.ON_FEWER_RECORDINGS(count=len(few.trials), why=finding.why)._asdict())
             for finding in found.candidates
             if finding.effect not in kept
         )
