@@ -9,7 +9,7 @@ from math import isfinite, nan
 
 import numpy as np
 
-from hlcs.data.experiment_file import SECTIONS
+from hlcs.data.experiment_file import SECTIONS, ExperimentFile
 from hlcs.files.csv_files import read_csv
 from hlcs.files.toml_files import TomlFile
 from hlcs.placement.grids import RPG, TPG, WIDEST, Grid
@@ -69,24 +69,15 @@ class LayerSet:
 class LayerMeasurement:
     """An experiment file of layers, read and checked."""
 
-    title: str
+    file: ExperimentFile
     test: PlacementTest = field(repr=False)  # the model under test; grid, bottom and layers come with each set
     sets: tuple[LayerSet, ...]
     hold_out: str  # "campaign", "grid" or "none"
-    effects: tuple[dict, ...] = ()  # entries of [model] effects
     notes: tuple[str, ...] = ()
-    data_file: object = None  # path of the CSV
-    where: str = "model.effects"  # file and line of the effects, for complaints
 
     def group(self, measured_set):
         """What is held out together with this set."""
-        if self.hold_out == "campaign":
-            return measured_set.campaign
-        return f"{measured_set.grid.name} {measured_set.bottom_slope:g}"
-
-    @property
-    def groups(self):
-        return tuple(dict.fromkeys(self.group(measured_set) for measured_set in self.sets))
+        return measured_set.campaign if self.hold_out == "campaign" else f"{measured_set.grid.name} {measured_set.bottom_slope:g}"
 
 
 def read_layers(file):
@@ -110,24 +101,30 @@ def read_layers(file):
     hold_out = file.hold_out
     if hold_out == "group":
         hold_out = "campaign" if len({measured_set.campaign for measured_set in sets}) > 1 else "grid"
-    measurement = LayerMeasurement(
-        file.title, test, sets, hold_out, file.effects, tuple(notes), file.data_file, file.place("model.effects")
-    )
-    return measurement if len(measurement.groups) > 1 else replace(measurement, hold_out="none")
+    measurement = LayerMeasurement(file, test, sets, hold_out, tuple(notes))
+    return measurement if len(set(map(measurement.group, sets))) > 1 else replace(measurement, hold_out="none")
 
 
 def read_layer_sets(path):
-    """The LayerSets of a CSV, in the order of their first rows."""
-    sets = {}  # what places a set -> {layer: (row of the file, its values)}
-    for row, values in _rows(path):
-        layers, layer = sets.setdefault(tuple(values[name] for name in PLACED), {}), int(values["layer"])
+    """The LayerSets of a CSV, in the order of their first rows, with names that tell them apart."""
+    table = read_csv(path, COLUMNS, ("grid", "layer", "mean"), words=("grid", "campaign"), blank=MAY_BE_BLANK, short=True)
+    if not len(table.rows):
+        raise InputError(f"{table.name}: has no rows; write one row a layer")
+    placed = {}  # what places a set -> {layer: (row of the file, its values)}
+    for row, values in [(int(row), _checked(table, index)) for index, row in enumerate(table.rows)]:
+        layers, layer = placed.setdefault(tuple(values[name] for name in PLACED), {}), int(values["layer"])
         if layer in layers:
             raise InputError(
                 f"{path}, row {row}, column layer: layer {layer} of {values['grid']}, campaign '{values['campaign']}' "
                 f"stands already in row {layers[layer][0]}; leave one out, or name another campaign"
             )
         layers[layer] = row, values
-    return _named([_layer_set(path, *placed, layers) for placed, layers in sets.items()])
+    sets = [_layer_set(path, *place, layers) for place, layers in placed.items()]
+    names = [measured_set.name for measured_set in sets]
+    return tuple(
+        replace(measured_set, name=f"{name}, {measured_set.campaign}" if names.count(name) > 1 else name)
+        for name, measured_set in zip(names, sets, strict=True)
+    )
 
 
 def _layer_set(path, name, spacing_x, spacing_y, bottom_slope, campaign, layers):
@@ -141,30 +138,14 @@ def _layer_set(path, name, spacing_x, spacing_y, bottom_slope, campaign, layers)
             )
     ordered = [values for _, (_, values) in sorted(layers.items())]
     sample = Sample(*(np.array([values[column] for values in ordered], dtype=float) for column in ("mean", "cv", "tests")))
+    known, triangular = GRIDS.get(name.upper()), name.upper() == "TPG" or name.lower().startswith("tri")
     try:
-        return LayerSet(_grid(name, spacing_x, spacing_y), bottom_slope, campaign, sample)
+        own = known is None or (spacing_x, spacing_y) != (known.spacing_x, known.spacing_y)
+        grid = Grid(name, spacing_x, spacing_y, triangular) if own else known
     except InputError as problem:
         raise InputError(f"{path}, row {first_row}: {problem}") from None
-
-
-def _named(sets):
-    """The sets with names that tell them apart."""
-    names = [
-        f"{measured_set.grid.name} " + (f"{100 * measured_set.bottom_slope:g} % slope" if measured_set.bottom_slope else "flat")
-        for measured_set in sets
-    ]
-    return tuple(
-        replace(measured_set, name=f"{name}, {measured_set.campaign}" if names.count(name) > 1 else name)
-        for name, measured_set in zip(names, sets, strict=True)
-    )
-
-
-def _rows(path):
-    """[(row of the file, checked values)]"""
-    table = read_csv(path, COLUMNS, ("grid", "layer", "mean"), words=("grid", "campaign"), blank=MAY_BE_BLANK, short=True)
-    if not len(table.rows):
-        raise InputError(f"{table.name}: has no rows; write one row a layer")
-    return [(int(row), _checked(table, index)) for index, row in enumerate(table.rows)]
+    bottom = f"{100 * bottom_slope:g} % slope" if bottom_slope else "flat"
+    return LayerSet(grid, bottom_slope, campaign, sample, f"{grid.name} {bottom}")
 
 
 def _checked(table, index):
@@ -184,11 +165,3 @@ def _checked(table, index):
                 raise InputError(f"{table.place(index, name)}: is blank; only TPG and RPG have spacings of their own")
             values[name] = getattr(known, name)
     return values
-
-
-def _grid(name, spacing_x, spacing_y):
-    """The Grid of a set: TPG, RPG, "triangular", or rectangular under a name of the user's."""
-    known = GRIDS.get(name.upper())
-    if known and (spacing_x, spacing_y) == (known.spacing_x, known.spacing_y):
-        return known
-    return Grid(name, spacing_x, spacing_y, triangular=name.upper() == "TPG" or name.lower().startswith("tri"))

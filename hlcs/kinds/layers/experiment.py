@@ -36,7 +36,7 @@ class Layers:
 
     def __init__(self, file, options, simulator=None, seeds=SEEDS):
         measurement = read_layers(file)
-        self.options, self.title = options, measurement.title
+        self.options, self.title = options, file.title
         self.model = model_of(measurement)
         self.sets = tuple(measured_set for measured_set in measurement.sets if measured_set.judgeable)
         self.measurement, self.judgeable = measurement, bool(self.sets)
@@ -46,15 +46,13 @@ class Layers:
 
     @property
     def noise(self):
-        if not self.judgeable:
-            return {"position": None, "source": "unknown"}
-        return {
-            "position": None,
+        known = {
             "rho": 0.0,
             "source": "scatter between tests, over the number of tests",
             "campaign": least_squares.CAMPAIGN,
             "hold_out": self.measurement.hold_out,
         }
+        return {"position": None} | (known if self.judgeable else {"source": "unknown"})
 
     def observe(self):
         search = self._searching()
@@ -83,11 +81,8 @@ class Layers:
 
     def _candidates(self, names):
         test, sets = self.model.placement, self.sets or self.measurement.sets
-        if names is None:
-            candidates = library(test, sets)
-        else:
-            candidates = [candidate for name in dict.fromkeys(names) for candidate in named(name, test, sets)]
-        return tuple(candidate for candidate in candidates if candidate.name not in self.model.effects)
+        chosen = [library(test, sets)] if names is None else [named(name, test, sets) for name in dict.fromkeys(names)]
+        return tuple(candidate for members in chosen for candidate in members if candidate.name not in self.model.effects)
 
     def names(self, candidates):
         return tuple(sorted({candidate.name for candidate in self._candidates(candidates)}))
@@ -101,6 +96,8 @@ class Layers:
         alternatives = {
             winner.name: {rival.name: cosine for rival, cosine in others} for winner, others in zip(accepted, rivals, strict=True)
         }
+        fitted = [search.error(fit.residual) for fit in (first, final)]
+        held_out = [search.held_out_error(fit) for fit in (first, final)] if search.can_hold_out else None
         before, adequate, where = _adequacy(search, first), _adequacy(search, final), where_it_fails(search, final)
         notes = [*self.notes, *set_notes(search, final), *campaign_notes(self.sets), *search_notes(search, final, rounds)]
         if self.options.user_effects:
@@ -110,7 +107,7 @@ class Layers:
             effects=tuple(alternatives),
             ambiguous=ambiguous_sets(alternatives),
             parameters=intervals(accepted),
-            error=self._errors(search, first, final),
+            error=error_record(self.measure, self.unit, noise_floor(search, final), fitted, held_out),
             steps=tuple(self._step(search, fit) for fit in fits),
             adequate={"before": before["after"], **adequate, "before_p": before["p"]},
             candidates=layer_findings(candidates, accepted, rounds, alternatives),
@@ -120,12 +117,6 @@ class Layers:
             notes=tuple(notes),
             next_experiment=partial(next_experiment, search, final, rivals, where),
         )
-
-    def _errors(self, search, first, final):
-        """Mean relative errors before and after, beside that of a perfect model."""
-        fitted = [search.error(fit.residual) for fit in (first, final)]
-        held_out = [search.held_out_error(fit) for fit in (first, final)] if search.can_hold_out else None
-        return error_record(self.measure, self.unit, noise_floor(search, final), fitted, held_out)
 
     def _step(self, search, fit):
         """The errors after one more effect."""

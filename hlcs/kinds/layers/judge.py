@@ -16,15 +16,6 @@ MARGIN, MARGIN_ALONE = 6.0, 12.0  # of chi2 beyond the complexity penalty; where
 QUANTILE = 1.645  # of 90 % intervals
 
 
-class Estimate(NamedTuple):
-    """The amount of a candidate that fits the residuals best, under one form of the campaign term."""
-
-    gain: float  # fall of chi-squared
-    amount: float  # value - null, within the bounds
-    deviation: float
-    unbounded: float  # the amount without bounds
-
-
 class HeldOut(NamedTuple):
     """What a candidate does to a group that it was not fitted to."""
 
@@ -74,9 +65,10 @@ class LayerTrial:
         """What it adds to the values of the model (n,)."""
         return self.slope * self.amount
 
-    def held_out_chi2(self, form):
-        """Chi-squared of all held-out groups together."""
-        return sum(group.after for group in self.held_out_by_form[form].values())
+    def behind(self, other, form):
+        """How much larger chi-squared of all held-out groups together is than with the candidate of another trial."""
+        mine, others = (sum(group.after for group in trial.held_out_by_form[form].values()) for trial in (self, other))
+        return mine - others
 
 
 @dataclass(eq=False)
@@ -135,10 +127,9 @@ class LayerJudge:
     def weigh(self, fit, candidate, slope, slope_variance):
         """The LayerTrial of a candidate on the residuals of a fit, judged by every rule."""
         estimates = [self._estimate(fit, candidate, slope, slope_variance, form) for form in FORMS]
-        least = min(reversed(estimates), key=lambda estimate: estimate.gain)
-        mean_gain = float(np.mean([estimate.gain for estimate in estimates]))
-        error = self.error(fit.residual - slope * least.amount)
-        trial = LayerTrial(candidate, slope, slope_variance, least.amount, least.deviation, least.gain, mean_gain, error)
+        gain, amount, deviation, unbounded = min(reversed(estimates), key=lambda estimate: estimate[0])
+        mean_gain, error = float(np.mean([estimate[0] for estimate in estimates])), self.error(fit.residual - slope * amount)
+        trial = LayerTrial(candidate, slope, slope_variance, amount, deviation, gain, mean_gain, error)
         if self.can_hold_out:
             trial.held_out_by_form = {form: self._held_out(fit, trial, form) for form in FORMS}
             trial.held_out = max(trial.held_out_by_form.values(), key=_least_fall)
@@ -146,11 +137,14 @@ class LayerJudge:
             trial.held_out_error = self.held_out_error(fit, trial)
         trial.required_gain = self.required_gain(trial.held_out)
         trial.relative_shift = self._relative_shift(fit, trial.shift)
-        self._judge(fit, trial, least.unbounded)
+        self._judge(fit, trial, unbounded)
         return trial
 
     def _estimate(self, fit, candidate, slope, slope_variance, form):
-        """The Estimate of a candidate under one form; the covariance grows with the amount of an uncertain signature."""
+        """(gain, amount, its deviation, amount without bounds) that fits the residuals best under one form of the campaign term.
+
+        The covariance grows with the amount of an uncertain signature.
+        """
         free = amount = candidate.step if candidate.switch else 0.0
         deviation = 0.0 if candidate.switch else np.inf
         for _ in range(0 if candidate.switch else 4):
@@ -159,7 +153,7 @@ class LayerJudge:
             amount = _bounded(candidate, free)
         matrix = self.covariance(fit, form, amount**2 * slope_variance)
         before, after = (least_squares.chi_squared(matrix, part) for part in (fit.residual, fit.residual - slope * amount))
-        return Estimate(before - after, amount, deviation, free)
+        return before - after, amount, deviation, free
 
     def _held_out(self, fit, trial, form):
         """{group: HeldOut} of a candidate fitted to all groups but one, and looked at on that one."""

@@ -111,13 +111,13 @@ class LayerModel:
 
 def model_of(measurement):
     """The LayerModel of a LayerMeasurement, with the effects its file lists under [model]."""
-    source = measurement.title, Path(measurement.data_file).resolve()  # a file of the model may lie in another folder
+    source = measurement.file.title, Path(measurement.file.data_file).resolve()  # a file of the model may lie in another folder
     model = LayerModel(measurement.test, (), source)
-    for entry in measurement.effects:
+    for entry in measurement.file.effects:
         try:
             model = model.with_effect(*_stated(entry, model.placement, measurement.sets))
         except InputError as problem:
-            raise InputError(f"{measurement.where}: {problem}") from None
+            raise InputError(f"{measurement.file.place('model.effects')}: {problem}") from None
     return model
 
 

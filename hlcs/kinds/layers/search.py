@@ -153,10 +153,8 @@ class LayerSearch(LayerJudge):
             if unbounded or trial.name == winner.name:
                 continue
             cosine = least_squares.cosine(matrix, winner.slope, trial.slope)
-            gains_enough = trial.gain > trial.required_gain
-            close = trial.evidence >= winner.evidence - RIVAL_MARGIN or (cosine > SAME and gains_enough)
-            both = trial.held_out and winner.held_out
-            beaten = both and all(trial.held_out_chi2(form) - winner.held_out_chi2(form) > BEATEN for form in FORMS)
+            close = trial.evidence >= winner.evidence - RIVAL_MARGIN or (cosine > SAME and trial.evidence > 0.0)
+            beaten = winner.held_out and trial.held_out and all(trial.behind(winner, form) > BEATEN for form in FORMS)
             if close and not beaten:
                 rivals.append((trial, cosine))
         return rivals
