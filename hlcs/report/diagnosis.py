@@ -38,7 +38,7 @@ def text(diagnosis):
         )
     if diagnosis.candidates:
         lines += ["", "Candidates", f"  {'effect':30s} {'evidence':>10s} {'fitted':>10s} {'held out':>10s}  why"]
-        for finding in (entry for entry in diagnosis.candidates if not entry.reason is not Reason.NOT_TRIED):
+        for finding in (entry for entry in diagnosis.candidates if entry.reason is not Reason.NOT_TRIED):
             mark = "*" if finding.accepted else " "
             lines.append(
                 f" {mark}{finding.effect:30s} {number(finding.evidence, digits=4):>10s} {number(finding.fitted):>10s} "
