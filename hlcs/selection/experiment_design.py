@@ -25,6 +25,11 @@ def tests_needed(separation):
     return int(np.ceil(SEPARATION / separation)) if separation > SEPARATION / 100 else None
 
 
+def hardest(options):
+    """Of the best experiments for pairs of rivals, each (lambda, names, ...), that for the pair hardest to separate."""
+    return min(options, key=lambda option: option[:2])
+
+
 def next_experiment(problem, final, rivals, verdict):
     """The experiment that best separates the surviving rivals, or finds out what stays unexplained."""
     pairs = [
@@ -39,15 +44,15 @@ def next_experiment(problem, final, rivals, verdict):
             options += [(score, text, design, False) for score, text, design in designs(problem, final, other)]
         if options:
             best = max(options, key=lambda option: (min(option[0], 2 * SEPARATION), option[3], option[0], option[1]))
-            found.append((best, (mine, name)))
+            found.append((best[0], (mine, name), *best[1:3]))
     if not found:
         return unexplained(problem, verdict, ())
-    (score, text, design, _), names = min(found, key=lambda entry: (entry[0][0], entry[1]))  # the hardest pair decides
+    score, names, text, design = hardest(found)
     needed = tests_needed(score)
     many = f"{needed} test{'' if needed == 1 else 's'}" if needed else "more than a hundred tests"
     sentence = f"{text} ({many} to tell {names[0]} from {names[1]}, lambda = {score:.3g} a test)"
-    if len({pair for _, pair in found}) > 1:
-        others = sorted({f"{pair[1]}: {option[1]}" for option, pair in found if pair != names and option[1] != text})
+    if len({pair for _, pair, _, _ in found}) > 1:
+        others = sorted({f"{pair[1]}: {other}" for _, pair, other, _ in found if pair != names and other != text})
         sentence += "".join(f"; against {entry}" for entry in others[:3])
     if verdict == "unexplained":
         return unexplained(problem, verdict, names, sentence, needed, design)

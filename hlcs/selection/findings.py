@@ -11,6 +11,80 @@ from hlcs.selection.reasons import sentences
 INTERVAL = 0.90  # of coefficients
 
 
+# --- for every kind of measurement --------------------------------------------------------------------------------------------
+
+
+def interval(value, error, low, high, unit):
+    """A number of an effect with its interval, inside the bounds that its value has not left."""
+    return {
+        "value": float(value),
+        "low": float(max(value - error, min(low, value))),
+        "high": float(min(value + error, max(high, value))),
+        "unit": unit,
+    }
+
+
+def error_record(measure, unit, noise, fitted, held_out):
+    """The errors of a Diagnosis; fitted, held_out: (before, after), None where nothing can be held out."""
+    fitted, held_out = (errors and {"before": errors[0], "after": errors[1], "noise": noise} for errors in (fitted, held_out))
+    return {"measure": measure, "unit": unit, "held_out": held_out, "fitted": fitted}
+
+
+def ambiguous_sets(alternatives):
+    """Each accepted effect with its rivals, where it has any; alternatives: {accepted effect: {rival: cosine}}."""
+    return tuple((effect, *sorted(rivals)) for effect, rivals in alternatives.items() if rivals)
+
+
+def findings(names, alternatives, described):
+    """One Finding a candidate, the accepted ones first, then by evidence.
+
+    alternatives: {accepted effect: {rival: cosine of the signatures}}; described: function (name, names of what it cannot be told
+    from) -> the fields of its Finding that a kind of measurement knows: fitted, held_out, evidence, why, reason, visible_from.
+    """
+    cosines = {effect: {rival: round(cosine, 4) for rival, cosine in rivals.items()} for effect, rivals in alternatives.items()}
+    partners = {rival: {effect: cosine} for effect, rivals in cosines.items() for rival, cosine in rivals.items()}
+    sets = [{effect, *rivals} for effect, rivals in alternatives.items()]
+    found = []
+    for name in names:
+        same = tuple(sorted(set().union(*(members for members in sets if name in members)) - {name}))
+        known = {"accepted": name in alternatives, "same_as": same, "cosines": partners.get(name) or cosines.get(name, {})}
+        found.append(Finding(name, **known, **described(name, same)))
+    least = -1e9  # of what has no evidence
+    return tuple(
+        sorted(found, key=lambda one: (not one.accepted, -(least if one.evidence is None else one.evidence), one.effect))
+    )
+
+
+def accepted_reason(gain, price, falls, same, error="error", at="", label=""):
+    """The Explanation of an accepted candidate; falls: of its held-out error, each relative; at: its number, in brackets."""
+    return Reason.ACCEPTED(
+        at=at,
+        gain=gain,
+        price=price,
+        held_out=f"; held-out {error} falls by {' and '.join(f'{100 * fall:.0f} %' for fall in falls)}" if falls else "",
+        same=f"; cannot be told from {', '.join(same)}{label}" if same else "",
+    )
+
+
+def rival_reason(same, effects, at="", label=""):
+    """The Explanation of a candidate that does as well as accepted effects."""
+    return Reason.NOT_TOLD_APART(others=", ".join(name for name in same if name in effects), at=at, label=label)
+
+
+def set_label(name, same, set_of=set_of):
+    """The set of look-alikes that a candidate and some of its rivals belong to, in brackets, or nothing."""
+    form = set_of(name)
+    return f" ({form})" if form and any(set_of(other) == form for other in same) else ""
+
+
+def smallest_visible(number, size, unit, null):
+    """The smallest value of a candidate that these data would have shown, in words."""
+    return f"{number} {size:.2g}{'' if unit == '1' else ' ' + unit} from {null:g}"
+
+
+# --- for fits of problems -----------------------------------------------------------------------------------------------------
+
+
 def intervals(fit, inflation):
     """{effect: {name: value, low, high, unit}} at 90 %, widened where the model is not adequate, inside the bounds."""
     found, place = {}, 0
@@ -19,14 +93,8 @@ def intervals(fit, inflation):
         numbers = {}
         for free in term.candidate.free:
             error = quantile * np.sqrt(max(inflation, 1.0) * max(fit.covariance[place, place], 0.0))
-            value = fit.estimate[place]
-            low, high = (-np.inf, np.inf) if free.period is not None else (min(free.low, value), max(free.high, value))
-            numbers[free.name] = {
-                "value": float(value),
-                "low": float(max(value - error, low)),
-                "high": float(min(value + error, high)),
-                "unit": free.unit,
-            }
+            low, high = (-np.inf, np.inf) if free.period is not None else (free.low, free.high)
+            numbers[free.name] = interval(fit.estimate[place], error, low, high, free.unit)
             place += 1
         found[term.name] = numbers
     return found
@@ -59,70 +127,48 @@ def held_out_error(search, fit, unit):
 def errors(search, base, final, unit):
     """RMS before and after, on the data that were fitted and on those held out, beside the noise."""
     noise = search.problem.noise.orientation if unit == "rad" else search.problem.noise.position
-    held = None
-    if search.folds.possible:
-        held = {"before": held_out_error(search, base, unit), "after": held_out_error(search, final, unit), "noise": noise}
-    return {
-        "measure": "rms",
-        "unit": unit,
-        "held_out": held,
-        "fitted": {"before": fitted_error(search, base, unit), "after": fitted_error(search, final, unit), "noise": noise},
-    }
+    fitted = [fitted_error(search, fit, unit) for fit in (base, final)]
+    held_out = [held_out_error(search, fit, unit) for fit in (base, final)] if search.folds.possible else None
+    return error_record("rms", unit, noise, fitted, held_out)
 
 
-def findings(search, fits, rounds, rivals, effects, absent, unit):
-    """One Finding a candidate: accepted ones first, then by evidence."""
-    told = []
-    partners = {name: (effect, cosine) for effect, others in zip(effects, rivals, strict=True) for name, _, cosine in others}
-    for entry in search.candidates:
-        name = entry.name
+def problem_findings(search, fits, rounds, alternatives, absent, unit):
+    """One Finding a candidate of a search over fits, and one for each of those that were not tried.
+
+    alternatives: as for `findings`; absent: {name: why it was not tried}.
+    """
+    effects = list(alternatives)
+    candidates = {candidate.name: candidate for candidate in search.candidates}
+
+    def described(name, same):
         trials = [trials[name] for trials in rounds if name in trials]
         refitted = [trial for trial in trials if trial.fit is not None]
         best = max(refitted, key=lambda trial: trial.gain, default=None)
         last = trials[-1] if trials else None
-        accepted = name in effects
-        if accepted and best is None:  # brought in with another one, not in a round of its own
+        if name in effects and best is None:  # brought in with another one, not in a round of its own
             best = beside(search, fits[0], fits[-1], effects.index(name))
-        same = tuple(sorted({other for members in _sets(effects, rivals) if name in members for other in members} - {name}))
-        cosines = {}
-        if name in partners:
-            cosines = {partners[name][0]: round(partners[name][1], 4)}
-        elif accepted:
-            cosines = {other: round(cosine, 4) for other, _, cosine in rivals[effects.index(name)]}
-        explanation = _why(name, accepted, same, best, last, effects)
+        fitted, held_out, gain = None, None, last.linear_gain if last is not None and last.visible else None
         if best is not None:
-            fitted, held, gain = fitted_error(search, best.fit, unit), held_out_error(search, best.fit, unit), best.gain
-        else:
-            fitted, held, gain = None, None, last.linear_gain if last is not None and last.visible else None
-        evidence = None if gain is None else float(gain - search.fee(entry))
-        told.append(
-            Finding(
-                name, fitted, held, evidence, accepted, same, explanation.why, cosines, _visible(last), reason=explanation.reason
-            )
-        )
-    told.sort(key=lambda entry: (not entry.accepted, -(entry.evidence if entry.evidence is not None else -1e9), entry.effect))
-    return (*told, *(untested(name, Reason.NOT_TRIED(why=why)) for name, why in sorted(absent.items())))
+            fitted, held_out, gain = fitted_error(search, best.fit, unit), held_out_error(search, best.fit, unit), best.gain
+        return {
+            "fitted": fitted,
+            "held_out": held_out,
+            "evidence": None if gain is None else float(gain - search.fee(candidates[name])),
+            "visible_from": _visible(last),
+            **_explained(name, same, best, last, effects)._asdict(),
+        }
+
+    untried = (untested(name, Reason.NOT_TRIED(why=why)) for name, why in sorted(absent.items()))
+    return (*findings(candidates, alternatives, described), *untried)
 
 
-def _sets(effects, rivals):
-    return [[effect] + [name for name, _, _ in others] for effect, others in zip(effects, rivals, strict=True)]
-
-
-def _why(name, accepted, same, best, last, effects):
+def _explained(name, same, best, last, effects):
     """The Explanation of what became of a candidate."""
-    form = set_of(name)
-    if accepted:
-        falls = " and ".join(f"{100 * fall:.0f} %" for fall in best.directions)
-        return Reason.ACCEPTED(
-            at="",
-            gain=best.gain,
-            price=best.price,
-            held_out=f"; held-out error falls by {falls}" if falls else "",
-            same=f"; cannot be told from {', '.join(same)}" if same else "",
-        )
+    if name in effects:
+        return accepted_reason(best.gain, best.price, best.directions, same)
     if same:
-        label = f" ({form})" if form and any(set_of(other) == form for other in same) else ""
-        return Reason.NOT_TOLD_APART(others=", ".join(other for other in same if other in effects), at="", label=label)
+        return rival_reason(same, effects, label=set_label(name, same))
+    form = set_of(name)
     better = [other for other in effects if form and set_of(other) == form]
     if best is not None and better:
         return Reason.OTHER_FORM(form=form, better=better[0])
@@ -143,5 +189,4 @@ def _visible(last):
     if last is None or not last.visible or len(last.candidate.free) != 1 or last.candidate.absent is None:
         return ""
     free = last.candidate.free[0]
-    size = (np.sqrt(last.price) + 1.28) / last.visible
-    return f"{free.name} {size:.2g}{'' if free.unit == '1' else ' ' + free.unit} from {free.null:g}"
+    return smallest_visible(free.name, (np.sqrt(last.price) + 1.28) / last.visible, free.unit, free.null)

@@ -74,7 +74,7 @@ def test_every_name_stands_in_its_family():
     assert found == FAMILIES
 
 
-@pytest.mark.parametrize("one", library(TEST, SETS), ids=lambda one: f"{one.name} {one.needs}")
+@pytest.mark.parametrize("one", library(TEST, SETS), ids=lambda one: f"{one.name} {one.campaign}")
 def test_a_candidate_is_exactly_absent_at_its_null_value_and_there_at_its_trial(one):
     low, high = min(one.low, one.null), max(one.high, one.null)
     assert low <= one.trial <= high and one.trial != one.null
