@@ -76,17 +76,17 @@ def test_every_name_stands_in_its_family():
 
 @pytest.mark.parametrize("one", library(TEST, SETS), ids=lambda one: f"{one.name} {one.campaign}")
 def test_a_candidate_is_exactly_absent_at_its_null_value_and_there_at_its_trial(one):
-    low, high = min(one.low, one.null), max(one.high, one.null)
-    assert low <= one.trial <= high and one.trial != one.null
-    assert one.applied(TEST, one.null) == TEST
-    np.testing.assert_array_equal(one.read(K, one.null, SETS[0]), K)
-    moved = one.applied(TEST, one.trial) != TEST or any(np.any(one.read(K, one.trial, part) != K) for part in SETS)
+    low, high = min(one.number.low, one.number.null), max(one.number.high, one.number.null)
+    assert low <= one.number.start <= high and one.number.start != one.number.null
+    assert one.applied(TEST, one.number.null) == TEST
+    np.testing.assert_array_equal(one.read(K, one.number.null, SETS[0]), K)
+    moved = one.applied(TEST, one.number.start) != TEST or any(np.any(one.read(K, one.number.start, part) != K) for part in SETS)
     assert moved and one.simulated == (one.change is not None)
 
 
 @pytest.mark.parametrize("one", [one for one in library(TEST, SETS) if one.simulated], ids=lambda one: one.name)
 def test_what_a_candidate_changes_can_be_written_to_a_file_and_read_again(one):
-    changed = one.applied(TEST, one.trial)
+    changed = one.applied(TEST, one.number.start)
     again = make_placement(placement_table(changed))
     assert (again.grid.spacing_x, again.grid.spacing_y) == (changed.grid.spacing_x, changed.grid.spacing_y)
     assert again == changed or one.name in ("grid_spacing", "size_error")  # these give the grid another name
@@ -96,9 +96,9 @@ def test_laws_of_layers_that_need_no_simulation():
     """Soft ground sinks by as much under every layer; soft contacts by one weight more at every layer above them."""
     weight, dn = 9.81 * TEST.unit.mass(), TEST.unit.nominal_diameter
     ground, contact = entry("ground_softness"), entry("contact_compliance")
-    assert ground.high == pytest.approx(0.01 * TEST.side / weight)
-    np.testing.assert_allclose(ground.read(K, ground.high, SETS[0]) - K, -0.01 * TEST.side / dn)
-    np.testing.assert_allclose(contact.read(K, contact.high, SETS[0]) - K, -0.01 * TEST.side / dn / 3 * np.arange(1, 6))
+    assert ground.number.high == pytest.approx(0.01 * TEST.side / weight)
+    np.testing.assert_allclose(ground.read(K, ground.number.high, SETS[0]) - K, -0.01 * TEST.side / dn)
+    np.testing.assert_allclose(contact.read(K, contact.number.high, SETS[0]) - K, -0.01 * TEST.side / dn / 3 * np.arange(1, 6))
 
 
 def test_a_rough_bed_is_the_bottom_plus_heights_of_the_stated_scatter():
