@@ -1,7 +1,7 @@
 """A candidate: one thing that may be missing from a model, and the numbers to be found if it is.
 
-A `Candidate` knows its class, its numbers with bounds and null values, and how to fill in what the surroundings already say
-(density of the fluid, gravity, height of the floor).
+A `Candidate` is a class with the numbers that a search may change, their bounds and null values. `build` makes an effect of a
+class and numbers; what the surroundings already say (density of the fluid, gravity, height of the floor) is filled in.
 """
 
 import dataclasses
@@ -46,10 +46,6 @@ class Candidate:
     def group(self):
         return self.kind.group or ("own" if self.own else "")
 
-    def build(self, values, surroundings: Surroundings):
-        """The effect at the given values {name: number}, what is given by the surroundings filled in."""
-        return build(self.kind, values, surroundings)
-
     @property
     def start(self):
         """Where a fit begins, {name: value}: at the null values where there are any."""
@@ -76,7 +72,7 @@ class Candidate:
 
 
 def build(kind, values, surroundings: Surroundings):
-    """A value of an effect class from numbers and the surroundings."""
+    """A value of an effect class at these numbers {name: value}, what the surroundings say filled in."""
     normal, height = tuple(surroundings.floor_normal), surroundings.floor_height or 0.0
     known = {
         "fluid_density": surroundings.fluid_density or AIR_DENSITY,

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.effects import Candidate, build_entry, class_named
+from hlcs.effects import Candidate, build, build_entry, class_named
 from hlcs.effects.contract import Change
 from hlcs.simulation.simulator import Shots
 from minibullet.effects import Effect, Gravity, compose
@@ -55,7 +55,7 @@ class Model:
     def changes(self, surroundings):
         """(effects for the engine with gravity first, changes of the set-up, changes of the look) in these surroundings."""
         built = [build_entry(entry, surroundings, self.own) for entry in self.fixed]
-        built += [term.candidate.build(term.numbers, surroundings) for term in self.terms]
+        built += [build(term.candidate.kind, term.numbers, surroundings) for term in self.terms]
         acting = [effect for effect in built if isinstance(effect, Effect)]
         changes = [change for change in built if isinstance(change, Change)]
         gravity = Gravity(acceleration=surroundings.gravity)

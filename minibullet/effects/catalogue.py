@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from minibullet.effects.check import check_effect
-from minibullet.effects.contract import Effect, EffectError, checked_answer, name_of, parameters
+from minibullet.effects.contract import Effect, EffectError, checked_answer, name_of, overrides, parameters
 from minibullet.errors import InputError
 from minibullet.files.user_files import read_text
 
@@ -59,9 +59,9 @@ def load_effects(path) -> dict[str, type[Effect]]:
         name, line = name_of(kind), _line_of(kind)
         if name in shipped:
             raise InputError(f"{path}:{line}: the name {kind.__name__} belongs to a shipped effect; choose another")
-        with _told(path, line, f"{kind.__name__}() cannot be made: ", "; give every field a default"):
+        with _located(path, line, f"{kind.__name__}() cannot be made: ", "; give every field a default"):
             effect = kind()
-        with _told(path, line):
+        with _located(path, line):
             check_effect(effect)
         found[name] = kind
     for kind in kinds:
@@ -70,17 +70,17 @@ def load_effects(path) -> dict[str, type[Effect]]:
 
 
 def _guard(kind, path):
-    """Let what a class of the file raises or answers in the middle of a run be told as it is at the start: by file and line."""
+    """Report what a class of the file raises or answers in the middle of a run as at the start: by file and line."""
     line = _line_of(kind)
     for name, shape in (("forces", (6,)), ("added_mass", (6, 6)), ("contact_law", None), ("potential", None)):
-        if getattr(kind, name) is not getattr(Effect, name):
+        if overrides(kind, name):
             setattr(kind, name, _guarded(getattr(kind, name), shape, path, line))
 
 
 def _guarded(method, shape, path, line):
     @wraps(method)
     def guarded(effect, *arguments):
-        with _told(path, line):
+        with _located(path, line):
             answer = method(effect, *arguments)
             # a search may try a flight that ends beyond all numbers; what is not finite there is not the effect's fault
             if shape and np.abs(arguments[0].twist).max(initial=0.0) < LIGHT and np.isfinite(arguments[0].position).all():
@@ -97,32 +97,34 @@ def _run(path):
     module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader=None, origin=str(path)))
     module.__file__ = str(path)
     sys.modules[name] = module  # dataclasses look their module up
-    with _told(path, 1):
+    with _located(path, 1):
         exec(compile(source, str(path), "exec"), vars(module))
     return module
 
 
-class _ToldError(InputError):
-    """What names file and line already."""
+class _LocatedError(InputError):
+    """An error whose message names file and line already."""
 
 
 @contextmanager
-def _told(path, line, before="", after=""):
-    """Whatever the user's code raises, an attempt to end the program with it, as one line that names file and line."""
+def _located(path, line, before="", after=""):
+    """Turn whatever the user's code raises, also an attempt to end the program, into one line that names file and line."""
     try:
         yield
     except KeyboardInterrupt:
         raise
     except SyntaxError as error:
         where = error.lineno if error.filename == str(path) else None
-        raise _ToldError(f"{path}:{where or line}: {error.msg}") from error
-    except _ToldError:  # by another effect of the file that it asked
+        raise _LocatedError(f"{path}:{where or line}: {error.msg}") from error
+    except _LocatedError:  # by another effect of the file that it asked
         raise
     except EffectError as error:
-        raise _ToldError(f"{path}:{_line_in(path, error.__cause__) or line}: {before}{error}") from error
+        raise _LocatedError(f"{path}:{_line_in(path, error.__cause__) or line}: {before}{error}") from error
     except BaseException as error:
         kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
-        raise _ToldError(f"{path}:{line if before else _line_in(path, error) or line}: {before}{kind}{error}{after}") from error
+        raise _LocatedError(
+            f"{path}:{line if before else _line_in(path, error) or line}: {before}{kind}{error}{after}"
+        ) from error
 
 
 def _line_of(kind):

@@ -24,6 +24,7 @@ import dataclasses
 import re
 from dataclasses import dataclass
 from enum import Enum, auto
+from functools import reduce
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -77,8 +78,11 @@ def parameters(effect) -> dict[str, Parameter]:
 
 def name_of(effect) -> str:
     """The name in files and reports: QuadraticDrag, or a value of it, -> "quadratic_drag"."""
-    kind = effect if isinstance(effect, type) else type(effect)
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", kind.__name__).lower()
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", _class_of(effect).__name__).lower()
+
+
+def _class_of(effect):
+    return effect if isinstance(effect, type) else type(effect)
 
 
 class Need(Enum):
@@ -134,19 +138,23 @@ class Effect(Facts):
         return law
 
 
+def overrides(effect, method) -> bool:
+    """Whether an effect, or an effect class, has this method of its own."""
+    return getattr(_class_of(effect), method) is not getattr(Effect, method)
+
+
 def wrenches(effects, bodies: Bodies, time: float) -> list[np.ndarray]:
     """The wrench of each effect on all bodies, checked, exactly zero on fixed ones, (n, 6) each. This is how the engine asks.
 
     Raises InputError, naming the effect, where an answer has a wrong shape or is not finite.
     """
     rows, movable = _movable(bodies)
-    result = []
-    for effect in effects:
-        if type(effect).forces is not Effect.forces and len(movable.mass):
-            result.append(_spread(effect, rows, movable, effect.forces(movable, time), bodies, (6,)))
-        else:
-            result.append(np.zeros((len(bodies.mass), 6)))
-    return result
+    return [
+        _spread(effect, rows, movable, effect.forces(movable, time), bodies, (6,))
+        if overrides(effect, "forces") and len(movable.mass)
+        else np.zeros((len(bodies.mass), 6))
+        for effect in effects
+    ]
 
 
 def wrench(effect: Effect, bodies: Bodies, time: float) -> np.ndarray:
@@ -156,21 +164,16 @@ def wrench(effect: Effect, bodies: Bodies, time: float) -> np.ndarray:
 
 def added_mass(effects, bodies: Bodies) -> np.ndarray | None:
     """The added mass of all effects together, zero for fixed bodies, (n, 6, 6), or None where no effect adds any."""
-    effects = [effect for effect in effects if type(effect).added_mass is not Effect.added_mass]
-    if not effects:
-        return None
+    effects = [effect for effect in effects if overrides(effect, "added_mass")]
     rows, movable = _movable(bodies)
-    total = None
-    for effect in effects:
-        if len(movable.mass):
-            matrices = _spread(effect, rows, movable, effect.added_mass(movable), bodies, (6, 6))
-            total = matrices if total is None else total + matrices
-    return total
+    if not effects or not len(movable.mass):
+        return None
+    return reduce(np.add, (_spread(effect, rows, movable, effect.added_mass(movable), bodies, (6, 6)) for effect in effects))
 
 
 def changes_contact_law(effects) -> bool:
     """Whether any of the effects has something to say about contacts."""
-    return any(type(effect).contact_law is not Effect.contact_law for effect in effects)
+    return any(overrides(effect, "contact_law") for effect in effects)
 
 
 def contact_law(effects, contacts: Contacts, bodies: Bodies, law: ContactLaw) -> ContactLaw:
@@ -179,7 +182,7 @@ def contact_law(effects, contacts: Contacts, bodies: Bodies, law: ContactLaw) ->
     Raises InputError, naming the effect, where a value is not finite, is negative, or a restitution is above 1.
     """
     for effect in effects:
-        if len(contacts.gap) and type(effect).contact_law is not Effect.contact_law:
+        if len(contacts.gap) and overrides(effect, "contact_law"):
             law = checked_law(effect, effect.contact_law(contacts, bodies, law), contacts)
     return law
 

@@ -92,7 +92,9 @@ def _planes(vertices, loops):
 def _fill(faces, width, height):
     """1/depth (height, width), zero where nothing is, and the number of the face seen, -1 where nothing is."""
     inverse_depth, number = np.zeros((height, width)), np.full((height, width), -1, dtype=np.int32)
-    for index, (corners, plane) in enumerate(zip(faces.corners, faces.plane, strict=True)):
+    nearest = [np.max(corners @ plane[:2]) + plane[2] for corners, plane in zip(faces.corners, faces.plane, strict=True)]
+    for index in np.argsort(nearest)[::-1]:  # the nearest first: most of the others are then found hidden at once
+        corners, plane = faces.corners[index], faces.plane[index]
         left, top = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
         right, bottom = np.minimum(np.ceil(corners.max(axis=0)).astype(int) + 1, (width, height))
         if left >= right or top >= bottom:
@@ -101,6 +103,8 @@ def _fill(faces, width, height):
         nearer = plane[0] * x + plane[1] * y + plane[2]
         window = inverse_depth[top:bottom, left:right]
         inside = nearer > window
+        if not inside.any():
+            continue
         for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
             # Rows count downwards, so what turns left in the world turns right in the image.
             inside &= (x1 - x0) * (y - y0) <= (y1 - y0) * (x - x0)
@@ -116,20 +120,23 @@ def _shaded(faces, inverse_depth, number, window, supersample):
     _draw_edges(brightness, faces, number)
     sun = np.clip(faces.normal @ SUN, 0.0, 1.0)
     light = faces.colour * (0.50 + 0.16 * faces.normal[:, 2] + 0.50 * sun)[:, None]
-    channels = [np.minimum(np.where(seen, column[number], 1.0) * brightness, 1.0) for column in light.T]
-    return np.stack([_averaged(channel, supersample) for channel in (*channels, seen.astype(float))], axis=-1)
+    light = np.vstack([light, np.ones(3)])  # the last of them, number -1, is the background
+    image = [_averaged(np.minimum(column[number] * brightness, 1.0), supersample) for column in light.T]
+    return np.stack([*image, _averaged(seen, supersample)], axis=-1)
 
 
 def _darkened_hollows(seen, inverse_depth, window):
     """Brightness (rows, columns), 1 but where a place is deeper than its surroundings, a square of `window` places."""
-    depth = np.where(seen, 1.0 / np.where(seen, inverse_depth, 1.0), 0.0)
-    share = np.maximum(uniform_filter(seen.astype(float), window), 1e-6)
-    deeper = depth - uniform_filter(depth, window) / share
-    span = max(np.ptp(depth[seen]), 1e-6 * depth.max()) if seen.any() else 1.0
-    brightness, hollow = np.ones(depth.shape), seen & (deeper > 0.0)
+    depth = np.divide(1.0, inverse_depth, out=np.zeros_like(inverse_depth), where=seen)
+    places = np.flatnonzero(seen)
+    share = np.maximum(uniform_filter(seen, window, output=float).ravel()[places], 1e-6)
+    around = uniform_filter(depth, window).ravel()[places] / share
+    depth = depth.ravel()[places]
+    span = max(np.ptp(depth), 1e-6 * depth.max()) if len(depth) else 1.0
     # Towards the rim of the scene the surroundings are incomplete: fade out.
-    strength = 0.6 * np.clip(2.5 * share[hollow] - 1.5, 0.0, 1.0)
-    brightness[hollow] = 1.0 - strength * (1.0 - np.exp(-deeper[hollow] / (0.08 * span)))
+    strength = 0.6 * np.clip(2.5 * share - 1.5, 0.0, 1.0)
+    brightness = np.ones(seen.shape)
+    brightness.reshape(-1)[places] = 1.0 - strength * (1.0 - np.exp(-np.maximum(depth - around, 0.0) / (0.08 * span)))
     return brightness
 
 
@@ -147,4 +154,4 @@ def _draw_edges(brightness, faces, number):
 
 def _averaged(values, size):
     """The means of blocks of size x size."""
-    return sum(values[row::size, column::size] for row in range(size) for column in range(size)) / (size * size)
+    return sum(1.0 * values[row::size, column::size] for row in range(size) for column in range(size)) / (size * size)

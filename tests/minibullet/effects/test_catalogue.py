@@ -9,6 +9,7 @@ import minibullet as mb
 from hlcs.simulation.free_flight import fly
 from minibullet import effects
 from minibullet.bodies import Bodies
+from minibullet.effects import catalogue
 from minibullet.effects.samples import sample_bodies
 from minibullet.errors import InputError
 
@@ -32,6 +33,20 @@ class _Hidden(mb.Effect):
     pass
 """
 )
+
+
+def test_a_new_effect_is_one_class_in_one_file(tmp_path, monkeypatch):
+    """Found in its package without a list; classes without numbers and those made elsewhere are none."""
+    package = tmp_path / "a_room_of_effects"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "wind.py").write_text(GOOD + "\n\nclass Base(mb.Drag):\n    pass\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert list(catalogue.classes_in("a_room_of_effects", effects.Effect)) == ["my_drag"]
+
+
+def test_every_shipped_effect_is_offered_by_its_name():
+    assert {kind.__name__ for kind in effects.library().values()} <= set(effects.__all__) <= set(dir(mb))
 
 
 def written(folder, text, name="my_effects.py"):

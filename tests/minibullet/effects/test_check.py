@@ -141,12 +141,6 @@ def writes(self, bodies, time):
     return momentum(self, bodies)
 
 
-def writes_by_force(self, bodies, time):
-    bodies.twist.setflags(write=True)
-    bodies.twist[:, 3:] = 0.0
-    return momentum(self, bodies)
-
-
 def random(self, bodies, time):
     return momentum(self, bodies) * np.random.default_rng().random()
 
@@ -233,8 +227,7 @@ BROKEN = [
     (lambda: own(contact_law=negative_friction), "answer", "friction of contact"),
     (lambda: own(contact_law=short_law), "answer", "adhesion has shape"),
     (lambda: own(contact_law=no_law), "answer", "must return a ContactLaw"),
-    (lambda: own(writes), "answer", "writes into what it is given"),
-    (lambda: own(writes_by_force), "reads only", "writes into Bodies.twist"),
+    (lambda: own(writes), "reads only", "writes into Bodies.twist"),
     (lambda: own(random), "repeatable", "random"),
     (lambda: own(not_absent), "null", "with rate = 0.0 it must be exactly absent"),
     (lambda: own(one_axis), "rotation", "isotropic = False"),
