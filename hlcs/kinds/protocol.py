@@ -10,6 +10,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from hlcs.data.experiment_file import Layout
 from hlcs.records import Explanation
 from hlcs.selection.verdict import Selection
 
@@ -42,6 +43,7 @@ class Experiment(Protocol):
     """One experiment file of one kind of measurement."""
 
     kind: str  # its name in experiment files
+    layout: Layout  # what such a file holds
     title: str
     unit: str  # of the error
     measure: str  # of the error, "rms" or "mean relative error"

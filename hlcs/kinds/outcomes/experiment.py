@@ -1,5 +1,6 @@
 """Outcome tables as a kind of measurement: read, compared with the model under test, searched for what it is missing."""
 
+from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.outcome_tables import read_outcomes
 from hlcs.effects import check_names
 from hlcs.estimation.cross_validation import CrossValidation
@@ -16,6 +17,7 @@ class Outcomes:
     """An Experiment (`kinds.protocol`) of an outcome table: one row, one experiment, one number."""
 
     kind, measure = "outcomes", "rms"
+    layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
     advice = "repeat some rows with equal inputs (replicates), or state measurement.noise"
     judge, where = staticmethod(judge_table), staticmethod(where_in_table)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.impacts import differing_from_model, read_impacts
 from hlcs.data.recordings import read_recordings
 from hlcs.effects import check_names
@@ -23,6 +24,7 @@ class Trajectories:
     """An Experiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
 
     kind, measure, unit = "trajectory", "rms", "m"
+    layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
     judge, where, polished = staticmethod(judge), staticmethod(where_it_fails), staticmethod(polished)
 
