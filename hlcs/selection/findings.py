@@ -113,22 +113,22 @@ def _rms(problem, residuals, unit):
 
 def fitted_error(search, fit, unit):
     """RMS residual of a fit on the data it was fitted to."""
-    r, s = fit.linear.projected
+    r, s = fit.linearization.projected
     return _rms(search.problem, search.coloured(r), unit)
 
 
 def held_out_error(search, fit, unit):
     """RMS residual on recordings the numbers were not fitted to; None where nothing can be held out."""
-    if not search.folds.possible:
+    if not search.cross_validation.possible:
         return None
-    return _rms(search.problem, search.coloured(search.folds.residuals(fit)), unit)
+    return _rms(search.problem, search.coloured(search.cross_validation.residuals(fit)), unit)
 
 
 def errors(search, base, final, unit):
     """RMS before and after, on the data that were fitted and on those held out, beside the noise."""
     noise = search.problem.noise.orientation if unit == "rad" else search.problem.noise.position
     fitted = [fitted_error(search, fit, unit) for fit in (base, final)]
-    held_out = [held_out_error(search, fit, unit) for fit in (base, final)] if search.folds.possible else None
+    held_out = [held_out_error(search, fit, unit) for fit in (base, final)] if search.cross_validation.possible else None
     return error_record("rms", unit, noise, fitted, held_out)
 
 
@@ -153,7 +153,7 @@ def problem_findings(search, fits, rounds, alternatives, absent, unit):
         return {
             "fitted": fitted,
             "held_out": held_out,
-            "evidence": None if gain is None else float(gain - search.fee(candidates[name])),
+            "evidence": None if gain is None else float(gain - search.complexity_penalty(candidates[name])),
             "visible_from": _visible(last),
             **_explained(name, same, best, last, effects)._asdict(),
         }
@@ -165,22 +165,22 @@ def problem_findings(search, fits, rounds, alternatives, absent, unit):
 def _explained(name, same, best, last, effects):
     """The Explanation of what became of a candidate."""
     if name in effects:
-        return accepted_reason(best.gain, best.price, best.directions, same)
+        return accepted_reason(best.gain, best.required_gain, best.directions, same)
     if same:
         return rival_reason(same, effects, label=set_label(name, same))
     form = set_of(name)
     better = [other for other in effects if form and set_of(other) == form]
     if best is not None and better:
         return Reason.OTHER_FORM(form=form, better=better[0])
-    if last is not None and last.fit is not None and last.gain > last.price and last.fails:
+    if last is not None and last.fit is not None and last.gain > last.required_gain and last.fails:
         return Reason.SUSPECTED(why=sentences(last.fails))
     if last is None or not last.visible:
         return Reason.INVISIBLE()
-    if best is not None and best.gain > best.price:
+    if best is not None and best.gain > best.required_gain:
         if not best.fails:
             return Reason.EXPLAINED_TOO(at="")
         return Reason.EXPLAINED_BEFORE(why=sentences(best.fails))
-    why = f"chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.price:.1f}"
+    why = f"chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.required_gain:.1f}"
     return Reason.NOT_SEEN(at="", why=why)
 
 
@@ -189,4 +189,4 @@ def _visible(last):
     if last is None or not last.visible or len(last.candidate.free) != 1 or last.candidate.absent is None:
         return ""
     free = last.candidate.free[0]
-    return smallest_visible(free, (np.sqrt(last.price) + 1.28) / last.visible)
+    return smallest_visible(free, (np.sqrt(last.required_gain) + 1.28) / last.visible)
