@@ -43,16 +43,16 @@ class Outcomes:
         return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, self.notes, shown)
 
     def names(self, candidates):
-        return tuple(entry.name for entry in self._candidates(candidates)[0])
+        return tuple(candidate.name for candidate in self._candidates(candidates)[0])
 
     def _candidates(self, names):
         return table_candidates(self.file, self.table, names, self.options.user_effects)
 
     def search(self, candidates):
-        entries, absent = self._candidates(candidates)
+        chosen, absent = self._candidates(candidates)
         cross_validation = CrossValidation(self._prepared.problem.trials, self.file.hold_out)
         cross_validation.few = len(self.table.values) < FEW
-        return select(self, self._prepared, Search(self._prepared.problem, entries, cross_validation, self.options.log), absent)
+        return select(self, self._prepared, Search(self._prepared.problem, chosen, cross_validation, self.options.log), absent)
 
     @staticmethod
     def polished(problem, fit):
