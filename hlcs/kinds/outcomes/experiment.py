@@ -35,7 +35,7 @@ class Outcomes:
         adequacy, table = judge_table(problem, self._prepared.base)
         error = misfit(table["residual"], self.unit, self._prepared.noise.position)
         shown = {
-            "trials": tuple(unit.name for unit in problem.trials),
+            "trials": tuple(group.name for group in problem.trials),
             "channels": (self.table.outcome,),
             "against": tuple(self.table.inputs),
         }
@@ -62,5 +62,5 @@ class Outcomes:
     @staticmethod
     def pictures(problem, before, after):
         """What the figure of a Diagnosis draws."""
-        names = tuple(unit.name for unit in problem.trials)
+        names = tuple(group.name for group in problem.trials)
         return Pictures(before, after, names, "input", next(iter(problem.table.inputs), "row"))

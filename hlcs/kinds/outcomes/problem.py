@@ -65,7 +65,7 @@ PLAUSIBLE = {
 
 
 @dataclass(frozen=True)
-class Unit:
+class RowGroup:
     """What is held out together: rows of one group or block."""
 
     name: str
@@ -90,15 +90,15 @@ class TableProblem(Problem):
         _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
         self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
         self.distinct = {name: values[first] for name, values in table.inputs.items()}
-        self.trials = units(file, table)
-        self.recordings = [self._record(unit) for unit in self.trials]
+        self.trials = row_groups(file, table)
+        self.recordings = [self._record(group) for group in self.trials]
         self.unit = table.outcome.rsplit("_", 1)[1]
         self.predicted, self.difference_steps = {}, {}
 
-    def _record(self, unit):
-        count = len(unit.rows)
+    def _record(self, group):
+        count = len(group.rows)
         whitening = self.noise.whitening(np.zeros(count, int), np.arange(count) * 1.0)
-        return Recording(np.zeros(count, int), unit.rows, np.arange(count) * 1.0, whitening, ())
+        return Recording(np.zeros(count, int), group.rows, np.arange(count) * 1.0, whitening, ())
 
     def initial_guess(self):
         return np.zeros((len(self.trials), 13))
@@ -113,7 +113,7 @@ class TableProblem(Problem):
 
     def residuals(self, model, initial_states):
         difference = self.table.values - self.predict(model)
-        return [difference[unit.rows] for unit in self.trials]
+        return [difference[group.rows] for group in self.trials]
 
     def linearise(self, model, initial_states):
         raw = self.residuals(model, initial_states)
@@ -132,8 +132,8 @@ class TableProblem(Problem):
         return Linearization(raw, r, empty, [np.column_stack(columns) if columns else empty[k] for k, columns in enumerate(s)])
 
 
-def units(file, table):
-    """Groups of rows, or contiguous blocks of the main input where the table has none: tuple of Unit."""
+def row_groups(file, table):
+    """Groups of rows, or contiguous blocks of the main input where the table has none: tuple of RowGroup."""
     names = np.unique(table.groups)
     if not 2 <= len(names) < len(table.values):
         main = next(iter(table.inputs.values())) if table.inputs else np.arange(len(table.values))
@@ -146,7 +146,7 @@ def units(file, table):
         names = np.unique(groups)
     else:
         groups = table.groups
-    return tuple(Unit(str(name), str(name), file.body, file.surroundings, np.flatnonzero(groups == name)) for name in names)
+    return tuple(RowGroup(str(name), str(name), file.body, file.surroundings, np.flatnonzero(groups == name)) for name in names)
 
 
 def table_noise(file, table):
@@ -242,7 +242,7 @@ def prepare_table(file, table, own=()):
 
 def judge_table(problem, fit):
     """Adequacy of a fit (lack of fit by setting, slow misfit along the main input) and the table of observations."""
-    table, rows = problem.table, np.concatenate([unit.rows for unit in problem.trials])
+    table, rows = problem.table, np.concatenate([group.rows for group in problem.trials])
     main = next(iter(table.inputs.values())) if table.inputs else np.zeros(len(table.values))
     order = np.argsort(np.argsort(main[rows], kind="stable"), kind="stable")
     settings = len(np.unique(table.setting))
@@ -253,7 +253,7 @@ def judge_table(problem, fit):
     judged, white = fit_adequacy(problem, fit, partitions)
     raw = np.concatenate(fit.linearization.raw)
     columns = {
-        "trial": np.concatenate([np.full(len(unit.rows), k) for k, unit in enumerate(problem.trials)]),
+        "trial": np.concatenate([np.full(len(group.rows), k) for k, group in enumerate(problem.trials)]),
         "channel": np.zeros(len(rows), int),
         "row": rows + 2,
         "input": main[rows],
