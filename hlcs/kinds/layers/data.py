@@ -140,8 +140,8 @@ def _layer_set(path, name, spacing_x, spacing_y, bottom_slope, campaign, layers)
     sample = Sample(*(np.array([values[column] for values in ordered], dtype=float) for column in ("mean", "cv", "tests")))
     known, triangular = GRIDS.get(name.upper()), name.upper() == "TPG" or name.lower().startswith("tri")
     try:
-        own = known is None or (spacing_x, spacing_y) != (known.spacing_x, known.spacing_y)
-        grid = Grid(name, spacing_x, spacing_y, triangular) if own else known
+        as_known = known is not None and (spacing_x, spacing_y) == (known.spacing_x, known.spacing_y)
+        grid = known if as_known else Grid(name, spacing_x, spacing_y, triangular)
     except InputError as problem:
         raise InputError(f"{path}, row {first_row}: {problem}") from None
     bottom = f"{100 * bottom_slope:g} % slope" if bottom_slope else "flat"

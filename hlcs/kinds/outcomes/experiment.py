@@ -37,7 +37,7 @@ class Outcomes:
         adequacy, table = judge_table(problem, self._prepared.base)
         error = misfit(table["residual"], self.unit, self._prepared.noise.position)
         shown = {
-            "trials": tuple(unit.name for unit in problem.trials),
+            "trials": tuple(group.name for group in problem.trials),
             "channels": (self.table.outcome,),
             "against": tuple(self.table.inputs),
         }
@@ -45,16 +45,16 @@ class Outcomes:
         return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, self.notes, shown)
 
     def names(self, candidates):
-        return tuple(entry.name for entry in self._candidates(candidates)[0])
+        return tuple(candidate.name for candidate in self._candidates(candidates)[0])
 
     def _candidates(self, names):
         return table_candidates(self.file, self.table, names, self.options.user_effects)
 
     def search(self, candidates):
-        entries, absent = self._candidates(candidates)
+        chosen, absent = self._candidates(candidates)
         cross_validation = CrossValidation(self._prepared.problem.trials, self.file.hold_out)
         cross_validation.few = len(self.table.values) < FEW
-        return select(self, self._prepared, Search(self._prepared.problem, entries, cross_validation, self.options.log), absent)
+        return select(self, self._prepared, Search(self._prepared.problem, chosen, cross_validation, self.options.log), absent)
 
     @staticmethod
     def polished(problem, fit):
@@ -64,5 +64,5 @@ class Outcomes:
     @staticmethod
     def pictures(problem, before, after):
         """What the figure of a Diagnosis draws."""
-        names = tuple(unit.name for unit in problem.trials)
+        names = tuple(group.name for group in problem.trials)
         return Pictures(before, after, names, "input", next(iter(problem.table.inputs), "row"))
