@@ -14,13 +14,14 @@ INTERVAL = 0.90  # of coefficients
 # --- for every kind of measurement --------------------------------------------------------------------------------------------
 
 
-def interval(value, error, low, high, unit):
-    """A number of an effect with its interval, inside the bounds that its value has not left."""
+def interval(free, value, error):
+    """A free number with its interval, inside the bounds that its value has not left; an angle has no bounds."""
+    low, high = (-np.inf, np.inf) if free.period is not None else (min(free.low, value), max(free.high, value))
     return {
         "value": float(value),
-        "low": float(max(value - error, min(low, value))),
-        "high": float(min(value + error, max(high, value))),
-        "unit": unit,
+        "low": float(max(value - error, low)),
+        "high": float(min(value + error, high)),
+        "unit": free.unit,
     }
 
 
@@ -77,9 +78,9 @@ def set_label(name, same, set_of=set_of):
     return f" ({form})" if form and any(set_of(other) == form for other in same) else ""
 
 
-def smallest_visible(number, size, unit, null):
-    """The smallest value of a candidate that these data would have shown, in words."""
-    return f"{number} {size:.2g}{'' if unit == '1' else ' ' + unit} from {null:g}"
+def smallest_visible(free, size):
+    """The smallest value of a free number that these data would have shown, in words; size: how far it is from the null value."""
+    return f"{free.name} {size:.2g}{'' if free.unit == '1' else ' ' + free.unit} from {free.null:g}"
 
 
 # --- for fits of problems -----------------------------------------------------------------------------------------------------
@@ -93,8 +94,7 @@ def intervals(fit, inflation):
         numbers = {}
         for free in term.candidate.free:
             error = quantile * np.sqrt(max(inflation, 1.0) * max(fit.covariance[place, place], 0.0))
-            low, high = (-np.inf, np.inf) if free.period is not None else (free.low, free.high)
-            numbers[free.name] = interval(fit.estimate[place], error, low, high, free.unit)
+            numbers[free.name] = interval(free, fit.estimate[place], error)
             place += 1
         found[term.name] = numbers
     return found
@@ -189,4 +189,4 @@ def _visible(last):
     if last is None or not last.visible or len(last.candidate.free) != 1 or last.candidate.absent is None:
         return ""
     free = last.candidate.free[0]
-    return smallest_visible(free.name, (np.sqrt(last.required_gain) + 1.28) / last.visible, free.unit, free.null)
+    return smallest_visible(free, (np.sqrt(last.required_gain) + 1.28) / last.visible)

@@ -55,14 +55,14 @@ class LayerSearch(LayerJudge):
     def sign(self, fit, candidates, pairs):
         """Take the signatures of candidates at a model, by paired simulations where they need them."""
         simulated = [candidate for candidate in candidates if candidate.simulated]
-        models = [fit.model.with_effect(candidate, candidate.trial) for candidate in simulated]
+        models = [fit.model.with_effect(candidate, candidate.number.start) for candidate in simulated]
         tables = coefficients(self.simulator, models, self.sets, self.seeds[:pairs], "signatures") if models else []
         for candidate, runs in zip(simulated, tables, strict=True):
             self.signatures[candidate.key] = least_squares.signature(self.data, fit.runs, runs, candidate.step)
         for candidate in candidates:
             if not candidate.simulated:
                 sets = zip(fit.runs, self.sets, strict=True)
-                runs = [candidate.read(tests, candidate.trial, measured_set) for tests, measured_set in sets]
+                runs = [candidate.read(tests, candidate.number.start, measured_set) for tests, measured_set in sets]
                 slope, _ = least_squares.signature(self.data, fit.runs, runs, candidate.step)
                 self.signatures[candidate.key] = slope, np.zeros(len(slope))
 

@@ -8,6 +8,9 @@ import numpy as np
 from hlcs.data.experiment_file import impossible_density
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import wanted
+from hlcs.effects.body import MassOffset, SizeError
+from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
+from hlcs.effects.numerics import MarginOffset
 from hlcs.estimation.adequacy import adequacy
 from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.least_squares import basis, project_out
@@ -18,26 +21,35 @@ from hlcs.estimation.whitening import whiten
 from hlcs.selection.eligibility import NEEDS, eligible, known_body, stated
 from hlcs.simulation import outcome_motion
 from hlcs.simulation.model import Model
-from minibullet.effects import LoadDependentFriction
-from minibullet.effects.contract import Need, name_of
+from minibullet import effects
+from minibullet.effects.contract import Need
 from minibullet.errors import InputError
 
-FORCES = ("linear_drag", "quadratic_drag", "drag_crisis", "buoyancy", "added_mass", "mass_offset", "size_error")
-SLIDING = (
-    "friction",
-    "stribeck_friction",
-    "viscous_friction",
-    "load_dependent_friction",
-    "linear_drag",
-    "quadratic_drag",
-    "mass_offset",
+FORCES = (
+    effects.LinearDrag,
+    effects.QuadraticDrag,
+    effects.DragCrisis,
+    effects.Buoyancy,
+    effects.AddedMass,
+    MassOffset,
+    SizeError,
 )
-FITTING = {
-    "fall_time_s": (*FORCES, "clock_offset", "time_scale", "length_scale"),
-    "rebound_height_m": (*FORCES, "restitution", "velocity_dependent_restitution", "length_scale"),
-    "stop_distance_m": (*SLIDING, "length_scale"),
-    "slide_time_s": (*SLIDING, "clock_offset", "time_scale", "length_scale"),
-    "rest_height_m": ("size_error", "margin_offset", "length_scale"),
+SLIDING = (
+    effects.Friction,
+    effects.StribeckFriction,
+    effects.ViscousFriction,
+    effects.LoadDependentFriction,
+    effects.LinearDrag,
+    effects.QuadraticDrag,
+    MassOffset,
+)
+CLOCK = (ClockOffset, TimeScale)
+FITTING = {  # what acts on each outcome
+    "fall_time_s": (*FORCES, *CLOCK, LengthScale),
+    "rebound_height_m": (*FORCES, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
+    "stop_distance_m": (*SLIDING, LengthScale),
+    "slide_time_s": (*SLIDING, *CLOCK, LengthScale),
+    "rest_height_m": (SizeError, MarginOffset, LengthScale),
 }
 BLOCKS = 6  # contiguous blocks of the main input, held out alternately, where no groups are given
 
@@ -202,11 +214,11 @@ def table_candidates(file, table, names, own):
     known = known_body(file.body) or ("mass_kg" in table.inputs and "radius_m" in table.inputs)
 
     def obstacle(kind):
-        if kind not in own and name_of(kind) not in FITTING[table.outcome]:
+        if kind not in own and kind not in FITTING[table.outcome]:
             return f"does not act on {table.outcome}"
         if Need.MASS_AND_SIZE in kind.needs and not known:
             return NEEDS[Need.MASS_AND_SIZE][0]
-        if kind is LoadDependentFriction and "mass_kg" not in table.inputs:
+        if kind is effects.LoadDependentFriction and "mass_kg" not in table.inputs:
             return "the load does not vary"
         return None
 
