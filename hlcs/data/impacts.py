@@ -5,7 +5,7 @@ side of a kink meet at the moment of contact and give the velocities there. With
 mu_eff = |P_t|/P_n; for a sphere e = -v_n+/v_n-, because its centre moves along the normal as its lowest point does.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -231,8 +231,3 @@ def impact_lines(impacts, stated):
     return lines + ["  a contact that grips shows a smaller mu_eff than its coefficient of friction"] * any(
         impact.friction is not None for impact in impacts
     )
-
-
-def as_rows(impacts):
-    """The impacts as plain dictionaries."""
-    return [asdict(impact) for impact in impacts]

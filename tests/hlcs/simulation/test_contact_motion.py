@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from boxes import SIZE, write_box
 
-from hlcs.data.experiment_file import Body
+from hlcs.data.experiment_file import Body, Surroundings
+from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import contact_motion
 from hlcs.simulation.contact_motion import faces, flattened, lies_on_a_face
 from minibullet import rotations
@@ -34,3 +35,26 @@ def test_faces_of_a_mesh_on_which_it_can_lie_are_those_of_its_hull(tmp_path):
     np.testing.assert_allclose(flattened(tilted, up, faces(mesh)), flattened(tilted, up), atol=1e-6)
     flat = np.tile(flattened(tilted, up), (12, 1))
     assert lies_on_a_face(mesh, up, flat, 0.001) and not lies_on_a_face(mesh, up, np.tile(tilted, (12, 1)), 0.001)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.1])
+def test_a_box_put_on_a_floor_touches_it_and_keeps_only_its_speed_along_it(angle):
+    """On a floor that leans more than the file says the box turns with it, its gap is the margin."""
+    box = rigid_body(Body(shape="box", size=(0.1, 0.2, 0.04), mass=1.0)).shape
+    nominal = Surroundings(floor_height=0.0)
+    normal = np.array([np.sin(angle), 0.0, np.cos(angle)])
+    actual = Surroundings(floor_height=0.0, floor_normal=tuple(normal))
+    state = np.array([0.3, 0.1, 0.5, 1.0, 2.0, -3.0, 1, 0, 0, 0, 0, 0, 0])
+    assert contact_motion.gap(box, state[:3], state[6:10], nominal) == pytest.approx(0.48)
+    seated = contact_motion.seat(box, state, nominal, actual, 0.001)
+    assert contact_motion.gap(box, seated[:3], seated[6:10], actual) == pytest.approx(0.001, abs=1e-12)
+    assert seated[3:6] @ normal == pytest.approx(0.0, abs=1e-12) and seated[4] == 2.0
+    np.testing.assert_allclose(rotations.rotate(seated[6:10], np.array([0.0, 0.0, 1.0])), normal, atol=1e-12)
+    assert state[2] == 0.5  # the state that was given stays
+
+
+def test_a_body_off_its_centre_of_mass_has_its_vertices_about_that_centre():
+    box = rigid_body(Body(shape="box", size=(0.1, 0.2, 0.04), mass=1.0)).shape
+    moved = contact_motion.off_centre(box, (0.01, 0.0, 0.005))
+    np.testing.assert_allclose(moved.pieces[0].vertices, box.pieces[0].vertices - [0.01, 0.0, 0.005])
+    assert moved.volume == box.volume and contact_motion.off_centre(box, (0.01, 0.0, 0.005)) is moved

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hlcs.simulation.simulator import richardson
+from hlcs.simulation.simulator import partition, richardson
 
 
 def test_two_steps_are_carried_on_to_zero():
@@ -17,3 +17,13 @@ def test_two_steps_are_carried_on_to_zero():
     np.testing.assert_allclose(turn, [[np.cos(0.2), 0.0, 0.0, np.sin(0.2)]], atol=1e-12)
     error = ValueError("no")
     assert richardson(error, answer(0.01)) is error
+
+
+def test_a_batch_is_parted_so_that_each_part_is_held_at_once():
+    """Length times the largest size stays within the limit; what fits together stays together, in its order."""
+    sizes = np.array([5, 1, 4, 1, 3, 1])
+    assert partition(range(6), sizes, 30) == [[0, 1, 2, 3, 4, 5]]
+    parts = partition(range(6), sizes, 8)
+    assert sorted(b for part in parts for b in part) == list(range(6))
+    assert all(len(part) == 1 or len(part) * max(sizes[part]) <= 8 for part in parts)
+    assert [list(sizes[part]) for part in parts] == [[1, 1, 1], [3, 4], [5]]
