@@ -11,7 +11,7 @@ import numpy as np
 
 from hlcs.data import validation
 from hlcs.data.experiment_file import AROUND, Body, ExperimentFile, Surroundings, read_experiment_file
-from hlcs.files.csv_files import MOST_ROWS, read_csv
+from hlcs.files.csv_files import MOST_ROWS, CsvLayout, read_csv
 from minibullet.errors import InputError
 
 COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
@@ -136,7 +136,7 @@ def read_measurement(path):
 
 def read_recording(path):
     """Times (n,), positions (n, 3), orientations (n, 4), NaN where blank or not recorded, and rows (n,) of one recording."""
-    table = read_csv(path, COLUMNS, ["t_s"], blank=COLUMNS[1:])
+    table = read_csv(path, CsvLayout(COLUMNS, ("t_s",), blank=COLUMNS[1:]))
     count, name = len(table.rows), table.name
     if len(table.columns) == 1:
         raise InputError(f"{name}: only times; at least one of {', '.join(COLUMNS[1:])} is needed")
@@ -167,7 +167,7 @@ def read_recording(path):
 
 def read_outcomes(path):
     """An OutcomeTable and notes from a CSV of inputs and one outcome column."""
-    read = read_csv(path, INPUTS + OUTCOMES, words=("group",))
+    read = read_csv(path, CsvLayout(INPUTS + OUTCOMES, words=("group",)))
     columns, rows = read.columns, read.rows
     outcomes = [name for name in columns if name in OUTCOMES]
     if len(outcomes) != 1:

@@ -9,7 +9,7 @@ from math import isfinite, nan
 
 import numpy as np
 
-from hlcs.files.csv_files import read_csv
+from hlcs.files.csv_files import CsvLayout, read_csv
 from hlcs.files.toml_files import TomlFile
 from hlcs.placement.grids import RPG, TPG, WIDEST, Grid
 from hlcs.placement.placement_file import KEYS, checked_table, make_placement
@@ -29,6 +29,7 @@ LIMITS = {  # lowest and highest value, and what the number is
     "tests": (1, 1_000_000, "a whole number of tests"),
 }
 MAY_BE_BLANK = ("spacing_x", "spacing_y", "bottom_slope", "cv", "tests", "campaign")
+LAYOUT = CsvLayout(COLUMNS, ("grid", "layer", "mean"), words=("grid", "campaign"), blank=MAY_BE_BLANK, short=True)
 # settings of the simulations of a unit of Dn = 1 m where the file states none, smaller ones as the root of their size: coarser
 # than those of a single test, which changes no layer coefficient by more than the scatter between seeds; a finer step and more
 # iterations are tried as candidates [s]
@@ -163,7 +164,7 @@ def read_layer_sets(path):
 
 def _rows(path):
     """[(row of the file, checked values)]"""
-    table = read_csv(path, COLUMNS, ("grid", "layer", "mean"), words=("grid", "campaign"), blank=MAY_BE_BLANK, short=True)
+    table = read_csv(path, LAYOUT)
     if not len(table.rows):
         raise InputError(f"{table.name}: has no rows; write one row a layer")
     return [(int(row), _checked(table, index)) for index, row in enumerate(table.rows)]
