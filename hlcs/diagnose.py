@@ -6,7 +6,7 @@ from hlcs.data.experiment_file import read_experiment_file
 from hlcs.effects import own_classes
 from hlcs.kinds import KINDS
 from hlcs.kinds.protocol import Experiment, Options
-from hlcs.records import Diagnosis, Finding, NextExperiment
+from hlcs.records import Diagnosis, NextExperiment, untested
 from hlcs.selection.verdict import Selection
 
 OWN = ("left_out", "next_experiment")  # of a Selection: what a Diagnosis has not
@@ -44,7 +44,7 @@ def diagnosis_of(experiment: Experiment, candidates=None):
         error={"measure": experiment.measure, "unit": experiment.unit, "fitted": None, "held_out": None},
         steps=(),
         adequate={"before": None, "after": None, "statistic": None, "p": None},
-        candidates=tuple(Finding(name, None, None, None, False, (), experiment.unjudged) for name in names),
+        candidates=tuple(untested(name, experiment.unjudged) for name in names),
         where=(),
         next_experiment=NextExperiment(experiment.advice, (), None, {}),
         notes=experiment.notes,

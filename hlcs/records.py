@@ -1,7 +1,8 @@
 """What `compare` and `diagnose` answer: frozen values that print, draw, save and speak JSON."""
 
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from enum import Enum
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -58,6 +59,38 @@ class Comparison(Result):
         return frame
 
 
+class Explanation(NamedTuple):
+    """A reason, for decisions, and the sentence that gives it with its numbers, for reading only."""
+
+    reason: Enum
+    why: str
+
+
+class Sentence(Enum):
+    """Base of reasons: the value of a member is its sentence, with places for numbers and names."""
+
+    def __call__(self, **words):
+        """The Explanation with these numbers and names."""
+        return Explanation(self, self.value.format(**words))
+
+
+class Reason(Sentence):
+    """What became of a candidate; "at" is its family and value, where the kind of measurement says so."""
+
+    ACCEPTED = "accepted{at}: chi2 falls by {gain:.0f} for a price of {price:.0f}{held_out}{same}"
+    NOT_TOLD_APART = "does as well as {others}{at}: not to be told apart here{label}"
+    OTHER_FORM = "of one set ({form}) with {better}, which explains the data better"
+    SUSPECTED = "suspected: {why}"
+    INVISIBLE = "cannot be seen in these data: what it does is absorbed by the unknown start or by what is in the model"
+    EXPLAINED_TOO = "explained the residual too{at}, less well than what was accepted"
+    EXPLAINED_BEFORE = "pointed at the residual before the rest was explained: {why}"
+    NOT_SEEN = "not seen{at}: {why}"
+    NOT_TRIED = "not tried: {why}"
+    NOT_SIMULATED = "could not be simulated: no such placement stands, or it takes too long"
+    NOT_JUDGED = "not judged: the noise is unknown"
+    ON_FEWER_RECORDINGS = "on {count} recordings: {why}"
+
+
 @dataclass(frozen=True)
 class Finding:
     """What became of one candidate."""
@@ -71,6 +104,12 @@ class Finding:
     why: str = ""
     cosines: dict = field(default_factory=dict)
     visible_from: str = ""  # smallest value these data could have shown
+    reason: Reason = field(kw_only=True)  # what `why` says in words; not in the result file
+
+
+def untested(effect, explanation, same_as=()):
+    """The Finding on a candidate without any numbers."""
+    return Finding(effect, None, None, None, False, same_as, explanation.why, reason=explanation.reason)
 
 
 @dataclass(frozen=True)
@@ -115,7 +154,7 @@ class Diagnosis(Result):
         """The result of `diagnose --json` as a dictionary of plain numbers and texts."""
         names = ("kind", "title", "verdict", "effects", "parameters", "ambiguous", "error", "steps", "adequate", "where", "noise")
         following = self.next_experiment and asdict(self.next_experiment)
-        candidates = [asdict(finding) for finding in self.candidates]
+        candidates = [{name: value for name, value in asdict(finding).items() if name != "reason"} for finding in self.candidates]
         numbers = {name: getattr(self, name) for name in (*names, "notes")}
         return plain({"format": 1, **numbers, "candidates": candidates, "next_experiment": following})
 

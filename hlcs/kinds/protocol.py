@@ -10,6 +10,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from hlcs.records import Explanation
 from hlcs.selection.verdict import Selection
 
 
@@ -48,7 +49,7 @@ class Experiment(Protocol):
     noise: dict  # what is known of it, as it is told
     notes: tuple[str, ...]  # what a reader must know of the data
     advice: str  # where the noise is unknown: what to record
-    unjudged: str  # where it is unknown: what is said of every candidate
+    unjudged: Explanation  # where it is unknown: what is said of every candidate
 
     def observe(self) -> Observation:
         """The model under test beside the measurement."""

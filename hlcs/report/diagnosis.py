@@ -4,7 +4,7 @@ import json
 
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
-from hlcs.records import VERDICTS
+from hlcs.records import VERDICTS, Reason
 from hlcs.report.figures import diagnosis_panels
 from hlcs.report.page import as_html, fragment, png
 from hlcs.report.words import note_lines, number, where_lines
@@ -38,7 +38,7 @@ def text(diagnosis):
         )
     if diagnosis.candidates:
         lines += ["", "Candidates", f"  {'effect':30s} {'evidence':>10s} {'fitted':>10s} {'held out':>10s}  why"]
-        for finding in (entry for entry in diagnosis.candidates if not entry.why.startswith("not tried")):
+        for finding in (entry for entry in diagnosis.candidates if entry.reason is not Reason.NOT_TRIED):
             mark = "*" if finding.accepted else " "
             lines.append(
                 f" {mark}{finding.effect:30s} {number(finding.evidence, digits=4):>10s} {number(finding.fitted):>10s} "
@@ -46,8 +46,8 @@ def text(diagnosis):
             )
     untried = {}
     for finding in diagnosis.candidates:
-        if finding.why.startswith("not tried: "):
-            untried.setdefault(finding.why[11:], []).append(finding.effect)
+        if finding.reason is Reason.NOT_TRIED:
+            untried.setdefault(finding.why.removeprefix(Reason.NOT_TRIED(why="").why), []).append(finding.effect)
     lines += [f"  not tried, {why}: {', '.join(names)}" for why, names in sorted(untried.items())]
     visible = [finding for finding in diagnosis.candidates if finding.visible_from and not finding.accepted]
     if diagnosis.verdict == "complete" and visible:

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from hlcs.records import Reason
+
 LABELS = {
     "time": "time [s]",
     "height": "height [m]",
@@ -85,7 +87,7 @@ def ranking_panel(ax, diagnosis, most=10):
     """Evidence of the candidates, on a logarithmic scale where it spans more than a decade; accepted ones in colour."""
     found = [entry for entry in diagnosis.candidates if entry.evidence is not None][:most][::-1]
     values = [max(entry.evidence, 0.5) for entry in found]
-    colours = [AFTER if entry.accepted else BEFORE if entry.why.startswith("suspected") else NOISE for entry in found]
+    colours = [AFTER if entry.accepted else BEFORE if entry.reason is Reason.SUSPECTED else NOISE for entry in found]
     ax.barh(range(len(found)), values, color=colours)
     ax.set_yticks(range(len(found)), [entry.effect for entry in found], fontsize=8)
     if found and max(values) > 10 * min(values):

@@ -7,9 +7,9 @@ from typing import Any
 
 from hlcs.records import Finding, NextExperiment, Pictures
 from hlcs.selection import experiment_design
-from hlcs.selection.competing_models import rivals
-from hlcs.selection.findings import errors, findings, fitted_error, held_out_error, intervals
-from hlcs.selection.search_moves import exchanged, reformed, rerouted, submerged
+from hlcs.selection.competing_models import competing_models
+from hlcs.selection.findings import ambiguous_sets, errors, fitted_error, held_out_error, intervals, problem_findings
+from hlcs.selection.search_moves import exchange_terms, try_other_first_effects, try_other_forms, try_stated_fluid
 
 
 @dataclass(frozen=True)
@@ -50,18 +50,18 @@ def select(experiment, prepared, search, absent, told=lambda problem, fit: (prob
     """
     problem, base, unit = prepared.problem, prepared.base, prepared.problem.unit
     before, table_before = experiment.judge(*told(problem, base))
-    fits, rounds = submerged(search, *rerouted(search, *reformed(search, *search.run(base))))
-    settled = len(fits[-1].model.terms) < 2 and not problem.shots.contact  # else a term may stand where another belongs
+    fits, rounds = try_stated_fluid(search, *try_other_first_effects(search, *try_other_forms(search, *search.run(base))))
+    settled = len(fits[-1].model.terms) < 2 and not problem.simulator.contact  # else a term may stand where another belongs
     if not settled:
-        fits, rounds = exchanged(search, fits, rounds)
+        fits, rounds = exchange_terms(search, fits, rounds)
     final, exact = fits[-1], experiment.polished(problem, fits[-1])  # rivals were, and are, fitted at the step of the search
     judged, best = told(problem, exact)
     after, table_after = experiment.judge(judged, best)
     search.progress("rivals")
-    others = rivals(search, final, 1.0 if after.adequate else max(after.chi2, 1.0))
-    terms = final.model.terms
-    effects = tuple(term.name for term in terms)
-    sets = [tuple([term.name] + sorted(name for name, _, _ in rest)) for term, rest in zip(terms, others, strict=True)]
+    others = competing_models(search, final, 1.0 if after.adequate else max(after.chi2, 1.0))
+    alternatives = {
+        term.name: {name: cosine for name, _, cosine in rest} for term, rest in zip(final.model.terms, others, strict=True)
+    }
     steps = {}
     for fit in [*fits[:-1], exact]:
         names = tuple(term.name for term in fit.model.terms)
@@ -69,8 +69,8 @@ def select(experiment, prepared, search, absent, told=lambda problem, fit: (prob
             held, fitted = held_out_error(search, fit, unit), fitted_error(search, fit, unit)
             steps[names] = {"effects": list(names), "held_out": held, "fitted": fitted}
     return Selection(
-        effects=effects,
-        ambiguous=tuple(members for members in sets if len(members) > 1),
+        effects=tuple(alternatives),
+        ambiguous=ambiguous_sets(alternatives),
         parameters=intervals(best, 1.0 if after.adequate else after.chi2),
         error=errors(search, base, exact, unit),
         steps=tuple(steps.values()),
@@ -83,7 +83,7 @@ def select(experiment, prepared, search, absent, told=lambda problem, fit: (prob
             "speaks": after.worst,
             "chi2_per_freedom": {"before": before.chi2, "after": after.chi2},
         },
-        candidates=findings(search, fits, rounds, others, effects, absent, unit),
+        candidates=problem_findings(search, fits, rounds, alternatives, absent, unit),
         where=experiment.where(judged, table_after),
         model=best.model,
         pictures=experiment.pictures(problem, table_before, table_after),

@@ -1,11 +1,11 @@
 """Outcome tables as a kind of measurement: read, compared with the model under test, searched for what it is missing."""
 
-from hlcs.data.measurement import read_measurement
+from hlcs.data.outcome_tables import read_outcomes
 from hlcs.effects import check_names
-from hlcs.estimation.cross_validation import Folds
+from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.outcomes.problem import judge_table, prepare_table, table_candidates, where_in_table
 from hlcs.kinds.protocol import Observation, misfit
-from hlcs.records import Pictures
+from hlcs.records import Pictures, Reason
 from hlcs.selection.search import Search
 from hlcs.selection.verdict import select
 
@@ -16,17 +16,17 @@ class Outcomes:
     """An Experiment (`kinds.protocol`) of an outcome table: one row, one experiment, one number."""
 
     kind, measure = "outcomes", "rms"
-    unjudged = "not judged: the noise is unknown"
+    unjudged = Reason.NOT_JUDGED()
     advice = "repeat some rows with equal inputs (replicates), or state measurement.noise"
     judge, where = staticmethod(judge_table), staticmethod(where_in_table)
 
     def __init__(self, file, options):
         check_names(file, options.user_effects)
         self.options, self.title = options, file.title
-        measurement = read_measurement(file)
-        self.file, self.table, self.notes = file, measurement.table, measurement.notes
+        self.file, self.table = file, read_outcomes(file)
+        self.notes = self.table.notes
         self.unit = self.table.outcome.rsplit("_", 1)[1]
-        self._prepared = prepare_table(measurement, options.user_effects)
+        self._prepared = prepare_table(file, self.table, options.user_effects)
         self.noise = self._prepared.noise.to_dict()
         self.judgeable = self._prepared.problem is not None
 
@@ -50,9 +50,9 @@ class Outcomes:
 
     def search(self, candidates):
         entries, absent = self._candidates(candidates)
-        folds = Folds(self._prepared.problem.trials, self.file.hold_out)
-        folds.few = len(self.table.values) < FEW
-        return select(self, self._prepared, Search(self._prepared.problem, entries, folds, self.options.log), absent)
+        cross_validation = CrossValidation(self._prepared.problem.trials, self.file.hold_out)
+        cross_validation.few = len(self.table.values) < FEW
+        return select(self, self._prepared, Search(self._prepared.problem, entries, cross_validation, self.options.log), absent)
 
     @staticmethod
     def polished(problem, fit):

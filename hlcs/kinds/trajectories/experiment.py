@@ -2,18 +2,18 @@
 
 from dataclasses import replace
 
-from hlcs.data.impacts import read_impacts, unlike
-from hlcs.data.measurement import read_measurement
+from hlcs.data.impacts import differing_from_model, read_impacts
+from hlcs.data.recordings import read_recordings
 from hlcs.effects import check_names
-from hlcs.estimation.cross_validation import Folds
-from hlcs.estimation.effort import SMOOTH, cut, screened
-from hlcs.estimation.least_squares import CHANNELS
+from hlcs.estimation.budget import SMOOTH_LIMIT, screening_subset
+from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.noise_model import estimate_noise
+from hlcs.estimation.trajectory_problem import CHANNELS
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import polished, prepare, touches
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
-from hlcs.records import Pictures
+from hlcs.records import Pictures, Reason
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.search import Search
 from hlcs.selection.verdict import select
@@ -23,13 +23,13 @@ class Trajectories:
     """An Experiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
 
     kind, measure, unit = "trajectory", "rms", "m"
-    unjudged = "not judged: the noise is unknown"
+    unjudged = Reason.NOT_JUDGED()
     judge, where, polished = staticmethod(judge), staticmethod(where_it_fails), staticmethod(polished)
 
     def __init__(self, file, options):
         check_names(file, options.user_effects)  # a misspelt candidate is the user's to mend, though comparing tries none
         self.options, self.title = options, file.title
-        self.measurement = read_measurement(file)
+        self.measurement = read_recordings(file)
         options.log("fitting the model under test")
         self._noise = estimate_noise(self.measurement)
         self.notes = (*self.measurement.notes, *self._noise.notes)
@@ -78,20 +78,22 @@ class Trajectories:
     def search(self, candidates):
         noise, own = self._noise, self.options.user_effects
         contact, measurement = touches(self.measurement.trials, noise), thinned(self.measurement, noise)
-        few, many, notes = screened(measurement, contact)
+        few, many, notes = screening_subset(measurement, contact)
         prepared = prepare(few, own, noise)
-        if few is not many and not cut(prepared.problem):  # cheaper than feared
-            few, many, notes = screened(measurement, contact, SMOOTH)
+        if few is not many and not prepared.problem.segmented:  # cheaper than feared
+            few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
             prepared = prepare(few, own, noise)
         entries, absent = self._candidates(few, prepared.contact, candidates)
         screening = {trial.name for trial in few.trials}
         seen = replace(self.measurement, trials=tuple(trial for trial in self.measurement.trials if trial.name in screening))
-        impacts = unlike(read_impacts(seen, noise), few.trials[0].surroundings)
+        impacts = differing_from_model(read_impacts(seen, noise), few.trials[0].surroundings)
         told = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
         def searched(prepared, entries, absent):
-            folds = Folds(prepared.problem.trials, measurement.file.hold_out)
-            return select(self, prepared, Search(prepared.problem, entries, folds, self.options.log, impacts), absent, *told)
+            cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
+            return select(
+                self, prepared, Search(prepared.problem, entries, cross_validation, self.options.log, impacts), absent, *told
+            )
 
         found = searched(prepared, entries, absent)
         if few is many:
@@ -100,7 +102,7 @@ class Trajectories:
         kept = {*found.effects, *(name for members in found.ambiguous for name in members)}
         confirmed = searched(prepare(many, own, noise), [entry for entry in entries if entry.name in kept], {})
         others = tuple(
-            replace(finding, why=f"on {len(few.trials)} recordings: {finding.why}")
+            replace(finding, **Reason.ON_FEWER_RECORDINGS(count=len(few.trials), why=finding.why)._asdict())
             for finding in found.candidates
             if finding.effect not in kept
         )

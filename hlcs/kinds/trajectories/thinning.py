@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 
 from hlcs.data.impacts import read_impacts
-from hlcs.estimation.least_squares import Problem
+from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.kinds.trajectories.preparation import polished, without_isolated
-from hlcs.simulation.simulator import Shots
+from hlcs.simulation.simulator import Simulator
 
 MOST_SEARCHED = 10_000  # rows of all recordings: a search then takes some 1 GB and minutes
 BEGINNING = 12  # samples from which a start is read
@@ -20,7 +20,7 @@ AROUND = 6  # samples on each side of an impact: from as many it is read, and on
 
 
 def thinned(measurement, noise):
-    """The Measurement with about MOST_SEARCHED rows at most, and a note that says so; itself where it has no more.
+    """The Recordings with about MOST_SEARCHED rows at most, and a note that says so; itself where it has no more.
 
     Every k-th sample is kept, of all recordings alike, so that they count as much as before beside each other; the first
     BEGINNING samples, and AROUND samples on each side of an impact that the samples show, stay as they are.
@@ -58,15 +58,17 @@ def on_all_rows(measurement):
     found = {}  # problem of a search -> its problem on all rows
 
     def whole(problem, fit):
-        shots, first = problem.shots, problem not in found
+        simulator, first = problem.simulator, problem not in found
         if first:
             trials = [_filled(trial, measurement.trials) for trial in problem.trials]
-            found[problem] = Problem(
-                trials, problem.noise, Shots(fit.model, trials, shots.start_time, shots.contact, shots.step, shots.seated)
+            found[problem] = TrajectoryProblem(
+                trials,
+                problem.noise,
+                Simulator(fit.model, trials, simulator.start_time, simulator.contact, simulator.time_step, simulator.seated),
             )
         full = found[problem]
-        full.shots.pair = shots.pair
-        fit = full.fit(fit.model, fit.starts)
+        full.simulator.extrapolation_steps = simulator.extrapolation_steps
+        fit = full.fit(fit.model, fit.initial_states)
         if first:
             fit, _ = without_isolated(full, fit)
         return full, polished(full, fit)
