@@ -174,7 +174,7 @@ def read_experiment_file(path, allow_outside=False, layouts=LAYOUTS):
         surroundings=surroundings,
         effects=_effect_entries(reader, model),
         noise=_noise(reader, measurement, kind, layout.in_trials),
-        time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1, default=1 / 240),
+        time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1) or 1 / 240,
         static=_path(reader, measurement, "static", "measurement"),
         data_file=_path(reader, measurement, "file", "measurement"),
         candidates=_candidates(reader, diagnose),
@@ -282,7 +282,7 @@ def _surroundings(reader, table, section, base, index=None):
         length = float(np.linalg.norm(normal))
         if not length > 0:
             reader.fail("normal", "has zero length; give a direction such as [0, 0, 1]", f"{section}.floor", index)
-        changes["floor_height"] = reader.number(floor, "height", f"{section}.floor", default=0.0, index=index)
+        changes["floor_height"] = reader.number(floor, "height", f"{section}.floor", index=index) or 0.0
         changes["floor_normal"] = tuple(component / length for component in normal)
     return replace(base, **changes)
 

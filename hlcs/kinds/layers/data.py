@@ -10,7 +10,7 @@ from math import isfinite, nan
 import numpy as np
 
 from hlcs.data.experiment_file import SECTIONS, ExperimentFile
-from hlcs.files.csv_files import read_csv
+from hlcs.files.csv_files import CsvLayout, read_csv
 from hlcs.files.toml_files import TomlFile
 from hlcs.placement.grids import RPG, TPG, WIDEST, Grid
 from hlcs.placement.placement_file import KEYS, checked_table, make_placement
@@ -32,6 +32,7 @@ LIMITS = {  # lowest and highest value, and what the number is
 PLACED = COLUMNS[:4] + ("campaign",)  # rows that agree in these are the layers of one set
 GRIDS = {"TPG": TPG, "RPG": RPG}
 MAY_BE_BLANK = ("spacing_x", "spacing_y", "bottom_slope", "cv", "tests", "campaign")
+LAYOUT = CsvLayout(COLUMNS, ("grid", "layer", "mean"), words=("grid", "campaign"), blank=MAY_BE_BLANK, short=True)
 NOT_USED = ("grid", "bottom", "seed")  # of [placement]: they come with a measured set and the command
 # settings of the simulations of a unit of Dn = 1 m where the file states none, smaller ones as the root of their size: coarser
 # than those of a single test, which changes no layer coefficient by more than the scatter between seeds; a finer step and more
@@ -107,7 +108,7 @@ def read_layers(file):
 
 def read_layer_sets(path):
     """The LayerSets of a CSV, in the order of their first rows, with names that tell them apart."""
-    table = read_csv(path, COLUMNS, ("grid", "layer", "mean"), words=("grid", "campaign"), blank=MAY_BE_BLANK, short=True)
+    table = read_csv(path, LAYOUT)
     if not len(table.rows):
         raise InputError(f"{table.name}: has no rows; write one row a layer")
     placed = {}  # what places a set -> {layer: (row of the file, its values)}
