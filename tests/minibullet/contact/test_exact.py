@@ -9,8 +9,9 @@ import pytest
 import scipy.sparse as sparse
 from small_scenes import compress
 
+from minibullet.contact.block_rows import BlockProblem
 from minibullet.contact.coulomb import project_cone
-from minibullet.contact.exact import solve_contacts, solve_rows
+from minibullet.contact.exact import solve_blocks, solve_contacts
 from minibullet.errors import InputError
 
 # the makers live beside this file, in a script that is run by its path
@@ -30,7 +31,7 @@ def residual(W, q, mu, r):
     for c in range(len(mu)):
         n = slice(3 * c, 3 * c + 3)
         y = r[n] - u[n] - (mu[c] * np.hypot(*u[n][1:]), 0.0, 0.0)
-        error += np.sum((r[n] - project_cone(*y, mu[c])) ** 2)
+        error += np.sum((r[n] - project_cone(y, mu[c])) ** 2)
     return np.sqrt(error) / max(np.linalg.norm(q), np.linalg.norm(r), np.linalg.norm(u))
 
 
@@ -120,7 +121,7 @@ def test_warm_start_at_the_solution_costs_nothing():
     again = solve_contacts(W, q, mu, impulse=first.impulse)
     assert again.iterations == 0
     assert again.impulse == pytest.approx(first.impulse, rel=1e-14)
-    lean = solve_rows(compress(W), q, mu, np.zeros_like(q), TOLERANCE)
+    lean = solve_blocks(BlockProblem(*compress(W), q, mu), np.zeros_like(q), TOLERANCE)
     assert np.array_equal(lean[0], first.impulse)
 
 
@@ -158,10 +159,10 @@ def test_a_problem_without_solution_ends_with_its_residual():
 def test_effort_is_bounded_and_what_was_reached_is_told():
     """A jammed heap with three Newton steps allowed: an impulse inside its cones comes back with its true residual."""
     W, q, mu = contact_problems.rubble(np.random.default_rng(10), 30, mu=1.0)
-    impulse, reached, used, _ = solve_rows(compress(W), q, mu, np.zeros_like(q), TOLERANCE, effort=(3, 10**9))
+    impulse, reached, used, _ = solve_blocks(BlockProblem(*compress(W), q, mu), np.zeros_like(q), TOLERANCE, effort=(3, 10**9))
     assert reached > TOLERANCE and used <= 200 + 6
     assert residual(W, q, mu, impulse) == pytest.approx(reached, rel=1e-6)
-    few = solve_rows(compress(W), q, mu, np.zeros_like(q), TOLERANCE, effort=(10_000, 10**5))
+    few = solve_blocks(BlockProblem(*compress(W), q, mu), np.zeros_like(q), TOLERANCE, effort=(10_000, 10**5))
     assert few[2] < 240
 
 
