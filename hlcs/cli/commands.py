@@ -1,13 +1,13 @@
 """The command `hlcs`: thin wrappers round the package's functions. Work and words live elsewhere.
 
-Exit statuses are the business of `hlcs.cli.net`. A verdict is a result: 0.
+Exit statuses are the business of `hlcs.cli.error_handling`. A verdict is a result: 0.
 """
 
 from contextlib import nullcontext
 
 import click
 
-from hlcs.cli import net
+from hlcs.cli import error_handling
 from hlcs.cli.options import (
     SEED,
     allow_outside_option,
@@ -57,7 +57,7 @@ def place(file, allow_outside, out, json_file, quiet, **settings):
 
     TEST.toml has a table [placement] with the names below, such as falling_distance = 0.25. Options win over it.
     """
-    from hlcs.placement.settings_file import make_placement, read_placement_file
+    from hlcs.placement.placement_file import make_placement, read_placement_file
 
     test = read_placement_file(file, allow_outside=allow_outside, **settings) if file else make_placement(settings)
     _place(test, out, json_file, quiet)
@@ -65,14 +65,14 @@ def place(file, allow_outside, out, json_file, quiet, **settings):
 
 def _place(test, out, json_file, quiet):
     """Run a test, print it beside the laboratory's, write its files."""
-    from hlcs.placement import comparison, saved_results
+    from hlcs.placement import comparison, report
 
     measured = comparison.laboratory_for(test)
     with folders.result_folder(out) if out else nullcontext() as folder:
         with progress_bar("layers", test.layers, quiet) as bar:
             result = test.run(progress=lambda layer: bar.update())
         if folder:
-            saved_results.write_placement(result, folder)
+            report.write(result, folder)
     text = result.summary()
     if measured is not None:
         text += f"\n\n{comparison.compare_layers(result, measured)}"
@@ -110,7 +110,7 @@ def reproduce(table, repeats, workers, seed, out, json_file, quiet, **settings):
                 documents[name], text = reproduce_files.run(name, plan, folder, None if quiet else bar.start)
             texts.append(text + "\n")
             if not quiet and not out:  # shown at once where a broken terminal takes no files with it
-                net.say(texts.pop())
+                error_handling.say(texts.pop())
     publish(documents if table == "all" else documents[table], "\n".join(texts), json_file, out, quiet)
 
 
@@ -181,11 +181,11 @@ def sweep(file, store, workers, allow_outside, dask, out, json_file, quiet):
     SWEEP.toml has [placement] with what all runs share, as in `hlcs place`, and [sweep] with lists, such as
     friction = [0.3, 0.6] and seed = [1, 2, 3].
     """
-    from hlcs.placement import sweep as sweeps
+    from hlcs.placement import parameter_sweep as sweeps
 
     plan = sweeps.read_sweep_file(file, allow_outside)
     sweeps.check_store(store)  # before it is said that anything is kept there
-    net.keep(f"finished runs are kept in {store}: the same command goes on from there")
+    error_handling.keep(f"finished runs are kept in {store}: the same command goes on from there")
     with folders.result_folder(out) if out else nullcontext() as folder:
         with progress_bar("runs", None, quiet) as bar:
             outcome = sweeps.run_sweep(plan, store, workers, dask, bar.start)
@@ -240,7 +240,7 @@ def mystery_copy(name, out, quiet):
 
     file = mysteries.copy(name, out or name)
     if not quiet:
-        net.say(f"now: hlcs diagnose {file}")
+        error_handling.say(f"now: hlcs diagnose {file}")
 
 
 @mystery.command("reveal")
@@ -262,4 +262,4 @@ def run(arguments=None):
 
 def main(arguments=None):
     """Run the command under the net; returns the exit status."""
-    return net.under(lambda: run(arguments))
+    return error_handling.under(lambda: run(arguments))

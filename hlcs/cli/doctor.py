@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 import minibullet as mb
-from hlcs.files import folders
+from hlcs.files.versions import versions
 from hlcs.placement.grids import TPG
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.units import Cubipod
@@ -36,7 +36,7 @@ def examine():
     checks = [_timed(check) for check in (collision, free_fall, friction, rest, placement)]
     return {
         "format": 1,
-        "versions": folders.versions(),
+        "versions": versions(),
         "extras": missing,
         "checks": [check._asdict() for check in checks],
         "passed": all(check.passed for check in checks),

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from hlcs.cli import net
+from hlcs.cli import error_handling
 from hlcs.files import folders
 from hlcs.placement.procedure import PlacementTest
 from hlcs.processes import interrupts
@@ -204,14 +204,14 @@ def publish(document, text, json_file, out, quiet):
     json_file: name of a file, a stream, or None; out: the folder that was written, or None.
     """
     if out:
-        net.keep(f"{out} is written")
+        error_handling.keep(f"{out} is written")
     try:
         if hasattr(json_file, "write"):  # in ASCII: the same on every terminal, and nothing in it steers one
-            net.say(json.dumps(json.loads(folders.to_json(document)), indent=1).replace("\x7f", "\\u007f"), json_file)
+            error_handling.say(json.dumps(json.loads(folders.to_json(document)), indent=1).replace("\x7f", "\\u007f"), json_file)
         elif json_file:
             folders.write_json(json_file, document)
-            net.keep(f"{json_file} is written")
+            error_handling.keep(f"{json_file} is written")
     finally:
         words = text + (f"\n\nwritten to {out}" if out else "")
         if words and not quiet:
-            net.say(words)
+            error_handling.say(words)

@@ -6,7 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hlcs.data.experiment_file import Body
+from hlcs.placement.units import Cubipod
 from minibullet import rotations
+from minibullet.shapes import primitives
 from minibullet.shapes.mesh_files import mesh_file
 
 
@@ -35,15 +37,11 @@ def solid(body: Body) -> Solid:
     A mesh keeps its axes; its centre of mass is the body's centre, wherever the file has its origin. Moments that were stated
     belong to the axes in which the shape's own tensor is diagonal: those of the body, else, smallest first, the principal ones.
     """
-    from minibullet.shapes import primitives
-
     if body.shape == "sphere":
         shape = primitives.Sphere(body.radius or 0.05)
     elif body.shape == "box":
         shape = primitives.Box(*(body.size or (0.1, 0.1, 0.1)))
     elif body.shape == "cubipod":
-        from hlcs.placement.units import Cubipod
-
         shape = Cubipod(body.side or 1.0).pieces
     else:
         shape = body.form or mesh_file(body.mesh)

@@ -40,6 +40,16 @@ class Noise:
         """Correlation of neighbouring samples of a position [-]."""
         return self.positions.rho * (1 - self.positions.white) if self.positions else 0.0
 
+    def to_dict(self):
+        """What is told of it in results."""
+        return {
+            "position": self.position,
+            "orientation": self.orientation,
+            "rho": self.rho,
+            "source": self.source,
+            "flexible": self.hint,
+        }
+
     def chain(self, channel, times):
         """How observations of one recording hang together: channel 0-2 position, 3-5 rotation, sorted by channel and time."""
         sigma = np.where(channel < 3, self.position or 1.0, self.orientation or 1.0)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 import minibullet as mb
-from hlcs.placement import bottoms, one_layer, plates, validation
+from hlcs.placement import layer_placement, plate_readings, sea_bottom, validation
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.placement_result import PlacementResult
 from hlcs.placement.units import CONCRETE, UNITS
@@ -105,7 +105,7 @@ class PlacementTest:
     def __post_init__(self):
         object.__setattr__(self, "grid", Grid.parse(self.grid))
         if isinstance(self.bottom, str):
-            object.__setattr__(self, "bottom", bottoms.parse_bottom(self.bottom))
+            object.__setattr__(self, "bottom", sea_bottom.parse_bottom(self.bottom))
         object.__setattr__(self, "effects", tuple(self.effects))
         for field in fields(self):
             _check(field.name, getattr(self, field.name), type(field.default))
@@ -114,7 +114,7 @@ class PlacementTest:
                 f"placement: layers = {self.layers} with {self.rows} rows and {self.columns} columns; every layer has one row "
                 f"and one column less, so at most {min(self.rows, self.columns)} layers"
             )
-        if self.bottom_roughness and isinstance(self.bottom, bottoms.Survey):
+        if self.bottom_roughness and isinstance(self.bottom, sea_bottom.Survey):
             raise InputError("placement: bottom_roughness on a surveyed bottom; its roughness stands in the survey")
         _ = self.settings  # checked now, not after minutes
         validation.tell_unlikely(self)
@@ -147,14 +147,14 @@ class PlacementTest:
         dn, last = self.unit.nominal_diameter, np.array([self.columns + 1, self.rows + 1])
         half = 0.5 * last * (self.grid.spacing_x, self.grid.spacing_y)
         generator = np.random.default_rng([self.seed, 0])  # a stream of its own: other draws are the same with and without
-        return bottoms.roughened(self.bottom, self.bottom_roughness * dn, ROUGHNESS_LENGTH * dn, half * dn, generator)
+        return sea_bottom.roughened(self.bottom, self.bottom_roughness * dn, ROUGHNESS_LENGTH * dn, half * dn, generator)
 
     def run(self, progress=None):
         """Place and measure all layers; ``progress(layer)`` is called after each. Returns a PlacementResult."""
         started = time.perf_counter()
         validation.check_effort(self)
         unit, dn, bed = self.unit, self.unit.nominal_diameter, self.bed
-        load = one_layer.load_of(unit, self)
+        load = layer_placement.load_of(unit, self)
         generator = np.random.default_rng(self.seed)
         world = mb.World([mb.Gravity(9.81), *self.effects], self.settings)
         bed.add_to(world)
@@ -162,43 +162,43 @@ class PlacementTest:
         records, readings, aimed, loose = [], [], [], []
         for layer in range(1, self.layers + 1):
             centres = self.grid.centres(self.rows, self.columns, layer) * dn + shift
-            aims = one_layer.missed(self, centres, layer)
+            aims = layer_placement.missed(self, centres, layer)
             lifts, pushed = [], 0.0
             if layer == 1:
-                handles = one_layer.lay_first_layer(world, unit, load, aims, bed, self, generator)
-                pushed = _farthest(handles, one_layer.first_places(unit, aims, bed, self))
-                record = one_layer.settle_layer(world, layer, handles, bed, level, dn, self.settle_time)
+                handles = layer_placement.lay_first_layer(world, unit, load, aims, bed, self, generator)
+                pushed = _farthest(handles, layer_placement.first_places(unit, aims, bed, self))
+                record = layer_placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time)
             else:
                 handles, record = [], None
-                rows = one_layer.rows_of(aims, centres) if self.sequential_placement else ()
+                rows = layer_placement.rows_of(aims, centres) if self.sequential_placement else ()
                 for row in rows or (aims,):  # a layer may have lost all its units
-                    ground = -bottoms.height_above(bed, np.insert(row, 2, 0.0, axis=1))
+                    ground = -sea_bottom.height_above(bed, np.insert(row, 2, 0.0, axis=1))
                     lowest = ground + envelope + self.falling_distance * dn
-                    hung, lifted = one_layer.hang_layer(world, layer, load, row, lowest, generator, len(handles))
+                    hung, lifted = layer_placement.hang_layer(world, layer, load, row, lowest, generator, len(handles))
                     handles, lifts = handles + hung, [*lifts, *lifted]
-                    record = one_layer.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
+                    record = layer_placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
             loose = [*loose, *handles] if self.loose_lower_layers else handles
             if self.vibration:
-                one_layer.shake(world, loose, self.vibration, dn)
-                record = one_layer.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
+                layer_placement.shake(world, loose, self.vibration, dn)
+                record = layer_placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
             if not self.loose_lower_layers:
                 world.freeze(handles)
             records.append(record.started(lifts, pushed))
             aimed.append(aims)
             if self.reference == "layer":
-                shift = shift + one_layer.reference_shift(record, aims)
+                shift = shift + layer_placement.reference_shift(record, aims)
             readings.append(
-                plates.read_plates(
+                plate_readings.read_plates(
                     [one.handles for one in records],
                     record.standing,
                     bed,
-                    plates.plate_centres(centres, dn, self.plates),
+                    plate_readings.plate_centres(centres, dn, self.plates),
                     dn,
                     self.settings,
                 )
             )
             envelope = _envelope(readings[-1].heights, record.standing, bed, envelope)
-            level = one_layer.level_of(_heights(handles, bed), level, dn)
+            level = layer_placement.level_of(_heights(handles, bed), level, dn)
             if progress is not None:
                 progress(layer)
         return PlacementResult(
@@ -225,7 +225,7 @@ def _check(name, value, kind):
             raise InputError(f"placement: {name} = {shown_value(value)}; it must be {rule}{most}")
     elif name == "bottom" and not hasattr(value, "add_to"):
         raise InputError(
-            f'placement: bottom = {value!r}; it must be text such as "slope:0.04", or a bottom of hlcs.placement.bottoms'
+            f'placement: bottom = {value!r}; it must be text such as "slope:0.04", or a bottom of hlcs.placement.sea_bottom'
         )
     elif kind is bool and not isinstance(value, bool):
         raise InputError(f"placement: {name} = {value!r}; it must be true or false")
@@ -242,13 +242,13 @@ def _envelope(readings, standing, bottom, below):
         return float(np.nanmean(readings))
     if not standing:
         return below
-    tops = [(*handle.position[:2], plates.top(handle)) for handle in standing]
-    return float(bottoms.height_above(bottom, tops).mean())
+    tops = [(*handle.position[:2], plate_readings.top(handle)) for handle in standing]
+    return float(sea_bottom.height_above(bottom, tops).mean())
 
 
 def _heights(handles, bottom):
     """Heights of the centres of units above the bottom [m], (n,)."""
-    return bottoms.height_above(bottom, np.reshape([handle.position for handle in handles], (-1, 3)))
+    return sea_bottom.height_above(bottom, np.reshape([handle.position for handle in handles], (-1, 3)))
 
 
 def _farthest(handles, places):

@@ -62,10 +62,10 @@ def promising(search, fit, index, place, needed):
     entries = [
         entry
         for entry in search.candidates
-        if entry.name not in fit.model.names and not search.same_form(entry.name, without.model.terms)
+        if entry.name not in fit.model.names and not search.same_form(entry, without.model.terms)
     ]
     if search.budget.rivals_over("rivals that are not another form of an accepted law"):
-        entries = [entry for entry in entries if search.same_form(entry.name, (term,)) or entry.name in place.fits]
+        entries = [entry for entry in entries if search.same_form(entry, (term,)) or entry.name in place.fits]
     unseen = [entry for entry in entries if entry.name not in place.looks]
     work = [partial(search.screen, without, entry) for entry in unseen]
     if search.problem.shots.contact:
@@ -83,7 +83,7 @@ def promising(search, fit, index, place, needed):
         gain = max(inference.least_squares(s, r).gain, without.chi2 - known.chi2 if known is not None else 0.0)
         gain -= search.fee(entry)
         alike = here is not None and here[0] > ALIKE
-        if gain >= needed or alike or search.same_form(entry.name, (term,)) or entry.name in place.fits:
+        if gain >= needed or alike or search.same_form(entry, (term,)) or entry.name in place.fits:
             found.append((entry.name not in place.fits, -gain, entry, here[1] if alike else None))
     return [(entry, numbers) for _, _, entry, numbers in sorted(found, key=lambda one: one[:2])]
 
@@ -123,7 +123,7 @@ def rivals(search, fit, inflation):
                 continue
             close = mine - gain <= RIVAL_MARGIN * inflation and gain > 0
             cosine = inference.cosine(own_columns(fit, index), own_columns(other, -1))
-            if search.same_form(entry.name, (term,)) and inflation > 1 and cosine > 0.9 and gain > 0.5 * mine:
+            if search.same_form(entry, (term,)) and inflation > 1 and cosine > 0.9 and gain > 0.5 * mine:
                 close = True  # a form is not decided by differences smaller than what stays unexplained
             if inflation > 1 and not holds_out(search, without, other):
                 continue
@@ -139,7 +139,7 @@ def other_forms(search, fit, index, inflation):
     """Rivals of a term that another one acts through: other forms of the same law, each put straight in its place."""
     term, keep = fit.model.terms[index], []
     for entry in search.candidates:
-        if entry.name in fit.model.names or not search.same_form(entry.name, (term,)):
+        if entry.name in fit.model.names or not search.same_form(entry, (term,)):
             continue
         search.progress(f"rival {entry.name}")
         rest = fit.model.without(index)

@@ -29,7 +29,7 @@ def hidden_pair(search, fit, trials):
         and trial.gain > 2 * trial.price * max(trial.fit.chi2 / trial.fit.freedom, 1.0)
         and not search.out_of_bounds(trial.fit)
         and not search.contradicts(trial.fit)
-        and not search.same_form(trial.candidate.name, fit.model.terms)
+        and not search.same_form(trial.candidate, fit.model.terms)
     ]
     if not pointing:
         return []
@@ -58,7 +58,7 @@ def hidden_pair(search, fit, trials):
         seconds = [
             trial
             for trial in search.round(first.fit).values()
-            if trial.fit is not None and not trial.fails and not search.same_form(trial.candidate.name, first.fit.model.terms)
+            if trial.fit is not None and not trial.fails and not search.same_form(trial.candidate, first.fit.model.terms)
         ]
         if not seconds:
             continue
@@ -75,12 +75,12 @@ def pairs(search, fit, trials):
     seen = [
         (trial, inference.project_out(q_now, np.concatenate(trial.signature)))
         for trial in trials.values()
-        if trial.visible and trial.linear_gain > 0.5 * trial.price and not search.same_form(trial.candidate.name, fit.model.terms)
+        if trial.visible and trial.linear_gain > 0.5 * trial.price and not search.same_form(trial.candidate, fit.model.terms)
     ]
     found = []
     for place, (first, s) in enumerate(seen):
         for second, t in seen[:place]:
-            if search.same_form(first.candidate.name, (Term(second.candidate, ()),)):
+            if search.same_form(first.candidate, (Term(second.candidate, ()),)):
                 continue
             gain = inference.least_squares(np.hstack([s, t]), r).gain
             extra = gain - max(first.linear_gain, second.linear_gain)

@@ -6,7 +6,7 @@ import numpy as np
 
 from hlcs.estimation import inference
 from hlcs.estimation.linearization import Linear, chosen
-from hlcs.selection.eligibility import blocked
+from hlcs.selection.eligibility import lacks_drag
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
 
@@ -37,7 +37,7 @@ class Screening:
 
     def looks(self, fit, entry, keep=True):
         """[(values at which it is absent, its projected signature there)] of a candidate, or None where it cannot join."""
-        if blocked(entry, fit.model):
+        if lacks_drag(entry.kind, fit.model):
             return None
         if not keep or entry.name not in self.kept:
             views = entry.views or (None,)

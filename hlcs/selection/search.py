@@ -11,7 +11,6 @@ from functools import partial
 import numpy as np
 from scipy import stats
 
-from hlcs.effects import FORMS, SETS, STATED
 from hlcs.estimation import inference
 from hlcs.estimation.cross_validation import Folds
 from hlcs.estimation.effort import Budget, cut
@@ -19,6 +18,7 @@ from hlcs.estimation.least_squares import Problem
 from hlcs.estimation.linearization import Try
 from hlcs.selection.eligibility import carries
 from hlcs.selection.pairs import hidden_pair
+from hlcs.selection.reasons import Rule
 from hlcs.selection.screening import Screening
 from hlcs.simulation.model import Term
 
@@ -65,7 +65,7 @@ class Search(Screening):
     def judge(self, before, entry, fit, trial):
         """Fill in the held-out figures of a refitted candidate against the fit without it."""
         if not np.isfinite(fit.chi2):
-            trial.fails.append("the model leaves the finite numbers")
+            trial.fails.append(Rule.FINITE())
             return
         trial.fit, trial.gain = fit, before.chi2 - fit.chi2
         if not self.folds.possible:
@@ -108,37 +108,36 @@ class Search(Screening):
                 trial.fails += self.broken(trial)
 
     def broken(self, trial):
-        """Sentences on the rules that a judged candidate breaks; its `holm` counts those it was chosen among."""
+        """Explanations of the rules that a judged candidate breaks; its `holm` counts those it was chosen among."""
         rest = max(trial.fit.chi2 / trial.fit.freedom, 1.0)  # what stays unexplained counts as noise
         if trial.gain <= trial.price * rest:
-            return [f"its gain of {trial.gain:.1f} does not pay its price of {trial.price * rest:.1f}"]
+            return [Rule.PRICE(gain=trial.gain, price=trial.price * rest)]
         found = []
         if self.folds.possible:
             if self.folds.few and min(trial.directions) <= 0.02:
                 changes = " and ".join(f"{-100 * fall:+.0f} %" for fall in trial.directions)
-                found.append(f"held-out error changes by {changes} in the two directions; a fall above 2 % in each is needed")
+                found.append(Rule.BOTH_DIRECTIONS(changes=changes))
             elif not self.folds.few and trial.holm >= 0.05:
-                found.append(f"no better on recordings it was not fitted to (p = {trial.holm:.2g} after Holm)")
+                found.append(Rule.NO_CHANCE(p=trial.holm))
             elif trial.falls <= 0.02 and trial.falls_sigma <= 0.1:
-                found.append(f"held-out error falls by {100 * trial.falls:.1f} % only")
+                found.append(Rule.HELD_OUT_ERROR(percent=100 * trial.falls))
         found += self.out_of_bounds(trial.fit)
         if self.contradicts(trial.fit):
-            density = trial.fit.model.terms[-1].numbers["fluid_density"]
-            found.append(f"a fluid of {density:.3g} kg/m3 is not the one the file states")
+            found.append(Rule.STATED_FLUID(density=trial.fit.model.terms[-1].numbers["fluid_density"]))
         return found
 
     def out_of_bounds(self, fit, index=-1):
-        """Sentences about numbers of a term, the newest or another, that lie at a bound or are not plausible."""
+        """Explanations about numbers of a term, the newest or another, that lie at a bound or are not plausible."""
         term, found = fit.model.terms[index], []
         for free, at_bound in zip(term.candidate.free, fit.bounds_of(index), strict=True):
             if at_bound:
-                found.append(f"{free.name} = {term.numbers[free.name]:.3g} lies at the bound of what is plausible")
+                found.append(Rule.INSIDE_BOUNDS(name=free.name, value=term.numbers[free.name]))
         relative = getattr(term.candidate.kind, "relative_bound", None)
         if relative:
             low, high = self.problem.shots.range
             size = sum(abs(value) for value in term.numbers.values())
             if size > 2 * relative * (high - low):
-                found.append(f"a correction of {size:.2g} m is not plausible")
+                found.append(Rule.PLAUSIBLE_SIZE(size=size))
         return found
 
     # --- rounds ---------------------------------------------------------------------------------------------------------------
@@ -247,7 +246,7 @@ class Search(Screening):
             allowed = [
                 trial
                 for trial in trials.values()
-                if trial.fit is not None and not trial.fails and not self.same_form(trial.candidate.name, terms)
+                if trial.fit is not None and not trial.fails and not self.same_form(trial.candidate, terms)
             ]
             if len(terms) >= MOST_TERMS:
                 break
@@ -294,7 +293,7 @@ class Search(Screening):
             near,
             key=lambda trial: (
                 not (dry and trial.candidate.group == "fluid"),
-                trial.candidate.kind in STATED,
+                trial.candidate.kind.replaces,
                 round(trial.gain - trial.price, 6),
                 trial.candidate.name,
             ),
@@ -321,13 +320,14 @@ class Search(Screening):
         forms = [
             trial
             for trial in allowed
-            if self.same_form(trial.candidate.name, (best.fit.model.terms[-1],)) and trial.gain > 0.5 * best.gain
+            if self.same_form(trial.candidate, best.fit.model.terms[-1:]) and trial.gain > 0.5 * best.gain
         ]
         return min(forms, key=lambda trial: (len(trial.candidate.free), -trial.gain), default=best)
 
     @staticmethod
-    def same_form(name, terms):
-        return any(name in SETS[label] and any(term.name in SETS[label] for term in terms) for label in FORMS)
+    def same_form(entry, terms):
+        """Is a candidate another form of a law that one of the terms is a form of?"""
+        return bool(entry.kind.form_of) and any(term.candidate.kind.form_of == entry.kind.form_of for term in terms)
 
     def prune(self, fit, newest=1):
         """The fit without the first term whose removal costs less than its price, or that what came later drove beyond what is

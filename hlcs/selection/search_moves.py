@@ -36,7 +36,7 @@ def reformed(search, fits, rounds):
     best, least = None, cost(search, first) - RIVAL_MARGIN
     for index, term in enumerate(first.model.terms):
         for entry in search.candidates:
-            if entry.name == term.name or not search.same_form(entry.name, (term,)):
+            if entry.name == term.name or not search.same_form(entry, (term,)):
                 continue
             search.progress(f"{entry.name} in place of {term.name}")
             rest = first.model.without(index)
@@ -102,7 +102,7 @@ def pairs_below(search, firsts, least):
         entries = [
             entry
             for entry in search.candidates
-            if entry.name not in first.model.names and not search.same_form(entry.name, first.model.terms)
+            if entry.name not in first.model.names and not search.same_form(entry, first.model.terms)
         ]
         seen = search.problem.at_once([partial(search.screen, first, entry) for entry in entries])
         for entry, signature in zip(entries, seen, strict=True):
@@ -141,7 +141,7 @@ def other_firsts(search, base, trials, last):
         if trial.fit is not None
         and trial.gain > PART * most
         and trial.candidate.name != accepted[0].name
-        and not search.same_form(trial.candidate.name, accepted)
+        and not search.same_form(trial.candidate, accepted)
     ]
     strong.sort(key=lambda trial: (trial.price - trial.gain, trial.candidate.name))
     found = [last] if len(last.model.terms) == 1 else []
@@ -223,7 +223,7 @@ def swapped(search, fit):
                     gain > 2.0
                     and not search.out_of_bounds(other)
                     and not search.contradicts(other)
-                    and (not search.same_form(entry.name, (term,)))
+                    and (not search.same_form(entry, (term,)))
                     and holds_out(search, without, other)
                     and (better is None or gain > better[0])
                 ):

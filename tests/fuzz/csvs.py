@@ -15,7 +15,7 @@ from pathlib import Path
 from hlcs.data.measurement import read_measurement
 from hlcs.files.csv_files import MOST_BYTES
 from hlcs.kinds.layers.data import read_layer_sets
-from hlcs.placement.bottoms import Survey
+from hlcs.placement.sea_bottom import Survey
 from minibullet.errors import InputError
 
 SECONDS = 10  # beyond which a file hangs

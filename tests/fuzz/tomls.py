@@ -294,8 +294,8 @@ def read(kind, path):
     from hlcs.effects import check_names
     from hlcs.kinds.layers.data import read_layers
     from hlcs.kinds.layers.model import model_of
-    from hlcs.placement.settings_file import read_placement_file
-    from hlcs.placement.sweep import read_sweep_file
+    from hlcs.placement.parameter_sweep import read_sweep_file
+    from hlcs.placement.placement_file import read_placement_file
 
     if kind == "placement":
         return read_placement_file(path)

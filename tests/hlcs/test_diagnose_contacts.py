@@ -13,7 +13,7 @@ from hlcs.effects import Free
 from hlcs.estimation.cross_validation import Folds
 from hlcs.estimation.least_squares import Problem
 from hlcs.estimation.linearization import Linear
-from hlcs.kinds.trajectories import prepare, rebounds
+from hlcs.kinds.trajectories.preparation import prepare, rebounds
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.search import Search
 from minibullet.errors import InputError
@@ -77,7 +77,7 @@ def test_wind_is_found_with_the_drag_it_acts_through(tmp_path):
 
 def test_effects_that_had_no_round_of_their_own_are_told_of_too(tmp_path, monkeypatch):
     """Another beginning brings two effects in at once: each is then told by its removal, and the flow goes with its drag."""
-    monkeypatch.setattr(importlib.import_module("hlcs.diagnose"), "submerged", lambda search, fits, rounds: (fits, []))
+    monkeypatch.setattr(importlib.import_module("hlcs.selection.verdict"), "submerged", lambda search, fits, rounds: (fits, []))
     diagnosis = hlcs.diagnose(write_windy_throws(tmp_path), candidates=["quadratic_drag", "uniform_flow"])
     told = {entry.effect: entry for entry in diagnosis.candidates}
     assert diagnosis.effects == ("quadratic_drag", "uniform_flow")

@@ -8,7 +8,7 @@ import hlcs
 from hlcs.data.experiment_file import Body, Surroundings, read_experiment_file
 from hlcs.data.measurement import Trial, read_measurement
 from hlcs.estimation.cross_validation import Folds
-from hlcs.kinds.trajectories import prepare
+from hlcs.kinds.trajectories.preparation import prepare
 from hlcs.selection.eligibility import all_alike, candidates_for
 from hlcs.selection.search import Search
 from hlcs.simulation import contact_motion

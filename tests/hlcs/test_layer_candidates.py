@@ -7,9 +7,10 @@ import minibullet as mb
 from hlcs import InputError, PlacementTest
 from hlcs.kinds.layers.candidates import library, named
 from hlcs.kinds.layers.data import LayerSet
-from hlcs.placement.bottoms import Slope, Survey
-from hlcs.placement.one_layer import shake
-from hlcs.placement.settings_file import make_placement, placement_table, read_placement_file
+from hlcs.placement.layer_placement import shake
+from hlcs.placement.placement_file import make_placement, read_placement_file
+from hlcs.placement.sea_bottom import Slope, Survey
+from hlcs.placement.settings_table import placement_table
 from hlcs.placement.statistics import Sample
 
 SAMPLE = Sample(*(np.array([value] * 5) for value in (1.0, 0.01, 5.0)))
@@ -73,7 +74,7 @@ def test_every_name_stands_in_its_family():
     assert found == FAMILIES
 
 
-@pytest.mark.parametrize("one", library(TEST, SETS), ids=lambda one: f"{one.name} {one.needs}")
+@pytest.mark.parametrize("one", library(TEST, SETS), ids=lambda one: f"{one.name} {one.campaign}")
 def test_a_candidate_is_exactly_absent_at_its_null_value_and_there_at_its_trial(one):
     low, high = min(one.low, one.null), max(one.high, one.null)
     assert low <= one.trial <= high and one.trial != one.null

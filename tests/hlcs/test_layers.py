@@ -11,16 +11,18 @@ import pandas as pd
 import pytest
 
 import hlcs
+from hlcs.compare import comparison_of
 from hlcs.data.experiment_file import read_experiment_file
-from hlcs.kinds.layers import experiment_design
+from hlcs.diagnose import diagnosis_of
+from hlcs.kinds.layers import Layers, experiment_design
 from hlcs.kinds.layers.data import read_layer_sets, read_layers
-from hlcs.kinds.layers.diagnosis import compare_layer_file, diagnose_layers
 from hlcs.kinds.layers.model import LayerModel, Simulator
+from hlcs.kinds.protocol import Options
 from hlcs.paper import ladder
 from hlcs.paper.reproduce import Plan
-from hlcs.placement import runs
+from hlcs.placement import single_run
 from hlcs.placement.printed_tables import laboratory, paper_numerical
-from hlcs.placement.runs import simulate
+from hlcs.placement.single_run import simulate
 from minibullet.errors import InputError
 
 PAPER = [("table2", "RPG"), ("table2", "TPG"), ("table3", "TPG")]
@@ -68,6 +70,14 @@ def measured(grid, seed, campaign, tests=5, shift=0.0, **settings):
             "campaign": campaign,
         }
     )
+
+
+def compare_layers(file, **settings):
+    return comparison_of(Layers(file, Options(), **settings))
+
+
+def diagnose_layers(file, candidates=None, **settings):
+    return diagnosis_of(Layers(file, Options(), **settings), candidates)
 
 
 @pytest.fixture
@@ -132,7 +142,7 @@ def test_scatter_of_zero_in_every_layer_is_no_scatter_that_was_seen(tmp_path, si
     found = diagnose_layers(experiment(tmp_path, [frame]), simulator=simulator)
     assert found.verdict == "cannot_judge" and simulator.ran == 0
     frame.loc[1:, "cv"] = 0.02  # as printed where the first layer is geometry: 0.000
-    assert np.isfinite([row["z"] for row in compare_layer_file(experiment(tmp_path, [frame]), simulator=simulator).where]).all()
+    assert np.isfinite([row["z"] for row in compare_layers(experiment(tmp_path, [frame]), simulator=simulator).where]).all()
 
 
 def test_quick_settings_scale_with_the_unit(tmp_path):
@@ -155,7 +165,7 @@ def test_gate_on_the_papers_own_columns(tmp_path):
     # discovery of the paper's misfits: RPG L2, TPG L1 and slope L2 stand out; with a campaign term of 1.25 % only slope L2 does
     simulator = Simulator(tmp_path / "s.sqlite", workers=1, function=paper_model)
     file = experiment(tmp_path, [laboratory(*names).to_dataframe() for names in PAPER])
-    found = compare_layer_file(file, simulator=simulator, seeds=5)
+    found = compare_layers(file, simulator=simulator, seeds=5)
     rows = {(row["trial"], row["layer"]): row for row in found.where}
     before = {key for key, row in rows.items() if row["holm p"] < 0.05}
     assert before == {("RPG flat", 2), ("TPG flat", 1), ("TPG 4 % slope", 2)}
@@ -191,7 +201,7 @@ def test_naive_hull_model_is_led_to_the_true_shape(tmp_path, simulator):
     }
     # the mended model, written as a file, starts where this one ended
     (tmp_path / "mended.toml").write_text(found.model.to_toml())
-    again = compare_layer_file(read_experiment_file(tmp_path / "mended.toml"), simulator=simulator)
+    again = compare_layers(read_experiment_file(tmp_path / "mended.toml"), simulator=simulator)
     assert again.error["rms"] == pytest.approx(found.error["fitted"]["after"], rel=1e-6)
     # and what is there already is not sought again
     ran = simulator.ran
@@ -209,7 +219,7 @@ def test_the_ladder_leads_from_the_naive_model_and_holds_the_slope_out(tmp_path,
     assert [one.name for one in read_layers(read_experiment_file(tmp_path / "all.toml")).sets][-1] == "TPG 4 % slope"
     diagnosis.save(tmp_path / "moved")
     (tmp_path / "moved" / "flat.csv").write_text((tmp_path / "flat.csv").read_text())
-    again = compare_layer_file(read_experiment_file(tmp_path / "moved" / "model.toml"), simulator=simulator, seeds=4)
+    again = compare_layers(read_experiment_file(tmp_path / "moved" / "model.toml"), simulator=simulator, seeds=4)
     assert again.error["rms"] == pytest.approx(steps[-1]["fitted"], rel=1e-6)
     text = ladder.ladder_text(document)
     assert "the naive model" in text and "+ convex_hull_shape" in text and "a perfect model" in text
@@ -263,11 +273,11 @@ def test_a_shifted_first_layer_comes_back_as_a_set(tmp_path, simulator):
 
 def test_stated_effects_are_part_of_the_model(tmp_path, simulator):
     frames = [measured("TPG", 9, "a"), measured("RPG", 9, "b")]
-    bare = compare_layer_file(experiment(tmp_path, frames), simulator=simulator)
+    bare = compare_layers(experiment(tmp_path, frames), simulator=simulator)
     file = experiment(tmp_path, frames)
     text = file.path.read_text() + '[model]\neffects = [{ name = "plate_bias", offset = 0.03 }]\n'
     file.path.write_text(text)
-    biased = compare_layer_file(read_experiment_file(file.path), simulator=simulator)
+    biased = compare_layers(read_experiment_file(file.path), simulator=simulator)
     first = {row["trial"]: row["model"] for row in bare.where if row["layer"] == 1}
     assert all(row["model"] == pytest.approx(first[row["trial"]] + 0.03) for row in biased.where if row["layer"] == 1)
 
@@ -291,10 +301,10 @@ def test_a_refused_placement_leaves_a_complaint_not_a_crash():
 
 
 def test_a_simulation_that_stalls_is_given_up_with_a_complaint(monkeypatch):
-    monkeypatch.setattr(runs, "LIMIT", 0.05)
+    monkeypatch.setattr(single_run, "LIMIT", 0.05)
     result = simulate(hlcs.PlacementTest(layers=3, rows=6, columns=6, time_step=1 / 480))
     assert "processor time" in result["error"]
-    monkeypatch.setattr(runs, "LIMIT", 60.0)
+    monkeypatch.setattr(single_run, "LIMIT", 60.0)
     assert len(simulate(hlcs.PlacementTest(layers=1, rows=2, columns=2))["k"]) == 1  # no clock of the last one is running
 
 
@@ -303,25 +313,25 @@ def test_small_real_simulation(tmp_path):
     # 16 units, two layers, laid by the engine itself: the first layer of a margin-free model stands 1.298 Dn high
     simulator = Simulator(tmp_path / "s.sqlite", workers=1)
     frame = measured("TPG", 2, "a").iloc[:2]
-    found = compare_layer_file(experiment(tmp_path, [frame], "rows = 4\ncolumns = 4"), simulator=simulator)
+    found = compare_layers(experiment(tmp_path, [frame], "rows = 4\ncolumns = 4"), simulator=simulator)
     first = next(row for row in found.where if row["layer"] == 1)
     assert first["model"] == pytest.approx(1.298, abs=2e-3) and simulator.ran == 8
 
 
 def test_a_limit_that_strikes_inside_compiled_code_is_the_same_complaint():
     """Compiled code hands on what a signal raised inside of it as SystemError; one that no limit caused stays what it is."""
-    with pytest.raises(InputError, match="processor time"), runs.at_most(0.01):
+    with pytest.raises(InputError, match="processor time"), single_run.at_most(0.01):
         try:
             while True:
                 pass
         except InputError as problem:
             raise SystemError("returned a result with an exception set") from problem
-    with pytest.raises(SystemError, match="another"), runs.at_most(60.0):
+    with pytest.raises(SystemError, match="another"), single_run.at_most(60.0):
         raise SystemError("another")
 
 
 def test_a_limit_whose_complaint_was_lost_strikes_again():
-    with pytest.raises(InputError, match="processor time"), runs.at_most(0.01):
+    with pytest.raises(InputError, match="processor time"), single_run.at_most(0.01):
         try:
             while True:
                 pass
@@ -347,4 +357,4 @@ def test_a_model_that_cannot_be_placed_on_a_measured_grid_says_why(tmp_path):
         'kind = "layers"\n[placement]\nrows = 3\ncolumns = 3\nlayers = 2\n[measurement]\nfile = "layers.csv"\n'
     )
     with pytest.raises(InputError, match="smallest feasible spacing"):
-        compare_layer_file(read_experiment_file(tmp_path / "e.toml"), simulator=Simulator(tmp_path / "s.sqlite", workers=1))
+        compare_layers(read_experiment_file(tmp_path / "e.toml"), simulator=Simulator(tmp_path / "s.sqlite", workers=1))

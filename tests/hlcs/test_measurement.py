@@ -23,8 +23,9 @@ from hlcs.estimation.inference import (
 )
 from hlcs.estimation.linearization import Recording
 from hlcs.estimation.noise_model import Noise, estimate_noise
-from hlcs.kinds.thinning import on_all_rows, thinned
-from hlcs.kinds.trajectories import judge, prepare
+from hlcs.kinds.trajectories.observations import judge
+from hlcs.kinds.trajectories.preparation import prepare
+from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from minibullet.errors import InputError, InputWarning
 
 TOML = 'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\nnoise = { position = 0.01 }\n'
@@ -209,7 +210,7 @@ def test_an_experiment_holds_so_many_rows_in_all(tmp_path, monkeypatch):
 
 def test_a_search_keeps_every_kth_row_and_what_happens_fast(tmp_path, monkeypatch):
     """A bounce at 0.5 s: of 120 rows every sixth stays, all of the beginning, and all around the blow that the samples show."""
-    monkeypatch.setattr("hlcs.kinds.thinning.MOST_SEARCHED", 20)
+    monkeypatch.setattr("hlcs.kinds.trajectories.thinning.MOST_SEARCHED", 20)
     times = np.arange(120) / 120
     height = 0.03 + np.where(times < 0.5, 4.905 * (0.25 - times**2), 4.905 * (times - 0.5) * (1.5 - times) / 2)
     rows = "".join(f"{t:.6f},{z:.6f}\n" for t, z in zip(times, height, strict=True))
@@ -218,7 +219,7 @@ def test_a_search_keeps_every_kth_row_and_what_happens_fast(tmp_path, monkeypatc
     assert thinned(measurement, estimate_noise(measurement)).trials[0].rows.tolist() == sorted(
         {*range(2, 14), *range(2, 122, 6), *range(2 + 54, 2 + 66), 121}
     )
-    monkeypatch.setattr("hlcs.kinds.thinning.MOST_SEARCHED", 120)
+    monkeypatch.setattr("hlcs.kinds.trajectories.thinning.MOST_SEARCHED", 120)
     assert thinned(measurement, estimate_noise(measurement)) is measurement
 
 
@@ -231,7 +232,7 @@ def test_what_thinning_hides_is_judged_on_all_rows(tmp_path, monkeypatch, genera
         csv="t_s,z_m\n" + "".join(f"{t:.4f},{z:.7f}\n" for t, z in zip(times, values, strict=True)),
         toml=TOML.replace("position = 0.01", "position = 0.001") + "[surroundings]\ngravity = 0.0\n",
     )
-    monkeypatch.setattr("hlcs.kinds.thinning.MOST_SEARCHED", 300)
+    monkeypatch.setattr("hlcs.kinds.trajectories.thinning.MOST_SEARCHED", 300)
     measurement = read_measurement(path)
     prepared = prepare(thinned(measurement, estimate_noise(measurement)))
     few, _ = judge(prepared.problem, prepared.base)
@@ -251,7 +252,7 @@ def test_long_rolling_is_computed_in_long_steps_and_bouncing_is_not(tmp_path, mo
     table = np.column_stack([0.4 * times, 0.03 + 0 * times]) + 0.001 * generator.standard_normal((len(times), 2))
     rows = "".join(f"{t:.6f},{x:.6f},0,{z:.6f}\n" for t, (x, z) in zip(times, table, strict=True))
     measurement = read_measurement(experiment(tmp_path, csv="t_s,x_m,y_m,z_m\n" + rows, toml=toml))
-    monkeypatch.setattr("hlcs.kinds.trajectories.LONG", 500)
+    monkeypatch.setattr("hlcs.kinds.trajectories.preparation.LONG", 500)
     prepared = prepare(measurement)
     assert any("motion of 7.98 s is computed in steps" in note for note in prepared.notes)
     there = np.concatenate([prepared.problem.recordings[0].channel == channel for channel in (0, 2)]).reshape(2, -1)
@@ -263,10 +264,10 @@ def test_long_rolling_is_computed_in_long_steps_and_bouncing_is_not(tmp_path, mo
         f"{t:.6f},{z + 0.03 + e:.6f}\n" for t, z, e in zip(times, height, 0.001 * generator.standard_normal(120), strict=True)
     )
     measurement = read_measurement(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=toml))
-    monkeypatch.setattr("hlcs.kinds.trajectories.LONG", 100)
+    monkeypatch.setattr("hlcs.kinds.trajectories.preparation.LONG", 100)
     with pytest.warns(InputWarning, match="does not stand still in longer ones"):
         tried = prepare(measurement)
-    monkeypatch.setattr("hlcs.kinds.trajectories.LONG", 5000)
+    monkeypatch.setattr("hlcs.kinds.trajectories.preparation.LONG", 5000)
     assert tried.base.chi2 == prepare(measurement).base.chi2
 
 

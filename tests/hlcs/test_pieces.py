@@ -10,7 +10,7 @@ import hlcs
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.measurement import read_measurement
 from hlcs.estimation.effort import LIMIT, UNITS, screened, unit
-from hlcs.kinds.trajectories import prepare
+from hlcs.kinds.trajectories.preparation import prepare
 from hlcs.simulation.model import Model
 from hlcs.simulation.simulator import Shots
 from minibullet import rotations

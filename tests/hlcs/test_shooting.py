@@ -6,7 +6,7 @@ from throws import write_throws
 
 from hlcs.data.measurement import read_measurement
 from hlcs.estimation.multiple_shooting import _losses, _step, shot_again
-from hlcs.kinds.trajectories import prepare
+from hlcs.kinds.trajectories.preparation import prepare
 
 
 @pytest.fixture(scope="module")
