@@ -10,7 +10,7 @@ from minibullet import effects as effect_room
 from minibullet import rotations
 from minibullet.bodies import ContactLaw
 from minibullet.collision import manifolds
-from minibullet.contact import fallback, gauss_seidel, sequential_impulse
+from minibullet.contact import exact, gauss_seidel, sequential_impulse
 from minibullet.contact import problem as problems
 from minibullet.dynamics import constraints, depenetration, impacts, integrate, motion_bounds
 from minibullet.dynamics.free_motion import free_motion, inverse_mass
@@ -280,18 +280,18 @@ class World:
             return sequential_impulse.solve(
                 problem, impulse, moment, iterations=settings.iterations, tolerance=settings.tolerance
             )
-        exact = settings.solver == "exact"
+        falls_back = settings.solver == "exact"
         # islands that just pass may miss together, by up to sqrt(3): |q|, |r| and |u| may peak in different ones
-        goal = 0.5 * settings.tolerance if exact else settings.tolerance
+        goal = 0.5 * settings.tolerance if falls_back else settings.tolerance
         solution = gauss_seidel.solve(problem, impulse, moment, iterations=settings.iterations, tolerance=goal)
-        if exact and len(solution.unconverged):
-            solution = fallback.solve_unconverged(problem, solution, settings.tolerance)
+        if falls_back and len(solution.unconverged):
+            solution = exact.solve_unconverged(problem, solution, settings.tolerance)
         return solution
 
     def _finish(self, scene, before, after, motion, wrenches, touch, law, problem, solution, impact_impulse, point):
         """Take over the state after the step and publish what happened."""
-        if not integrate.is_finite(after.position, after.twist):
-            fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
+        fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
+        if not fine.all():
             # what is fixed cannot be the cause: it is named only where nothing that moves is
             bad = int(np.argmin(fine | (~scene.moving & ~fine[scene.moving].all())))
             raise InputError(

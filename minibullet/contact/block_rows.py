@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet.contact.coulomb import project_cone, solve_coulomb
-from minibullet.contact.problem import relative_velocity
+from minibullet.contact.problem import velocity_beyond_target
 from minibullet.contact.residual import natural_map_error
 from minibullet.kernels import kernel, leaf
 
@@ -52,16 +52,14 @@ def block_problem(problem, contacts):
 
 def chosen_contacts(problem, contacts):
     """The factors of W and q (3m,) of the chosen contacts."""
-    whole = problem.factors
+    whole, q = problem.factors, velocity_beyond_target(problem, problem.free_twist)
     chosen = whole._replace(
         bodies=whole.bodies[contacts],
         jacobian=whole.jacobian[contacts],
         inverse_mass_jacobian=whole.inverse_mass_jacobian[contacts],
         block=whole.block[contacts],
     )
-    q = relative_velocity(chosen, problem.free_twist)
-    q[:, 0] -= problem.target[contacts]
-    return chosen, q.reshape(-1)
+    return chosen, q[contacts].reshape(-1)
 
 
 @kernel

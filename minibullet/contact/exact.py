@@ -19,8 +19,10 @@ import scipy.sparse as sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import norm
 
-from minibullet.contact.block_rows import BlockProblem, gauss_seidel, into_cone, natural_map_residual
+from minibullet.contact.block_rows import BlockProblem, block_problem, gauss_seidel, into_cone, natural_map_residual
 from minibullet.contact.newton import solve_scaled
+from minibullet.contact.problem import Iterate, apply_impulses
+from minibullet.contact.residual import residual_of
 from minibullet.errors import InputError
 
 # most Newton steps and most entries of their factors, 20 million a second. Most problems take tens of steps, the hardest known
@@ -29,6 +31,7 @@ EFFORT = (10_000, 800_000_000)
 STEP_EFFORT = (1_000, 200_000_000)  # the same inside a simulation, which would rather report a residual than wait
 # and where rounding hides the solution: between masses of 1 and 1e8 kg nothing got better after 60 steps, in 1000
 VAIN_EFFORT = (100, 20_000_000)
+MOST_CONTACTS = 2000  # of an island in a simulation: a larger one keeps what Gauss-Seidel found [-]
 
 SYMMETRY = 0.1  # outside problems are unsymmetric by up to 0.25 %; ten per cent is another matrix
 
@@ -71,6 +74,26 @@ def solve_blocks(problem, start, tolerance, reference_mass=1.0, effort=STEP_EFFO
     progress = solve_scaled(scaled, impulse / unit, true_residual, tolerance, effort)
     left = effort[0] - progress.steps, effort[1] - progress.entries
     return into_cone(mu, unit * progress.impulse), progress.best, used + progress.steps, left
+
+
+def solve_unconverged(problem, solution, tolerance):
+    """Inside a step: solve the unconverged islands of a Solution, those of at most ``MOST_CONTACTS``, from where Gauss-Seidel
+    ended."""
+    impulse, outer = solution.impulse.copy(), 0
+    for island in solution.unconverged:
+        contacts = problem.order[problem.islands[island] : problem.islands[island + 1]]
+        if problem.rolling[contacts].any() or len(contacts) > MOST_CONTACTS:
+            continue  # rolling moments are solved by Gauss-Seidel alone
+        # what a light body does is a small difference of impulses that heavy ones hand it: their rounding over its mass
+        light = problem.factors.inverse_mass[np.unique(problem.factors.bodies[contacts]), 0, 0]
+        light = light[light > 0.0]
+        effort = VAIN_EFFORT if np.finfo(float).eps * light.max() > 0.5 * tolerance * light.min() else STEP_EFFORT
+        blocks, start = block_problem(problem, contacts), impulse[contacts].reshape(-1)
+        solved, _, used, _ = solve_blocks(blocks, start, 0.5 * tolerance, problem.reference_mass, effort, sweeps=0)
+        impulse[contacts], outer = solved.reshape(-1, 3), outer + used
+    iterate = Iterate(impulse, solution.moment, solution.twist.copy())
+    apply_impulses(problem.factors, impulse - solution.impulse, iterate.twist)
+    return solution._replace(**iterate._asdict(), residual=residual_of(problem, iterate), outer=outer)
 
 
 def float_array(name, value):

@@ -76,6 +76,13 @@ def relative_velocity(factors, twist):
     return result
 
 
+def velocity_beyond_target(problem, twist):
+    """The same less the target, which is what Coulomb's law is about: u at these twists, q at the free ones; (m, 3) [m/s]."""
+    velocity = relative_velocity(problem.factors, twist)
+    velocity[:, 0] -= problem.target
+    return velocity
+
+
 @leaf
 def apply_impulses(factors, impulse, twist):
     """Add to ``twist`` (n, 6), in place, what the impulses (m, 3, contact axes) do to the bodies."""
@@ -124,23 +131,13 @@ def find_islands(bodies, moving):
     return order, islands[: filled + 1]
 
 
-@kernel
 def into_axes(factors, vector):
     """World vectors (m, 3) in the axes of their contacts (m, 3)."""
-    result = np.empty_like(vector)
-    for c in range(len(vector)):
-        for i in range(3):
-            axis = factors.jacobian[c, 0, i]
-            result[c, i] = axis[0] * vector[c, 0] + axis[1] * vector[c, 1] + axis[2] * vector[c, 2]
-    return result
+    axes = factors.jacobian[:, 0, :, :3]
+    return axes[:, :, 0] * vector[:, :1] + axes[:, :, 1] * vector[:, 1:2] + axes[:, :, 2] * vector[:, 2:]
 
 
-@kernel
 def into_world(factors, vector):
     """Vectors in contact axes (m, 3) in world axes (m, 3)."""
-    result = np.empty_like(vector)
-    for c in range(len(vector)):
-        axes = factors.jacobian[c, 0]
-        for d in range(3):
-            result[c, d] = axes[0, d] * vector[c, 0] + axes[1, d] * vector[c, 1] + axes[2, d] * vector[c, 2]
-    return result
+    axes = factors.jacobian[:, 0, :, :3]
+    return axes[:, 0] * vector[:, :1] + axes[:, 1] * vector[:, 1:2] + axes[:, 2] * vector[:, 2:]

@@ -8,12 +8,11 @@ that the residual does not know kilograms from grams. Source: V. Acary, M. Bremo
 from math import sqrt
 from typing import NamedTuple
 
-import numpy as np
-
 from minibullet.contact.coulomb import project_cone
-from minibullet.contact.problem import contact_velocity
+from minibullet.contact.problem import contact_velocity, velocity_beyond_target
 from minibullet.contact.rolling import rolling_squares
-from minibullet.kernels import kernel, leaf
+from minibullet.kernels import leaf
+from minibullet.rotations import dot
 
 
 class Squares(NamedTuple):
@@ -62,15 +61,10 @@ def relative_residual(squares, rounding, contacts):
     return sqrt(squares.error / max(squares.free, squares.impulse, squares.velocity))
 
 
-@kernel
 def free_squares(problem):
     """|q|^2 of each contact, q the relative velocity without contact impulses less the target [m2/s2], (m,)."""
-    result = np.empty(len(problem.target))
-    for c in range(len(result)):
-        u_n, u_1, u_2 = contact_velocity(c, problem.factors, problem.free_twist)
-        u_n -= problem.target[c]
-        result[c] = u_n * u_n + u_1 * u_1 + u_2 * u_2
-    return result
+    q = velocity_beyond_target(problem, problem.free_twist)
+    return dot(q, q)
 
 
 def residual_of(problem, iterate):

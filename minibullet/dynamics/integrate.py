@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 
 from minibullet.dynamics.rigid_rotation import keep_angular_momentum
-from minibullet.kernels import kernel, leaf
+from minibullet.kernels import kernel
 from minibullet.rotations import quaternion
 
 
@@ -71,13 +71,3 @@ def integrate(bodies, motion, twist, torque_free_rate, time_step):
     before = bodies.orientation, bodies.twist[:, 3:], bodies.inertia
     keep_angular_momentum(before, orientation, torque_free_rate, twist[:, 3:])
     return bodies._replace(position=position, orientation=orientation, twist=twist)
-
-
-@leaf
-def is_finite(position, twist):
-    """Whether every body's place and velocity are numbers."""
-    total = 0.0  # stays zero only with finite numbers: 0 inf and 0 NaN are NaN
-    for n in range(len(twist)):
-        for k in range(3):
-            total += 0.0 * position[n, k] + 0.0 * twist[n, k] + 0.0 * twist[n, 3 + k]
-    return total == 0.0

@@ -42,17 +42,14 @@ class Step:
     @cached_property
     def final_velocity(self):
         """Relative velocity of each contact at the end of the contact solve, contact axes, the target taken off [m/s], (m, 3)."""
-        velocity = problem.relative_velocity(self.problem.factors, self.solution.twist)
-        velocity[:, 0] -= self.problem.target
-        return velocity
+        return problem.velocity_beyond_target(self.problem, self.solution.twist)
 
     @cached_property
     def components(self):
         """cone, dual, signorini, slip: which part of the law fails, relative to the largest impulse and velocity (0 for an
         exact solution)."""
         r, u, mu = self.solution.impulse, self.final_velocity, self.problem.friction
-        q = problem.relative_velocity(self.problem.factors, self.problem.free_twist)
-        q[:, 0] -= self.problem.target
+        q = problem.velocity_beyond_target(self.problem, self.problem.free_twist)
         r_ref = np.abs(r).max(initial=0.0)
         u_ref = max(np.abs(u).max(initial=0.0), np.abs(q).max(initial=0.0))
         if r_ref == 0.0 or u_ref == 0.0:
@@ -74,8 +71,7 @@ class Step:
     @cached_property
     def residual_rho1(self):
         """The relative residual as other codes publish it, impulses in N s (a reference mass of 1 kg); rolling left out."""
-        q = problem.relative_velocity(self.problem.factors, self.problem.free_twist)
-        q[:, 0] -= self.problem.target
+        q = problem.velocity_beyond_target(self.problem, self.problem.free_twist)
         size = max(np.linalg.norm(q), np.linalg.norm(self.solution.impulse), np.linalg.norm(self.final_velocity))
         return float(np.sqrt(self._errors(1.0).sum()) / size) if size > 0.0 else 0.0
 

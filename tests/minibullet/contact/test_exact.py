@@ -7,11 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+import small_scenes as scenes
 from small_scenes import compress
 
+import minibullet as mb
+from minibullet.contact import gauss_seidel
 from minibullet.contact.block_rows import BlockProblem
 from minibullet.contact.coulomb import project_cone
-from minibullet.contact.exact import solve_blocks, solve_contacts
+from minibullet.contact.exact import solve_blocks, solve_contacts, solve_unconverged
 from minibullet.errors import InputError
 
 # the makers live beside this file, in a script that is run by its path
@@ -212,3 +215,18 @@ def test_bad_input_is_refused_in_one_line(change, words):
     with pytest.raises(InputError, match=words) as refusal:
         solve_contacts(**{"W": np.eye(3), "q": [-1.0, 0.0, 0.0], "mu": 0.5, **change})
     assert "\n" not in str(refusal.value)
+
+
+def test_unconverged_islands_are_handed_to_newton():
+    """Ten thousand kilograms on one kilogram: Gauss-Seidel stalls after 20 sweeps, Newton's method meets the tolerance."""
+    world = mb.World()
+    world.add_plane()
+    world.add(mb.Box(1, 1, 1), mass=1.0, position=(0, 0, 0.5))
+    world.add(mb.Box(1, 1, 1), mass=1e4, position=(0, 0, 1.5))
+    still = np.zeros((3, 6))
+    still[1:, 2] = -9.81 / 240
+    problem = scenes.problem(world, 0.5, still)
+    none = np.zeros((len(problem.target), 3))
+    first = gauss_seidel.solve(problem, none, none, iterations=20, tolerance=1e-8)
+    assert first.residual > 1e-8 and len(first.unconverged) == 1
+    assert solve_unconverged(problem, first, 1e-8).residual <= 1e-8
