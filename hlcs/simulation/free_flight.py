@@ -11,9 +11,9 @@ import numpy as np
 from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.collision.geometry import turn, turn_back
-from minibullet.dynamics.integration import posture
 from minibullet.effects import AddedMass, contract
 from minibullet.kernels import leaf
+from minibullet.rotations import rotation_matrices
 
 STIFF, SHORTEST = 1.0, 2e-3  # h |da/dv| above which steps are too long [-], and a step that is not cut any more [s]
 JUMP = 60.0  # a mean acceleration over one step that only an impact gives [m/s2]
@@ -101,7 +101,7 @@ def accelerations(bodies: Bodies, effects):
             total += effect.forces(state, time)
         if added is None and isotropic:
             return total[:, :3] / mass, total[:, 3:] / bodies.inertia
-        axes = posture(q)
+        axes = rotation_matrices(q)
         if added is None:
             angular = np.empty((n, 3))
             euler(axes, w, total[:, 3:], bodies.inertia, angular)

@@ -22,7 +22,7 @@ def sights(gap, size, stride, reach):
     for c in range(len(gap)):
         deep += gap[c] < -DEEP * size[c]
     for n in range(len(reach)):
-        hasty += stride[n] > 2.0 * reach[n]  # twice the way: see ``integration.stride``
+        hasty += stride[n] > 2.0 * reach[n]  # twice the way: see ``motion_bounds.motion_bound``
     return deep, hasty
 
 
