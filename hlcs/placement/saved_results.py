@@ -12,8 +12,8 @@ from hlcs.placement.one_layer import LayerRecord
 from hlcs.placement.placement_result import PlacementResult
 from hlcs.placement.settings_file import SURVEY_FILE, bottom_words, placement_table, read_placement_file, survey_csv
 from minibullet.errors import InputError, is_number
-from minibullet.files.array_files import ArrayFile
-from minibullet.files.user_files import read_text
+from minibullet.files.arrays import ArrayFile
+from minibullet.files.reading import read_text
 
 RECORD_FIELDS = ("reason", "unsettled", "penetration", "transient_penetration", "steps", "unsolved_steps")
 LATER_FIELDS = ("lifted", "mean_lift", "pushed")  # which results of earlier versions lack

@@ -21,7 +21,7 @@ from pathlib import Path
 from hlcs.files import folders
 from hlcs.placement.code_hash import code_hash
 from minibullet.errors import InputError, RunError
-from minibullet.files.whole_files import refused
+from minibullet.files.writing import refused
 
 RUNS = """
 CREATE TABLE {runs} (

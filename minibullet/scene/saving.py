@@ -18,8 +18,8 @@ from minibullet.collision.separation import DIRECTION, EDGE_EDGE, FACE_A, FACE_B
 from minibullet.effects import library
 from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError, is_number, shown_value
-from minibullet.files.array_files import ArrayFile
-from minibullet.files.whole_files import refused, whole
+from minibullet.files.arrays import ArrayFile
+from minibullet.files.writing import replace_file
 from minibullet.scene import records
 from minibullet.scene.registry import Body, Plane
 from minibullet.settings import Settings
@@ -133,15 +133,6 @@ def save_past(past, path):
     buffer = io.BytesIO()
     np.savez(buffer, time=np.array([time for time, _ in kept]), **columns)
     replace_file(path, buffer.getvalue())
-
-
-def replace_file(path, content):
-    """Bytes into a file, whole or not at all; InputError or RunError where it cannot be written."""
-    try:
-        with whole(path) as partial:
-            partial.write_bytes(content)
-    except (OSError, ValueError) as error:  # ValueError: a zero byte
-        raise refused(error, f"world: cannot be saved as {str(path)!r}") from None
 
 
 def _numbers(effect):

@@ -22,7 +22,7 @@ from hlcs.placement.settings_file import placement_table
 from hlcs.placement.store import Store, key_of
 from hlcs.placement.sweep import settings_of
 from minibullet.errors import InputError
-from minibullet.files.user_files import read_bytes, shown
+from minibullet.files.reading import read_bytes, shown
 
 MEASURED = "measured.csv"  # copy of the data in a folder of results
 MOST_BYTES = 10_000_000  # of such a copy; a table of layers has some kilobytes
