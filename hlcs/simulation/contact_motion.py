@@ -143,7 +143,7 @@ def run(solids, shapes, starts, floors, effects, friction, restitution, duration
     if len(distinct) == 1:
         ((normal, height),) = distinct
         world.add_plane(normal, height)
-    scene = world.registry.enrol()
+    scene = world.registry.commit()
     place = {name: row for row, name in enumerate(scene.names)}
     order = np.array([place[f"run {b}"] for b in range(len(starts))])
     if seats is not None:

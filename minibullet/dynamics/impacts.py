@@ -13,10 +13,10 @@ from math import sqrt
 
 import numpy as np
 
-from minibullet.collision.geometry import length
 from minibullet.contact.gauss_seidel import visit
 from minibullet.contact.problem import normal_velocity
 from minibullet.kernels import kernel, leaf
+from minibullet.vectors import length
 
 REBOUND = 0.5  # rebound speed, over acceleration times step, below which a contact rests [-]
 
@@ -44,7 +44,7 @@ def pulled(c, bodies, acceleration):
     most = 0.0
     for side in range(2):
         a = acceleration[bodies[c, side]]
-        most = max(most, length(a[0], a[1], a[2]))
+        most = max(most, length(a))
     return most
 
 

@@ -8,8 +8,8 @@ from math import sqrt
 
 import numpy as np
 
-from minibullet.collision.geometry import length
 from minibullet.kernels import kernel, leaf
+from minibullet.vectors import length
 
 DAMPING_LAWS = {
     # name: factor by which a velocity v is multiplied in a step of length dt
@@ -279,7 +279,7 @@ def move(bodies, motion, twist, spun, time_step):
 @leaf
 def top_speed(twist, reach):
     """Bound on the speed of any point of a body at this twist (6,): |v| + |omega| R [m/s]."""
-    return length(twist[0], twist[1], twist[2]) + reach * length(twist[3], twist[4], twist[5])
+    return length(twist[:3]) + reach * length(twist[3:])
 
 
 @kernel
@@ -322,7 +322,7 @@ def slow(twist, wrench, mass, reach, chosen):
     for n in range(len(mass)):
         if not chosen[n]:
             continue
-        acceleration = length(wrench[n, 0], wrench[n, 1], wrench[n, 2]) / mass[n]
+        acceleration = length(wrench[n, :3]) / mass[n]
         still = still and top_speed(twist[n], reach[n]) <= 2e-3 * sqrt(acceleration * reach[n])
         if acceleration > 0.0:
             wait = max(wait, sqrt(2.0 * reach[n] / acceleration))
