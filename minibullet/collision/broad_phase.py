@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet.collision.geometry import FACES, HALF_SPACE, Pair, between_centres, vertices_of
-from minibullet.kernels import kernel, leaf
+from minibullet.kernels import inlined, kernel, leaf
 from minibullet.vectors import at, dot, minus, turn
 
 
@@ -74,13 +74,13 @@ def sweep(lower, upper, moving, group, order, found):
     return count
 
 
-@leaf
+@inlined
 def pair_of(poses, a, b, i, j):
     """Piece i of body a and piece j of body b, where they are."""
     return Pair(i, j, poses.rotation[a], poses.rotation[b], minus(at(poses.position, b), at(poses.position, a)))
 
 
-@leaf
+@inlined
 def may_touch(pieces, poses, a, b, i, j, skin):
     """Whether the bounding spheres of piece i of body a and piece j of body b are closer than ``skin`` [m]; a half-space is
     measured along its normal."""

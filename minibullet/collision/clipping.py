@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet.collision.geometry import VERTICES, edges_of, faces_of, side
-from minibullet.kernels import leaf
+from minibullet.kernels import inlined
 from minibullet.vectors import along, at, cross, dot, minus, plus, put, squared_distance
 
 
@@ -28,7 +28,7 @@ def polygons(pieces):
     return Polygons(np.empty((most, 3)), np.empty(most), np.empty((most, 3)), np.empty((most, 3)), np.empty(most))
 
 
-@leaf
+@inlined
 def facing(pieces, piece, direction):
     """Face of ``piece`` whose normal is most opposite to the direction, body axes; -1 where it has no faces."""
     best, least = -1, np.inf
@@ -39,7 +39,7 @@ def facing(pieces, piece, direction):
     return best
 
 
-@leaf
+@inlined
 def clip(pieces, face, polygon, count, work):
     """Clip ``polygon`` (count points in the axes of the face's body) by the side planes of ``face``; returns the number left,
     in place.
@@ -72,7 +72,7 @@ def clip(pieces, face, polygon, count, work):
     return count
 
 
-@leaf
+@inlined
 def thin_out(points, gaps, count):
     """Keep four of the points: the deepest, the farthest from it, and the two that span most area on either side; in place."""
     if count <= 4:
@@ -105,7 +105,7 @@ def thin_out(points, gaps, count):
     return kept
 
 
-@leaf
+@inlined
 def support_edge(pieces, piece, line, direction):
     """Edge of ``piece`` along ``line`` (an index of ``directions``) that lies farthest along the direction, body axes."""
     best, most = -1, -np.inf
@@ -117,7 +117,7 @@ def support_edge(pieces, piece, line, direction):
     return best
 
 
-@leaf
+@inlined
 def drop_doubles(points, gaps, normals, count, nearness):
     """Drop points closer (squared) to an earlier one than ``nearness``, in place: twice the same support only slows the
     solver."""

@@ -16,7 +16,7 @@ from minibullet.collision.broad_phase import pair_of
 from minibullet.collision.geometry import DIRECTIONS, FACES, HALF_SPACE, between_centres, edges_of, faces_of, support, swapped
 from minibullet.collision.round_bodies import is_closed, round_separation
 from minibullet.collision.separation import PARALLEL, edge_normal, face_separation, separation
-from minibullet.kernels import leaf
+from minibullet.kernels import inlined, leaf
 from minibullet.vectors import at, cross, divided, dot, length, minus, negative, plus, put, turn, turn_back
 
 # kinds of feature: not known yet; the face of a half-space; a face of a, of b; an edge of each; a direction fixed in a's axes,
@@ -99,13 +99,13 @@ def workspace(pieces):
     )
 
 
-@leaf
+@inlined
 def smaller_radius(pieces, i, j):
     """Bounding radius of the smaller of two pieces [m]."""
     return min(pieces.bounding_radius[i], pieces.bounding_radius[j])
 
 
-@leaf
+@inlined
 def enter(work, value, normal, kind, first, second):
     """Enter a candidate direction: ``work`` holds the one that separates most and the runner-up that looks another way."""
     if value > work.value[0]:
@@ -167,7 +167,7 @@ def near_lines(pieces, piece, rotation, toward, limit, lines, line, end):
     return count
 
 
-@leaf
+@inlined
 def farthest(points, count, direction):
     """How far the farthest of the first ``count`` points lies along the direction [m]."""
     most = -np.inf
@@ -176,7 +176,7 @@ def farthest(points, count, direction):
     return most
 
 
-@leaf
+@inlined
 def try_edges(pieces, pair, guess, everywhere, near, count_a, count_b, preference, work):
     """Enter the pairs of the first edge directions of ``work`` that look the way of ``guess``; ``near``: from a point of a to one
     of b, which no direction parts by more than it parts the bodies."""
@@ -253,25 +253,25 @@ def revalidate(pieces, cache, k, pair, margin, guess, work):
         search(pieces, cache, k, pair, margin, NOWHERE, work)
 
 
-@leaf
+@inlined
 def pair_at(cache, k, poses):
     """Pair k, where its bodies are."""
     return pair_of(poses, cache.bodies[k, 0], cache.bodies[k, 1], cache.pieces[k, 0], cache.pieces[k, 1])
 
 
-@leaf
+@inlined
 def margins(cache, k, poses):
     """Margins of both bodies of pair k [m]."""
     return poses.margin[cache.bodies[k, 0]], poses.margin[cache.bodies[k, 1]]
 
 
-@leaf
+@inlined
 def largest_gap(poses, a, b, size):
     """Gap beyond which pieces of bodies a and b, the smaller of them of this size, get no contacts in this step [m]."""
     return poses.motion_bound[a] + poses.motion_bound[b] + DETECTION * size
 
 
-@leaf
+@inlined
 def evaluate(pieces, kind, first, second, direction, pair):
     """Separation of a pair along its cached feature at today's poses [m], -inf where the feature has no normal, and the normal, a
     to b, world axes."""
@@ -289,7 +289,7 @@ def evaluate(pieces, kind, first, second, direction, pair):
     return (-np.inf if normal == NOWHERE else separation(pieces, pair, normal)), normal
 
 
-@leaf
+@inlined
 def begin(pieces, cache, k, pair):
     """The first feature of pair k: half-spaces and round bodies have closed forms; for polytopes the line of centres may do."""
     if pieces.kind[pair.a] == HALF_SPACE:
@@ -303,7 +303,7 @@ def begin(pieces, cache, k, pair):
             put(cache.direction, k, turn_back(pair.rotation_a, divided(centres, length(centres))))
 
 
-@leaf
+@inlined
 def expired(cache, k, size, jumped):
     """Whether another direction may separate pair k more than its cached feature does."""
     kind, moved = cache.kind[k], cache.since_search[k]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet import rotations
-from minibullet.kernels import leaf
+from minibullet.kernels import inlined
 from minibullet.vectors import at, dot, minus, negative, plus, turn
 
 HALF_SPACE, SPHERE, CAPSULE, POLYTOPE = range(4)  # kinds of piece
@@ -108,25 +108,25 @@ def pack(shapes):
     )
 
 
-@leaf
+@inlined
 def vertices_of(pieces, piece):
     """Indices of the vertices of a piece."""
     return range(pieces.ranges[piece, VERTICES, 0], pieces.ranges[piece, VERTICES, 1])
 
 
-@leaf
+@inlined
 def faces_of(pieces, piece):
     """Indices of the faces of a piece."""
     return range(pieces.ranges[piece, FACES, 0], pieces.ranges[piece, FACES, 1])
 
 
-@leaf
+@inlined
 def edges_of(pieces, piece):
     """Indices of the edges of a piece."""
     return range(pieces.ranges[piece, EDGES, 0], pieces.ranges[piece, EDGES, 1])
 
 
-@leaf
+@inlined
 def support(pieces, piece, direction):
     """The vertex of ``piece`` farthest along the direction (body axes), and how far that is, rounding not included [m]."""
     best, most = -1, -np.inf
@@ -137,7 +137,7 @@ def support(pieces, piece, direction):
     return best, most
 
 
-@leaf
+@inlined
 def side(pieces, face, k):
     """Side k of a face, from the vertex at place k of ``loops`` to the next one: start and vector, body axes [m]."""
     first, end = pieces.loop_ranges[face, 0], pieces.loop_ranges[face, 1]
@@ -145,13 +145,13 @@ def side(pieces, face, k):
     return start, minus(at(pieces.vertices, pieces.loops[k + 1 if k + 1 < end else first]), start)
 
 
-@leaf
+@inlined
 def swapped(pair):
     """The same pair as b sees it."""
     return Pair(pair.b, pair.a, pair.rotation_b, pair.rotation_a, negative(pair.offset))
 
 
-@leaf
+@inlined
 def between_centres(pieces, pair):
     """From the centre of a's piece to the centre of b's, world axes [m]."""
     to_b = turn(pair.rotation_b, at(pieces.centres, pair.b))

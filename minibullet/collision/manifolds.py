@@ -25,7 +25,7 @@ from minibullet.collision.feature_cache import (
 from minibullet.collision.geometry import VERTICES, support, swapped
 from minibullet.collision.round_bodies import round_points
 from minibullet.collision.separation import midway
-from minibullet.kernels import leaf
+from minibullet.kernels import inlined, leaf
 from minibullet.vectors import along, at, dot, minus, negative, plus, put, squared_distance, turn, turn_back
 
 MOST = 9  # contact points of a pair of pieces: one of its own, and four over a face of either [-]
@@ -107,7 +107,7 @@ def fill(pieces, cache, poses, scratch, last, points):
     return total
 
 
-@leaf
+@inlined
 def carry(pair, bodies, last, first, end, points, total):
     """Last step's contacts from ``first`` to ``end``, carried along with their bodies, as contacts from ``total`` on; the new
     total."""
@@ -122,7 +122,7 @@ def carry(pair, bodies, last, first, end, points, total):
     return total
 
 
-@leaf
+@inlined
 def enter(points, c, bodies, on_a, on_b, normal, gap):
     """Write contact c: its bodies, the points on both surfaces about their bodies' centres, the normal (world axes), the gap."""
     points.bodies[c, 0], points.bodies[c, 1], points.gap[c] = bodies[0], bodies[1], gap
@@ -130,7 +130,7 @@ def enter(points, c, bodies, on_a, on_b, normal, gap):
         points.arms[c, axis], points.arms[c, 3 + axis], points.arms[c, 6 + axis] = on_a[axis], on_b[axis], normal[axis]
 
 
-@leaf
+@inlined
 def warm_start(points, c, last, first, end, of_b, nearness):
     """Give contact c the impulse of last step's contact, of those from ``first`` to ``end``, that is nearest on the surface of
     one body and nearer (squared) than ``nearness``; no other contact may start from it."""
@@ -146,7 +146,7 @@ def warm_start(points, c, last, first, end, of_b, nearness):
         others[match, 0] = np.inf
 
 
-@leaf
+@inlined
 def pair_points(pieces, cache, k, pair, most, margin, scratch):
     """Contact points of pair k with gaps up to ``most``, midway between the surfaces, world axes about a, with their gaps
     (margins not taken off) and normals into ``scratch``; the count."""
@@ -169,14 +169,14 @@ def pair_points(pieces, cache, k, pair, most, margin, scratch):
     return drop_doubles(scratch.points, scratch.gaps, scratch.normals, count, (NEAR * size) ** 2)
 
 
-@leaf
+@inlined
 def rise(pieces, face, pair, of_b, line):
     """Slope, against a face of a (or of b), of the edge direction ``line`` of the other body [-]."""
     own, other = (pair.rotation_b, pair.rotation_a) if of_b else (pair.rotation_a, pair.rotation_b)
     return abs(dot(turn(own, at(pieces.normals, face)), turn(other, at(pieces.directions, line))))
 
 
-@leaf
+@inlined
 def lowest(gaps, count):
     """The smallest of the first ``count`` gaps; infinite if there is none."""
     least = np.inf
@@ -198,7 +198,7 @@ def side_points(pieces, face, pair, of_b, least, most, scratch, first):
     return end
 
 
-@leaf
+@inlined
 def face_points(pieces, face, pair, least, most, scratch, first):
     """Contacts of b's piece on a face of a's with gaps from ``least`` to ``most``, from place ``first`` of ``scratch`` on: points
     midway between the surfaces, body axes of a; returns the new count."""
@@ -259,7 +259,7 @@ def single_point(pieces, cache, k, pair, margin, scratch, first):
     return first + count
 
 
-@leaf
+@inlined
 def edge_segment(pieces, edge, rotation):
     """Start and vector of an edge, world axes about the body's centre [m]."""
     start = turn(rotation, at(pieces.vertices, pieces.edges[edge, 0]))

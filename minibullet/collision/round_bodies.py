@@ -7,7 +7,7 @@ import numpy as np
 
 from minibullet.collision.geometry import CAPSULE, POLYTOPE, SPHERE, VERTICES, faces_of, side, swapped
 from minibullet.collision.separation import PARALLEL, midway, segment_closest
-from minibullet.kernels import leaf
+from minibullet.kernels import inlined, leaf
 from minibullet.vectors import (
     along,
     at,
@@ -27,19 +27,19 @@ from minibullet.vectors import (
 UP = (0.0, 0.0, 1.0)
 
 
-@leaf
+@inlined
 def is_closed(pieces, pair):
     """Whether the pair has a closed form: a sphere with anything but a half-space, or two capsules."""
     return pieces.kind[pair.a] == SPHERE or pieces.kind[pair.b] == SPHERE or both_round(pieces, pair)
 
 
-@leaf
+@inlined
 def both_round(pieces, pair):
     """Whether both pieces are spheres or capsules."""
     return pieces.kind[pair.a] <= CAPSULE and pieces.kind[pair.b] <= CAPSULE
 
 
-@leaf
+@inlined
 def core(pieces, piece, rotation):
     """The core of a sphere (length zero) or capsule: start and vector, world axes about the centre of mass."""
     start = turn(rotation, at(pieces.vertices, pieces.ranges[piece, VERTICES, 0]))
@@ -69,7 +69,7 @@ def closest_on_piece(pieces, piece, point):
     return point if inside else nearest
 
 
-@leaf
+@inlined
 def shallowest_face(pieces, piece, point):
     """The face that a point inside a polytope is nearest to, both in its body axes: the point's height over the face, at most
     0 [m], and the face's outward normal."""
@@ -81,7 +81,7 @@ def shallowest_face(pieces, piece, point):
     return min(most, 0.0), at(pieces.normals, best)
 
 
-@leaf
+@inlined
 def normal_of_cores(u, v):
     """The direction in which two cores (vectors u and v) that cross part soonest: their common normal, any normal of the one
     that has a length, or up where neither has one."""
@@ -152,7 +152,7 @@ def capsule_direction(pieces, pair):
     return negative(direction) if capsule_is_a else direction
 
 
-@leaf
+@inlined
 def round_points(pieces, pair, normal, points):
     """Contact points of a pair with a closed form, world axes about a, into ``points``: the count.
 

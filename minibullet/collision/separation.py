@@ -4,13 +4,13 @@ Two convex pieces are apart, touch or overlap by the largest separation over all
 """
 
 from minibullet.collision.geometry import between_centres, support
-from minibullet.kernels import leaf
+from minibullet.kernels import inlined, leaf
 from minibullet.vectors import along, at, cross, divided, dot, length, minus, negative, plus, scaled, turn, turn_back
 
 PARALLEL = 1e-4  # sine below which two edges span no direction that rounding leaves alone: faces decide there [-]
 
 
-@leaf
+@inlined
 def separation(pieces, pair, normal):
     """Separation of a pair along a world direction from a to b [m]."""
     far_a, far_b = turn_back(pair.rotation_a, normal), negative(turn_back(pair.rotation_b, normal))
@@ -18,7 +18,7 @@ def separation(pieces, pair, normal):
     return apart - pieces.rounding[pair.a] - pieces.rounding[pair.b]
 
 
-@leaf
+@inlined
 def face_separation(pieces, face, pair):
     """Separation of b from the plane of a face of a [m], and the face's normal, world axes."""
     normal = turn(pair.rotation_a, at(pieces.normals, face))
@@ -27,7 +27,7 @@ def face_separation(pieces, face, pair):
     return dot(normal, pair.offset) - pieces.offsets[face] - nearest - rounding, normal
 
 
-@leaf
+@inlined
 def edge_normal(pieces, first, second, pair):
     """Unit normal, from a to b, of an edge direction of a and one of b, world axes; zero where they are parallel."""
     normal = cross(turn(pair.rotation_a, at(pieces.directions, first)), turn(pair.rotation_b, at(pieces.directions, second)))
@@ -37,7 +37,7 @@ def edge_normal(pieces, first, second, pair):
     return divided(normal, -size if dot(normal, between_centres(pieces, pair)) < 0.0 else size)
 
 
-@leaf
+@inlined
 def segment_closest(p, u, q, v):
     """Closest points of the segments p + s u and q + t v, 0 <= s, t <= 1: (s, t). Ericson, Real-Time Collision Detection,
     5.1.9."""
@@ -52,7 +52,7 @@ def segment_closest(p, u, q, v):
     return s, t
 
 
-@leaf
+@inlined
 def midway(pieces, pair, p, u, q, v, normal):
     """The point midway between the surfaces of two segments, p + s u of a and q + t v of b, where they are closest; world axes
     about a, but q about b."""
