@@ -17,7 +17,7 @@ from types import ModuleType
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Each name is imported when it is first asked for: loading NumPy and the compiler takes a second, and the command must be able to
-# answer Ctrl-C, or a missing folder, before that (`hlcs.cli.net`).
+# answer Ctrl-C, or a missing folder, before that (`hlcs.cli.error_handling`).
 HOMES = {
     "Cube": "hlcs.placement.units",
     "Cubipod": "hlcs.placement.units",

@@ -8,7 +8,7 @@ try:
     import signal
     import threading
 
-    from hlcs.cli import net
+    from hlcs.cli import error_handling
     from hlcs.processes import interrupts
 except KeyboardInterrupt:  # some milliseconds after the start, with nothing done
     os.write(2, b"hlcs: interrupted\n")
@@ -19,12 +19,12 @@ def main():
     """Run the command; returns the exit status."""
     ended = []
     atexit.register(_end, ended)  # what registers first runs last
-    ended.append(net.under(_command))
+    ended.append(error_handling.under(_command))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is done and said
     if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
         # Python would wait for them, and one that an effects file started may never end
         atexit._run_exitfuncs()
-        net.flush()
+        error_handling.flush()
         os._exit(ended[0])
     return ended[0]
 

@@ -12,7 +12,6 @@ from minibullet import effects, rotations
 from minibullet.bodies import Bodies, ContactLaw, Contacts
 from minibullet.contact.exact import solve_contacts
 from minibullet.effects import *
-from minibullet.effects import Effect, EffectError, check_effect, load_effects, parameter
 from minibullet.errors import InputError
 from minibullet.report.run_log import Journal
 from minibullet.scene.notices import SceneWarning
@@ -20,3 +19,16 @@ from minibullet.settings import Settings
 from minibullet.shapes.mesh_files import mesh_file
 from minibullet.shapes.primitives import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere
 from minibullet.world import World
+
+__all__ = sorted(
+    [
+        *effects.__all__,
+        *("Bodies", "ContactLaw", "Contacts", "InputError", "Journal", "SceneWarning", "Settings", "World"),
+        *("Box", "Capsule", "Compound", "ConvexPiece", "Cylinder", "Sphere", "mesh_file"),
+        *("effects", "rotations", "solve_contacts"),
+    ]
+)
+
+
+def __dir__():
+    return __all__

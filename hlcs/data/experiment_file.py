@@ -1,7 +1,7 @@
 """Experiment files: the TOML a user writes, checked key by key, as frozen records.
 
 Every complaint is one line that names the file, the line, the key and the remedy. Numbers are SI; paths are relative
-to the file. The recordings themselves are read and checked by `hlcs.data.measurement`.
+to the file. The recordings themselves are read and checked by `hlcs.data.recordings` and `hlcs.data.outcome_tables`.
 """
 
 from dataclasses import dataclass, field, replace

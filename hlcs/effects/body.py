@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass, replace
 
-from hlcs.effects.contract import Change, parameter
+from hlcs.data.rigid_body import rigid_body
+from hlcs.effects.contract import Change, DataNeed
+from minibullet.effects.contract import Need, parameter
 
 
 @dataclass(frozen=True)
@@ -11,6 +13,7 @@ class MassOffset(Change):
 
     relative: float = parameter(0.0, unit="-", low=-0.05, high=0.05, null=0.0)
     group = "body"
+    needs = (Need.MASS_AND_SIZE,)
 
     def setup(self, setup):
         body = setup.body
@@ -25,6 +28,8 @@ class SizeError(Change):
 
     relative: float = parameter(0.0, unit="-", low=-0.02, high=0.02, null=0.0)
     group = "body"
+    alike = "rest_height"
+    needs = (Need.MASS_AND_SIZE,)
 
     def setup(self, setup):
         body, factor = setup.body, 1 + self.relative
@@ -47,11 +52,10 @@ class CentreOfMassOffset(Change):
     y: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0)
     z: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0)
     group = "body"
+    needs = (DataNeed.LEANING,)
 
     def setup(self, setup):
-        from hlcs.data.rigid_body import solid
-
-        size = solid(setup.body).volume ** (1 / 3)
+        size = rigid_body(setup.body).volume ** (1 / 3)
         moved = tuple(here + size * part for here, part in zip(setup.centre, (self.x, self.y, self.z), strict=True))
         return replace(setup, centre=moved)
 
@@ -64,11 +68,10 @@ class InertiaError(Change):
     factor_y: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0)
     factor_z: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0)
     group = "body"
+    needs = (DataNeed.TURNING,)
 
     def setup(self, setup):
-        from hlcs.data.rigid_body import solid
-
-        moments = solid(setup.body).inertia
+        moments = rigid_body(setup.body).inertia
         factors = (self.factor_x, self.factor_y, self.factor_z)
         wanted = [float(factor * moment) for factor, moment in zip(factors, moments, strict=True)]
         total = sum(wanted)  # no solid has a moment above the sum of the other two: the nearest that one can have

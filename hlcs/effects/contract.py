@@ -6,14 +6,22 @@ same metadata, and at its null value a change is exactly absent.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from enum import Enum, auto
+from typing import NamedTuple
 
 import numpy as np
 
 from hlcs.data.experiment_file import Body, Surroundings
-from minibullet.effects.contract import name_of, parameter, parameters
+from minibullet.effects.contract import Facts
 
-__all__ = ["Change", "Scene", "Setup", "name_of", "parameter", "parameters"]
+
+class DataNeed(Enum):
+    """What a change needs of the data, beside what laws of physics need (minibullet.effects.contract.Need)."""
+
+    HEIGHT = auto()  # measured
+    UNLIKE_HEIGHTS = auto()  # recordings that do not all pass the same heights at the same times
+    TURNING = auto()  # the body is seen to turn, or a contact turns it
+    LEANING = auto()  # the same, where the contact of a sphere is none that leans
 
 
 @dataclass(frozen=True)
@@ -38,10 +46,8 @@ class Scene(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Change:
-    """Base of the candidates that are not forces; override one hook."""
-
-    group: ClassVar[str] = ""
+class Change(Facts):
+    """Base of the candidates that are not forces; override one hook and state its facts."""
 
     def setup(self, setup: Setup) -> Setup:
         """The set-up as it really was, given the nominal one."""

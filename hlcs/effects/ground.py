@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.effects.contract import Change, parameter
+from hlcs.effects.contract import Change
+from minibullet.effects.contract import Need, parameter
 
 
 @dataclass(frozen=True)
@@ -14,6 +15,7 @@ class BottomSlope(Change):
     grade_x: float = parameter(0.0, unit="-", low=-0.1, high=0.1, null=0.0)
     grade_y: float = parameter(0.0, unit="-", low=-0.1, high=0.1, null=0.0)
     group = "ground"
+    needs = (Need.CONTACT,)
 
     def setup(self, setup):
         surroundings = setup.surroundings

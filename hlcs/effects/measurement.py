@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hlcs.effects.contract import Change, parameter
+from hlcs.effects.contract import Change, DataNeed
 from minibullet import rotations
+from minibullet.effects.contract import Need, parameter
 
 # nodes and weights of Gauss-Legendre on [-1/2, 1/2]: a moving average of a smooth motion to high order
 _NODES, _WEIGHTS = (0.5 * half for half in np.polynomial.legendre.leggauss(5))
@@ -18,6 +19,8 @@ class TiltedFrame(Change):
     angle_x: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
     angle_y: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
     group = "measurement"
+    alike = "tilt"
+    needs = (Need.SIDEWAYS,)
 
     def look(self, look, scene):
         turn = rotations.product(
@@ -40,6 +43,7 @@ class LengthScale(Change):
 
     factor: float = parameter(1.0, unit="-", low=0.9, high=1.1, null=1.0)
     group = "measurement"
+    alike = "effective_gravity"
 
     def look(self, look, scene):
         def seen(times):
@@ -62,6 +66,7 @@ class TimeScale(Change):
 
     factor: float = parameter(1.0, unit="-", low=0.95, high=1.05, null=1.0)
     group = "measurement"
+    alike = "effective_gravity"
 
     def look(self, look, scene):
         return lambda times: look(self.factor * times)
@@ -76,6 +81,7 @@ class ClockOffset(Change):
 
     offset: float = parameter(0.0, unit="s", low=-0.3, high=0.3, null=0.0)
     group = "measurement"
+    needs = (Need.RELEASE,)
 
     def look(self, look, scene):
         def seen(times):
@@ -101,6 +107,7 @@ class CalibrationCurve(Change):
     c_4: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
     c_5: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
     group = "measurement"
+    needs = (DataNeed.HEIGHT, DataNeed.UNLIKE_HEIGHTS)
     relative_bound = 0.05  # the correction stays below this part of the range of heights
 
     def look(self, look, scene):
@@ -123,6 +130,7 @@ class TrackerSmoothing(Change):
 
     window: float = parameter(0.0, unit="s", low=0.0, high=0.2, null=0.0)
     group = "measurement"
+    needs = (Need.FLOOR,)
 
     def look(self, look, scene):
         def seen(times):

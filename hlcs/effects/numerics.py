@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass, replace
 
-from hlcs.effects.contract import Change, parameter
+from hlcs.data.rigid_body import rigid_body
+from hlcs.effects.contract import Change
+from minibullet.effects.contract import Need, parameter
 
 
 @dataclass(frozen=True)
@@ -11,8 +13,8 @@ class MarginOffset(Change):
 
     offset: float = parameter(0.0, unit="Dn", low=0.0, high=0.02, null=0.0, source="collision margin of common engines: 0.008 Dn")
     group = "contact_normal"
+    alike = "rest_height"
+    needs = (Need.CONTACT,)
 
     def setup(self, setup):
-        from hlcs.data.rigid_body import solid
-
-        return replace(setup, margin=setup.margin + self.offset * solid(setup.body).volume ** (1 / 3))
+        return replace(setup, margin=setup.margin + self.offset * rigid_body(setup.body).volume ** (1 / 3))

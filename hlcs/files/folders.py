@@ -1,13 +1,11 @@
-"""Results on disk: a folder or file appears whole or not at all; JSON and TOML that other programs can read; versions.
+"""Results on disk: a folder or file appears whole or not at all; JSON and TOML that other programs can read.
 
 Everything is first written under a temporary name beside its target and then renamed, so a run killed at any moment leaves
 the old result, nothing, or the whole new one. No pickle anywhere.
 """
 
 import hashlib
-import importlib.metadata
 import os
-import platform
 import secrets
 import shutil
 import stat
@@ -24,7 +22,6 @@ from minibullet.files.writing import refused, whole
 # in every result folder: hash, size and name of each file this program wrote, so that a later run replaces those and no others
 CONTENTS = ".hlcs"
 MOST_LISTED = 1_000_000  # bytes of that list; a line takes about a hundred
-REPORTED = ("hlcs", "numpy", "numba", "python-fcl", "trimesh", "matplotlib", "scipy", "pandas", "tqdm", "click")
 
 
 @contextmanager
@@ -129,17 +126,6 @@ def write_json(path, value):
 def write_toml(path, table):
     """Write the nested dictionary `table` as TOML, see `to_toml`."""
     write_text(path, to_toml(table))
-
-
-def versions():
-    """Versions of Python, the platform, this program and its dependencies; None for what is not installed."""
-    found = {"python": platform.python_version(), "platform": f"{platform.system()} {platform.machine()}"}
-    for name in REPORTED:
-        try:
-            found[name] = importlib.metadata.version(name)
-        except importlib.metadata.PackageNotFoundError:
-            found[name] = None
-    return found
 
 
 # ------------------------------------------------------------------------------------------------------------- folders

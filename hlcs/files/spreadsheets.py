@@ -1,16 +1,30 @@
 """Tables as CSV text that a spreadsheet only shows: no cell of it is a formula there."""
 
+import csv
+import io
+
 STARTS = ("=", "+", "-", "@", "\t", "\r")  # what spreadsheets take for the beginning of a formula
 
 
-def csv_text(frame):
-    """The CSV text of a DataFrame without its index; a word that would be a formula gets an apostrophe before it."""
-    words = {name: frame[name].map(_shown) for name in frame if frame[name].dtype.kind not in "biuf"}
-    return frame.assign(**words).rename(columns=_shown).to_csv(index=False)
+def csv_text(columns):
+    """The CSV text of columns {name: values}, missing values (None, NaN) blank; a text that would be a formula gets an apostrophe
+    before it."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(map(_shown, columns))
+    writer.writerows(zip(*(map(_shown, values) for values in columns.values()), strict=True))
+    return stream.getvalue()
+
+
+def as_columns(rows):
+    """Rows, dictionaries with the same keys, as columns."""
+    return {name: [row[name] for row in rows] for name in rows[0]}
 
 
 def _shown(cell):
-    """The cell; with an apostrophe where it is text that begins a formula. A number, written as text or not, is itself."""
+    """A cell as it is written: text that begins a formula gets an apostrophe; a number, written as text or not, is itself."""
+    if isinstance(cell, float):
+        return "" if cell != cell else repr(float(cell))
     if not isinstance(cell, str) or not cell.startswith(STARTS):
         return cell
     try:

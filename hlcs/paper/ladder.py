@@ -9,15 +9,18 @@ from dataclasses import replace
 import numpy as np
 
 from hlcs.data.experiment_file import read_experiment_file
+from hlcs.diagnose import diagnosis_of
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
+from hlcs.files.versions import versions
+from hlcs.kinds.layers import Layers
 from hlcs.kinds.layers.data import read_layer_sets
-from hlcs.kinds.layers.diagnosis import diagnose_layers
 from hlcs.kinds.layers.model import LayerModel, Simulator, coefficients
+from hlcs.kinds.protocol import Options
 from hlcs.placement import statistics
 from hlcs.placement.comparison import repeated
 from hlcs.placement.printed_tables import laboratory
-from hlcs.placement.settings_file import placement_table
+from hlcs.placement.settings_table import placement_table
 
 NAIVE = {"shape": "hull", "friction": 0.6, "margin": 0.008}
 FLAT, SLOPE = (("table2", "RPG"), ("table2", "TPG")), (("table3", "TPG"),)
@@ -30,7 +33,7 @@ def write_case(folder, settings):
 
     for name, tables in (("flat", FLAT), ("slope", SLOPE), ("all", FLAT + SLOPE)):
         frame = pd.concat([laboratory(table, grid=grid).to_dataframe() for table, grid in tables])
-        folders.write_text(folder / f"{name}.csv", csv_text(frame))
+        folders.write_text(folder / f"{name}.csv", csv_text(frame.to_dict("list")))
         title = {"flat": "Table 2", "slope": "Table 3", "all": "Tables 2 and 3"}[name] + " against the naive model"
         document = {
             "kind": "layers",
@@ -48,7 +51,7 @@ def ladder(plan, folder, progress=False, simulator=None):
     write_case(folder, plan.settings)
     simulator, seeds = simulator or Simulator(workers=plan.workers, progress=progress), plan.repeats or SEEDS
     file = read_experiment_file(folder / "flat.toml")
-    diagnosis = diagnose_layers(file, seed=plan.seed - 1, simulator=simulator, seeds=seeds)
+    diagnosis = diagnosis_of(Layers(file, Options(seed=plan.seed - 1), simulator, seeds))
     (slope,) = read_layer_sets(folder / "slope.csv")
     models = [LayerModel(diagnosis.model.base, diagnosis.model.terms[:count]) for count in range(len(diagnosis.steps))]
     numbers = range(plan.seed, plan.seed + seeds)
@@ -74,7 +77,7 @@ def ladder(plan, folder, progress=False, simulator=None):
         "floor": {"fitted": diagnosis.error["fitted"]["noise"], "held_out": floor.mean, "held_out_95": floor.quantile},
         "diagnosis": diagnosis.to_json(),
         "settings": placement_table(diagnosis.model.base),
-        "versions": folders.versions(),
+        "versions": versions(),
     }
     return document, replace(diagnosis, model=replace(diagnosis.model, source=(file.title, "flat.csv")))
 

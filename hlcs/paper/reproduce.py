@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.files import folders
-from hlcs.placement.bottoms import Flat, Slope
+from hlcs.files.versions import versions
 from hlcs.placement.comparison import compare_layers, repeated
 from hlcs.placement.grids import RPG, TPG
 from hlcs.placement.printed_tables import laboratory, sensitivity_values
 from hlcs.placement.procedure import PlacementTest
-from hlcs.placement.settings_file import placement_table
+from hlcs.placement.sea_bottom import Flat, Slope
+from hlcs.placement.settings_table import placement_table
 from hlcs.processes import parallel
 
 FRICTIONS = (0.36, 0.6)  # what Bullet makes of 0.6 typed on both bodies, because it multiplies the two; the number as typed
@@ -148,14 +148,7 @@ def _table(name, grids, plan, progress):
 
 def _document(name, plan, seeds):
     settings = {key: value for key, value in placement_table(plan.test()).items() if key not in VARIED}
-    return {
-        "format": 1,
-        "table": name,
-        "repeats": len(seeds),
-        "seeds": seeds,
-        "settings": settings,
-        "versions": folders.versions(),
-    }
+    return {"format": 1, "table": name, "repeats": len(seeds), "seeds": seeds, "settings": settings, "versions": versions()}
 
 
 def _summary(results, measured):

@@ -10,7 +10,8 @@ from hlcs.files import folders
 from hlcs.paper import ladder, reproduce
 from hlcs.paper.reproduce_text import text_of
 from hlcs.placement import figures
-from hlcs.placement.comparison import percent, sample_of
+from hlcs.placement.comparison import sample_of
+from hlcs.placement.number_text import percent
 from hlcs.placement.printed_tables import laboratory, paper_numerical
 from hlcs.placement.statistics import Sample
 from minibullet.report import drawing

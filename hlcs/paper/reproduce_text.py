@@ -3,8 +3,7 @@
 import numpy as np
 
 from hlcs.placement import statistics
-from hlcs.placement.comparison import percent
-from hlcs.placement.placement_result import or_dash
+from hlcs.placement.number_text import or_dash, percent
 from hlcs.placement.printed_tables import laboratory, paper_numerical
 
 FRICTION_NOTE = """\

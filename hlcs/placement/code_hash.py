@@ -15,7 +15,7 @@ OURS = ("hlcs", "minibullet")
 
 
 @cache
-def code_hash(root="hlcs.placement.runs"):
+def code_hash(root="hlcs.placement.single_run"):
     """Hash of the import closure of module `root`, 16 hexadecimal digits.
 
     Source text counts as Python reads it: the same with the line ends of Windows. Comments count too: too much is computed

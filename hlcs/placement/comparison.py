@@ -3,21 +3,21 @@
 print(hlcs.compare(result, hlcs.laboratory("table2", grid="TPG")))
 """
 
-import html
 from dataclasses import dataclass
 
 import numpy as np
 
 from hlcs.placement import statistics
-from hlcs.placement.bottoms import Flat, Slope
-from hlcs.placement.placement_result import PlacementResult, or_dash
+from hlcs.placement.placement_result import PlacementResult
 from hlcs.placement.printed_tables import LayerTable, laboratory
+from hlcs.placement.sea_bottom import Flat, Slope
 from hlcs.placement.statistics import Sample
+from hlcs.rendering import Result
 from minibullet.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
-class LayerComparison:
+class LayerComparison(Result):
     """Model and measurement of the same layers, from the first on. Errors are model minus measured: positive = too thick.
 
     title; model, measured: `hlcs.placement.statistics.Sample` of M layers; notes: what a reader must know to read the table.
@@ -78,7 +78,7 @@ class LayerComparison:
             "format": 1,
             "kind": "layers",
             "title": self.title,
-            "layers": self.to_dataframe().to_dict("records"),
+            "layers": self.layer_rows(),
             "mean_relative_error": self.mean_relative_error,
             "signed_bias": self.signed_bias,
             "height_error": self.height_error,
@@ -87,55 +87,23 @@ class LayerComparison:
 
     to_json = to_dict
 
+    def layer_rows(self):
+        """One dictionary a layer: layer, mean, cv, tests of the model; the measured ones; relative_error, signed_error, z."""
+        columns = {
+            "layer": np.arange(1, self.model.mean.size + 1),
+            **self.model._asdict(),
+            **{f"measured_{name}": values for name, values in self.measured._asdict().items()},
+            "relative_error": np.abs(self.signed_errors),
+            "signed_error": self.signed_errors,
+            "z": self.z,
+        }
+        return [dict(zip(columns, row, strict=True)) for row in zip(*(v.tolist() for v in columns.values()), strict=True)]
+
     def to_dataframe(self):
-        """One row a layer: layer, mean, cv, tests of the model; the measured ones; relative_error, signed_error, z."""
+        """The rows of `layer_rows`."""
         import pandas as pd
 
-        model = {"mean": self.model.mean, "cv": self.model.cv, "tests": self.model.tests}
-        return pd.DataFrame(
-            {
-                "layer": np.arange(1, self.model.mean.size + 1),
-                **model,
-                "measured_mean": self.measured.mean,
-                "measured_cv": self.measured.cv,
-                "measured_tests": self.measured.tests,
-                "relative_error": np.abs(self.signed_errors),
-                "signed_error": self.signed_errors,
-                "z": self.z,
-            }
-        )
-
-    def summary(self):
-        """The table as text."""
-        lines = [
-            self.title,
-            f"{'layer':>5} {'model':>8} {'CV':>6} {'N':>3} {'measured':>10} {'CV':>6} {'N':>3} {'error %':>9} {'z':>6}",
-        ]
-        for row in self.to_dataframe().itertuples():
-            own = f"{or_dash(row.mean, '.3f'):>8} {or_dash(row.cv, '.3f'):>6} {or_dash(row.tests, '.0f'):>3}"
-            other = f"{row.measured_mean:>10.3f} {or_dash(row.measured_cv, '.3f'):>6} {or_dash(row.measured_tests, '.0f'):>3}"
-            lines.append(f"{row.layer:>5} {own} {other} {percent(row.signed_error, '+.2f'):>9} {or_dash(row.z, '+.1f'):>6}")
-        lines.append(
-            f"{'sum':>5} {or_dash(self.model.mean.sum(), '.3f'):>8} {'':>10} {self.measured.mean.sum():>10.3f} {'':>10} "
-            f"{percent(self.height_error, '+.2f'):>9}"
-        )
-        lines.append(
-            f"mean relative error {percent(self.mean_relative_error)} %, signed bias "
-            f"{percent(self.signed_bias, '+.2f')} %, height error {percent(self.height_error, '+.2f')} % "
-            "(positive: the model is too thick)"
-        )
-        return "\n".join([*lines, *self.notes])
-
-    __str__ = summary
-
-    def _repr_html_(self):
-        return f"<p>{html.escape(self.title)}</p>" + self.to_dataframe().to_html(index=False)
-
-    def plot(self, ax=None):
-        """Both against the layer, with error bars; returns the Axes."""
-        from hlcs.placement.figures import layer_axes
-
-        return layer_axes([("model", self.model), ("measured", self.measured)], ax)
+        return pd.DataFrame(self.layer_rows())
 
 
 def compare_layers(model, measured):
@@ -203,8 +171,3 @@ def laboratory_for(test):
 
 def _cut(sample, layers):
     return Sample(*(part[:layers] for part in sample))
-
-
-def percent(value, form=".2f"):
-    """A share as a percentage, "-" where there is none."""
-    return or_dash(100 * value if value is not None else None, form)

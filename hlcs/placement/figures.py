@@ -5,7 +5,7 @@ import io
 import numpy as np
 
 from hlcs.placement import statistics
-from hlcs.placement.bottoms import Survey
+from hlcs.placement.sea_bottom import Survey
 from minibullet import rotations
 from minibullet.report import drawing
 

@@ -1,17 +1,20 @@
-"""What a placement test gave: layers, their scatter, what was lost; as text, table, JSON, files."""
+"""What a placement test gave: layers, their scatter, what was lost; how it is shown and saved is told by its renderer."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from hlcs.placement.bottoms import height_above
+from hlcs.files.versions import versions
 from hlcs.placement.grids import interior_density
-from hlcs.placement.one_layer import in_place, level_of
+from hlcs.placement.layer_placement import in_place, level_of
+from hlcs.placement.sea_bottom import height_above
+from hlcs.placement.settings_table import placement_table
+from hlcs.rendering import Result, renderer_of
 
 
 @dataclass(frozen=True, eq=False)
-class PlacementResult:
+class PlacementResult(Result):
     """What a placement test gave: a frozen value.
 
     test: the PlacementTest; readings: per layer the plates' heights above the bottom [m], NaN where the layer alone does not
@@ -122,13 +125,10 @@ class PlacementResult:
     def _dn(self):
         return self.test.unit.nominal_diameter
 
-    def to_dict(self):
-        """The JSON of ``hlcs place``; None where there is no such value."""
-        from hlcs.files import folders
-        from hlcs.placement.settings_file import placement_table
-
-        test, dn = self.test, self._dn
-        layers = [
+    def layer_rows(self):
+        """One dictionary a layer, as `to_dataframe` has them; None where a layer has no such value."""
+        dn = self._dn
+        return [
             {
                 "layer": j + 1,
                 "k": _known(k),
@@ -144,6 +144,10 @@ class PlacementResult:
             }
             for j, k in enumerate(self.layer_coefficients)
         ]
+
+    def to_dict(self):
+        """The JSON of ``hlcs place``; None where there is no such value."""
+        test, dn = self.test, self._dn
         return {
             "format": 1,
             "grid": test.grid.name,
@@ -152,7 +156,7 @@ class PlacementResult:
             "seed": test.seed,
             "shape": test.shape,
             "nominal_diameter_m": dn,
-            "layers": layers,
+            "layers": self.layer_rows(),
             "height_over_dn": _known(self.height_over_dn),
             "porosity": _known(self.porosity),
             "packing_density": test.grid.packing_density,
@@ -171,7 +175,7 @@ class PlacementResult:
             ],
             "notices": list(self.notices),
             "settings": placement_table(test),
-            "versions": folders.versions(),
+            "versions": versions(),
         }
 
     def to_dataframe(self):
@@ -179,78 +183,14 @@ class PlacementResult:
         mean_lift_over_dn, drift_over_dn; NaN where a layer has no such value."""
         import pandas as pd
 
-        return pd.DataFrame(self.to_dict()["layers"])
+        return pd.DataFrame(self.layer_rows())
 
-    def save(self, folder):
-        """Write layers.csv, result.json, poses.npz, settings.toml, scene.glb, structure.png and report.html into a folder;
-        returns it."""
-        from hlcs.placement.saved_results import save_placement
-
-        return save_placement(self, folder)
-
-    @staticmethod
-    def load(folder):
+    @classmethod
+    def load(cls, folder):
         """The result that `save` wrote."""
-        from hlcs.placement.saved_results import load_placement
-
-        return load_placement(folder)
-
-    def summary(self):
-        """A few lines of text: the layers, the height, what was lost or did not settle."""
-        data = self.to_dict()
-        lines = [
-            f"{data['grid']} grid, {len(self.poses)} layers, {sum(len(p) for p in self.poses)} units, shape {data['shape']}, "
-            f"contact friction {self.test.friction:g}, seed {data['seed']}",
-            "layer       k   plates  left out      CV  units  lost  unsettled",
-        ]
-        lines += [
-            f"{r['layer']:5d}  {or_dash(r['k'], '.3f'):>6}  {r['readings']:6d}  {r['unsupported_readings']:8d}  "
-            f"{or_dash(r['cv'], '.4f'):>6}  {r['units']:5d}  {r['lost']:4d}  {r['unsettled']:9d}"
-            for r in data["layers"]
-        ]
-        lines += [
-            f"height {or_dash(data['height_over_dn'], '.3f')} Dn, deepest overlap {data['max_penetration_over_dn']:.1e} Dn, "
-            f"{self.wall_seconds:.1f} s",
-            f"porosity {or_dash(data['achieved_porosity'], '.3f')} achieved, {or_dash(data['porosity'], '.3f')} nominal; packing "
-            f"density {or_dash(data['achieved_packing_density'], '.3f')} achieved, {data['packing_density']:.3f} nominal",
-            *self.notes(),
-        ]
-        return "\n".join(lines)
-
-    def notes(self):
-        """What a reader must know beside the table: one sentence each."""
-        found, dn = [], self._dn
-        if self.fallen_layers:
-            layers = ", ".join(map(str, self.fallen_layers))
-            found.append(f"no structure: layer {layers} carries no plate, and most of its units fell, move or hang in the air")
-        absent, known = np.flatnonzero(np.isnan(self.heights)) + 1, np.flatnonzero(np.isfinite(self.heights)) + 1
-        if len(absent):
-            last = f"layer {known[-1]} is {self.heights[known[-1] - 1]:.3f} Dn high" if len(known) else "no layer was read"
-            found.append(f"no height of layer {', '.join(map(str, absent))}: no plate lies on it alone; {last}")
-        if (pushed := self.records[0].pushed / dn) >= 5e-4:  # shown as 0.001
-            found.append(f"first layer pushed apart by up to {pushed:.3f} Dn: its units overlapped as they were laid")
-        for j, words in enumerate(self.carried_by, start=1):
-            out = np.isnan(self.readings[j - 1])
-            if out.any():
-                kinds = [word for word, left in zip(words, out, strict=True) if left]
-                counted = ", ".join(f"{kinds.count(kind)} on {kind}" for kind in dict.fromkeys(kinds))
-                found.append(f"plates left out of layer {j}: {counted}")
-        if unsolved := sum(record.unsolved_steps for record in self.records):
-            steps = sum(record.steps for record in self.records)
-            found.append(f"{unsolved} of {steps} steps did not reach residual {self.test.tolerance:g}")
-        return [*found, *self.notices]
-
-    __str__ = summary
-
-    def _repr_html_(self):
-        return f"<pre>{self.summary().splitlines()[0]}</pre>" + self.to_dataframe().to_html(index=False)
+        return renderer_of(cls).load(folder)
 
 
 def _known(value):
     """A float, None where it is not finite: what JSON has for it."""
     return float(value) if np.isfinite(value) else None
-
-
-def or_dash(value, form):
-    """A number in a form, "-" where there is none."""
-    return format(value, form) if value is not None and np.isfinite(value) else "-"

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 import minibullet as mb
-from hlcs.placement import bottoms, one_layer, plates, validation
+from hlcs.placement import layer_placement, plate_readings, sea_bottom, validation
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.placement_result import PlacementResult
 from hlcs.placement.units import CONCRETE, UNITS
@@ -105,7 +105,7 @@ class PlacementTest:
     def __post_init__(self):
         object.__setattr__(self, "grid", Grid.parse(self.grid))
         if isinstance(self.bottom, str):
-            object.__setattr__(self, "bottom", bottoms.parse_bottom(self.bottom))
+            object.__setattr__(self, "bottom", sea_bottom.parse_bottom(self.bottom))
         object.__setattr__(self, "effects", tuple(self.effects))
         for field in fields(self):
             _check(field.name, getattr(self, field.name), type(field.default))
@@ -114,7 +114,7 @@ class PlacementTest:
                 f"placement: layers = {self.layers} with {self.rows} rows and {self.columns} columns; every layer has one row "
                 f"and one column less, so at most {min(self.rows, self.columns)} layers"
             )
-        if self.bottom_roughness and isinstance(self.bottom, bottoms.Survey):
+        if self.bottom_roughness and isinstance(self.bottom, sea_bottom.Survey):
             raise InputError("placement: bottom_roughness on a surveyed bottom; its roughness stands in the survey")
         _ = self.settings  # checked now, not after minutes
         validation.tell_unlikely(self)
@@ -147,70 +147,87 @@ class PlacementTest:
         dn, last = self.unit.nominal_diameter, np.array([self.columns + 1, self.rows + 1])
         half = 0.5 * last * (self.grid.spacing_x, self.grid.spacing_y)
         generator = np.random.default_rng([self.seed, 0])  # a stream of its own: other draws are the same with and without
-        return bottoms.roughened(self.bottom, self.bottom_roughness * dn, ROUGHNESS_LENGTH * dn, half * dn, generator)
+        return sea_bottom.roughened(self.bottom, self.bottom_roughness * dn, ROUGHNESS_LENGTH * dn, half * dn, generator)
 
     def run(self, progress=None):
         """Place and measure all layers; ``progress(layer)`` is called after each. Returns a PlacementResult."""
         started = time.perf_counter()
         validation.check_effort(self)
-        unit, dn, bed = self.unit, self.unit.nominal_diameter, self.bed
-        load = one_layer.load_of(unit, self)
-        generator = np.random.default_rng(self.seed)
-        world = mb.World([mb.Gravity(9.81), *self.effects], self.settings)
-        bed.add_to(world)
-        shift, envelope, level = np.zeros(2), 0.0, -np.inf
-        records, readings, aimed, loose = [], [], [], []
+        site = _Site(self)
         for layer in range(1, self.layers + 1):
-            centres = self.grid.centres(self.rows, self.columns, layer) * dn + shift
-            aims = one_layer.missed(self, centres, layer)
-            lifts, pushed = [], 0.0
-            if layer == 1:
-                handles = one_layer.lay_first_layer(world, unit, load, aims, bed, self, generator)
-                pushed = _farthest(handles, one_layer.first_places(unit, aims, bed, self))
-                record = one_layer.settle_layer(world, layer, handles, bed, level, dn, self.settle_time)
-            else:
-                handles, record = [], None
-                rows = one_layer.rows_of(aims, centres) if self.sequential_placement else ()
-                for row in rows or (aims,):  # a layer may have lost all its units
-                    ground = -bottoms.height_above(bed, np.insert(row, 2, 0.0, axis=1))
-                    lowest = ground + envelope + self.falling_distance * dn
-                    hung, lifted = one_layer.hang_layer(world, layer, load, row, lowest, generator, len(handles))
-                    handles, lifts = handles + hung, [*lifts, *lifted]
-                    record = one_layer.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
-            loose = [*loose, *handles] if self.loose_lower_layers else handles
-            if self.vibration:
-                one_layer.shake(world, loose, self.vibration, dn)
-                record = one_layer.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
-            if not self.loose_lower_layers:
-                world.freeze(handles)
-            records.append(record.started(lifts, pushed))
-            aimed.append(aims)
-            if self.reference == "layer":
-                shift = shift + one_layer.reference_shift(record, aims)
-            readings.append(
-                plates.read_plates(
-                    [one.handles for one in records],
-                    record.standing,
-                    bed,
-                    plates.plate_centres(centres, dn, self.plates),
-                    dn,
-                    self.settings,
-                )
-            )
-            envelope = _envelope(readings[-1].heights, record.standing, bed, envelope)
-            level = one_layer.level_of(_heights(handles, bed), level, dn)
+            site.place(layer)
             if progress is not None:
                 progress(layer)
         return PlacementResult(
             self,
-            tuple(reading.heights for reading in readings),
-            tuple(_poses(record) for record in records),
-            tuple(replace(record, handles=(), standing=()) for record in records),
+            tuple(reading.heights for reading in site.readings),
+            tuple(_poses(record) for record in site.records),
+            tuple(replace(record, handles=(), standing=()) for record in site.records),
             time.perf_counter() - started,
-            tuple(reading.carried_by for reading in readings),
-            tuple(aimed),
-            world.notices,
+            tuple(reading.carried_by for reading in site.readings),
+            tuple(site.aims),
+            site.world.notices,
         )
+
+
+class _Site:
+    """Where a test is run: the world, what was placed and read in it, and what the next layer takes over from those below.
+
+    shift: of the next layer's grid [m] (2,); envelope: height that its falling distance starts from [m]; level: median height of
+    the centres of the layer below [m].
+    """
+
+    def __init__(self, test):
+        self.test, self.unit, self.dn, self.bed = test, test.unit, test.unit.nominal_diameter, test.bed
+        self.load = layer_placement.load_of(self.unit, test)
+        self.generator = np.random.default_rng(test.seed)
+        self.world = mb.World([mb.Gravity(9.81), *test.effects], test.settings)
+        self.bed.add_to(self.world)
+        self.shift, self.envelope, self.level = np.zeros(2), 0.0, -np.inf
+        self.records, self.readings, self.aims, self.loose = [], [], [], []
+
+    def place(self, layer):
+        """Place, settle, fix and measure one layer."""
+        test, dn = self.test, self.dn
+        centres = test.grid.centres(test.rows, test.columns, layer) * dn + self.shift
+        aims = layer_placement.missed(test, centres, layer)
+        record = self._first_layer(aims) if layer == 1 else self._upper_layer(layer, aims, centres)
+        self.loose = [*(self.loose if test.loose_lower_layers else ()), *record.handles]
+        if test.vibration:
+            layer_placement.shake(self.world, self.loose, test.vibration, dn)
+            record = self._settled(layer, record.handles).after(record)
+        if not test.loose_lower_layers:
+            self.world.freeze(record.handles)
+        self.records.append(record)
+        self.aims.append(aims)
+        if test.reference == "layer":
+            self.shift = self.shift + layer_placement.reference_shift(record, aims)
+        places, layers = plate_readings.plate_centres(centres, dn, test.plates), [below.handles for below in self.records]
+        self.readings.append(plate_readings.read_plates(layers, record.standing, self.bed, places, dn, test.settings))
+        self.envelope = _envelope(self.readings[-1].heights, record.standing, self.bed, self.envelope)
+        self.level = layer_placement.level_of(_heights(record.handles, self.bed), self.level, dn)
+
+    def _first_layer(self, aims):
+        """The record of the first layer, laid on the bottom and settled."""
+        handles = layer_placement.lay_first_layer(self.world, self.unit, self.load, aims, self.bed, self.test, self.generator)
+        pushed = _farthest(handles, layer_placement.first_places(self.unit, aims, self.bed, self.test))
+        return self._settled(1, handles).started(pushed=pushed)
+
+    def _upper_layer(self, layer, aims, centres):
+        """The record of a layer, dropped at once or row after row, and settled."""
+        handles, lifts, record = [], [], None
+        rows = layer_placement.rows_of(aims, centres) if self.test.sequential_placement else ()
+        for row in rows or (aims,):  # a layer may have lost all its units
+            ground = -sea_bottom.height_above(self.bed, np.insert(row, 2, 0.0, axis=1))
+            lowest = ground + self.envelope + self.test.falling_distance * self.dn
+            hung, lifted = layer_placement.hang_layer(self.world, layer, self.load, row, lowest, self.generator, len(handles))
+            handles, lifts = handles + hung, [*lifts, *lifted]
+            record = self._settled(layer, handles).after(record)
+        return record.started(lifts)
+
+    def _settled(self, layer, handles):
+        """The record of a layer after its units have come to rest."""
+        return layer_placement.settle_layer(self.world, layer, handles, self.bed, self.level, self.dn, self.test.settle_time)
 
 
 def _check(name, value, kind):
@@ -225,7 +242,7 @@ def _check(name, value, kind):
             raise InputError(f"placement: {name} = {shown_value(value)}; it must be {rule}{most}")
     elif name == "bottom" and not hasattr(value, "add_to"):
         raise InputError(
-            f'placement: bottom = {value!r}; it must be text such as "slope:0.04", or a bottom of hlcs.placement.bottoms'
+            f'placement: bottom = {value!r}; it must be text such as "slope:0.04", or a bottom of hlcs.placement.sea_bottom'
         )
     elif kind is bool and not isinstance(value, bool):
         raise InputError(f"placement: {name} = {value!r}; it must be true or false")
@@ -242,13 +259,13 @@ def _envelope(readings, standing, bottom, below):
         return float(np.nanmean(readings))
     if not standing:
         return below
-    tops = [(*handle.position[:2], plates.top(handle)) for handle in standing]
-    return float(bottoms.height_above(bottom, tops).mean())
+    tops = [(*handle.position[:2], plate_readings.top(handle)) for handle in standing]
+    return float(sea_bottom.height_above(bottom, tops).mean())
 
 
 def _heights(handles, bottom):
     """Heights of the centres of units above the bottom [m], (n,)."""
-    return bottoms.height_above(bottom, np.reshape([handle.position for handle in handles], (-1, 3)))
+    return sea_bottom.height_above(bottom, np.reshape([handle.position for handle in handles], (-1, 3)))
 
 
 def _farthest(handles, places):

@@ -1,14 +1,17 @@
-"""The report of a placement test: one page that opens offline, with the numbers, a plot, and the structure to turn."""
+"""How a PlacementResult is shown and saved: printed, in a notebook, drawn, a folder of files with a page that opens offline."""
 
 import base64
-import html
+import html as markup
+from pathlib import Path
+
+import numpy as np
 
 from hlcs.files import folders
 from hlcs.placement import figures
-from hlcs.placement.comparison import compare_layers, laboratory_for, percent, sample_of
-from hlcs.placement.placement_result import or_dash
+from hlcs.placement.comparison import compare_layers, laboratory_for, sample_of
+from hlcs.placement.number_text import or_dash, percent
 from hlcs.placement.printed_tables import paper_numerical
-from hlcs.placement.settings_file import placement_table
+from hlcs.placement.result_files import load_placement, write_numbers
 from minibullet.report import drawing
 
 STYLE = """
@@ -20,16 +23,85 @@ iframe { width: 100%; height: 32em; border: 1px solid #ddd } img { max-width: 10
 """
 
 
-def write_pictures(result, folder):
-    """structure.png and scene.glb into an existing folder."""
-    scene = figures.scene_of(result)
-    drawing.draw_scene(scene, folder / "structure.png")
-    drawing.write_glb(folder / "scene.glb", scene)
+def text(result):
+    """A few lines of text: the layers, the height, what was lost or did not settle."""
+    data = result.to_dict()
+    lines = [
+        f"{data['grid']} grid, {len(result.poses)} layers, {sum(len(p) for p in result.poses)} units, shape {data['shape']}, "
+        f"contact friction {result.test.friction:g}, seed {data['seed']}",
+        "layer       k   plates  left out      CV  units  lost  unsettled",
+    ]
+    lines += [
+        f"{r['layer']:5d}  {or_dash(r['k'], '.3f'):>6}  {r['readings']:6d}  {r['unsupported_readings']:8d}  "
+        f"{or_dash(r['cv'], '.4f'):>6}  {r['units']:5d}  {r['lost']:4d}  {r['unsettled']:9d}"
+        for r in data["layers"]
+    ]
+    lines += [
+        f"height {or_dash(data['height_over_dn'], '.3f')} Dn, deepest overlap {data['max_penetration_over_dn']:.1e} Dn, "
+        f"{result.wall_seconds:.1f} s",
+        f"porosity {or_dash(data['achieved_porosity'], '.3f')} achieved, {or_dash(data['porosity'], '.3f')} nominal; packing "
+        f"density {or_dash(data['achieved_packing_density'], '.3f')} achieved, {data['packing_density']:.3f} nominal",
+        *notes(result),
+    ]
+    return "\n".join(lines)
 
 
-def write_report(result, folder):
-    """report.html into an existing folder."""
-    folders.write_text(folder / "report.html", report_page(result))
+def html(result):
+    """A result in a notebook."""
+    return f"<pre>{text(result).splitlines()[0]}</pre>" + result.to_dataframe().to_html(index=False)
+
+
+def plot(result, ax=None):
+    """The layer coefficients against the layer; returns the Axes."""
+    return figures.layer_axes([("model", sample_of(result)[1])], ax)
+
+
+def save(result, folder):
+    """Write layers.csv, result.json, poses.npz, settings.toml, scene.glb, structure.png and report.html into a folder, which
+    appears whole; returns its Path."""
+    with folders.result_folder(folder) as partial:
+        write(result, partial)
+    return Path(folder)
+
+
+load = load_placement
+
+
+def write(result, folder):
+    """All files of a result into an existing, empty folder; elsewhere where that fails, see `folders.keep`."""
+
+    def write_into(place):
+        write_numbers(result, place)
+        scene = figures.scene_of(result)
+        drawing.draw_scene(scene, place / "structure.png")
+        drawing.write_glb(place / "scene.glb", scene)
+        folders.write_text(place / "report.html", report_page(result))
+
+    folders.keep(write_into, folder, folders.to_json(result.to_dict()))
+
+
+def notes(result):
+    """What a reader must know beside the table: one sentence each."""
+    found, dn = [], result.test.unit.nominal_diameter
+    if result.fallen_layers:
+        layers = ", ".join(map(str, result.fallen_layers))
+        found.append(f"no structure: layer {layers} carries no plate, and most of its units fell, move or hang in the air")
+    absent, known = np.flatnonzero(np.isnan(result.heights)) + 1, np.flatnonzero(np.isfinite(result.heights)) + 1
+    if len(absent):
+        last = f"layer {known[-1]} is {result.heights[known[-1] - 1]:.3f} Dn high" if len(known) else "no layer was read"
+        found.append(f"no height of layer {', '.join(map(str, absent))}: no plate lies on it alone; {last}")
+    if (pushed := result.records[0].pushed / dn) >= 5e-4:  # shown as 0.001
+        found.append(f"first layer pushed apart by up to {pushed:.3f} Dn: its units overlapped as they were laid")
+    for j, words in enumerate(result.carried_by, start=1):
+        out = np.isnan(result.readings[j - 1])
+        if out.any():
+            kinds = [word for word, left in zip(words, out, strict=True) if left]
+            counted = ", ".join(f"{kinds.count(kind)} on {kind}" for kind in dict.fromkeys(kinds))
+            found.append(f"plates left out of layer {j}: {counted}")
+    if unsolved := sum(record.unsolved_steps for record in result.records):
+        steps = sum(record.steps for record in result.records)
+        found.append(f"{unsolved} of {steps} steps did not reach residual {result.test.tolerance:g}")
+    return [*found, *result.notices]
 
 
 def report_page(result):
@@ -37,17 +109,15 @@ def report_page(result):
     test, data = result.test, result.to_dict()
     title = f"Placement test: {data['grid']} grid, {len(result.poses)} layers of {test.unit.name}s"
     measured = laboratory_for(test)
-    parts = [f"<h1>{html.escape(title)}</h1>", f"<p>{html.escape(headline(result, measured))}</p>"]
-    parts += [f'<p class="note">{html.escape(note[0].upper() + note[1:])}.</p>' for note in result.notes()]
+    comparison = None if measured is None else compare_layers(result, measured)
+    parts = [f"<h1>{markup.escape(title)}</h1>", f"<p>{markup.escape(headline(data, comparison))}</p>"]
+    parts += [f'<p class="note">{markup.escape(note[0].upper() + note[1:])}.</p>' for note in notes(result)]
     samples = [("model", sample_of(result)[1])]
-    if measured is None:
-        parts.append(layer_table(data))
-    else:
-        comparison = compare_layers(result, measured)
-        parts.append(comparison_table(comparison, data))
+    parts.append(layer_table(data["layers"], comparison))
+    if comparison is not None:
         parts.append(
-            f'<p class="note">Measured: {html.escape(measured.title)}, {html.escape(measured.source)}. '
-            + html.escape("; ".join(comparison.notes))
+            f'<p class="note">Measured: {markup.escape(measured.title)}, {markup.escape(measured.source)}. '
+            + markup.escape("; ".join(comparison.notes))
             + "</p>"
         )
         samples.append(("laboratory", sample_of(measured)[1]))
@@ -57,19 +127,19 @@ def report_page(result):
     parts.append(f'<img alt="layer coefficients" src="data:image/png;base64,{base64.b64encode(picture).decode()}">')
     page = drawing.page(figures.scene_of(result), title=title)
     parts.append(
-        f'<h2>The structure</h2><iframe title="the structure, drag to turn" srcdoc="{html.escape(page)}"></iframe>'
+        f'<h2>The structure</h2><iframe title="the structure, drag to turn" srcdoc="{markup.escape(page)}"></iframe>'
         '<p class="note">One colour a layer.</p>'
     )
-    parts.append(settings_table(test, data))
+    rows = [*data["settings"].items(), *((f"version of {name}", value) for name, value in data["versions"].items() if value)]
+    parts.append(f"<details><summary>Settings and versions</summary>{_table(('setting', 'value'), rows)}</details>")
     return (
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>'
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{markup.escape(title)}</title>'
         f"<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n"
     )
 
 
-def headline(result, measured):
+def headline(data, comparison):
     """The result in two sentences."""
-    data = result.to_dict()
     lost = sum(row["lost"] for row in data["layers"])
     unsettled = sum(row["unsettled"] for row in data["layers"])
     units, rest = sum(row["units"] for row in data["layers"]), f"{unsettled} had not" if unsettled else "all had"
@@ -84,8 +154,7 @@ def headline(result, measured):
         f"density {or_dash(data['achieved_packing_density'], '.3f')} where the units came to rest, "
         f"{or_dash(data['porosity'], '.3f')} and {data['packing_density']:.3f} nominal."
     )
-    if measured is not None:
-        comparison = compare_layers(result, measured)
+    if comparison is not None:
         text += (
             f" Against the laboratory the layer coefficients miss by {percent(comparison.mean_relative_error)} % "
             f"on average, the height by {percent(comparison.height_error, '+.2f')} %."
@@ -93,66 +162,38 @@ def headline(result, measured):
     return text
 
 
-def layer_table(data):
-    """The layers as an HTML table."""
+LAYER_COLUMNS = {
+    "plates": "readings",
+    "plates left out": "unsupported_readings",
+    "units": "units",
+    "lost": "lost",
+    "unsettled": "unsettled",
+}
+
+
+def layer_table(layers, comparison=None):
+    """The layers as an HTML table, beside the measurement where there is one."""
+    counts = [tuple(layer[key] for key in LAYER_COLUMNS.values()) for layer in layers]
+    if comparison is None:
+        rows = [(layer["layer"], or_dash(layer["k"], ".3f"), *count) for layer, count in zip(layers, counts, strict=True)]
+        return _table(("layer", "k", *LAYER_COLUMNS), rows)
     rows = [
         (
             row["layer"],
-            or_dash(row["k"], ".3f"),
-            row["readings"],
-            row["unsupported_readings"],
-            row["units"],
-            row["lost"],
-            row["unsettled"],
+            or_dash(row["mean"], ".3f"),
+            f"{row['measured_mean']:.3f}",
+            percent(row["signed_error"], "+.2f"),
+            or_dash(row["z"], "+.1f"),
+            *count,
         )
-        for row in data["layers"]
+        for row, count in zip(comparison.layer_rows(), counts, strict=False)
     ]
-    return _table(("layer", "k", "plates", "plates left out", "units", "lost", "unsettled"), rows)
-
-
-def comparison_table(comparison, data):
-    """The layers beside the measurement as an HTML table."""
-    rows = [
-        (
-            row.layer,
-            or_dash(row.mean, ".3f"),
-            f"{row.measured_mean:.3f}",
-            percent(row.signed_error, "+.2f"),
-            or_dash(row.z, "+.1f"),
-            layer["readings"],
-            layer["unsupported_readings"],
-            layer["units"],
-            layer["lost"],
-            layer["unsettled"],
-        )
-        for row, layer in zip(comparison.to_dataframe().itertuples(), data["layers"], strict=False)
-    ]
-    rows.append(
-        (
-            "sum",
-            or_dash(comparison.model.mean.sum(), ".3f"),
-            f"{comparison.measured.mean.sum():.3f}",
-            percent(comparison.height_error, "+.2f"),
-            "",
-            "",
-            "",
-            "",
-            "",
-            "",
-        )
-    )
-    return _table(
-        ("layer", "k, model", "k, laboratory", "error %", "z", "plates", "plates left out", "units", "lost", "unsettled"), rows
-    )
-
-
-def settings_table(test, data):
-    """Settings and versions, folded away."""
-    rows = [*placement_table(test).items(), *((f"version of {name}", value) for name, value in data["versions"].items() if value)]
-    return f"<details><summary>Settings and versions</summary>{_table(('setting', 'value'), rows)}</details>"
+    total = or_dash(comparison.model.mean.sum(), ".3f"), f"{comparison.measured.mean.sum():.3f}"
+    rows.append(("sum", *total, percent(comparison.height_error, "+.2f"), *[""] * 6))
+    return _table(("layer", "k, model", "k, laboratory", "error %", "z", *LAYER_COLUMNS), rows)
 
 
 def _table(head, rows):
-    cells = "".join(f"<th>{html.escape(str(name))}</th>" for name in head)
-    body = "".join("<tr>" + "".join(f"<td>{html.escape(str(value))}</td>" for value in row) + "</tr>" for row in rows)
+    cells = "".join(f"<th>{markup.escape(str(name))}</th>" for name in head)
+    body = "".join("<tr>" + "".join(f"<td>{markup.escape(str(value))}</td>" for value in row) + "</tr>" for row in rows)
     return f"<table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"

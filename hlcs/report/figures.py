@@ -1,8 +1,8 @@
 """Pictures of comparisons and diagnoses. Every plot takes `ax=None` and returns the Axes; nothing is shown or kept open."""
 
-import io
-
 import numpy as np
+
+from hlcs.records import Reason
 
 LABELS = {
     "time": "time [s]",
@@ -24,17 +24,6 @@ def _axes(ax, size=(11, 8)):
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     return figure.subplots(2, 2).reshape(-1)
-
-
-def figure_bytes(result):
-    """The figure of a Comparison or Diagnosis as PNG, None where there is nothing to draw."""
-    table = getattr(result, "table", None) or getattr(result, "pictures", None)
-    if not table:
-        return None
-    axes = result.plot()
-    buffer = io.BytesIO()
-    axes[0].figure.savefig(buffer, format="png", dpi=110)
-    return buffer.getvalue()
 
 
 def _plain(ax, title, x, y):
@@ -68,44 +57,37 @@ def _worst(table):
 
 
 def fit_panel(ax, diagnosis):
-    """Measured and modelled, before and after, where the model misses most."""
-    before, after = diagnosis.pictures["before"], diagnosis.pictures["after"]
-    if diagnosis.kind != "trajectory":
-        order = np.argsort(before["input"], kind="stable")
-        x, inside, where, label = before["input"][order], order, "all rows", _input_name(diagnosis)
-        unit = diagnosis.error.get("unit") or ""
-    else:
+    """Measured and modelled, before and after: of the channel of a trial where the model misses most, or of all rows."""
+    pictures, where, unit = diagnosis.pictures, "all rows", diagnosis.error.get("unit") or ""
+    before, after = pictures.before, pictures.after
+    inside = np.argsort(before[pictures.over], kind="stable")
+    if pictures.channels:
         trial, channel = _worst(before)
         inside = np.flatnonzero((before["trial"] == trial) & (before["channel"] == channel))
-        x, label, unit = before["time"][inside], "time [s]", "m" if channel < 3 else "rad"
-        where = f"{diagnosis.pictures['trials'][trial]}, {('x', 'y', 'z', 'rx', 'ry', 'rz')[channel]}"
+        where, unit = f"{pictures.trials[trial]}, {pictures.channels[channel]}", pictures.units[channel]
+    x = before[pictures.over][inside]
     ax.plot(x, before["measured"][inside], ".", color=MEASURED, ms=4, label="measured")
     ax.plot(x, before["model"][inside], "-", color=BEFORE, lw=1.2, label="model before")
     ax.plot(x, after["model"][inside], "-", color=AFTER, lw=1.2, label="model after")
     ax.legend(fontsize=8, frameon=False)
-    _plain(ax, f"Fit where it missed most: {where}", label, f"[{unit}]")
-
-
-def _input_name(diagnosis):
-    """What the rows of a table are drawn over."""
-    return LABELS["input"] if diagnosis.kind == "layers" else diagnosis.pictures["input"]
+    _plain(ax, f"Fit where it missed most: {where}", pictures.label, f"[{unit}]")
 
 
 def residual_panel(ax, diagnosis):
-    """All residuals in units of the noise, before and after, against time (or the main input of a table)."""
-    name, label = ("input", _input_name(diagnosis)) if diagnosis.kind != "trajectory" else ("time", "time [s]")
-    for table, colour, text in ((diagnosis.pictures["before"], BEFORE, "before"), (diagnosis.pictures["after"], AFTER, "after")):
-        ax.plot(table[name], table["sigmas"], ".", color=colour, ms=3, alpha=0.5, label=text)
+    """All residuals in units of the noise, before and after."""
+    pictures = diagnosis.pictures
+    for table, colour, text in ((pictures.before, BEFORE, "before"), (pictures.after, AFTER, "after")):
+        ax.plot(table[pictures.over], table["sigmas"], ".", color=colour, ms=3, alpha=0.5, label=text)
     ax.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)
     ax.legend(fontsize=8, frameon=False)
-    _plain(ax, "Residuals (grey: two sigma of the noise)", label, "measured - model [sigma]")
+    _plain(ax, "Residuals (grey: two sigma of the noise)", pictures.label, "measured - model [sigma]")
 
 
 def ranking_panel(ax, diagnosis, most=10):
     """Evidence of the candidates, on a logarithmic scale where it spans more than a decade; accepted ones in colour."""
     found = [entry for entry in diagnosis.candidates if entry.evidence is not None][:most][::-1]
     values = [max(entry.evidence, 0.5) for entry in found]
-    colours = [AFTER if entry.accepted else BEFORE if entry.why.startswith("suspected") else NOISE for entry in found]
+    colours = [AFTER if entry.accepted else BEFORE if entry.reason is Reason.SUSPECTED else NOISE for entry in found]
     ax.barh(range(len(found)), values, color=colours)
     ax.set_yticks(range(len(found)), [entry.effect for entry in found], fontsize=8)
     if found and max(values) > 10 * min(values):
@@ -140,8 +122,7 @@ def comparison_panels(comparison, ax=None):
     table, unit = comparison.table, comparison.error.get("unit") or ""
     if not table:
         return axes
-    positions = comparison.kind == "trajectory" and unit == "m"  # metres and radians are not one axis
-    told = table["channel"] < 3 if positions else np.ones(len(table["measured"]), bool)
+    told = table["channel"] < 3 if unit == "m" else np.ones(len(table["measured"]), bool)  # metres and radians are not one axis
     measured, model = table["measured"][told], table["model"][told]
     axes[0].plot([measured.min(), measured.max()], [measured.min(), measured.max()], "-", color=NOISE, lw=1)
     axes[0].plot(model, measured, ".", color=AFTER, ms=3)

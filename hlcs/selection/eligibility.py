@@ -1,100 +1,96 @@
-"""Which candidates can take part in a diagnosis of trajectories, and why the others cannot."""
+"""Which candidates can take part in a diagnosis, and why the others cannot."""
+
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import stats
 
 import minibullet.effects as forces
-from hlcs.data.rigid_body import solid
-from hlcs.effects import NOT_FORCES, Candidate, candidate, class_named, classes
-from hlcs.effects.contract import name_of
+from hlcs.data.rigid_body import rigid_body
+from hlcs.effects import candidate, wanted
+from hlcs.effects.contract import DataNeed
+from minibullet.effects.contract import Need, name_of
 
-NEED_MASS_AND_SIZE = {
-    "drag_crisis",
-    "buoyancy",
-    "added_mass",
-    "magnus",
-    "history_force",
-    "ground_cushion",
-    "mass_offset",
-    "size_error",
+NO_TURNING = "orientations are not measured"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What recordings show that a candidate may need."""
+
+    trials: tuple
+    contact: bool  # does anything touch?
+
+    @property
+    def body_known(self):
+        return all(known_body(trial.body) for trial in self.trials)
+
+    @cached_property
+    def columns(self):
+        return set().union(*(trial.columns for trial in self.trials))
+
+    def starts_with(self, key):
+        """Does any recording state this part of its start?"""
+        return any(key in trial.start for trial in self.trials)
+
+
+# need: (what is said where it is missing, test of what recordings show)
+NEEDS = {
+    Need.MASS_AND_SIZE: ("mass and size of the body are not stated", lambda shown: shown.body_known),
+    Need.FLOOR: ("there is no floor", lambda shown: shown.trials[0].surroundings.floor_height is not None),
+    Need.CONTACT: ("nothing touches in these data", lambda shown: shown.contact),
+    Need.SPIN: (
+        "the spin is neither measured nor stated",
+        lambda shown: "rx" in shown.columns or shown.starts_with("angular_velocity"),
+    ),
+    Need.ROTATION: (NO_TURNING, lambda shown: "rx" in shown.columns),
+    DataNeed.TURNING: (NO_TURNING, lambda shown: "rx" in shown.columns or shown.contact),
+    DataNeed.LEANING: (
+        NO_TURNING,
+        lambda shown: "rx" in shown.columns or shown.contact and shown.trials[0].body.shape != "sphere",
+    ),
+    Need.RELEASE: ("the moment of release is not known (no start velocity stated)", lambda shown: shown.starts_with("velocity")),
+    Need.SIDEWAYS: ("no horizontal position is measured", lambda shown: bool(shown.columns & {"x", "y"})),
+    DataNeed.HEIGHT: ("no height is measured", lambda shown: "z" in shown.columns),
+    DataNeed.UNLIKE_HEIGHTS: (
+        "all recordings pass the same heights at the same times, so any misfit would look like it",
+        lambda shown: not all_alike(shown.trials),
+    ),
 }
-NEED_DRAG = {"uniform_flow", "orientation_drag", "wall_drag"}
-NEED_FLOOR = {"wall_drag", "ground_cushion", "tracker_smoothing"}
 
 
 def candidates_for(measurement, contact, names=None, own=()):
     """(candidates, {name: why it cannot take part}) for trajectories; `names` None = all that fit, else just these."""
-    trials = measurement.trials
-    surroundings = trials[0].surroundings
-    radius = solid(trials[0].body).radius
-    wanted = list(classes()) if names is None else [name_of(class_named(name, own)) for name in names]
-    kinds = [class_named(name, own) for name in wanted]
-    kinds += [kind for kind in own if kind not in kinds]
-    found, absent = [], {}
-    for kind in kinds:
-        name = name_of(kind)
-        why = stated(name, measurement.file) or (None if kind in own else _obstacle(kind, name, measurement, contact))
-        if why:
-            absent[name] = why
-        else:
-            found.append(candidate(kind, surroundings, radius, own=kind in own, only=_free(name, trials)))
-    return sorted(found, key=lambda entry: entry.name), absent
+    first, shown = measurement.trials[0], Shown(measurement.trials, contact)
+    why = {kind: stated(kind, measurement.file) or obstacle(kind, shown) for kind in wanted(names, own)}
+    return eligible(why, first.body, first.surroundings, shown.body_known, own)
 
 
-def stated(name, file):
-    """Why a candidate cannot join what an experiment file states as its model, or None."""
+def eligible(why, body, surroundings, body_known, own):
+    """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}."""
+    radius = rigid_body(body).radius
+    found = [candidate(kind, surroundings, radius, body_known, kind in own) for kind, text in why.items() if not text]
+    return sorted(found, key=lambda entry: entry.name), {name_of(kind): text for kind, text in why.items() if text}
+
+
+def obstacle(kind, shown):
+    """What a class needs that recordings do not show, in words, or None."""
+    return next((text for text, met in map(NEEDS.get, kind.needs) if not met(shown)), None)
+
+
+def stated(kind, file):
+    """Why a class cannot join what an experiment file states as its model, or None."""
     names = [entry["name"] for entry in file.effects]
-    if name in names:
+    if name_of(kind) in names:
         return "already in the model"
-    if name == "drag_crisis" and "quadratic_drag" in names:  # its law holds at every Reynolds number: two would count drag twice
-        return "the model states quadratic_drag, whose place it would take: leave that out of [model] effects to have it tried"
-    return None
-
-
-def _free(name, trials):
-    """Names of the numbers to be found where not all are: drag of a body without mass or size is known per metre only."""
-    if name != "quadratic_drag":
-        return None
-    return ("drag_coefficient",) if all(known_body(trial.body) for trial in trials) else ("drag_per_metre",)
+    taken = next((name_of(law) for law in kind.contains if name_of(law) in names), None)
+    return taken and (f"the model states {taken}, whose place it would take: leave that out of [model] effects to have it tried")
 
 
 def known_body(body):
     """Are mass and size of a body stated?"""
     return body.mass is not None and any((body.radius, body.size, body.side, body.mesh))
-
-
-def _obstacle(kind, name, measurement, contact):
-    """Why a shipped candidate cannot take part, or None."""
-    trials = measurement.trials
-    columns = set().union(*(trial.columns for trial in trials))
-    spin_known = "rx" in columns or any("angular_velocity" in trial.start for trial in trials)
-    if name in NEED_MASS_AND_SIZE and not all(known_body(trial.body) for trial in trials):
-        return "mass and size of the body are not stated"
-    if name in NEED_FLOOR and trials[0].surroundings.floor_height is None:
-        return "there is no floor"
-    if name in ("magnus", "orientation_drag") and not spin_known:
-        return "the spin is neither measured nor stated"
-    if name == "spin_decay" and "rx" not in columns:
-        return "orientations are not measured"
-    if name in ("inertia_error", "centre_of_mass_offset") and not (contact or "rx" in columns):
-        return "orientations are not measured"
-    if name in ("bottom_slope", "margin_offset") and not contact:
-        return "nothing touches in these data"
-    if name == "centre_of_mass_offset" and trials[0].body.shape == "sphere" and "rx" not in columns:
-        return "orientations are not measured"
-    if name == "clock_offset" and not any("velocity" in trial.start for trial in trials):
-        return "the moment of release is not known (no start velocity stated)"
-    if name in ("tilted_gravity", "tilted_frame", "uniform_flow") and not columns & {"x", "y"}:
-        return "no horizontal position is measured"
-    if name == "history_force" and not any("velocity" in trial.start for trial in trials):
-        return "the moment of release is not known (no start velocity stated)"
-    if not contact and kind not in NOT_FORCES and "contact" in Candidate(name, kind, ()).touches:
-        return "nothing touches in these data"
-    if name == "calibration_curve" and "z" not in columns:
-        return "no height is measured"
-    if name == "calibration_curve" and all_alike(trials):
-        return "all recordings pass the same heights at the same times, so any misfit would look like it"
-    return None
 
 
 def all_alike(trials):
@@ -112,21 +108,17 @@ def all_alike(trials):
     return bool(np.max(np.ptp(table, axis=0)) < 0.1 * span)
 
 
-def blocked(candidate_entry, model):
-    """Why a candidate cannot join this model now, or None: some act only through a drag that must be there first."""
-    if candidate_entry.name in NEED_DRAG and not has_drag(model):
-        return "acts through a drag, and the model has none"
-    return None
+def lacks_drag(kind, model):
+    """Does a class act only through a drag, and the model has none?"""
+    return issubclass(kind, forces.DragModifier) and not has_drag(model)
 
 
 def has_drag(model):
     """Is there a drag in the model, in its file's part or among its terms?"""
-    return any(issubclass(term.candidate.kind, forces.Drag) for term in model.terms) or any(
-        name in ("linear_drag", "quadratic_drag", "drag_crisis") for name in model.names
-    )
+    return any(issubclass(kind, forces.Drag) for kind in model.kinds)
 
 
 def carries(model, index):
     """Does another term act only through term number `index`, so that the model cannot stand without it?"""
     rest = model.without(index)
-    return any(name in NEED_DRAG for name in rest.names) and not has_drag(rest)
+    return any(lacks_drag(kind, rest) for kind in rest.kinds)

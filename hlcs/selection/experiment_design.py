@@ -5,30 +5,20 @@ surviving rivals with their fitted numbers: the right one wins by more than 6 un
 N lambda >= 16.4 (T-optimal design: Atkinson and Fedorov, Biometrika 62 (1975) 57).
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
-from hlcs.data.measurement import Trial
-from hlcs.estimation import inference
-from hlcs.estimation.least_squares import Problem
-from hlcs.simulation.simulator import Shots
+from hlcs.data.recordings import Trial
+from hlcs.effects.witnesses import WITNESSES, Camera
+from hlcs.estimation.least_squares import project_out
+from hlcs.estimation.trajectory_problem import TrajectoryProblem
+from hlcs.estimation.whitening import whiten
+from hlcs.records import NextExperiment
+from hlcs.simulation.simulator import Simulator
 from minibullet import rotations
 
 SEPARATION = 16.4
-
-
-@dataclass(frozen=True)
-class NextExperiment:
-    """An experiment to do next."""
-
-    text: str
-    separates: tuple[str, ...]
-    tests_needed: int | None
-    design: dict = field(default_factory=dict)
-
-    def __str__(self):
-        return self.text
 
 
 def tests_needed(separation):
@@ -36,9 +26,13 @@ def tests_needed(separation):
     return int(np.ceil(SEPARATION / separation)) if separation > SEPARATION / 100 else None
 
 
-def next_experiment(prepared, search, final, rivals, verdict):
+def hardest(options):
+    """Of the best experiments for pairs of rivals, each (lambda, names, ...), that for the pair hardest to separate."""
+    return min(options, key=lambda option: option[:2])
+
+
+def next_experiment(problem, final, rivals, verdict):
     """The experiment that best separates the surviving rivals, or finds out what stays unexplained."""
-    problem = prepared.problem
     pairs = [
         (index, term.name, name, other)
         for index, (term, others) in enumerate(zip(final.model.terms, rivals, strict=True))
@@ -47,19 +41,19 @@ def next_experiment(prepared, search, final, rivals, verdict):
     found = []
     for index, mine, name, other in pairs:
         options = witnesses(problem, final.model.terms[index], other.model.terms[-1])
-        if isinstance(problem.shots, Shots):
+        if isinstance(problem.simulator, Simulator):
             options += [(score, text, design, False) for score, text, design in designs(problem, final, other)]
         if options:
             best = max(options, key=lambda option: (min(option[0], 2 * SEPARATION), option[3], option[0], option[1]))
-            found.append((best, (mine, name)))
+            found.append((best[0], (mine, name), *best[1:3]))
     if not found:
         return unexplained(problem, verdict, ())
-    (score, text, design, _), names = min(found, key=lambda entry: (entry[0][0], entry[1]))  # the hardest pair decides
+    score, names, text, design = hardest(found)
     needed = tests_needed(score)
     many = f"{needed} test{'' if needed == 1 else 's'}" if needed else "more than a hundred tests"
     sentence = f"{text} ({many} to tell {names[0]} from {names[1]}, lambda = {score:.3g} a test)"
-    if len({pair for _, pair in found}) > 1:
-        others = sorted({f"{pair[1]}: {option[1]}" for option, pair in found if pair != names and option[1] != text})
+    if len({pair for _, pair, _, _ in found}) > 1:
+        others = sorted({f"{pair[1]}: {other}" for _, pair, other, _ in found if pair != names and other != text})
         sentence += "".join(f"; against {entry}" for entry in others[:3])
     if verdict == "unexplained":
         return unexplained(problem, verdict, names, sentence, needed, design)
@@ -68,7 +62,7 @@ def next_experiment(prepared, search, final, rivals, verdict):
 
 def unexplained(problem, verdict, names, more="", needed=None, design=None):
     """What to do where the model fails and no candidate mends it."""
-    if isinstance(problem.shots, Shots) and problem.unit == "m":
+    if isinstance(problem.simulator, Simulator) and problem.unit == "m":
         text = (
             "film a dense ball (no drag to speak of) and a ruler in the same view, or repeat from known heights: that "
             "separates the camera from the motion"
@@ -83,28 +77,15 @@ def unexplained(problem, verdict, names, more="", needed=None, design=None):
 
 def witnesses(problem, mine, other):
     """[(lambda, text, design, True)]: direct readings of one of the two rivals."""
-    sigma, step = problem.noise.position or 0.0, problem.noise.step
-    reach = max(problem.shots.range[1] - problem.shots.range[0], 0.1)
-    readings = 10.0  # frames of a scene at rest, far enough apart to count
-    rows = {
-        "length_scale": lambda v: ((v["factor"] - 1) * reach / sigma, f"hold a ruler of {reach:.2g} m in the view"),
-        "time_scale": lambda v: ((v["factor"] - 1) * 60.0 / (step / np.sqrt(12)), "film a clock for 60 s"),
-        "tilted_frame": lambda v: (np.hypot(v["angle_x"], v["angle_y"]) * reach / sigma, "film a plumb line in the view"),
-        "mass_offset": lambda v: (v["relative"] / 1e-3, "weigh the body to 0.1 %"),
-        "size_error": lambda v: (v["relative"] / 1e-3, "measure the body with a calliper to 0.1 %"),
-        "clock_offset": lambda v: (v["offset"] / (step / np.sqrt(12)), "trigger the clock by the release itself"),
-        "bottom_slope": lambda v: (np.hypot(v["grade_x"], v["grade_y"]) / 2e-4, "level the floor with a spirit level (0.2 mm/m)"),
-        "tilted_gravity": lambda v: (np.hypot(v["angle_x"], v["angle_y"]) * reach / sigma, "film a plumb line in the view"),
-        "buoyancy": lambda v: (v["fluid_density"] / max(0.01 * v["fluid_density"], 0.05), "weigh the fluid: its density to 1 %"),
-        "uniform_flow": lambda v: (np.linalg.norm(list(v.values())) / 0.05, "measure the flow with dye (0.05 m/s)"),
-        "calibration_curve": lambda v: (np.linalg.norm(list(v.values())) / sigma, "film a ruler over the whole height"),
-    }
+    low, high = problem.simulator.height_range
+    camera = Camera(problem.noise.position or 0.0, problem.noise.step, max(high - low, 0.1))
     found = []
     for term in (mine, other):
-        if term.name in rows and sigma > 0:
-            size, text = rows[term.name](term.numbers)
-            count = readings if term.name in ("length_scale", "tilted_frame", "tilted_gravity", "calibration_curve") else 1.0
-            found.append((float(count * size**2), text, {"witness": term.name}, True))
+        reading = WITNESSES.get(term.candidate.kind)
+        if reading and camera.sigma > 0:
+            size = reading.size(term.numbers, camera)
+            text = reading.text.format(extent=camera.extent)
+            found.append((float(reading.frames * size**2), text, {"witness": term.name}, True))
     return found
 
 
@@ -117,7 +98,7 @@ def designs(problem, final, other):
         range(len(problem.trials)),
         key=lambda k: (problem.trials[k].times[-1] - problem.trials[k].times[0], problem.trials[k].name),
     )
-    trial, start = problem.trials[longest], final.starts[longest]
+    trial, start = problem.trials[longest], final.initial_states[longest]
     speed = float(np.linalg.norm(start[3:6]))
     options = [("repeat the longest trial as it was", {"repeat": trial.name}, start, trial)]
     quarter = rotations.exponential(np.array([0.0, 0.0, np.pi / 2]))
@@ -129,7 +110,7 @@ def designs(problem, final, other):
         options.append(("turn the throw by 180 degrees", {"heading_deg": 180}, _turned(_turned(start, quarter), quarter), trial))
     if np.linalg.norm(start[10:13]) > 1.0:
         options.append(("reverse the spin", {"spin": "reversed"}, _with(start, spin=-1.0), trial))
-    if not problem.shots.contact:
+    if not problem.simulator.contact:
         options.append(("let it fly twice as long (from higher)", {"duration": "twice"}, start, _stretched(trial, 2.0)))
     if trial.body.mass is not None:
         for factor in (3.0, 1 / 3):
@@ -183,25 +164,25 @@ def separation(problem, index, final, other, start, trial):
     """lambda of one test: |y_A - y_B|^2 in units of the noise, start and B's own numbers free as far as the data let them."""
     measured = np.where(np.isfinite(problem.trials[index].position).any(axis=0), 0.0, np.nan)
     trial = replace(trial, position=np.tile(measured, (len(trial.times), 1)))
-    shots = Shots(
+    simulator = Simulator(
         final.model,
         (trial,),
-        problem.shots.start_time[index : index + 1],
-        problem.shots.contact,
-        problem.shots.step,
-        problem.shots.seated[index : index + 1],
+        problem.simulator.start_time[index : index + 1],
+        problem.simulator.contact,
+        problem.simulator.time_step,
+        problem.simulator.seated[index : index + 1],
     )
-    shots.range = problem.shots.range
-    small = Problem((trial,), problem.noise, shots)
-    starts = start[None]
+    simulator.height_range = problem.simulator.height_range
+    small = TrajectoryProblem((trial,), problem.noise, simulator)
+    initial_states = start[None]
     with np.errstate(all="ignore"):
-        linear = small.linearise(other.model, starts)
-        mine = small.residuals(final.model, starts)[0]
-    difference = inference.whiten(small.recordings[0].links, linear.raw[0] - mine)
+        linear = small.linearise(other.model, initial_states)
+        mine = small.residuals(final.model, initial_states)[0]
+    difference = whiten(small.recordings[0].whitening, linear.raw[0] - mine)
     if not np.isfinite(difference).all():
         return np.nan
-    rest = inference.project_out(linear.bases[0], difference)
-    s = inference.project_out(linear.bases[0], linear.s[0])
+    rest = project_out(linear.state_bases[0], difference)
+    s = project_out(linear.state_bases[0], linear.parameter_columns[0])
     # B's numbers may move within what the present data allow: (I + S C S^T)^-1 in its cheap form
     prior = np.linalg.pinv(other.covariance) if other.covariance.size else np.zeros((0, 0))
     inner = s.T @ s + prior

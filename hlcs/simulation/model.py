@@ -4,11 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.effects import Candidate, build, class_named
-from hlcs.effects.contract import Change, parameters
-from hlcs.simulation.simulator import Shots
+from hlcs.effects import Candidate, build, build_entry, class_named
+from hlcs.effects.contract import Change
+from hlcs.simulation.simulator import Simulator
 from minibullet.effects import Effect, Gravity, compose
-from minibullet.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -56,7 +55,7 @@ class Model:
     def changes(self, surroundings):
         """(effects for the engine with gravity first, changes of the set-up, changes of the look) in these surroundings."""
         built = [build_entry(entry, surroundings, self.own) for entry in self.fixed]
-        built += [term.candidate.build(term.numbers, surroundings) for term in self.terms]
+        built += [build(term.candidate.kind, term.numbers, surroundings) for term in self.terms]
         acting = [effect for effect in built if isinstance(effect, Effect)]
         changes = [change for change in built if isinstance(change, Change)]
         gravity = Gravity(acceleration=surroundings.gravity)
@@ -70,6 +69,13 @@ class Model:
     def names(self):
         """Names of all effects in it."""
         return tuple(entry["name"] for entry in self.fixed) + tuple(term.name for term in self.terms)
+
+    @property
+    def kinds(self):
+        """Classes of all effects in it."""
+        return tuple(class_named(entry["name"], self.own) for entry in self.fixed) + tuple(
+            term.candidate.kind for term in self.terms
+        )
 
     def __str__(self):
         lines = ["Model: gravity" + (", " + ", ".join(self.names) if self.names else " alone")]
@@ -94,24 +100,6 @@ class Model:
     def run(self, trial, start, times):
         """Positions (n, 3) and orientations (n, 4) of one trial at the times (n,), from a start (13,): x, v, q, w."""
         trial = replace(trial, times=np.asarray(times, dtype=float))
-        shots = Shots(self, (trial,), start_time=np.array([0.0]), contact=trial.surroundings.floor_height is not None)
-        ((position, orientation),) = shots.simulate(self, np.asarray(start, dtype=float)[None], np.zeros(1, int))
+        simulator = Simulator(self, (trial,), start_time=np.array([0.0]), contact=trial.surroundings.floor_height is not None)
+        ((position, orientation),) = simulator.simulate(self, np.asarray(start, dtype=float)[None], np.zeros(1, int))
         return position, orientation
-
-
-def build_entry(entry, surroundings, own=()):
-    """The effect of one entry of [model] effects; InputError with the nearest known name or parameter."""
-    kind = class_named(entry["name"], own)
-    values = {key: value for key, value in entry.items() if key != "name"}
-    known = parameters(kind)
-    for key in values:
-        if key not in known:
-            raise InputError(f"{entry['name']} has no parameter '{key}'; it has {', '.join(known)}")
-        low, number = known[key].low, isinstance(values[key], int | float) and not isinstance(values[key], bool)
-        if not number or not np.isfinite(values[key]):
-            raise InputError(f"{entry['name']}: {key} = {values[key]!r} must be a finite number")
-        if low is not None and low >= 0.0 and values[key] < low:
-            raise InputError(f"{entry['name']}: {key} = {values[key]:g} must be at least {low:g}")
-    if "fluid_density" in known and "fluid_density" not in values and surroundings.fluid_density > 0:
-        values["fluid_density"] = surroundings.fluid_density  # what the file states once holds for all its effects
-    return build(kind, values, surroundings)

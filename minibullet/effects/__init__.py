@@ -48,17 +48,15 @@ from minibullet.effects.fluid import (
     SpinDecay,
 )
 
+# what `minibullet` offers to its users; the rest of the names above is for the engine and for who looks after laws
 __all__ = [
     "AddedMass",
     "Adhesion",
     "AnisotropicFriction",
     "Buoyancy",
-    "Drag",
     "DragCrisis",
-    "DragModifier",
     "Effect",
     "EffectError",
-    "FluidForce",
     "Friction",
     "Gravity",
     "GroundCushion",
@@ -69,7 +67,6 @@ __all__ = [
     "OrientationDrag",
     "Parameter",
     "QuadraticDrag",
-    "Report",
     "Restitution",
     "RollingFriction",
     "SpinDecay",
@@ -81,16 +78,8 @@ __all__ = [
     "VelocityDependentRestitution",
     "ViscousFriction",
     "WallDrag",
-    "added_mass",
-    "changes_contact_law",
     "check_effect",
-    "compose",
-    "contact_law",
     "library",
     "load_effects",
-    "name_of",
     "parameter",
-    "parameters",
-    "wrench",
-    "wrenches",
 ]

@@ -5,7 +5,7 @@ from math import cos, hypot, inf, sin
 
 import numpy as np
 
-from minibullet.effects.contract import Effect, parameter
+from minibullet.effects.contract import Effect, Need, parameter
 from minibullet.errors import InputError
 
 STANDARD_GRAVITY = 9.81  # the value used throughout this project; measured on Earth 9.78 to 9.83 [m/s2]
@@ -64,6 +64,8 @@ class TiltedGravity(ConstantForce):
     acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True)
     isotropic = False
     group = "measurement"
+    alike = "tilt"
+    needs = (Need.SIDEWAYS,)
 
     @property
     def turned_minus_level(self):

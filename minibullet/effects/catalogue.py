@@ -3,56 +3,45 @@
 import hashlib
 import importlib.util
 import os
+import pkgutil
 import sys
 import traceback
 from contextlib import contextmanager
-from functools import wraps
+from functools import cache, wraps
 from inspect import getsourcelines
 from pathlib import Path
 
 import numpy as np
 
-from minibullet.effects import body, contact, flow, fluid
 from minibullet.effects.check import check_effect
-from minibullet.effects.contract import Effect, EffectError, checked_answer, name_of
+from minibullet.effects.contract import Effect, EffectError, checked_answer, name_of, overrides, parameters
 from minibullet.errors import InputError
 from minibullet.files.reading import read_text
 
 MOST_BYTES = 1_000_000  # of a file of effects: a thousand effects written by hand
 LIGHT = 3e8  # no body is faster [m/s, rad/s]
 
-SHIPPED = (
-    body.Gravity,
-    fluid.LinearDrag,
-    fluid.QuadraticDrag,
-    fluid.DragCrisis,
-    flow.OrientationDrag,
-    fluid.Buoyancy,
-    fluid.AddedMass,
-    flow.UniformFlow,
-    fluid.Magnus,
-    fluid.SpinDecay,
-    fluid.HistoryForce,
-    flow.WallDrag,
-    fluid.GroundCushion,
-    body.TiltedGravity,
-    contact.Restitution,
-    contact.VelocityDependentRestitution,
-    contact.Adhesion,
-    contact.Friction,
-    contact.StaticFriction,
-    contact.StribeckFriction,
-    contact.ViscousFriction,
-    contact.LoadDependentFriction,
-    contact.AnisotropicFriction,
-    contact.RollingFriction,
-    contact.SpinningFriction,
-)
+
+@cache
+def classes_in(package, base) -> dict[str, type]:
+    """Name -> class of every subclass of `base` with numbers of its own that a module of a package defines."""
+    folder = importlib.import_module(package).__path__
+    modules = [importlib.import_module(f"{package}.{entry.name}") for entry in pkgutil.iter_modules(folder)]
+    return {name_of(kind): kind for module in modules for kind in _defined(module, base) if parameters(kind)}
+
+
+def _defined(module, base):
+    """The classes that a module defines itself, those with an underscore before their name left out."""
+    return [
+        kind
+        for name, kind in vars(module).items()
+        if isinstance(kind, type) and issubclass(kind, base) and kind.__module__ == module.__name__ and not name.startswith("_")
+    ]
 
 
 def library() -> dict[str, type[Effect]]:
     """Name, as in files and reports, -> class of every shipped effect. Made without arguments, each is a value to start from."""
-    return {name_of(kind): kind for kind in SHIPPED}
+    return dict(classes_in(__package__, Effect))
 
 
 def load_effects(path) -> dict[str, type[Effect]]:
@@ -62,12 +51,7 @@ def load_effects(path) -> dict[str, type[Effect]]:
     load only files that you trust.
     """
     path = Path(path)
-    module = _run(path)
-    kinds = [
-        kind
-        for name, kind in vars(module).items()
-        if isinstance(kind, type) and issubclass(kind, Effect) and kind.__module__ == module.__name__ and not name.startswith("_")
-    ]
+    kinds = _defined(_run(path), Effect)
     if not kinds:
         raise InputError(f"{path}: defines no effect; write a subclass of minibullet.Effect")
     shipped, found = library(), {}
@@ -75,9 +59,9 @@ def load_effects(path) -> dict[str, type[Effect]]:
         name, line = name_of(kind), _line_of(kind)
         if name in shipped:
             raise InputError(f"{path}:{line}: the name {kind.__name__} belongs to a shipped effect; choose another")
-        with _told(path, line, f"{kind.__name__}() cannot be made: ", "; give every field a default"):
+        with _located(path, line, f"{kind.__name__}() cannot be made: ", "; give every field a default"):
             effect = kind()
-        with _told(path, line):
+        with _located(path, line):
             check_effect(effect)
         found[name] = kind
     for kind in kinds:
@@ -86,17 +70,17 @@ def load_effects(path) -> dict[str, type[Effect]]:
 
 
 def _guard(kind, path):
-    """Let what a class of the file raises or answers in the middle of a run be told as it is at the start: by file and line."""
+    """Report what a class of the file raises or answers in the middle of a run as at the start: by file and line."""
     line = _line_of(kind)
     for name, shape in (("forces", (6,)), ("added_mass", (6, 6)), ("contact_law", None), ("potential", None)):
-        if getattr(kind, name) is not getattr(Effect, name):
+        if overrides(kind, name):
             setattr(kind, name, _guarded(getattr(kind, name), shape, path, line))
 
 
 def _guarded(method, shape, path, line):
     @wraps(method)
     def guarded(effect, *arguments):
-        with _told(path, line):
+        with _located(path, line):
             answer = method(effect, *arguments)
             # a search may try a flight that ends beyond all numbers; what is not finite there is not the effect's fault
             if shape and np.abs(arguments[0].twist).max(initial=0.0) < LIGHT and np.isfinite(arguments[0].position).all():
@@ -113,32 +97,34 @@ def _run(path):
     module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader=None, origin=str(path)))
     module.__file__ = str(path)
     sys.modules[name] = module  # dataclasses look their module up
-    with _told(path, 1):
+    with _located(path, 1):
         exec(compile(source, str(path), "exec"), vars(module))
     return module
 
 
-class _ToldError(InputError):
-    """What names file and line already."""
+class _LocatedError(InputError):
+    """An error whose message names file and line already."""
 
 
 @contextmanager
-def _told(path, line, before="", after=""):
-    """Whatever the user's code raises, an attempt to end the program with it, as one line that names file and line."""
+def _located(path, line, before="", after=""):
+    """Turn whatever the user's code raises, also an attempt to end the program, into one line that names file and line."""
     try:
         yield
     except KeyboardInterrupt:
         raise
     except SyntaxError as error:
         where = error.lineno if error.filename == str(path) else None
-        raise _ToldError(f"{path}:{where or line}: {error.msg}") from error
-    except _ToldError:  # by another effect of the file that it asked
+        raise _LocatedError(f"{path}:{where or line}: {error.msg}") from error
+    except _LocatedError:  # by another effect of the file that it asked
         raise
     except EffectError as error:
-        raise _ToldError(f"{path}:{_line_in(path, error.__cause__) or line}: {before}{error}") from error
+        raise _LocatedError(f"{path}:{_line_in(path, error.__cause__) or line}: {before}{error}") from error
     except BaseException as error:
         kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
-        raise _ToldError(f"{path}:{line if before else _line_in(path, error) or line}: {before}{kind}{error}{after}") from error
+        raise _LocatedError(
+            f"{path}:{line if before else _line_in(path, error) or line}: {before}{kind}{error}{after}"
+        ) from error
 
 
 def _line_of(kind):

@@ -6,12 +6,12 @@ one.
 """
 
 from dataclasses import dataclass
-from math import cos, sin
+from math import cos, pi, sin
 
 import numpy as np
 
 from minibullet.effects.body import STANDARD_GRAVITY
-from minibullet.effects.contract import Effect, parameter
+from minibullet.effects.contract import Effect, Need, parameter
 from minibullet.errors import InputError
 from minibullet.rotations import dot
 
@@ -38,9 +38,10 @@ def lighter(contacts, bodies) -> np.ndarray:
 
 
 class ContactEffect(Effect):
-    """An effect on the friction of contacts."""
+    """A law of contact, of friction where it does not say otherwise."""
 
     group = "contact_tangential"
+    needs = (Need.CONTACT,)
 
 
 @dataclass(frozen=True)
@@ -150,7 +151,7 @@ class StribeckFriction(ContactEffect):
     """
 
     ratio: float = parameter(1.0, unit="-", low=1.0, high=2.0, null=1.0)
-    speed: float = parameter(0.1, unit="m/s", low=0.001, high=0.5)
+    speed: float = parameter(0.1, unit="m/s", low=0.001, high=0.5, starts=(0.05, 0.1, 0.2, 0.4))
 
     def contact_law(self, contacts, bodies, law):
         factor = 1.0 + (self.ratio - 1.0) * np.exp(-slip_squared(contacts) / self.speed**2)
@@ -197,7 +198,7 @@ class AnisotropicFriction(ContactEffect):
     """
 
     ratio: float = parameter(1.0, unit="-", low=0.5, high=2.0, null=1.0)
-    angle: float = parameter(0.0, unit="rad", low=0.0, high=float(np.pi))
+    angle: float = parameter(0.0, unit="rad", low=0.0, high=pi, period=pi, starts=tuple(pi * quarter / 4 for quarter in range(4)))
     isotropic = False
 
     def contact_law(self, contacts, bodies, law):

@@ -23,6 +23,8 @@ absent.
 import dataclasses
 import re
 from dataclasses import dataclass
+from enum import Enum, auto
+from functools import reduce
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -48,45 +50,70 @@ class Parameter(NamedTuple):
     name: str  # name of the field
     default: float  # value where none is given [unit]
     unit: str  # SI unit in words such as "kg/m3"; "-" for a pure number
-    low: float | None  # lower bound of a fit, None = none [unit, or in multiples of bounds_in]
-    high: float | None  # upper bound of a fit, None = none [unit, or in multiples of bounds_in]
-    null: float | None  # value at which the effect is exactly absent, None = there is none [unit]
-    source: str  # where law, value or bounds come from
-    given: bool  # True: a property of the surroundings, known and not fitted (density of the fluid, ...)
-    bounds_in: str  # "" or the property of the body that the bounds are multiples of ("radius")
+    low: float | None = None  # lower bound of a fit, None = none [unit, or in multiples of bounds_in]
+    high: float | None = None  # upper bound of a fit, None = none [unit, or in multiples of bounds_in]
+    null: float | None = None  # value at which the effect is exactly absent, None = there is none [unit]
+    source: str = ""  # where law, value or bounds come from
+    given: bool = False  # True: a property of the surroundings, known and not fitted (density of the fluid, ...)
+    bounds_in: str = ""  # "" or the property of the body that the bounds are multiples of ("radius")
+    period: float | None = None  # values this far apart mean the same (an angle); then the bounds do not bind [unit]
+    starts: tuple[float, ...] = ()  # from where a fit begins, where the null value or the default does not do alone [unit]
+    body_known: bool | None = None  # True, False: for bodies whose mass and size are known, unknown; None: for all
 
 
-def parameter(default, *, unit, low=None, high=None, null=None, source="", given=False, bounds_in=""):
-    """A number of an effect, as a dataclass field that knows its unit, bounds and null value (fields of Parameter)."""
-    return dataclasses.field(
-        default=default,
-        metadata={"unit": unit, "low": low, "high": high, "null": null, "source": source, "given": given, "bounds_in": bounds_in},
-    )
+def parameter(default, *, unit, low=None, high=None, null=None, source="", **more):
+    """A number of an effect, as a dataclass field that knows its unit, bounds and null value; more: other fields of Parameter."""
+    known = Parameter("", default, unit, low, high, null, source, **more)
+    return dataclasses.field(default=default, metadata={"parameter": known})
 
 
 def parameters(effect) -> dict[str, Parameter]:
     """Name -> Parameter of every number of an effect or an effect class, in order of definition."""
     return {
-        field.name: Parameter(field.name, field.default, **field.metadata)
+        field.name: field.metadata["parameter"]._replace(name=field.name)
         for field in dataclasses.fields(effect)
-        if "unit" in field.metadata
+        if "parameter" in field.metadata
     }
 
 
 def name_of(effect) -> str:
     """The name in files and reports: QuadraticDrag, or a value of it, -> "quadratic_drag"."""
-    kind = effect if isinstance(effect, type) else type(effect)
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", kind.__name__).lower()
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", _class_of(effect).__name__).lower()
+
+
+def _class_of(effect):
+    return effect if isinstance(effect, type) else type(effect)
+
+
+class Need(Enum):
+    """What must be there or be known of a body, its surroundings and its motion, or a law cannot act or cannot be seen to act."""
+
+    MASS_AND_SIZE = auto()  # of the body
+    FLOOR = auto()  # a plane that something happens at
+    CONTACT = auto()  # bodies that touch
+    SPIN = auto()  # the law depends on it
+    ROTATION = auto()  # the law acts on nothing else
+    RELEASE = auto()  # the moment at which the motion began
+    SIDEWAYS = auto()  # horizontal motion, along which the law acts
+
+
+class Facts:
+    """What is known of a law, or of anything else that may be missing from a model, besides its numbers: class attributes."""
+
+    group: ClassVar[str] = ""  # heading in lists of candidates: fluid, contact_normal, contact_tangential, measurement, ...
+    needs: ClassVar[tuple[Enum, ...]] = ()  # what it needs, the first to be named where it is missing
+    alike: ClassVar[str] = ""  # label of the set whose members may turn out to be one and the same for given data
+    form_of: ClassVar[str] = ""  # the same for forms of one law, of which a model never holds two
+    contains: ClassVar[tuple[type, ...]] = ()  # laws that it is instead of: with one of these it would count twice
+    replaces: ClassVar[bool] = False  # True: it states a coefficient that every model has; others then change that one
 
 
 @dataclass(frozen=True)
-class Effect:
-    """One law of physics; subclasses override one or more of the three methods and state their flags."""
+class Effect(Facts):
+    """One law of physics; subclasses override one or more of the three methods and state their facts and flags."""
 
     isotropic: ClassVar[bool] = True  # turning the whole world turns the answer; set False where a direction is built in
     dissipative: ClassVar[bool] = False  # True: the wrench never does positive work on any body
-    replaces: ClassVar[bool] = False  # True: contact_law states a coefficient whatever it was; others then change that one
-    group: ClassVar[str] = ""  # heading in lists of candidates: fluid, contact_normal, contact_tangential, measurement, ...
 
     def __post_init__(self):
         for name in parameters(self):
@@ -111,19 +138,23 @@ class Effect:
         return law
 
 
+def overrides(effect, method) -> bool:
+    """Whether an effect, or an effect class, has this method of its own."""
+    return getattr(_class_of(effect), method) is not getattr(Effect, method)
+
+
 def wrenches(effects, bodies: Bodies, time: float) -> list[np.ndarray]:
     """The wrench of each effect on all bodies, checked, exactly zero on fixed ones, (n, 6) each. This is how the engine asks.
 
     Raises InputError, naming the effect, where an answer has a wrong shape or is not finite.
     """
     rows, movable = _movable(bodies)
-    result = []
-    for effect in effects:
-        if type(effect).forces is not Effect.forces and len(movable.mass):
-            result.append(_spread(effect, rows, movable, effect.forces(movable, time), bodies, (6,)))
-        else:
-            result.append(np.zeros((len(bodies.mass), 6)))
-    return result
+    return [
+        _spread(effect, rows, movable, effect.forces(movable, time), bodies, (6,))
+        if overrides(effect, "forces") and len(movable.mass)
+        else np.zeros((len(bodies.mass), 6))
+        for effect in effects
+    ]
 
 
 def wrench(effect: Effect, bodies: Bodies, time: float) -> np.ndarray:
@@ -133,21 +164,16 @@ def wrench(effect: Effect, bodies: Bodies, time: float) -> np.ndarray:
 
 def added_mass(effects, bodies: Bodies) -> np.ndarray | None:
     """The added mass of all effects together, zero for fixed bodies, (n, 6, 6), or None where no effect adds any."""
-    effects = [effect for effect in effects if type(effect).added_mass is not Effect.added_mass]
-    if not effects:
-        return None
+    effects = [effect for effect in effects if overrides(effect, "added_mass")]
     rows, movable = _movable(bodies)
-    total = None
-    for effect in effects:
-        if len(movable.mass):
-            matrices = _spread(effect, rows, movable, effect.added_mass(movable), bodies, (6, 6))
-            total = matrices if total is None else total + matrices
-    return total
+    if not effects or not len(movable.mass):
+        return None
+    return reduce(np.add, (_spread(effect, rows, movable, effect.added_mass(movable), bodies, (6, 6)) for effect in effects))
 
 
 def changes_contact_law(effects) -> bool:
     """Whether any of the effects has something to say about contacts."""
-    return any(type(effect).contact_law is not Effect.contact_law for effect in effects)
+    return any(overrides(effect, "contact_law") for effect in effects)
 
 
 def contact_law(effects, contacts: Contacts, bodies: Bodies, law: ContactLaw) -> ContactLaw:
@@ -156,7 +182,7 @@ def contact_law(effects, contacts: Contacts, bodies: Bodies, law: ContactLaw) ->
     Raises InputError, naming the effect, where a value is not finite, is negative, or a restitution is above 1.
     """
     for effect in effects:
-        if len(contacts.gap) and type(effect).contact_law is not Effect.contact_law:
+        if len(contacts.gap) and overrides(effect, "contact_law"):
             law = checked_law(effect, effect.contact_law(contacts, bodies, law), contacts)
     return law
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from minibullet.bodies import Bodies
 from minibullet.effects.body import TiltedGravity, force_only, unit_vector
-from minibullet.effects.contract import Effect, name_of, parameter, parameters
+from minibullet.effects.contract import Effect, Need, name_of, parameter, parameters
 from minibullet.effects.fluid import Buoyancy, Drag, FluidForce, length_of
 from minibullet.errors import InputError
 from minibullet.rotations import conjugate, dot, rotate
@@ -37,6 +37,8 @@ class UniformFlow(DragModifier):
     velocity_z: float = parameter(0.0, unit="m/s", low=-3.0, high=3.0, null=0.0)
     through: tuple = ()  # the effects that feel the flow
     isotropic = False
+    alike = "tilt"
+    needs = (Need.SIDEWAYS,)
 
     def forces(self, bodies, time):
         flow = np.array([self.velocity_x, self.velocity_y, self.velocity_z, 0.0, 0.0, 0.0])
@@ -55,6 +57,7 @@ class OrientationDrag(DragModifier):
 
     face_edge_ratio: float = parameter(1.0, unit="-", low=0.3, high=3.0, null=1.0, source="Hoerner (1965)")
     through: tuple = ()  # the drags that depend on attitude
+    needs = (Need.SPIN,)
 
     def forces(self, bodies, time):
         drag = self.through_wrench(bodies, time)[:, :3]
@@ -79,6 +82,7 @@ class WallDrag(DragModifier):
     through: tuple = ()  # the drags that feel the wall
     isotropic = False
     dissipative = True
+    needs = (Need.FLOOR,)
 
     def forces(self, bodies, time):
         normal = unit_vector(self.wall_normal)

@@ -12,7 +12,7 @@ import numpy as np
 
 from minibullet.bodies import angular_velocity, velocity
 from minibullet.effects.body import STANDARD_GRAVITY, ConstantForce, force_only, unit_vector
-from minibullet.effects.contract import Effect, parameter
+from minibullet.effects.contract import Effect, Need, parameter
 from minibullet.rotations import cross, dot, matrix
 
 AIR_DENSITY = 1.2  # dry air at 20 degrees Celsius and 101 kPa [kg/m3]
@@ -48,6 +48,7 @@ class LinearDrag(Drag):
     """
 
     rate: float = parameter(0.0, unit="1/s", low=0.0, high=5.0, null=0.0)
+    form_of = "drag_form"
 
     def forces(self, bodies, time):
         return force_only(-self.rate * bodies.mass[:, None] * velocity(bodies))
@@ -61,9 +62,10 @@ class QuadraticDrag(Drag):
     II; C = 0.47 for a smooth sphere, 1.05 for a cube face on: S. F. Hoerner, Fluid-Dynamic Drag (1965), ch. 3.
     """
 
-    drag_coefficient: float = parameter(0.0, unit="-", low=0.0, high=2.5, null=0.0, source="Hoerner (1965)")
+    drag_coefficient: float = parameter(0.0, unit="-", low=0.0, high=2.5, null=0.0, source="Hoerner (1965)", body_known=True)
     fluid_density: float = parameter(AIR_DENSITY, unit="kg/m3", given=True)
-    drag_per_metre: float = parameter(0.0, unit="1/m", low=0.0, high=1.0, null=0.0)
+    drag_per_metre: float = parameter(0.0, unit="1/m", low=0.0, high=1.0, null=0.0, body_known=False)
+    form_of = "drag_form"
 
     def forces(self, bodies, time):
         w = velocity(bodies)
@@ -81,9 +83,12 @@ class DragCrisis(Drag):
 
     subcritical: float = parameter(0.47, unit="-", low=0.2, high=1.2, source="Achenbach (1972)")
     supercritical: float = parameter(0.1, unit="-", low=0.0, high=0.5, source="Achenbach (1972)")
-    critical_reynolds: float = parameter(2e5, unit="-", low=5e4, high=5e5, source="Achenbach (1972)")
+    critical_reynolds: float = parameter(2e5, unit="-", low=5e4, high=5e5, source="Achenbach (1972)", starts=(1e5, 2e5, 4e5))
     fluid_density: float = parameter(AIR_DENSITY, unit="kg/m3", given=True)
     fluid_viscosity: float = parameter(AIR_VISCOSITY, unit="Pa s", given=True)
+    form_of = "drag_form"
+    contains = (QuadraticDrag,)
+    needs = (Need.MASS_AND_SIZE,)
 
     def forces(self, bodies, time):
         w = velocity(bodies)
@@ -106,6 +111,8 @@ class Buoyancy(ConstantForce):
     direction: tuple = (0.0, 0.0, -1.0)  # of gravity, any length, world frame (3,)
     isotropic = False
     group = "fluid"
+    alike = "effective_gravity"
+    needs = (Need.MASS_AND_SIZE,)
 
     def forces(self, bodies, time):
         return force_only(-self.fluid_density * bodies.volume[:, None] * (self.acceleration * unit_vector(self.direction)))
@@ -122,6 +129,7 @@ class AddedMass(Effect):
     coefficient: float = parameter(0.0, unit="-", low=0.0, high=1.5, null=0.0, source="Lamb (1932) art. 92")
     fluid_density: float = parameter(WATER_DENSITY, unit="kg/m3", given=True)
     group = "fluid"
+    needs = (Need.MASS_AND_SIZE,)
 
     def added_mass(self, bodies):
         matrices = np.zeros((len(bodies.mass), 6, 6))
@@ -139,6 +147,7 @@ class Magnus(FluidForce):
 
     coefficient: float = parameter(0.0, unit="-", low=-0.5, high=3.0, null=0.0, source="Rubinow and Keller (1961)")
     fluid_density: float = parameter(AIR_DENSITY, unit="kg/m3", given=True)
+    needs = (Need.MASS_AND_SIZE, Need.SPIN)
 
     def forces(self, bodies, time):
         strength = self.coefficient * pi * self.fluid_density * bodies.radius**3
@@ -155,6 +164,7 @@ class SpinDecay(Effect):
     rate: float = parameter(0.0, unit="1/s", low=0.0, high=5.0, null=0.0)
     dissipative = True
     group = "fluid"
+    needs = (Need.ROTATION,)
 
     def forces(self, bodies, time):
         turn = matrix(bodies.orientation)
@@ -181,6 +191,7 @@ class HistoryForce(FluidForce):
     fluid_viscosity: float = parameter(WATER_VISCOSITY, unit="Pa s", given=True)
     start: float = parameter(0.0, unit="s", given=True)
     dissipative = True
+    needs = (Need.MASS_AND_SIZE, Need.RELEASE)
 
     def forces(self, bodies, time):
         elapsed = time - self.start
@@ -206,6 +217,7 @@ class GroundCushion(FluidForce):
     ground_normal: tuple = (0.0, 0.0, 1.0)  # out of the ground, where normal . x = ground_height, world frame (3,)
     isotropic = False
     dissipative = True
+    needs = (Need.MASS_AND_SIZE, Need.FLOOR)
 
     def forces(self, bodies, time):
         normal = unit_vector(self.ground_normal)

@@ -37,8 +37,7 @@ def render(solids, width=1200, height=800, azimuth=-60.0, elevation=28.0, supers
     width, height = supersample * width, supersample * height
     faces = _visible(solids, width, height, np.radians(azimuth), np.radians(elevation))
     inverse_depth, number = _fill(faces, width, height)
-    image = _shaded(faces, inverse_depth, number, max(3, height // 25))
-    return image.reshape(height // supersample, supersample, width // supersample, supersample, 4).mean(axis=(1, 3))
+    return _shaded(faces, inverse_depth, number, max(3, height // 25), supersample)
 
 
 def view_axes(azimuth, elevation):
@@ -66,27 +65,36 @@ def _visible(solids, width, height, azimuth, elevation):
     for index, solid in enumerate(solids):
         body = (solid.vertices - eye) @ axes.T
         pixels = scale * body[:, :2] / body[:, 2:] + shift
-        for loop in solid.faces:
-            a = body[list(loop)]
-            normal = np.sum(np.cross(a[1:-1] - a[0], a[2:] - a[0]), axis=0)
-            offset = normal @ a[0]
-            size = np.sqrt(normal @ normal)
-            if offset >= -1e-9 * size * radius:  # looks away, or is seen edge-on
-                continue
-            # normal . (x, y, z) = offset with x/z = (column - shift)/scale gives 1/z in pixels.
-            per_pixel = normal[:2] / scale
-            planes.append(np.array([*per_pixel, normal[2] - per_pixel @ shift]) / offset)
-            corners.append(pixels[list(loop)])
-            normals.append(normal @ axes / size)
-            colours.append(solid.colour)
-            owners.append(index)
-    return Faces(corners, np.array(planes), np.array(normals), np.array(colours, dtype=float), np.array(owners))
+        normal, offset = _planes(body, solid.faces)
+        size = np.sqrt(np.sum(normal * normal, axis=1))
+        towards = np.flatnonzero(offset < -1e-9 * size * radius)  # the others look away, or are seen edge-on
+        # normal . (x, y, z) = offset with x/z = (column - shift)/scale gives 1/z in pixels.
+        per_pixel = normal[towards, :2] / scale
+        planes.append(np.column_stack([per_pixel, normal[towards, 2] - per_pixel @ shift]) / offset[towards, None])
+        corners += [pixels[list(solid.faces[face])] for face in towards]
+        normals.append(normal[towards] @ axes / size[towards, None])
+        colours.append(np.tile(np.asarray(solid.colour, dtype=float), (len(towards), 1)))
+        owners.append(np.full(len(towards), index))
+    return Faces(corners, *map(np.concatenate, (planes, normals, colours, owners)))
+
+
+def _planes(vertices, loops):
+    """Area vectors (f, 3), twice the area long, and offsets normal . vertex (f,) of faces of vertices (v, 3)."""
+    fans = [(loop[0], second, third) for loop in loops for second, third in zip(loop[1:-1], loop[2:], strict=True)]
+    first, second, third = vertices[np.array(fans).T]
+    (ax, ay, az), (bx, by, bz) = (second - first).T, (third - first).T
+    triangles = np.column_stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+    start = np.cumsum([0, *(len(loop) - 2 for loop in loops[:-1])])
+    normals = np.add.reduceat(triangles, start)
+    return normals, np.sum(normals * first[start], axis=1)
 
 
 def _fill(faces, width, height):
     """1/depth (height, width), zero where nothing is, and the number of the face seen, -1 where nothing is."""
-    inverse_depth, number = np.zeros((height, width)), np.full((height, width), -1)
-    for index, (corners, plane) in enumerate(zip(faces.corners, faces.plane, strict=True)):
+    inverse_depth, number = np.zeros((height, width)), np.full((height, width), -1, dtype=np.int32)
+    nearest = [np.max(corners @ plane[:2]) + plane[2] for corners, plane in zip(faces.corners, faces.plane, strict=True)]
+    for index in np.argsort(nearest)[::-1]:  # the nearest first: most of the others are then found hidden at once
+        corners, plane = faces.corners[index], faces.plane[index]
         left, top = np.maximum(np.floor(corners.min(axis=0)).astype(int), 0)
         right, bottom = np.minimum(np.ceil(corners.max(axis=0)).astype(int) + 1, (width, height))
         if left >= right or top >= bottom:
@@ -95,6 +103,8 @@ def _fill(faces, width, height):
         nearer = plane[0] * x + plane[1] * y + plane[2]
         window = inverse_depth[top:bottom, left:right]
         inside = nearer > window
+        if not inside.any():
+            continue
         for (x0, y0), (x1, y1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
             # Rows count downwards, so what turns left in the world turns right in the image.
             inside &= (x1 - x0) * (y - y0) <= (y1 - y0) * (x - x0)
@@ -103,26 +113,45 @@ def _fill(faces, width, height):
     return inverse_depth, number
 
 
-def _shaded(faces, inverse_depth, number, reach):
-    """Colours (height, width, 4) from the depth buffer."""
-    sun = np.clip(faces.normal @ SUN, 0.0, 1.0)
-    light = 0.50 + 0.16 * faces.normal[:, 2] + 0.50 * sun
+def _shaded(faces, inverse_depth, number, window, supersample):
+    """Colours (rows, columns, 4) from the depth buffer: `supersample` squared of its places make one."""
     seen = number >= 0
-    image = np.where(seen[..., None], (faces.colour * light[:, None])[number], 1.0)
+    brightness = _darkened_hollows(seen, inverse_depth, window)
+    _draw_edges(brightness, faces, number)
+    sun = np.clip(faces.normal @ SUN, 0.0, 1.0)
+    light = faces.colour * (0.50 + 0.16 * faces.normal[:, 2] + 0.50 * sun)[:, None]
+    light = np.vstack([light, np.ones(3)])  # the last of them, number -1, is the background
+    image = [_averaged(np.minimum(column[number] * brightness, 1.0), supersample) for column in light.T]
+    return np.stack([*image, _averaged(seen, supersample)], axis=-1)
 
-    depth = np.where(seen, 1.0 / np.where(seen, inverse_depth, 1.0), 0.0)
-    share = np.maximum(uniform_filter(seen.astype(float), reach), 1e-6)
-    around = uniform_filter(depth, reach) / share
-    span = max(np.ptp(depth[seen]), 1e-6 * depth.max()) if seen.any() else 1.0
+
+def _darkened_hollows(seen, inverse_depth, window):
+    """Brightness (rows, columns), 1 but where a place is deeper than its surroundings, a square of `window` places."""
+    depth = np.divide(1.0, inverse_depth, out=np.zeros_like(inverse_depth), where=seen)
+    places = np.flatnonzero(seen)
+    share = np.maximum(uniform_filter(seen, window, output=float).ravel()[places], 1e-6)
+    around = uniform_filter(depth, window).ravel()[places] / share
+    depth = depth.ravel()[places]
+    span = max(np.ptp(depth), 1e-6 * depth.max()) if len(depth) else 1.0
     # Towards the rim of the scene the surroundings are incomplete: fade out.
     strength = 0.6 * np.clip(2.5 * share - 1.5, 0.0, 1.0)
-    deeper = np.maximum(depth - around, 0.0) / (0.08 * span)
-    image *= np.where(seen, 1.0 - strength * (1.0 - np.exp(-deeper)), 1.0)[..., None]
+    brightness = np.ones(seen.shape)
+    brightness.reshape(-1)[places] = 1.0 - strength * (1.0 - np.exp(-np.maximum(depth - around, 0.0) / (0.08 * span)))
+    return brightness
 
+
+def _draw_edges(brightness, faces, number):
+    """Darken the places whose neighbour, to the right or below, shows another face."""
     for axis in (0, 1):
-        one, two = number, np.roll(number, -1, axis=axis)
+        one, two = number.ravel(), np.roll(number, -1, axis=axis).ravel()
+        edge = np.flatnonzero(one != two)
+        one, two = one[edge], two[edge]
         owner_differs = faces.solid[one] != faces.solid[two]
         bent = np.sum(faces.normal[one] * faces.normal[two], axis=-1) < 0.98
         line = np.where((one >= 0) != (two >= 0), 0.5, np.where(owner_differs, 0.45, np.where(bent, 0.82, 1.0)))
-        image *= np.where(seen | (two >= 0), np.where(one == two, 1.0, line), 1.0)[..., None]
-    return np.concatenate([np.clip(image, 0.0, 1.0), np.where(seen, 1.0, 0.0)[..., None]], axis=-1)
+        brightness.reshape(-1)[edge] *= line
+
+
+def _averaged(values, size):
+    """The means of blocks of size x size."""
+    return sum(1.0 * values[row::size, column::size] for row in range(size) for column in range(size)) / (size * size)

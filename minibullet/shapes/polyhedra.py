@@ -7,7 +7,6 @@ scaled by a power of two has the same faces, and properties that are scaled bit 
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, QhullError
 
 from minibullet.errors import InputError
@@ -245,6 +244,8 @@ def common_ball(first, second):
     first, second: (normals, offsets) with inside = normals . x <= offsets. A linear programme: the largest r with
     normals . x + r <= offsets for all planes of both (Boyd and Vandenberghe, Convex Optimization, 8.5.1).
     """
+    from scipy.optimize import linprog  # here: it takes as long to load as all other parts of SciPy
+
     normals = np.concatenate([first[0], second[0]])
     offsets = np.concatenate([first[1], second[1]])
     # Numbers of order one, about a point near both, suit the tolerances of the programme.

@@ -24,9 +24,9 @@ import numpy as np
 from hlcs import PlacementTest
 from hlcs.cli import commands
 from hlcs.files import folders
-from hlcs.placement import store
-from hlcs.placement.store import key_of
-from hlcs.placement.sweep import settings_of
+from hlcs.placement import run_store
+from hlcs.placement.run_store import key_of
+from hlcs.placement.settings_table import settings_of
 from tests.faults.injection import MODES, REMOVALS, Faults
 
 SMALL = {"layers": 2, "rows": 3, "columns": 3}
@@ -81,14 +81,15 @@ def physics():
         stack.callback(setattr, owner, name, real)
 
     with stack:
-        stack.callback(setattr, store, "LATE", store.LATE)
-        store.LATE = 0.0  # who failed to let go of a claim is this very process; in life it would be no more by the next run
+        stack.callback(setattr, run_store, "LATE", run_store.LATE)
+        run_store.LATE = 0.0  # who failed to let go of a claim is this very process; in life it would be no more by the next run
         run = PlacementTest.run
         stack.callback(setattr, PlacementTest, "run", run)
         PlacementTest.run = lambda test, progress=None: run(test if test.rows < 8 else PlacementTest(**SMALL))
         once(PlacementTest, "run", lambda test, progress=None: key_of(settings_of(test)))
-        once("hlcs.diagnose", "diagnose", lambda *values: None)
-        once("hlcs.report.text", "_picture", lambda result: type(result))
+        once("hlcs.cli.experiments", "diagnose_file", lambda *values: None)
+        once("hlcs.report.diagnosis", "png", lambda axes: None)
+        once("hlcs.report.comparison", "png", lambda axes: None)
         once("hlcs.placement.report", "report_page", lambda result: result.test)
         once("minibullet.report.drawing", "render", lambda *values: None)
         yield asked
@@ -164,7 +165,7 @@ class Scene:
             os.chdir(before[0])
             tempfile.tempdir = before[1]
             os.environ.pop("HLCS_CACHE") if before[2] is None else os.environ.update(HLCS_CACHE=before[2])
-        return status, out.getvalue(), err.getvalue(), bool({"run", "diagnose"} & set(self.asked))
+        return status, out.getvalue(), err.getvalue(), bool({"run", "diagnose_file"} & set(self.asked))
 
     def reset(self):
         """As after an earlier run, without its store."""

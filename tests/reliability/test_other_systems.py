@@ -113,10 +113,10 @@ for package in (hlcs, minibullet):
         if not found.name.endswith("__main__"):
             importlib.import_module(found.name)
 from hlcs.cli import commands as cli
-from hlcs.placement import runs
+from hlcs.placement import single_run
 from hlcs.processes import parallel
 assert parallel.cores() >= 1
-with runs.at_most(1.0):
+with single_run.at_most(1.0):
     pass
 sys.exit(cli.main(["place", "--layers", "1", "--rows", "2", "--columns", "2", "--out", "out"]))
 """

@@ -1,44 +1,50 @@
-"""What may be missing from a model of layers: each candidate changes the placement test, or what was read off it.
+"""What may be missing from a model of layers: each candidate changes the placement test, or how its layers are read.
 
-A candidate has one number with its bounds, its null value in the model at hand, and the value it is tried at. Groups and names
-are those of the effects library; a family is what a verdict on layers can tell apart.
+A candidate has one number with its bounds, its null value in the model under test, and the value that it is simulated at. Groups
+and names are those of the effects library. A new candidate is one entry in the function of its family; a family is what a verdict
+on layers can tell apart.
 """
 
+import difflib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.placement.bottoms import Flat, Slope
+from hlcs.effects import Free
+from hlcs.effects import set_of as library_set
 from hlcs.placement.grids import Grid
+from hlcs.placement.sea_bottom import Flat, Slope
 from minibullet import effects
-from minibullet.effects.contract import parameters
+from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError
 
 TIP_OVER_LOW = 1.40428 - 1.29826  # how much higher a unit stands on a tip than in its lowest pose [Dn]
+
+ALIKE = {"plate_bias": "rest_height", "settlement": "rest_height"}  # of what is no class of effects: label of its set
 
 
 @dataclass(frozen=True)
 class LayerCandidate:
     """One thing that may be missing.
 
-    change: (PlacementTest, value) -> PlacementTest; look: (k (M,), value, LayerSet) -> k as it would be read. One or both.
+    change: (PlacementTest, value) -> PlacementTest; reading: (k (M,), value, LayerSet) -> k as it would be read. One or both.
     A switch is either there (value 1) or not (0).
     """
 
     name: str
-    family: str  # "physics", "placement", "measurement" or "numerics"
-    number: str  # name of its parameter
-    unit: str
-    low: float
-    high: float
-    null: float
-    trial: float  # value at which it is simulated
+    number: Free  # it has one; `start` is the value at which it is simulated
     change: Callable | None = None
-    look: Callable | None = None
+    reading: Callable | None = None
     switch: bool = False
-    needs: str = ""  # name of the campaign it belongs to, where it has one
-    gone: float | None = None  # bound at which a shortcut of the model is taken back altogether: no sign of a wrong candidate
+    campaign: str = ""  # name of the campaign it belongs to, where it has one
+    removed_at: float | None = None  # bound at which a shortcut of the model is taken back: no sign of a wrong candidate
+    family: str = ""  # "physics", "placement", "measurement" or "numerics"
+
+    @property
+    def key(self):
+        """What tells it from all others."""
+        return self.name, self.campaign
 
     @property
     def simulated(self):
@@ -47,245 +53,201 @@ class LayerCandidate:
 
     @property
     def step(self):
-        return self.trial - self.null
+        return self.number.start - self.number.null
 
     def applied(self, test, value):
         """The test with the candidate at this value."""
         return self.change(test, value) if self.change else test
 
-    def read(self, coefficients, value, one):
+    def read(self, coefficients, value, measured_set):
         """Layer coefficients as they would be read with the candidate at this value."""
-        return self.look(coefficients, value, one) if self.look else coefficients
-
-
-# Candidates that are one setting of the test: family, number, unit, lowest, highest, field, trial value from the present one.
-SETTINGS = {
-    "restitution": ("physics", "coefficient", "1", 0.0, 1.0, "restitution", lambda now: now + 0.3 if now <= 0.5 else now - 0.3),
-    "friction": ("physics", "coefficient", "1", 0.0, 1.5, "friction", lambda now: now * now if now >= 0.3 else now + 0.2),
-    "inertia_error": ("physics", "factor", "1", 0.5, 4.0, "inertia_factor", lambda now: 2.06 * now),
-    "bottom_roughness": ("physics", "standard_deviation", "Dn", 0.0, 0.1, "bottom_roughness", lambda now: now + 0.04),
-    "placement_scatter": ("placement", "standard_deviation", "Dn", 0.0, 0.3, "placement_scatter", lambda now: now + 0.15),
-    "placement_offset": ("placement", "y", "Dn", -0.3, 0.3, "placement_offset_y", lambda now: now + 0.1),
-    "yaw_constraint": ("placement", "concentration", "1", 0.0, 50.0, "yaw_constraint", lambda now: now + 10.0),
-    "lost_units": ("placement", "fraction", "1", 0.0, 0.1, "lost_units", lambda now: now + 0.05),
-    "vibration": ("placement", "acceleration", "g", 0.0, 1.0, "vibration", lambda now: now + 0.3),
-    "falling_distance": (
-        "placement",
-        "distance",
-        "Dn",
-        0.0,
-        0.5,
-        "falling_distance",
-        lambda now: now + 0.25 if now <= 0.25 else now - 0.2,
-    ),
-}
-SWITCHES = {  # settings that are there or not: family, field, its value when the candidate is in
-    "sequential_placement": ("placement", "sequential_placement", True),
-    "loose_lower_layers": ("placement", "loose_lower_layers", True),
-    "friction_pyramid": ("numerics", "solver", "sequential_impulse"),
-}
-# Laws of contact from the engine's library, at one number each: where between its null value and its upper bound it is tried.
-CONTACT = {
-    "static_friction": 0.5,
-    "stribeck_friction": 0.5,
-    "viscous_friction": 0.3,
-    "load_dependent_friction": 0.5,
-    "anisotropic_friction": 0.5,
-    "rolling_friction": 0.5,
-    "spinning_friction": 0.5,
-    "adhesion": 0.3,
-    "velocity_dependent_restitution": 0.8,
-}
+        return self.reading(coefficients, value, measured_set) if self.reading else coefficients
 
 
 def library(test, sets):
     """(LayerCandidate, ...) of all that fit a model under test (a PlacementTest) and the measured sets, by name."""
-    rows = [*_settings(test), *_laws(test), *_shortcuts(test), *_sizes(), *_readings(test, sets)]
-    return tuple(sorted(rows, key=lambda row: (row.name, row.needs)))
-
-
-def _settings(test):
-    """What is a setting of the test."""
-    for name, (family, number, unit, low, high, field, trial) in SETTINGS.items():
-        now = getattr(test, field)
-        if name == "bottom_roughness" and not isinstance(test.bottom, Flat | Slope):
-            continue  # a survey has the bed's own
-        yield LayerCandidate(name, family, number, unit, low, high, now, trial(now), _setting(field))
-    for name, (family, field, there) in SWITCHES.items():
-        if getattr(test, field) != there:
-            yield LayerCandidate(name, family, "switch", "1", 0.0, 1.0, 0.0, 1.0, _switch(field, there), switch=True)
-
-
-def _laws(test):
-    """Laws of contact that are not in the test yet."""
-    unit = test.unit
-    radius = (3.0 * unit.volume / (4.0 * np.pi)) ** (1.0 / 3.0)
-    given = {"load_dependent_friction": {"reference_load": 9.81 * unit.mass(test.density) / 3.0}}  # a unit stands on three points
-    for name, part in CONTACT.items():
-        kind = effects.library()[name]
-        known = next(one for one in parameters(kind).values() if one.null is not None)
-        scale = radius if known.bounds_in == "radius" else 1.0
-        low, high = known.low * scale, known.high * scale
-        without = name == "velocity_dependent_restitution" and test.restitution == 0.0  # then it has nothing to act on
-        if not without and not any(isinstance(effect, kind) for effect in test.effects):
-            unit_name = "1" if known.unit == "-" else known.unit
-            trial = known.null + part * (high - known.null)
-            yield LayerCandidate(
-                name,
-                "physics",
-                known.name,
-                unit_name,
-                low,
-                high,
-                known.null,
-                trial,
-                _law(kind, known.name, known.null, given.get(name, {})),
-            )
-
-
-def _shortcuts(test):
-    """Shortcuts of the model: what disappears, or would, when they are taken back."""
-    margin, product = test.margin, test.friction * test.friction
-    damping = test.linear_damping
-    yield LayerCandidate(
-        "time_step", "numerics", "factor", "1", 0.125, 1.0, 1.0, 0.5, _setting("time_step", times=test.time_step), switch=True
-    )
-    yield LayerCandidate("iterations", "numerics", "factor", "1", 1.0, 16.0, 1.0, 2.0, _more_iterations(test), switch=True)
-    yield LayerCandidate("convex_hull_shape", "numerics", "switch", "1", 0.0, 1.0, 0.0, 1.0, _other_shape(test), switch=True)
-    yield LayerCandidate(
-        "margin_offset",
-        "numerics",
-        "offset",
-        "Dn",
-        -margin,
-        0.02,
-        0.0,
-        -margin if margin > 0 else 0.008,
-        _setting("margin", plus=margin),
-        gone=-margin,
-    )
-    yield LayerCandidate(
-        "damping",
-        "numerics",
-        "linear",
-        "1",
-        0.0,
-        1.0,
-        damping,
-        damping + 0.1,
-        lambda test, value: replace(test, linear_damping=value, angular_damping=value),
-    )
-    if test.friction > 0:
-        yield LayerCandidate(
-            "friction_combination",
-            "numerics",
-            "product",
-            "1",
-            0.0,
-            1.0,
-            0.0,
-            1.0,
-            lambda test, value: replace(test, friction=product if value else test.friction),
-            switch=True,
-        )
-
-
-def _sizes():
-    """Lengths and slopes that are not what the file says."""
-    yield LayerCandidate("bottom_slope", "physics", "grade_y", "1", -0.1, 0.1, 0.0, 0.03, _tilt_bottom)
-    yield LayerCandidate(
-        "size_error", "physics", "relative", "1", -0.02, 0.02, 0.0, -0.02, _bigger_units, lambda k, value, one: k * (1.0 + value)
-    )
-    yield LayerCandidate("grid_spacing", "placement", "relative", "1", -0.03, 0.03, 0.0, 0.02, _wider_grid)
-
-
-def _readings(test, sets):
-    """What changes layer coefficients by arithmetic alone, without another simulation."""
-    unit = test.unit
-    weight = 9.81 * unit.mass(test.density)
-    sinking = weight / unit.nominal_diameter  # of a point of unit compliance under one unit's weight [Dn N/m]
-    softest = 0.01 * unit.side / weight
-    yield LayerCandidate("settlement", "physics", "instant", "Dn", 0.0, 0.1, 0.0, 0.02, look=_first_layer(-1.0))
-    yield LayerCandidate(
-        "ground_softness",
-        "physics",
-        "compliance",
-        "m/N",
-        0.0,
-        softest,
-        0.0,
-        0.5 * softest,
-        look=lambda k, value, one: k - value * sinking,
-    )  # every layer loads the ground by as much again
-    yield LayerCandidate(
-        "contact_compliance",
-        "physics",
-        "compliance",
-        "m/N",
-        0.0,
-        softest,
-        0.0,
-        0.5 * softest,
-        look=lambda k, value, one: k - value * sinking / 3.0 * np.arange(1.0, k.shape[-1] + 1.0),
-    )
-    yield LayerCandidate(
-        "orientation_bias",
-        "placement",
-        "fraction",
-        "1",
-        0.0,
-        1.0,
-        1.0,
-        0.9,
-        look=lambda k, value, one: _on_first(k, (1.0 - value) * TIP_OVER_LOW),
-    )
-    yield LayerCandidate("plate_bias", "measurement", "offset", "Dn", -0.05, 0.05, 0.0, 0.02, look=_first_layer(1.0))
-    yield LayerCandidate("length_scale", "measurement", "factor", "1", 0.9, 1.1, 1.0, 1.02, look=lambda k, value, one: k * value)
-    campaigns = tuple(dict.fromkeys(one.campaign for one in sets))
-    for campaign in campaigns if len(campaigns) > 1 else ():  # of one campaign alone it is the length scale
-        yield LayerCandidate(
-            "campaign_offset", "measurement", "offset", "1", -0.03, 0.03, 0.0, 0.02, look=_of_campaign(campaign), needs=campaign
-        )
+    families = {
+        "physics": (*_physics(test), *_contact_laws(test)),
+        "placement": _placement(test),
+        "measurement": _measurement(sets),
+        "numerics": _numerics(test),
+    }
+    candidates = [replace(member, family=family) for family, members in families.items() for member in members if member]
+    return tuple(sorted(candidates, key=lambda candidate: candidate.key))
 
 
 def named(name, test, sets):
     """The candidates of that name; InputError with the nearest known name."""
-    import difflib
-
     known = library(test, sets)
-    found = tuple(row for row in known if row.name == name)
-    if not found:
-        near = difflib.get_close_matches(name, sorted({row.name for row in known}), n=1, cutoff=0.0)[0]
+    candidates = tuple(candidate for candidate in known if candidate.name == name)
+    if not candidates:
+        near = difflib.get_close_matches(name, sorted({candidate.name for candidate in known}), n=1, cutoff=0.0)[0]
         raise InputError(f"effect '{name}' does not fit layer data; the nearest that does is '{near}'")
-    return found
+    return candidates
 
 
-# ------------------------------------------------------------------------------------------------------ what they change
-def _setting(name, times=1.0, plus=0.0):
-    """Set a field of the test to times * value + plus."""
-    return lambda test, value: replace(test, **{name: times * value + plus})
+def set_of(name):
+    """Label of the set of look-alikes that a candidate belongs to, or an empty text."""
+    return ALIKE.get(name) or library_set(name)
 
 
-def _switch(name, there):
-    """Set a field of the test to the value `there`, or leave it alone."""
-    return lambda test, value: replace(test, **{name: there}) if value else test
+# ---- the candidates by family: name, number (unit, lowest, highest, null, trial value), what they change; None = does not fit
+def _physics(test):
+    """Settings of the physics, sizes and slopes that are not what the file says, and what weight does after placing."""
+    now, friction = test.restitution, test.friction
+    weight = 9.81 * test.unit.mass(test.density)
+    sinking = weight / test.unit.nominal_diameter  # of a point of unit compliance under one unit's weight [Dn N/m]
+    softest = 0.01 * test.unit.side / weight
+    level = isinstance(test.bottom, Flat | Slope)  # a survey has the roughness of the bed itself
+    rough = test.bottom_roughness
+    return (
+        _setting(test, "restitution", "coefficient", "1", 0.0, 1.0, now + 0.3 if now <= 0.5 else now - 0.3),
+        _setting(test, "friction", "coefficient", "1", 0.0, 1.5, friction * friction if friction >= 0.3 else friction + 0.2),
+        _setting(test, "inertia_error", "factor", "1", 0.5, 4.0, 2.06 * test.inertia_factor, "inertia_factor"),
+        _setting(test, "bottom_roughness", "standard_deviation", "Dn", 0.0, 0.1, rough + 0.04) if level else None,
+        LayerCandidate("bottom_slope", Free("grade_y", "1", -0.1, 0.1, 0.0, 0.03), _tilt_bottom),
+        LayerCandidate(  # in units of their own size, larger units on the same grid have a narrower one
+            "size_error",
+            Free("relative", "1", -0.02, 0.02, 0.0, -0.02),
+            change=lambda test, value: _widen_grid(test, 1.0 / (1.0 + value) - 1.0),
+            reading=lambda k, value, _: k * (1.0 + value),
+        ),
+        LayerCandidate(
+            "settlement", Free("instant", "Dn", 0.0, 0.1, 0.0, 0.02), reading=lambda k, value, _: _raise_first(k, -value)
+        ),
+        LayerCandidate(  # every layer loads the ground by as much again
+            "ground_softness",
+            Free("compliance", "m/N", 0.0, softest, 0.0, 0.5 * softest),
+            reading=lambda k, value, _: k - value * sinking,
+        ),
+        LayerCandidate(
+            "contact_compliance",
+            Free("compliance", "m/N", 0.0, softest, 0.0, 0.5 * softest),
+            reading=lambda k, value, _: k - value * sinking / 3.0 * np.arange(1.0, k.shape[-1] + 1.0),
+        ),
+    )
 
 
-def _law(kind, number, null, given):
-    """Add a law of the engine to the test, at its null value not even that."""
-    return lambda test, value: replace(test, effects=(*test.effects, kind(**given, **{number: value}))) if value != null else test
+def _contact_laws(test):
+    """Laws of contact from the engine's library, tried at a part of the way from the null value to the upper bound."""
+    load = 9.81 * test.unit.mass(test.density) / 3.0  # a unit stands on three points
+    return (
+        _contact_law(test, effects.StaticFriction, 0.5),
+        _contact_law(test, effects.StribeckFriction, 0.5),
+        _contact_law(test, effects.ViscousFriction, 0.3),
+        _contact_law(test, effects.LoadDependentFriction, 0.5, reference_load=load),
+        _contact_law(test, effects.AnisotropicFriction, 0.5),
+        _contact_law(test, effects.RollingFriction, 0.5),
+        _contact_law(test, effects.SpinningFriction, 0.5),
+        _contact_law(test, effects.Adhesion, 0.3),
+        _contact_law(test, effects.VelocityDependentRestitution, 0.8) if test.restitution else None,
+    )
 
 
-def _more_iterations(base):
-    def change(test, value):
-        return replace(test, iterations=round(value * base.iterations), tolerance=base.tolerance / value)
+def _placement(test):
+    """What hands do: where and how units are placed."""
+    distance = test.falling_distance
+    return (
+        _setting(test, "placement_scatter", "standard_deviation", "Dn", 0.0, 0.3, test.placement_scatter + 0.15),
+        _setting(test, "placement_offset", "y", "Dn", -0.3, 0.3, test.placement_offset_y + 0.1, "placement_offset_y"),
+        _setting(test, "yaw_constraint", "concentration", "1", 0.0, 50.0, test.yaw_constraint + 10.0),
+        _setting(test, "lost_units", "fraction", "1", 0.0, 0.1, test.lost_units + 0.05),
+        _setting(test, "vibration", "acceleration", "g", 0.0, 1.0, test.vibration + 0.3),
+        _setting(test, "falling_distance", "distance", "Dn", 0.0, 0.5, distance + 0.25 if distance <= 0.25 else distance - 0.2),
+        None if test.sequential_placement else _switch("sequential_placement", "sequential_placement", True),
+        None if test.loose_lower_layers else _switch("loose_lower_layers", "loose_lower_layers", True),
+        LayerCandidate("grid_spacing", Free("relative", "1", -0.03, 0.03, 0.0, 0.02), _widen_grid),
+        LayerCandidate(
+            "orientation_bias",
+            Free("fraction", "1", 0.0, 1.0, 1.0, 0.9),
+            reading=lambda k, value, _: _raise_first(k, (1.0 - value) * TIP_OVER_LOW),
+        ),
+    )
 
-    return change
+
+def _measurement(sets):
+    """How layers are read."""
+    campaigns = tuple(dict.fromkeys(measured_set.campaign for measured_set in sets))
+    return (
+        LayerCandidate(
+            "plate_bias", Free("offset", "Dn", -0.05, 0.05, 0.0, 0.02), reading=lambda k, value, _: _raise_first(k, value)
+        ),
+        LayerCandidate("length_scale", Free("factor", "1", 0.9, 1.1, 1.0, 1.02), reading=lambda k, value, _: k * value),
+        *(
+            LayerCandidate(
+                "campaign_offset",
+                Free("offset", "1", -0.03, 0.03, 0.0, 0.02),
+                reading=_scale_campaign(campaign),
+                campaign=campaign,
+            )
+            for campaign in (campaigns if len(campaigns) > 1 else ())  # of one campaign alone it is the length scale
+        ),
+    )
 
 
-def _other_shape(base):
-    other = "pieces" if base.shape == "hull" else "hull"
-    return lambda test, value: replace(test, shape=other if value else base.shape)
+def _numerics(test):
+    """Shortcuts of the model: what disappears, or would, when they are taken back."""
+    margin, damping = test.margin, test.linear_damping
+    return (
+        LayerCandidate(
+            "time_step", Free("factor", "1", 0.125, 1.0, 1.0, 0.5), _set("time_step", times=test.time_step), switch=True
+        ),
+        LayerCandidate(
+            "iterations",
+            Free("factor", "1", 1.0, 16.0, 1.0, 2.0),
+            change=lambda now, value: replace(now, iterations=round(value * test.iterations), tolerance=test.tolerance / value),
+            switch=True,
+        ),
+        _switch("convex_hull_shape", "shape", "pieces" if test.shape == "hull" else "hull"),
+        LayerCandidate(
+            "margin_offset",
+            Free("offset", "Dn", -margin, 0.02, 0.0, -margin if margin > 0 else 0.008),
+            change=_set("margin", plus=margin),
+            removed_at=-margin,
+        ),
+        LayerCandidate(
+            "damping", Free("linear", "1", 0.0, 1.0, damping, damping + 0.1), _set("linear_damping", "angular_damping")
+        ),
+        _switch("friction_combination", "friction", test.friction * test.friction, "product") if test.friction > 0 else None,
+        _switch("friction_pyramid", "solver", "sequential_impulse") if test.solver != "sequential_impulse" else None,
+    )
+
+
+# ---- candidates of one sort -----------------------------------------------------------------------------------------------
+def _setting(test, name, number, unit, low, high, trial, field=None):
+    """A candidate that is one setting of the test, absent at its present value."""
+    return LayerCandidate(name, Free(number, unit, low, high, getattr(test, field or name), trial), _set(field or name))
+
+
+def _switch(name, field, value, number="switch"):
+    """A candidate that sets a field of the test to a value or leaves it alone."""
+
+    def change(test, there):
+        return replace(test, **{field: value}) if there else test
+
+    return LayerCandidate(name, Free(number, "1", 0.0, 1.0, 0.0, 1.0), change, switch=True)
+
+
+def _contact_law(test, law, part, **given):
+    """A law of contact at its one number; None where the test has that law. part: of its range, where it is tried."""
+    known = next(parameter for parameter in parameters(law).values() if parameter.null is not None)
+    radius = (3.0 * test.unit.volume / (4.0 * np.pi)) ** (1.0 / 3.0)
+    scale = radius if known.bounds_in == "radius" else 1.0
+    low, high = known.low * scale, known.high * scale
+
+    def change(test, value):  # at its null value the law is not even there
+        return replace(test, effects=(*test.effects, law(**given, **{known.name: value}))) if value != known.null else test
+
+    if any(isinstance(effect, law) for effect in test.effects):
+        return None
+    unit, trial = "1" if known.unit == "-" else known.unit, known.null + part * (high - known.null)
+    return LayerCandidate(name_of(law), Free(known.name, unit, low, high, known.null, trial), change)
+
+
+# ---- what they change -----------------------------------------------------------------------------------------------------
+def _set(*fields, times=1.0, plus=0.0):
+    """Set fields of the test to times * value + plus."""
+    return lambda test, value: replace(test, **dict.fromkeys(fields, times * value + plus))
 
 
 def _tilt_bottom(test, value):
@@ -296,25 +258,16 @@ def _tilt_bottom(test, value):
     return replace(test, bottom=Slope(grade) if grade else Flat())
 
 
-def _wider_grid(test, value):
-    grid = test.grid
-    return replace(
-        test, grid=Grid(grid.name, grid.spacing_x * (1 + value), grid.spacing_y * (1 + value), grid.triangular, grid.stacking)
-    )
+def _widen_grid(test, value):
+    grid, factor = test.grid, 1 + value
+    return replace(test, grid=Grid(grid.name, grid.spacing_x * factor, grid.spacing_y * factor, grid.triangular, grid.stacking))
 
 
-def _bigger_units(test, value):
-    """Units larger than their nominal size on the same grid: in units of their own size the grid is narrower."""
-    return _wider_grid(test, 1.0 / (1.0 + value) - 1.0)
-
-
-def _on_first(coefficients, shift):
+def _raise_first(coefficients, shift):
+    """The first layer `shift` thicker."""
     return coefficients + shift * (np.arange(coefficients.shape[-1]) == 0)
 
 
-def _first_layer(sign):
-    return lambda coefficients, value, one: _on_first(coefficients, sign * value)
-
-
-def _of_campaign(campaign):
-    return lambda coefficients, value, one: coefficients * (1.0 + value if one.campaign == campaign else 1.0)
+def _scale_campaign(campaign):
+    """What was measured in one campaign is thicker by a factor."""
+    return lambda k, value, measured_set: k * (1.0 + value if measured_set.campaign == campaign else 1.0)

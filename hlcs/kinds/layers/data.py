@@ -9,12 +9,13 @@ from math import isfinite, nan
 
 import numpy as np
 
+from hlcs.data.experiment_file import SECTIONS, ExperimentFile
 from hlcs.files.csv_files import read_csv
 from hlcs.files.toml_files import TomlFile
-from hlcs.placement.bottoms import Flat, Slope
 from hlcs.placement.grids import RPG, TPG, WIDEST, Grid
+from hlcs.placement.placement_file import KEYS, checked_table, make_placement
 from hlcs.placement.procedure import PlacementTest
-from hlcs.placement.settings_file import KEYS, checked_table, make_placement
+from hlcs.placement.sea_bottom import Flat, Slope
 from hlcs.placement.statistics import Sample
 from minibullet.errors import InputError
 
@@ -28,7 +29,10 @@ LIMITS = {  # lowest and highest value, and what the number is
     "cv": (0.0, 0.5, "a fraction between tests: 0.02 for 2 %"),
     "tests": (1, 1_000_000, "a whole number of tests"),
 }
+PLACED = COLUMNS[:4] + ("campaign",)  # rows that agree in these are the layers of one set
+GRIDS = {"TPG": TPG, "RPG": RPG}
 MAY_BE_BLANK = ("spacing_x", "spacing_y", "bottom_slope", "cv", "tests", "campaign")
+NOT_USED = ("grid", "bottom", "seed")  # of [placement]: they come with a measured set and the command
 # settings of the simulations of a unit of Dn = 1 m where the file states none, smaller ones as the root of their size: coarser
 # than those of a single test, which changes no layer coefficient by more than the scatter between seeds; a finer step and more
 # iterations are tried as candidates [s]
@@ -65,108 +69,83 @@ class LayerSet:
 class LayerMeasurement:
     """An experiment file of layers, read and checked."""
 
-    title: str
+    file: ExperimentFile
     test: PlacementTest = field(repr=False)  # the model under test; grid, bottom and layers come with each set
     sets: tuple[LayerSet, ...]
     hold_out: str  # "campaign", "grid" or "none"
-    effects: tuple[dict, ...] = ()  # entries of [model] effects
     notes: tuple[str, ...] = ()
-    data_file: object = None  # path of the CSV
-    where: str = "model.effects"  # file and line of the effects, for complaints
 
-    def group(self, one):
+    def group(self, measured_set):
         """What is held out together with this set."""
-        return one.campaign if self.hold_out == "campaign" else f"{one.grid.name} {one.bottom_slope:g}"
-
-    @property
-    def groups(self):
-        return tuple(dict.fromkeys(self.group(one) for one in self.sets))
+        return measured_set.campaign if self.hold_out == "campaign" else f"{measured_set.grid.name} {measured_set.bottom_slope:g}"
 
 
 def read_layers(file):
     """The LayerMeasurement of an ExperimentFile of kind "layers"; InputError names file, line or row, key or column, remedy."""
-    reader = TomlFile(file.path, {"": list(file_keys()), "placement": list(KEYS)}, file.allow_outside)
-    table = dict(checked_table(reader))
+    table = checked_table(TomlFile(file.path, {"": list(SECTIONS[""]), "placement": list(KEYS)}, file.allow_outside))
     notes = [
         f"[placement] {key} is not used: grids and bottoms stand in the CSV, seeds come with the command"
-        for key in ("grid", "bottom", "seed")
+        for key in NOT_USED
         if key in table
     ]
-    stated = table.get("layers")
-    for key in ("grid", "bottom", "seed", "layers"):
-        table.pop(key, None)
     sets = read_layer_sets(file.data_file)
-    most = max(one.layers for one in sets)
+    stated, most = table.get("layers"), max(measured_set.layers for measured_set in sets)
     if stated not in (None, most):
         notes.append(f"[placement] layers = {stated} is not used: as many layers are placed as the CSV has, {most} at most")
     try:
-        test = make_placement({**table, "layers": most})
+        test = make_placement({key: value for key, value in table.items() if key not in (*NOT_USED, "layers")} | {"layers": most})
         slower = np.sqrt(test.unit.nominal_diameter)
         test = replace(test, **{key: value * slower for key, value in QUICK.items() if key not in table})
     except InputError as problem:
         raise InputError(f"{file.path}: {problem}") from None
     hold_out = file.hold_out
     if hold_out == "group":
-        hold_out = "campaign" if len({one.campaign for one in sets}) > 1 else "grid"
-    measurement = LayerMeasurement(
-        file.title, test, sets, hold_out, file.effects, tuple(notes), file.data_file, file.place("model.effects")
-    )
-    if hold_out != "none" and len(measurement.groups) < 2:
-        measurement = replace(measurement, hold_out="none")
-    return measurement
-
-
-def _named(sets):
-    """The sets with names that tell them apart."""
-    names = [f"{one.grid.name} " + (f"{100 * one.bottom_slope:g} % slope" if one.bottom_slope else "flat") for one in sets]
-    return tuple(
-        replace(one, name=f"{name}, {one.campaign}" if names.count(name) > 1 else name)
-        for name, one in zip(names, sets, strict=True)
-    )
-
-
-def file_keys():
-    """Top-level keys of an experiment file."""
-    from hlcs.data.experiment_file import SECTIONS
-
-    return SECTIONS[""]
+        hold_out = "campaign" if len({measured_set.campaign for measured_set in sets}) > 1 else "grid"
+    measurement = LayerMeasurement(file, test, sets, hold_out, tuple(notes))
+    return measurement if len(set(map(measurement.group, sets))) > 1 else replace(measurement, hold_out="none")
 
 
 def read_layer_sets(path):
-    """The LayerSets of a CSV, in the order of their first rows."""
-    rows = _rows(path)
-    sets, lines = {}, {}
-    for line, row in rows:
-        key = (row["grid"], row["spacing_x"], row["spacing_y"], row["bottom_slope"], row["campaign"])
-        found = sets.setdefault(key, {})
-        layer = int(row["layer"])
-        if layer in found:
-            raise InputError(
-                f"{path}, row {line}, column layer: layer {layer} of {row['grid']}, campaign '{row['campaign']}' "
-                f"stands already in row {found[layer][0]}; leave one out, or name another campaign"
-            )
-        found[layer] = (line, row)
-        lines.setdefault(key, line)
-    result = []
-    for key, found in sets.items():
-        for layer in range(1, max(found) + 1):
-            if layer not in found:
-                raise InputError(
-                    f"{path}, column layer: {key[0]}, campaign '{key[4]}' (from row {lines[key]}) has no layer "
-                    f"{layer}; layers are numbered from 1 without gaps"
-                )
-        ordered = [found[layer][1] for layer in sorted(found)]
-        sample = Sample(*(np.array([row[name] for row in ordered], dtype=float) for name in ("mean", "cv", "tests")))
-        result.append(LayerSet(_grid(path, lines[key], *key[:3]), key[3], key[4], sample))
-    return _named(result)
-
-
-def _rows(path):
-    """[(row of the file, checked values)]"""
+    """The LayerSets of a CSV, in the order of their first rows, with names that tell them apart."""
     table = read_csv(path, COLUMNS, ("grid", "layer", "mean"), words=("grid", "campaign"), blank=MAY_BE_BLANK, short=True)
     if not len(table.rows):
         raise InputError(f"{table.name}: has no rows; write one row a layer")
-    return [(int(row), _checked(table, index)) for index, row in enumerate(table.rows)]
+    placed = {}  # what places a set -> {layer: (row of the file, its values)}
+    for row, values in [(int(row), _checked(table, index)) for index, row in enumerate(table.rows)]:
+        layers, layer = placed.setdefault(tuple(values[name] for name in PLACED), {}), int(values["layer"])
+        if layer in layers:
+            raise InputError(
+                f"{path}, row {row}, column layer: layer {layer} of {values['grid']}, campaign '{values['campaign']}' "
+                f"stands already in row {layers[layer][0]}; leave one out, or name another campaign"
+            )
+        layers[layer] = row, values
+    sets = [_layer_set(path, *place, layers) for place, layers in placed.items()]
+    names = [measured_set.name for measured_set in sets]
+    return tuple(
+        replace(measured_set, name=f"{name}, {measured_set.campaign}" if names.count(name) > 1 else name)
+        for name, measured_set in zip(names, sets, strict=True)
+    )
+
+
+def _layer_set(path, name, spacing_x, spacing_y, bottom_slope, campaign, layers):
+    """The LayerSet of its rows; layers: as in `read_layer_sets`."""
+    first_row, _ = next(iter(layers.values()))
+    for layer in range(1, max(layers) + 1):
+        if layer not in layers:
+            raise InputError(
+                f"{path}, column layer: {name}, campaign '{campaign}' (from row {first_row}) has no layer "
+                f"{layer}; layers are numbered from 1 without gaps"
+            )
+    ordered = [values for _, (_, values) in sorted(layers.items())]
+    sample = Sample(*(np.array([values[column] for values in ordered], dtype=float) for column in ("mean", "cv", "tests")))
+    known, triangular = GRIDS.get(name.upper()), name.upper() == "TPG" or name.lower().startswith("tri")
+    try:
+        own = known is None or (spacing_x, spacing_y) != (known.spacing_x, known.spacing_y)
+        grid = Grid(name, spacing_x, spacing_y, triangular) if own else known
+    except InputError as problem:
+        raise InputError(f"{path}, row {first_row}: {problem}") from None
+    bottom = f"{100 * bottom_slope:g} % slope" if bottom_slope else "flat"
+    return LayerSet(grid, bottom_slope, campaign, sample, f"{grid.name} {bottom}")
 
 
 def _checked(table, index):
@@ -179,22 +158,10 @@ def _checked(table, index):
         if isfinite(value) and (not low <= value <= high or name in ("layer", "tests") and value != int(value)):
             raise InputError(f"{table.place(index, name)}: '{value:g}'; it must be {what}, from {low:g} to {high:g}")
         values[name] = 0.0 if name == "bottom_slope" and not isfinite(value) else value
-    known = {"TPG": TPG, "RPG": RPG}.get(values["grid"].upper())
+    known = GRIDS.get(values["grid"].upper())
     for name in ("spacing_x", "spacing_y"):
         if not isfinite(values[name]):
             if known is None:
                 raise InputError(f"{table.place(index, name)}: is blank; only TPG and RPG have spacings of their own")
             values[name] = getattr(known, name)
     return values
-
-
-def _grid(path, line, name, spacing_x, spacing_y):
-    """The Grid of a set: TPG, RPG, "triangular", or rectangular under a name of the user's."""
-    triangular = name.upper() in ("TPG", "TRIANGULAR") or name.lower().startswith("tri")
-    try:
-        for known in (TPG, RPG):
-            if name.upper() == known.name and (spacing_x, spacing_y) == (known.spacing_x, known.spacing_y):
-                return known
-        return Grid(name, spacing_x, spacing_y, triangular)
-    except InputError as problem:
-        raise InputError(f"{path}, row {line}: {problem}") from None

@@ -2,66 +2,32 @@
 
 import numpy as np
 
+from hlcs.effects.witnesses import OF_LAYERS
 from hlcs.kinds.layers import least_squares
-from hlcs.selection.experiment_design import SEPARATION, NextExperiment, tests_needed
-
-WITNESS = {  # direct readings of one suspect, best first: no new unknowns
-    "convex_hull_shape": "simulate both shapes with the same seeds, and nest two units by hand: hulls cannot",
-    "margin_offset": "measure one unit at rest on a flat plate, and run margins of 0, 1/2, 1 and 2 times with the same seeds",
-    "friction": "tilt a unit on a plate of the same concrete until it slides",
-    "friction_combination": "tilt a unit on a plate of the same concrete until it slides",
-    "plate_bias": "lay the same plate on one unit of known height",
-    "settlement": "use a rigid bottom, and read the first layer twice",
-    "size_error": "measure the units with a calliper",
-    "length_scale": "measure a ruler the way the layers are measured",
-    "campaign_offset": "repeat one grid in both campaigns",
-    "grid_spacing": "survey the centres of the units",
-    "placement_scatter": "survey the centres of the units, or place with a jig",
-    "placement_offset": "survey the centres layer by layer",
-    "orientation_bias": "count the poses of the first layer in photographs",
-    "yaw_constraint": "photograph the first layer from above",
-    "falling_distance": "place from 0.10, 0.25 and 0.40 Dn",
-    "lost_units": "count the units",
-    "ground_softness": "read the first layer before and after the others are on it",
-    "contact_compliance": "read the first layer before and after the others are on it",
-    "bottom_roughness": "place the same grid on a flat plate",
-    "sequential_placement": "place one row after another, both ways round",
-    "loose_lower_layers": "glue the lower layers, or read them again once the others are on them",
-    "vibration": "read the layers before and after shaking",
-    "rolling_friction": "tilt a unit until it rolls",
-    "static_friction": "tilt a plate with a unit slowly, and let one slide down it",
-    "adhesion": "lift a unit off another with a balance, wet and dry",
-    "inertia_error": "swing a unit as a pendulum",
-    "bottom_slope": "level the bottom, or turn the set-up by 180 degrees",
-    "restitution": "film a unit falling from three heights",
-    "damping": "run the model without damping",
-    "time_step": "halve the time step again",
-    "iterations": "double the iterations again",
-}
+from hlcs.records import NextExperiment
+from hlcs.selection.experiment_design import SEPARATION, hardest, tests_needed
 
 
-def next_experiment(search, stage, accepted, rivals, verdict, where):
-    """The NextExperiment for rivals that survive, or for what stays unexplained."""
-    pairs = [(one, other) for one, others in zip(accepted, rivals, strict=True) for other, _ in others]
+def next_experiment(search, fit, rivals, where, verdict):
+    """The NextExperiment for rivals that survive, or for what stays unexplained.
+
+    rivals: [(LayerTrial, cosine)] of each accepted effect; where: what the model misses, the worst first.
+    """
+    pairs = [(accepted, rival) for accepted, others in zip(fit.accepted, rivals, strict=True) for rival, _ in others]
     text, names, needed, design = "", (), None, {}
     if pairs:
-        scored = [(*_best_set(search, stage, one, other), one, other) for one, other in pairs]
-        score, index, one, other = min(scored, key=lambda row: (row[0], row[2].name, row[3].name))  # the hardest pair decides
-        names, needed = (one.name, other.name), tests_needed(score)
-        design = {"grid": search.sets[index].grid.name, "bottom_slope": search.sets[index].bottom_slope}
-        many = (
-            f"{needed} more tests on {search.sets[index].name}"
-            if needed
-            else "more than a hundred tests on any grid measured here"
-        )
-        readings = dict.fromkeys(WITNESS.get(name, "measure " + name) for name in names)
+        score, names, index = hardest([_best_set(search, *pair) for pair in pairs])
+        needed, measured_set = tests_needed(score), search.sets[index]
+        design = {"grid": measured_set.grid.name, "bottom_slope": measured_set.bottom_slope}
+        tests = f"{needed} more tests on {measured_set.name}"
+        readings = "; or ".join(dict.fromkeys(OF_LAYERS.get(name, "measure " + name) for name in names))
         text = (
-            f"{'; or '.join(readings)}; by layers alone {many} to tell {one.name} from {other.name} (lambda = {score:.3g} a test)"
+            f"{readings}; by layers alone {tests if needed else 'more than a hundred tests on any grid measured here'} to tell "
+            f"{names[0]} from {names[1]} (lambda = {score:.3g} a test)"
         )
     if verdict == "unexplained":
-        worst = where[0]
-        campaign = next(one.campaign for one in search.sets if one.name == worst["trial"])
-        others = [one.campaign for one in search.sets if one.campaign != campaign]
+        worst, campaigns = where[0], {measured_set.name: measured_set.campaign for measured_set in search.sets}
+        others = [campaign for campaign in campaigns.values() if campaign != campaigns[worst["trial"]]]
         elsewhere = f"by the hands and in the flume of '{others[0]}'" if others else "by other hands, in another campaign"
         needed = needed or _tests_for(worst)
         text = (
@@ -72,15 +38,15 @@ def next_experiment(search, stage, accepted, rivals, verdict, where):
     return NextExperiment(text, names, needed, design)
 
 
-def _best_set(search, stage, one, other):
-    """(lambda of one test, index of the set) of the measured grid on which two explanations differ most."""
+def _best_set(search, accepted, rival):
+    """(lambda of one test, names, index of the set) of the measured grid on which two explanations differ most."""
     data, scores = search.data, []
     for index in range(len(search.sets)):
-        rows = (data.set == index) & (data.layer > 0)
+        rows = (data.set == index) & search.layers
         variance = (data.variance * data.tests)[rows]  # of a single test
         matrix = np.diag(variance) + least_squares.CAMPAIGN**2 * np.outer(data.mean[rows], data.mean[rows])
-        scores.append(least_squares.chi_squared(matrix, (one.shift - other.shift)[rows]))
-    return max(scores), int(np.argmax(scores))
+        scores.append(least_squares.chi_squared(matrix, (accepted.shift - rival.shift)[rows]))
+    return max(scores), (accepted.name, rival.name), int(np.argmax(scores))
 
 
 def _tests_for(worst):

@@ -1,92 +1,65 @@
 """What a diagnosis of layer coefficients says of each candidate."""
 
-from hlcs.effects import SETS, set_of
+from hlcs.kinds.layers.candidates import set_of
 from hlcs.kinds.layers.judge import QUANTILE
-from hlcs.selection.diagnosis import Finding
+from hlcs.records import Reason
+from hlcs.selection.findings import accepted_reason, findings, interval, rival_reason, set_label, smallest_visible
+from hlcs.selection.reasons import sentences
+
+NOTHING_PAYS = "the misfit is too small, or the numbers too few, to pay for any"
 
 
 def intervals(accepted):
-    """{effect: {number: {value, low, high, unit}}} of the accepted candidates; 90 % intervals inside their bounds."""
+    """{effect: {number: {value, low, high, unit}}} of the accepted trials; 90 % intervals inside their bounds."""
     found = {}
-    for one in accepted:
-        error = 0.0 if one.candidate.switch else QUANTILE * one.deviation
-        found[one.name] = {
-            one.candidate.number: {
-                "value": float(one.value),
-                "low": float(max(one.value - error, min(one.candidate.low, one.value))),
-                "high": float(min(one.value + error, max(one.candidate.high, one.value))),
-                "unit": one.candidate.unit,
-            }
-        }
-        if one.candidate.needs:
-            found[one.name][one.candidate.number]["campaign"] = one.candidate.needs
+    for trial in accepted:
+        candidate, error = trial.candidate, 0.0 if trial.candidate.switch else QUANTILE * trial.deviation
+        free, campaign = candidate.number, {"campaign": candidate.campaign} if candidate.campaign else {}
+        found[trial.name] = {free.name: interval(free, trial.value, error) | campaign}
     return found
 
 
-def findings(entries, accepted, rounds, rivals):
-    """One Finding a name: accepted ones first, then by evidence."""
-    winners = {one.name: (one, others) for one, others in zip(accepted, rivals, strict=True)}
-    partners = {other.name: (one.name, angle) for one, others in winners.values() for other, angle in others}
-    sets = [{name, *(other.name for other, _ in others)} for name, (_, others) in winners.items()]
-    found = []
-    for name in sorted({entry.name for entry in entries}):
-        tried = [one for round_ in rounds for one in round_ if one.name == name]
-        best = winners[name][0] if name in winners else (tried[-1] if tried else None)
-        same = tuple(sorted(set().union(*(members for members in sets if name in members)) - {name}))
-        cosines = {other.name: round(angle, 4) for other, angle in winners[name][1]} if name in winners else {}
-        if name in partners:
-            cosines = {partners[name][0]: round(partners[name][1], 4)}
-        if best is None:
-            why = (
-                "not tried: the misfit is too small, or the numbers too few, to pay for any"
-                if not rounds
-                else "could not be simulated: no such placement stands, or it takes too long"
-            )
-            found.append(Finding(name, None, None, None, name in winners, same, why))
-            continue
-        found.append(
-            Finding(
-                name,
-                best.error,
-                best.held_error,
-                float(best.evidence),
-                name in winners,
-                same,
-                _why(best, name in winners, same, winners),
-                cosines,
-                _visible(best),
-            )
-        )
-    return tuple(
-        sorted(found, key=lambda one: (not one.accepted, -(one.evidence if one.evidence is not None else -1e9), one.effect))
-    )
+def layer_findings(candidates, accepted, rounds, alternatives):
+    """One Finding a name; alternatives: {accepted effect: {rival: cosine of the signatures}}."""
+    last = {trial.name: trial for trials in [*rounds, accepted] for trial in trials}
+
+    def described(name, same):
+        if name not in last:
+            explanation = Reason.NOT_SIMULATED() if rounds else Reason.NOT_TRIED(why=NOTHING_PAYS)
+            return {"fitted": None, "held_out": None, "evidence": None, **explanation._asdict()}
+        trial = last[name]
+        return {
+            "fitted": trial.error,
+            "held_out": trial.held_out_error,
+            "evidence": float(trial.evidence),
+            "visible_from": _visible(trial),
+            **_explained(trial, same, alternatives)._asdict(),
+        }
+
+    return findings(sorted({candidate.name for candidate in candidates}), alternatives, described)
 
 
-def _why(one, accepted, same, winners):
-    label = f" ({set_of(one.name)})" if set_of(one.name) and any(other in SETS[set_of(one.name)] for other in same) else ""
-    at = f"{one.candidate.family}, {one.candidate.number} = {one.value:.3g}"
-    if one.candidate.needs:
-        at += f" of {one.candidate.needs}"
-    if accepted:
-        text = f"accepted ({at}): chi2 falls by {one.gain:.0f} for a price of {one.price:.0f}"
-        if one.directions:
-            text += "; held-out misfit falls by " + " and ".join(f"{100 * fall:.0f} %" for fall in one.directions.values())
-        return text + (f"; cannot be told from {', '.join(same)}{label}" if same else "")
+def _explained(trial, same, effects):
+    """The Explanation of what became of a candidate."""
+    candidate, label = trial.candidate, set_label(trial.name, same, set_of)
+    of_campaign = f" of {candidate.campaign}" if candidate.campaign else ""
+    at = f" ({candidate.family}, {candidate.number.name} = {trial.value:.3g}{of_campaign})"
+    if trial.name in effects:
+        falls = [held_out.fall for held_out in trial.held_out.values()]
+        return accepted_reason(trial.gain, trial.required_gain, falls, same, "misfit", at, label)
     if same:
-        return (
-            f"does as well as {', '.join(other for other in same if other in winners)} ({at}): not to be told apart here{label}"
-        )
-    if one.gain > 3.84 and one.fails:
-        promise = "" if one.gain <= one.price else f"chi2 would fall by {one.gain:.1f}, but "
-        return f"suspected: ({at}) {promise}" + "; ".join(one.fails)
-    if not one.fails:
-        return f"explained the residual too ({at}), less well than what was accepted"
-    return f"not seen ({at}): " + one.fails[-1 if len(one.fails) == 1 else 0]
+        return rival_reason(same, effects, at, label)
+    if not trial.fails:
+        return Reason.EXPLAINED_TOO(at=at)
+    if trial.gain <= 3.84:
+        return Reason.NOT_SEEN(at=at, why=trial.fails[0].why)
+    promise = "" if trial.gain <= trial.required_gain else f"chi2 would fall by {trial.gain:.1f}, but "
+    return Reason.SUSPECTED(why=f"{at[1:]} {promise}{sentences(trial.fails)}")
 
 
-def _visible(one):
+def _visible(trial):
     """The smallest value that would have moved a layer by what these data show."""
-    if one.candidate.switch or one.size <= 0 or one.amount == 0:
+    candidate = trial.candidate
+    if candidate.switch or trial.relative_shift <= 0 or trial.amount == 0:
         return ""
-    unit = "" if one.candidate.unit == "1" else f" {one.candidate.unit}"
-    return f"{one.candidate.number} {abs(one.amount) / one.size:.2g}{unit} from {one.candidate.null:g}"
+    return smallest_visible(candidate.number, abs(trial.amount) / trial.relative_shift)

@@ -1,37 +1,52 @@
 """One candidate against the layers that a model misses: fitted by least squares, held out, and judged by every rule."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers.candidates import LayerCandidate
 from hlcs.kinds.layers.least_squares import FORMS
 from hlcs.kinds.layers.model import LayerModel
 from hlcs.placement import statistics
+from hlcs.selection.reasons import Rule
 
-PRICE, PRICE_ALONE = 6.0, 12.0  # with and without data to hold out
+MARGIN, MARGIN_ALONE = 6.0, 12.0  # of chi2 beyond the complexity penalty; where nothing can be held out
 QUANTILE = 1.645  # of 90 % intervals
 
 
+class HeldOut(NamedTuple):
+    """What a candidate does to a group that it was not fitted to."""
+
+    amount: float  # fitted to the other groups
+    before: float  # chi-squared of the group without the candidate
+    after: float  # and with it
+
+    @property
+    def fall(self):
+        """Relative fall of the misfit."""
+        return 1.0 - np.sqrt(self.after / self.before)
+
+
 @dataclass(eq=False)
-class Tried:
+class LayerTrial:
     """What became of one candidate in one round."""
 
-    candidate: object
+    candidate: LayerCandidate
     slope: np.ndarray  # signature (n,) per unit of its number
     slope_variance: np.ndarray
-    amount: float = 0.0  # value - null
-    deviation: float = 0.0
-    gain: float = 0.0  # fall of chi-squared under the form that grants less
-    merit: float = 0.0  # the same, mean of both forms: which of several that may be accepted is the best
-    price: float = 0.0
-    after: dict = field(default_factory=dict)  # chi-squared of each form
-    held: dict = field(default_factory=dict)  # group -> (amount without it, chi-squared before, after), form kinder to it
-    held_by: dict = field(default_factory=dict)  # the same of each form
-    held_error: float | None = None
-    error: float = 0.0  # mean relative error with it, as predicted
-    size: float = 0.0  # largest shift of a layer, mean of all sets it moves, over what these sets together could show
-    fails: list = field(default_factory=list)
+    amount: float  # value - null
+    deviation: float
+    gain: float  # fall of chi-squared under the form of the campaign term that grants less
+    mean_gain: float  # the same, mean of both forms: which of several that may be accepted is the best
+    error: float  # mean relative error with it, as predicted
+    required_gain: float = 0.0  # fall of chi-squared that its complexity asks for
+    held_out_by_form: dict = field(default_factory=dict)  # form -> {group: HeldOut}
+    held_out: dict = field(default_factory=dict)  # the same of the form kinder to it
+    held_out_error: float | None = None
+    relative_shift: float = 0.0  # largest shift of a layer, mean of all sets it moves, over what these sets together could show
+    fails: list = field(default_factory=list)  # Explanations of the rules that it breaks
 
     @property
     def name(self):
@@ -39,36 +54,32 @@ class Tried:
 
     @property
     def evidence(self):
-        return self.gain - self.price
-
-    def held_chi2(self, form):
-        """Chi-squared of all held-out groups together."""
-        return sum(after for _, _, after in self.held_by[form].values())
-
-    @property
-    def directions(self):
-        """Relative fall of the held-out misfit in every direction."""
-        return _falls(self.held)
+        return self.gain - self.required_gain
 
     @property
     def value(self):
-        return self.candidate.null + self.amount
+        return self.candidate.number.null + self.amount
 
     @property
     def shift(self):
-        """What it adds to the model's numbers (n,)."""
+        """What it adds to the values of the model (n,)."""
         return self.slope * self.amount
+
+    def behind(self, other, form):
+        """How much larger chi-squared of all held-out groups together is than with the candidate of another trial."""
+        mine, others = (sum(group.after for group in trial.held_out_by_form[form].values()) for trial in (self, other))
+        return mine - others
 
 
 @dataclass(eq=False)
-class Stage:
+class LayerFit:
     """A model beside the data."""
 
     model: LayerModel
-    rows: list  # simulated (seeds, M) of each set
-    numbers: least_squares.Simulated
+    runs: list  # simulated (seeds, M) of each set
+    simulated: least_squares.Simulated
     residual: np.ndarray  # measured - model (n,)
-    accepted: tuple[Tried, ...] = ()
+    accepted: tuple[LayerTrial, ...] = ()
 
 
 class LayerJudge:
@@ -77,128 +88,128 @@ class LayerJudge:
     def __init__(self, measurement, sets):
         self.measurement, self.sets = measurement, sets
         self.data = least_squares.observed(sets, measurement.group)
-        self.groups = tuple(dict.fromkeys(measurement.group(one) for one in sets))
-        self.can_hold_out = measurement.hold_out != "none" and len(np.unique(self.data.group)) > 1
+        self.layers = self.data.layer > 0
+        self.groups = tuple(dict.fromkeys(map(measurement.group, sets)))
+        self.can_hold_out = measurement.hold_out != "none" and len(self.groups) > 1
 
-    def error(self, residual, inside=None):
+    def error(self, residual, inside=True):
         """Mean relative error of the layer coefficients [-], of some rows or all."""
-        layers = self.data.layer > 0 if inside is None else (self.data.layer > 0) & inside
+        layers = self.layers & inside
         return float(np.mean(np.abs(residual[layers]) / self.data.value[layers]))
 
-    def chi2(self, stage, form):
-        return least_squares.chi_squared(self.covariance(stage, form), stage.residual)
+    def chi2(self, fit, form):
+        return least_squares.chi_squared(self.covariance(fit, form), fit.residual)
 
-    def covariance(self, stage, form, more=0.0):
-        return least_squares.covariance(self.data, self.data.variance + stage.numbers.variance + more, form)
+    def covariance(self, fit, form, more=0.0):
+        return least_squares.covariance(self.data, self.data.variance + fit.simulated.variance + more, form)
 
-    def held_out_error(self, stage, tried=None):
+    def required_gain(self, held_out):
+        """Fall of chi-squared that one more number asks for."""
+        return np.log(np.sum(self.layers)) + (MARGIN if held_out else MARGIN_ALONE)
+
+    def held_out_error(self, fit, trial=None):
         """Mean relative error where every group is predicted by numbers fitted without it; None where nothing can be held out."""
-        if not self.can_hold_out:
-            return None
-        return self.error(self._held_residual(stage, tried))
+        return self.error(self._held_out_residual(fit, trial)) if self.can_hold_out else None
 
-    def _held_residual(self, stage, tried=None):
-        """Residuals (n,) with every accepted amount, and that of `tried`, as the other groups give it."""
-        residual = stage.residual.copy()
-        for one in stage.accepted:
-            for group, (without, _, _) in one.held.items():
+    def _held_out_residual(self, fit, trial=None):
+        """Residuals (n,) with every accepted amount, and that of a trial, as the other groups give it."""
+        residual = fit.residual.copy()
+        for accepted in fit.accepted:
+            for group, held_out in accepted.held_out.items():
                 inside = self.data.group == group
-                residual[inside] -= (one.slope * (without - one.amount))[inside]
-        if tried is not None:
-            for group in np.unique(self.data.group):
-                inside = self.data.group == group
-                amount = tried.held[group][0] if group in tried.held else tried.amount
-                residual[inside] -= (tried.slope * amount)[inside]
+                residual[inside] -= (accepted.slope * (held_out.amount - accepted.amount))[inside]
+        for group in range(len(self.groups)) if trial else ():
+            inside = self.data.group == group
+            amount = trial.held_out[group].amount if group in trial.held_out else trial.amount
+            residual[inside] -= (trial.slope * amount)[inside]
         return residual
 
-    def weigh(self, stage, entry, slope, slope_variance):
-        """Fit one candidate to the residuals of a stage and judge it by every rule."""
-        tried, count = Tried(entry, slope, slope_variance), int(np.sum(self.data.layer > 0))
-        low, high = entry.low - entry.null, entry.high - entry.null
-        gains = {}
-        for form in FORMS:
-            size, spread, free = (entry.step, 0.0, entry.step) if entry.switch else (0.0, np.inf, 0.0)
-            for _ in range(1 if entry.switch else 4):  # the covariance grows with the amount of an uncertain signature
-                matrix = self.covariance(stage, form, size**2 * slope_variance)
-                if not entry.switch:
-                    free, spread = least_squares.amount(matrix, stage.residual, slope)
-                    size = float(np.clip(free, low, high))
-            matrix = self.covariance(stage, form, size**2 * slope_variance)
-            gains[form] = least_squares.chi_squared(matrix, stage.residual) - least_squares.chi_squared(
-                matrix, stage.residual - slope * size
-            )
-            if not gains or gains[form] <= min(gains.values()):
-                tried.gain, tried.amount, tried.deviation, unbound = gains[form], size, spread, free
-        tried.merit = float(np.mean(list(gains.values())))
-        tried.error = self.error(stage.residual - tried.shift)
-        self._hold_out(stage, tried)
-        tried.price = np.log(count) + (PRICE if tried.held else PRICE_ALONE)
-        self._judge(stage, tried, unbound)
-        return tried
-
-    def _hold_out(self, stage, tried):
-        """Fit to all groups but one, and look at that one, under the form of the campaign term kinder to the candidate."""
+    def weigh(self, fit, candidate, slope, slope_variance):
+        """The LayerTrial of a candidate on the residuals of a fit, judged by every rule."""
+        estimates = [self._estimate(fit, candidate, slope, slope_variance, form) for form in FORMS]
+        gain, amount, deviation, unbounded = min(reversed(estimates), key=lambda estimate: estimate[0])
+        mean_gain, error = float(np.mean([estimate[0] for estimate in estimates])), self.error(fit.residual - slope * amount)
+        trial = LayerTrial(candidate, slope, slope_variance, amount, deviation, gain, mean_gain, error)
         if self.can_hold_out:
-            tried.held_by = {form: self._held(stage, tried, form) for form in FORMS}
-            tried.held = max(tried.held_by.values(), key=lambda held: min(_falls(held).values(), default=0.0))
-        if tried.held:
-            tried.held_error = self.held_out_error(stage, tried)
+            trial.held_out_by_form = {form: self._held_out(fit, trial, form) for form in FORMS}
+            trial.held_out = max(trial.held_out_by_form.values(), key=_least_fall)
+        if trial.held_out:
+            trial.held_out_error = self.held_out_error(fit, trial)
+        trial.required_gain = self.required_gain(trial.held_out)
+        trial.relative_shift = self._relative_shift(fit, trial.shift)
+        self._judge(fit, trial, unbounded)
+        return trial
 
-    def _held(self, stage, tried, form):
-        """{group: (amount fitted without it, chi-squared of the group before, after)}."""
-        before, found = self._held_residual(stage), {}
-        entry, data = tried.candidate, self.data
-        matrix = self.covariance(stage, form, tried.amount**2 * tried.slope_variance)
-        for group in np.unique(data.group):
-            inside, seen = data.group == group, (data.layer > 0)
-            if not np.any(tried.slope[inside & seen]) or not np.any(tried.slope[~inside & seen]):
+    def _estimate(self, fit, candidate, slope, slope_variance, form):
+        """(gain, amount, its deviation, amount without bounds) that fits the residuals best under one form of the campaign term.
+
+        The covariance grows with the amount of an uncertain signature.
+        """
+        free = amount = candidate.step if candidate.switch else 0.0
+        deviation = 0.0 if candidate.switch else np.inf
+        for _ in range(0 if candidate.switch else 4):
+            matrix = self.covariance(fit, form, amount**2 * slope_variance)
+            free, deviation = least_squares.amount(matrix, fit.residual, slope)
+            amount = _bounded(candidate, free)
+        matrix = self.covariance(fit, form, amount**2 * slope_variance)
+        before, after = (least_squares.chi_squared(matrix, part) for part in (fit.residual, fit.residual - slope * amount))
+        return before - after, amount, deviation, free
+
+    def _held_out(self, fit, trial, form):
+        """{group: HeldOut} of a candidate fitted to all groups but one, and looked at on that one."""
+        before, groups, slope = self._held_out_residual(fit), {}, trial.slope
+        matrix = self.covariance(fit, form, trial.amount**2 * trial.slope_variance)
+        for group in range(len(self.groups)):
+            inside = self.data.group == group
+            if not np.any(slope[inside & self.layers]) or not np.any(slope[~inside & self.layers]):
                 continue  # nothing of this effect in the group, or in all others
-            size = tried.amount
-            if not entry.switch:
-                size, _ = least_squares.amount(matrix[np.ix_(~inside, ~inside)], stage.residual[~inside], tried.slope[~inside])
-                size = float(np.clip(size, entry.low - entry.null, entry.high - entry.null))
-            own = matrix[np.ix_(inside, inside)]
-            found[group] = (
-                size,
-                least_squares.chi_squared(own, before[inside]),
-                least_squares.chi_squared(own, (before - tried.slope * size)[inside]),
-            )
-        return found
+            amount = trial.amount
+            if not trial.candidate.switch:
+                others = matrix[np.ix_(~inside, ~inside)]
+                amount = _bounded(trial.candidate, least_squares.amount(others, fit.residual[~inside], slope[~inside])[0])
+            block = matrix[np.ix_(inside, inside)]
+            chi2 = [least_squares.chi_squared(block, part[inside]) for part in (before, before - slope * amount)]
+            groups[group] = HeldOut(amount, *chi2)
+        return groups
 
-    def _judge(self, stage, tried, unbound):
-        """The reasons against it."""
-        layers = self.data.layer > 0
-        tried.size = self._size(stage, tried.shift)
-        outside = abs(unbound - tried.amount) > 2.0 * tried.deviation and tried.value != tried.candidate.gone
-        if not np.any(tried.slope[layers]):
-            tried.fails.append("it moves no layer")
-        elif outside or (tried.amount == 0.0 and not tried.candidate.switch):
-            tried.fails.append("its number leaves the bounds")
-        elif abs(tried.amount) <= QUANTILE * tried.deviation and not tried.candidate.switch:
-            tried.fails.append("the interval of its number holds zero effect")
-        if tried.gain <= tried.price:
-            tried.fails.append(f"its gain in chi2 of {tried.gain:.1f} does not pay its price of {tried.price:.1f}")
-        if tried.size < 1.0:
-            tried.fails.append(f"below resolution: it moves no layer by more than {tried.size:.1f} times what these data show")
-        names = self.groups
-        worse = [f"{names[group]} {100 * fall:+.0f} %" for group, fall in tried.directions.items() if fall <= 0.02]
+    def _judge(self, fit, trial, unbounded):
+        """Note the rules that a trial breaks."""
+        candidate, amount, deviation = trial.candidate, trial.amount, trial.deviation
+        outside = abs(unbounded - amount) > 2.0 * deviation and trial.value != candidate.removed_at
+        if not np.any(trial.slope[self.layers]):
+            trial.fails.append(Rule.MOVES_A_LAYER())
+        elif outside or (amount == 0.0 and not candidate.switch):
+            trial.fails.append(Rule.NUMBER_INSIDE_BOUNDS())
+        elif abs(amount) <= QUANTILE * deviation and not candidate.switch:
+            trial.fails.append(Rule.NOT_ZERO())
+        if trial.gain <= trial.required_gain:
+            trial.fails.append(Rule.PRICE_OF_LAYERS(gain=trial.gain, price=trial.required_gain))
+        if trial.relative_shift < 1.0:
+            trial.fails.append(Rule.RESOLUTION(size=trial.relative_shift))
+        falls = {self.groups[group]: held_out.fall for group, held_out in trial.held_out.items()}
+        worse = [f"{group} {100 * fall:+.0f} %" for group, fall in falls.items() if fall <= 0.02]
         if worse:
-            tried.fails.append("held-out misfit does not fall by 2 % on " + ", ".join(worse))
-        if tried.held_error is not None and tried.held_error > 0.98 * self.held_out_error(stage):
-            tried.fails.append("the held-out error does not fall by 2 %")
+            trial.fails.append(Rule.EVERY_GROUP(groups=", ".join(worse)))
+        if trial.held_out_error is not None and trial.held_out_error > 0.98 * self.held_out_error(fit):
+            trial.fails.append(Rule.HELD_OUT_LAYERS())
 
-    def _size(self, stage, shift):
+    def _relative_shift(self, fit, shift):
         """Largest shift of a layer, mean of the sets it moves, over what is detectable in that mean; campaigns differ, too."""
-        matrix, sizes = self.covariance(stage, "common"), [0.0]
-        for layer in range(1, max(one.layers for one in self.sets) + 1):
+        matrix, ratios = self.covariance(fit, "common"), [0.0]
+        most = max(measured_set.layers for measured_set in self.sets)
+        for layer in range(1, most + 1):
             rows = np.flatnonzero((self.data.layer == layer) & (shift != 0.0))
             if len(rows):
                 error = np.sqrt(matrix[np.ix_(rows, rows)].mean())
-                shown = statistics.detectable_shift(error, max(one.layers for one in self.sets))
-                sizes.append(abs(float(shift[rows].mean())) / shown)
-        return max(sizes)
+                ratios.append(abs(float(shift[rows].mean())) / statistics.detectable_shift(error, most))
+        return max(ratios)
 
 
-def _falls(held):
-    """{group: relative fall of the misfit of a held-out group}."""
-    return {group: 1.0 - np.sqrt(after / before) for group, (_, before, after) in held.items()}
+def _bounded(candidate, amount):
+    number = candidate.number
+    return float(np.clip(amount, number.low - number.null, number.high - number.null))
+
+
+def _least_fall(groups):
+    """The smallest fall of the misfit of held-out groups; 0 where there are none."""
+    return min((held_out.fall for held_out in groups.values()), default=0.0)

@@ -29,7 +29,7 @@ class Observed(NamedTuple):
     set: np.ndarray  # (n,) index of the set
     campaign: np.ndarray  # (n,) index of the campaign
     group: np.ndarray  # (n,) index of what is held out together
-    place: np.ndarray  # (n,) index of grid, bottom and layer: what the model is asked once for several campaigns
+    case: np.ndarray  # (n,) index of grid, bottom and layer: the model is simulated once for several campaigns
 
     @property
     def mean(self):
@@ -47,36 +47,21 @@ class Simulated(NamedTuple):
 
 def observed(sets, group_of):
     """The Observed of LayerSets; group_of: function of a set -> what is held out together with it."""
-    campaigns = list(dict.fromkeys(one.campaign for one in sets))
-    groups = list(dict.fromkeys(group_of(one) for one in sets))
-    grounds = list(dict.fromkeys((one.grid, one.bottom_slope) for one in sets))
-    parts = []
-    for index, one in enumerate(sets):
-        mean, cv, tests = one.sample
-        deviation, upper = mean * cv, slice(1, None)
-        value, variance, layers = list(mean), list(deviation**2 / tests + ROUNDING**2), list(range(1, one.layers + 1))
-        counts = list(tests)
-        freedom = float(np.sum(tests[upper] - 1))
-        scatter = np.sum((tests[upper] - 1) * deviation[upper] ** 2) / max(freedom, 1.0)
+    campaigns = list(dict.fromkeys(measured_set.campaign for measured_set in sets))
+    groups = list(dict.fromkeys(group_of(measured_set) for measured_set in sets))
+    grounds = list(dict.fromkeys((measured_set.grid, measured_set.bottom_slope) for measured_set in sets))
+    rows = []
+    for index, measured_set in enumerate(sets):
+        mean, cv, tests = measured_set.sample
+        deviation, freedom = mean * cv, float(np.sum(tests[1:] - 1))
+        layers = list(zip(mean, deviation**2 / tests + ROUNDING**2, tests, range(1, len(mean) + 1), strict=True))
+        scatter = np.sum((tests[1:] - 1) * deviation[1:] ** 2) / max(freedom, 1.0)
         if freedom > 0 and scatter > 0:
-            value.append(0.5 * np.log(scatter))
-            variance.append(0.5 / freedom + SCATTER**2)
-            layers.append(0)
-            counts.append(freedom + 1)
-        size = len(value)
-        parts.append(
-            (
-                value,
-                variance,
-                counts,
-                layers,
-                [index] * size,
-                [campaigns.index(one.campaign)] * size,
-                [groups.index(group_of(one))] * size,
-                [100 * grounds.index((one.grid, one.bottom_slope)) + layer for layer in layers],
-            )
-        )
-    return Observed(*(np.concatenate([np.asarray(part[column]) for part in parts]) for column in range(8)))
+            layers.append((0.5 * np.log(scatter), 0.5 / freedom + SCATTER**2, freedom + 1, 0))
+        ground = grounds.index((measured_set.grid, measured_set.bottom_slope))
+        belongs = index, campaigns.index(measured_set.campaign), groups.index(group_of(measured_set))
+        rows += [(*row, *belongs, 100 * ground + row[3]) for row in layers]
+    return Observed(*map(np.array, zip(*rows, strict=True)))
 
 
 def _upper_pooled(variance, freedom):
@@ -87,53 +72,53 @@ def _upper_pooled(variance, freedom):
     return pooled
 
 
-def simulated(data, rows):
-    """The Simulated of runs: rows (seeds, M) of each set, nan where the physics refused a run."""
-    value, variance, tests = (np.empty(len(data.value)) for _ in range(3))
-    for index, runs in enumerate(rows):
+def simulated(data, runs_of_sets):
+    """The Simulated of runs: (seeds, M) for each set, nan where the physics refused a run."""
+    value, variance, tests = np.empty((3, len(data.value)))
+    for index, runs in enumerate(runs_of_sets):
         runs = runs[np.isfinite(runs).all(axis=1)]
-        of_set, seeds = data.set == index, len(runs)
-        layers = of_set & (data.layer > 0)
-        spread = _upper_pooled(runs.var(axis=0, ddof=1), seeds - 1)
-        value[layers], variance[layers], tests[layers] = runs.mean(axis=0), spread / seeds, seeds
-        freedom = (runs.shape[1] - 1) * (seeds - 1)
-        scatter = of_set & (data.layer == 0)
+        layers, scatter = _rows_of(data, index)
+        seeds, freedom = len(runs), (runs.shape[1] - 1) * (len(runs) - 1)
+        pooled = _upper_pooled(runs.var(axis=0, ddof=1), seeds - 1)
+        value[layers], variance[layers], tests[layers] = runs.mean(axis=0), pooled / seeds, seeds
         if scatter.any():
-            value[scatter] = 0.5 * np.log(max(spread[1:].mean(), 1e-8))
+            value[scatter] = 0.5 * np.log(max(pooled[1:].mean(), 1e-8))
             variance[scatter], tests[scatter] = 0.5 / freedom, freedom + 1
     return Simulated(value, variance, tests)
 
 
-def signature(data, off, on, step):
-    """(F (n,), variance of F (n,)): change of all numbers per unit of a candidate, from runs with the same seeds.
+def signature(data, without, with_candidate, step):
+    """(F (n,), variance of F (n,)): change of all values per unit of a candidate, from runs with the same seeds.
 
-    off, on: rows (seeds, M) of each set without and with it; None where too few pairs of runs were possible.
+    without, with_candidate: runs (seeds, M) of each set; None where too few pairs of runs were possible.
     """
-    slope, variance = (np.empty(len(data.value)) for _ in range(2))
-    for index, (without, with_it) in enumerate(zip(off, on, strict=True)):
-        seeds = min(len(without), len(with_it))
-        difference = with_it[:seeds] - without[:seeds]
-        good = np.isfinite(difference).all(axis=1)
-        pairs = int(good.sum())
+    slope, variance = np.empty((2, len(data.value)))
+    for index, runs in enumerate(zip(without, with_candidate, strict=True)):
+        seeds = min(map(len, runs))
+        good = np.isfinite(runs[1][:seeds] - runs[0][:seeds]).all(axis=1)
+        before, after = (part[:seeds][good] for part in runs)
+        difference, pairs = after - before, len(after)
         if pairs < 2:
             return None
-        difference = difference[good]
-        of_set = data.set == index
-        layers, scatter = of_set & (data.layer > 0), of_set & (data.layer == 0)
+        layers, scatter = _rows_of(data, index)
         slope[layers] = difference.mean(axis=0) / step
         variance[layers] = _upper_pooled(difference.var(axis=0, ddof=1), pairs - 1) / pairs / step**2
         if scatter.any():
-            spread = [max(runs[:seeds][good][:, 1:].var(axis=0, ddof=1).mean(), 1e-8) for runs in (without, with_it)]
-            freedom = (difference.shape[1] - 1) * (pairs - 1)
-            slope[scatter] = 0.5 * np.log(spread[1] / spread[0]) / step
-            variance[scatter] = 1.0 / freedom / step**2
+            pooled = [max(part[:, 1:].var(axis=0, ddof=1).mean(), 1e-8) for part in (before, after)]
+            slope[scatter] = 0.5 * np.log(pooled[1] / pooled[0]) / step
+            variance[scatter] = 1.0 / ((difference.shape[1] - 1) * (pairs - 1)) / step**2
     return slope, variance
+
+
+def _rows_of(data, index):
+    """(rows of the layers of a set, row of its scatter), booleans (n,)."""
+    return (data.set == index) & (data.layer > 0), (data.set == index) & (data.layer == 0)
 
 
 def covariance(data, variance, form, campaign=CAMPAIGN):
     """Covariance (n, n) of measured - model: `variance` (n,) of both, and what another campaign or engine would change."""
     mean, upper = data.mean, data.mean * (data.layer > 1)
-    matrix = np.diag(variance) + MODEL**2 * np.outer(upper, upper) * (data.place[:, None] == data.place)
+    matrix = np.diag(variance) + MODEL**2 * np.outer(upper, upper) * (data.case[:, None] == data.case)
     if form == "individual":
         return matrix + np.diag((campaign * mean) ** 2)
     return matrix + campaign**2 * np.outer(mean, mean) * (data.campaign[:, None] == data.campaign)
@@ -165,30 +150,31 @@ def adequacy(data, model, residual, slopes=(), draws=4000, seed=0):
     """
     generator, size = np.random.default_rng(seed), len(data.value)
     draws = min(draws, max(200, int(4e7 / size**2)))  # the matrices of all draws are held at once
-    result, columns = {}, np.array(slopes).reshape(-1, size).T
-    scatter = data.layer == 0
+    shape, columns = (draws, size), np.array(slopes).reshape(-1, size).T
+    total, result = data.variance + model.variance, {}
     for form in FORMS:
-        matrix = covariance(data, data.variance + model.variance, form)
-        observed_chi2 = chi_squared(matrix, residual)
-        shape = (draws, size)
-        noise = np.sqrt(data.variance + model.variance) * generator.standard_normal(shape)
-        places, own = np.unique(data.place, return_inverse=True)
-        noise += MODEL * data.mean * (data.layer > 1) * generator.standard_normal((draws, len(places)))[:, own]
+        observed_chi2 = chi_squared(covariance(data, total, form), residual)
+        noise = np.sqrt(total) * generator.standard_normal(shape)
+        cases, case = np.unique(data.case, return_inverse=True)
+        noise += MODEL * data.mean * (data.layer > 1) * generator.standard_normal((draws, len(cases)))[:, case]
         if form == "individual":
             noise += CAMPAIGN * data.mean * generator.standard_normal(shape)
         else:
             noise += CAMPAIGN * data.mean * generator.standard_normal((draws, int(data.campaign.max()) + 1))[:, data.campaign]
-        freedom = [np.maximum(part.tests - 1, 1) for part in (data, model)]
-        seen = [part.variance * generator.chisquare(nu, shape) / nu for part, nu in zip((data, model), freedom, strict=True)]
-        variance = np.where(scatter, data.variance + model.variance, seen[0] + seen[1])
-        fixed = covariance(data, np.zeros(size), form)
-        matrices = fixed + variance[:, :, None] * np.eye(size)
-        solved = np.linalg.solve(matrices, noise[:, :, None])[:, :, 0]
-        scores = np.sum(noise * solved, axis=1)
+        drawn = [_drawn_variance(part, generator, shape) for part in (data, model)]
+        variance = np.where(data.layer == 0, total, drawn[0] + drawn[1])
+        matrices = covariance(data, np.zeros(size), form) + variance[:, :, None] * np.eye(size)
+        scores = np.sum(noise * np.linalg.solve(matrices, noise[:, :, None])[:, :, 0], axis=1)
         if columns.shape[1]:
             weighted = np.linalg.solve(matrices, np.broadcast_to(columns, (draws, *columns.shape)))
             right = np.einsum("dip,di->dp", weighted, noise)
             normal = np.einsum("ip,diq->dpq", columns, weighted)
             scores -= np.einsum("dp,dp->d", right, np.linalg.solve(normal, right[:, :, None])[:, :, 0])
-        result[form] = (observed_chi2, float((1 + np.sum(scores >= observed_chi2)) / (draws + 1)))
+        result[form] = observed_chi2, float((1 + np.sum(scores >= observed_chi2)) / (draws + 1))
     return result
+
+
+def _drawn_variance(part, generator, shape):
+    """Variances as draws of tests would show them; part: an Observed or a Simulated."""
+    freedom = np.maximum(part.tests - 1, 1)
+    return part.variance * generator.chisquare(freedom, shape) / freedom

@@ -14,31 +14,19 @@ from pathlib import Path
 import numpy as np
 
 from hlcs.files import folders
-from hlcs.kinds.layers.candidates import LayerCandidate, named
-from hlcs.placement import work
+from hlcs.kinds.layers.candidates import named
+from hlcs.placement import run_queue
 from hlcs.placement.procedure import PlacementTest
-from hlcs.placement.runs import simulate
-from hlcs.placement.settings_file import placement_table
-from hlcs.placement.store import Store, key_of
-from hlcs.placement.sweep import settings_of
-from minibullet.errors import InputError
+from hlcs.placement.run_store import Store, key_of
+from hlcs.placement.settings_table import placement_table, settings_of
+from hlcs.placement.single_run import simulate
+from hlcs.simulation.model import Term
+from minibullet.errors import InputError, is_number
 from minibullet.files.reading import read_bytes, shown
 
 MEASURED = "measured.csv"  # copy of the data in a folder of results
 MOST_BYTES = 10_000_000  # of such a copy; a table of layers has some kilobytes
 CASE = ("grid", "bottom", "layers", "seed", "stacking")  # settings that come with a measured set, not with the model
-
-
-@dataclass(frozen=True)
-class LayerTerm:
-    """A candidate in the model, at a value."""
-
-    candidate: LayerCandidate
-    value: float
-
-    @property
-    def name(self):
-        return self.candidate.name
 
 
 @dataclass(frozen=True)
@@ -49,7 +37,7 @@ class LayerModel:
     """
 
     base: PlacementTest
-    terms: tuple[LayerTerm, ...] = ()
+    terms: tuple[Term, ...] = ()
     source: object = field(default=None, repr=False, compare=False)  # (title, CSV) of the experiment file
 
     @property
@@ -62,23 +50,28 @@ class LayerModel:
         """The mended PlacementTest, ready to run."""
         return self._changed(self.base)
 
+    @property
+    def _values(self):
+        """[(LayerCandidate, its value)] of the terms: each has one number."""
+        return [(term.candidate, *term.numbers.values()) for term in self.terms]
+
     def _changed(self, test):
-        for term in self.terms:
-            test = term.candidate.applied(test, term.value)
+        for candidate, value in self._values:
+            test = candidate.applied(test, value)
         return test
 
     def with_effect(self, candidate, value):
         """The same model with one effect more."""
-        return replace(self, terms=(*self.terms, LayerTerm(candidate, float(value))))
+        return replace(self, terms=(*self.terms, Term(candidate, ((candidate.number.name, float(value)),))))
 
-    def test(self, one, seed):
+    def test(self, measured_set, seed):
         """The PlacementTest of one measured LayerSet."""
-        return replace(self._changed(one.placed(self.base)), seed=int(seed))
+        return replace(self._changed(measured_set.placed(self.base)), seed=int(seed))
 
-    def read(self, coefficients, one):
+    def read(self, coefficients, measured_set):
         """Simulated layer coefficients (.., M) as this model says they are read."""
-        for term in self.terms:
-            coefficients = term.candidate.read(coefficients, term.value, one)
+        for candidate, value in self._values:
+            coefficients = candidate.read(coefficients, value, measured_set)
         return coefficients
 
     def run(self, seed=1, progress=None):
@@ -91,61 +84,56 @@ class LayerModel:
         data: how it names its CSV; left out: the full path, which is read from elsewhere with --allow-outside alone.
         """
         settings, effects = self.base, []
-        for term in self.terms:
-            changed = term.candidate.applied(settings, term.value)
-            if term.candidate.look is None and changed.grid == settings.grid and changed.bottom == settings.bottom:
+        for candidate, value in self._values:
+            changed = candidate.applied(settings, value)
+            if candidate.reading is None and changed.grid == settings.grid and changed.bottom == settings.bottom:
                 settings = changed
             else:
-                effects.append({"name": term.name, term.candidate.number: term.value})
+                effects.append({"name": candidate.name, candidate.number.name: value})
         title, source = self.source or ("layers", None)
-        default = PlacementTest()
-        table = {
-            key: value
-            for key, value in placement_table(settings).items()
-            if key not in CASE and value != getattr(default, key, None)
-        }
-        document = {"kind": "layers", "title": title, "placement": table}
-        if effects:
-            document["model"] = {"effects": effects}
-        document["measurement"] = {"file": str(data or source)}
+        default, table = PlacementTest(), placement_table(settings)
+        stated = {key: value for key, value in table.items() if key not in CASE and value != getattr(default, key, None)}
+        model = {"model": {"effects": effects}} if effects else {}
+        document = {"kind": "layers", "title": title, "placement": stated, **model, "measurement": {"file": str(data or source)}}
         return folders.to_toml(document)
 
     def files(self, folder):
         """{name: bytes} of what keeps the model in a folder of results: its experiment file, and its data where they lie
         elsewhere, so that the file can be used as it is."""
-        data = Path(self.source[1]) if self.source else Path()
-        below = Path(os.path.realpath(folder))
-        if not data.is_absolute():
-            return {"model.toml": self.to_toml().encode()}
+        data, kept = Path(self.source[1]) if self.source else Path(), {}
+        below, name = Path(os.path.realpath(folder)), None
         if data.is_relative_to(below):
-            return {"model.toml": self.to_toml(data.relative_to(below).as_posix()).encode()}
-        content = read_bytes(data, str(data), MOST_BYTES, "thin the file out")
-        return {MEASURED: content, "model.toml": self.to_toml(MEASURED).encode()}
+            name = data.relative_to(below).as_posix()
+        elif data.is_absolute():
+            name, kept = MEASURED, {MEASURED: read_bytes(data, str(data), MOST_BYTES, "thin the file out")}
+        return kept | {"model.toml": self.to_toml(name).encode()}
 
 
 def model_of(measurement):
     """The LayerModel of a LayerMeasurement, with the effects its file lists under [model]."""
-    source = measurement.title, Path(measurement.data_file).resolve()  # a file of the model may lie in another folder
+    source = measurement.file.title, Path(measurement.file.data_file).resolve()  # a file of the model may lie in another folder
     model = LayerModel(measurement.test, (), source)
-    for entry in measurement.effects:
-        numbers = {key: value for key, value in entry.items() if key != "name"}
+    for entry in measurement.file.effects:
         try:
-            candidate = named(entry["name"], model.placement, measurement.sets)[0]
+            model = model.with_effect(*_stated(entry, model.placement, measurement.sets))
         except InputError as problem:
-            raise InputError(f"{measurement.where}: {problem}") from None
-        if not numbers and candidate.switch:
-            numbers = {candidate.number: candidate.trial}
-        if set(numbers) != {candidate.number}:
-            raise InputError(
-                f"{measurement.where}: {candidate.name} needs one number, {candidate.number}; got {shown(sorted(numbers))}"
-            )
-        value = numbers[candidate.number]
-        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-            raise InputError(
-                f"{measurement.where}: {candidate.name}.{candidate.number} = {shown(repr(value))}; it must be a finite number"
-            )
-        model = model.with_effect(candidate, value)
+            raise InputError(f"{measurement.file.place('model.effects')}: {problem}") from None
     return model
+
+
+def _stated(entry, test, sets):
+    """(LayerCandidate, its value) of an entry of [model] effects; a switch that states no value is there."""
+    candidate = named(entry["name"], test, sets)[0]
+    numbers = {key: value for key, value in entry.items() if key != "name"}
+    if not numbers and candidate.switch:
+        return candidate, candidate.number.start
+    number = candidate.number.name
+    if set(numbers) != {number}:
+        raise InputError(f"{candidate.name} needs one number, {number}; got {shown(sorted(numbers))}")
+    value = numbers[number]
+    if not is_number(value):
+        raise InputError(f"{candidate.name}.{number} = {shown(repr(value))}; it must be a finite number")
+    return candidate, value
 
 
 # -------------------------------------------------------------------------------------------------------- simulations
@@ -158,29 +146,27 @@ class Simulator:
 
     def __init__(self, store=None, workers=None, progress=False, function=simulate):
         self.store, self.workers, self.progress, self.function = store or default_store(), workers, progress, function
-        self.ran, self.told = 0, []  # how many tests were run; what there was to say of rows that are not used
+        self.ran = 0  # how many tests were run
         self.refused = ""  # why the physics refused the first of the last tests that it refused
 
-    def __call__(self, tests, words="simulating"):
+    def __call__(self, tests, label="simulating"):
         """[k (M,), nan where no plate found support, or None where the physics refused] of tests, each run once."""
-        keyed = {key_of(self._settings(test)): test for test in tests}
+        keys = [key_of(self._settings(test)) for test in tests]
         with Store(self.store, _coefficients) as store:
-            missing = {key: test for key, test in keyed.items() if key not in store}
+            missing = {key: test for key, test in zip(keys, tests, strict=True) if key not in store}
             if missing:
-                self._run(missing, store, words, len(keyed) - len(missing))
-            found = work.results(store, [key_of(self._settings(test)) for test in tests])
-        self.refused = next((row["error"] for row in found if row["error"]), "")
-        return [row["k"] for row in found]
+                self._run(missing, store, label, len(set(keys)) - len(missing))
+            results = run_queue.results(store, keys)
+        self.refused = next((result["error"] for result in results if result["error"]), "")
+        return [result["k"] for result in results]
 
-    def _run(self, missing, store, words, held):
+    def _run(self, missing, store, label, held):
         from tqdm import tqdm
 
-        told = work.told(store, missing)
-        if self.progress and told:
-            tqdm.write(told, file=sys.stderr)
-        self.told += [told] if told else []
-        with tqdm(total=len(missing), desc=words, unit="test", leave=False, disable=None if self.progress else True) as bar:
-            self.ran += work.finish(store, missing, self.function, self._settings, self.workers, done=bar.update, held=held)
+        if self.progress and (unused := run_queue.told(store, missing)):
+            tqdm.write(unused, file=sys.stderr)
+        with tqdm(total=len(missing), desc=label, unit="test", leave=False, disable=None if self.progress else True) as bar:
+            self.ran += run_queue.finish(store, missing, self.function, self._settings, self.workers, done=bar.update, held=held)
 
     def _settings(self, test):
         return {**settings_of(test), "made_by": f"{self.function.__module__}.{self.function.__name__}"}
@@ -200,21 +186,16 @@ def default_store():
         usable = os.access(folder, os.W_OK)
     except OSError:
         usable = False
-    if not usable and not chosen:
-        folder = Path(tempfile.gettempdir()) / "hlcs"
-    return folder / "layers.sqlite"
+    return (folder if usable or chosen else Path(tempfile.gettempdir()) / "hlcs") / "layers.sqlite"
 
 
-def coefficients(simulator, models, sets, seeds, words="simulating"):
+def coefficients(simulator, models, sets, seeds, label="simulating"):
     """[[k (seeds, M) as read, nan rows where the physics refused] for each set] for each model: all runs in one go."""
-    tests = [model.test(one, seed) for model in models for one in sets for seed in seeds]
-    found = iter(simulator(tests, words))
-    table = []
-    for model in models:
-        rows = []
-        for one in sets:
-            runs = [next(found) for _ in seeds]
-            runs = np.array([np.full(one.layers, np.nan) if run is None else run for run in runs])
-            rows.append(model.read(runs, one))
-        table.append(rows)
-    return table
+    cases = [(model, measured_set) for model in models for measured_set in sets]
+    results = iter(simulator([model.test(measured_set, seed) for model, measured_set in cases for seed in seeds], label))
+    tables = []
+    for model, measured_set in cases:
+        absent = np.full(measured_set.layers, np.nan)
+        runs = np.array([absent if k is None else k for _, k in zip(seeds, results, strict=False)])
+        tables.append(model.read(runs, measured_set))
+    return [tables[first : first + len(sets)] for first in range(0, len(tables), len(sets))]

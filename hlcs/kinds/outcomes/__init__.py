@@ -1,0 +1,3 @@
+"""Tables of outcomes: one number for each experiment."""
+
+from hlcs.kinds.outcomes.experiment import Outcomes

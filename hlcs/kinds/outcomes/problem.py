@@ -1,0 +1,297 @@
+"""Outcome tables (one number per experiment): the same search on rows in place of recordings. No start absorbs anything here."""
+
+import difflib
+from dataclasses import dataclass
+
+import numpy as np
+
+from hlcs.data.experiment_file import impossible_density
+from hlcs.data.rigid_body import rigid_body
+from hlcs.effects import wanted
+from hlcs.effects.body import MassOffset, SizeError
+from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
+from hlcs.effects.numerics import MarginOffset
+from hlcs.estimation.adequacy import adequacy
+from hlcs.estimation.correlated_noise import CorrelatedNoise
+from hlcs.estimation.least_squares import basis, project_out
+from hlcs.estimation.linearization import Linearization, Recording
+from hlcs.estimation.noise_model import Noise
+from hlcs.estimation.problem import Problem, difference_step
+from hlcs.estimation.whitening import whiten
+from hlcs.selection.eligibility import NEEDS, eligible, known_body, stated
+from hlcs.simulation import outcome_motion
+from hlcs.simulation.model import Model
+from minibullet import effects
+from minibullet.effects.contract import Need
+from minibullet.errors import InputError
+
+FORCES = (
+    effects.LinearDrag,
+    effects.QuadraticDrag,
+    effects.DragCrisis,
+    effects.Buoyancy,
+    effects.AddedMass,
+    MassOffset,
+    SizeError,
+)
+SLIDING = (
+    effects.Friction,
+    effects.StribeckFriction,
+    effects.ViscousFriction,
+    effects.LoadDependentFriction,
+    effects.LinearDrag,
+    effects.QuadraticDrag,
+    MassOffset,
+)
+CLOCK = (ClockOffset, TimeScale)
+FITTING = {  # what acts on each outcome
+    "fall_time_s": (*FORCES, *CLOCK, LengthScale),
+    "rebound_height_m": (*FORCES, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
+    "stop_distance_m": (*SLIDING, LengthScale),
+    "slide_time_s": (*SLIDING, *CLOCK, LengthScale),
+    "rest_height_m": (SizeError, MarginOffset, LengthScale),
+}
+BLOCKS = 6  # contiguous blocks of the main input, held out alternately, where no groups are given
+
+
+# Measured over predicted: outside these bounds no effect is missing, a unit is wrong. Nothing falls faster than freely.
+PLAUSIBLE = {
+    "fall_time_s": (0.2, 300.0),
+    "rebound_height_m": (0.0, 5.0),
+    "stop_distance_m": (0.02, 50.0),
+    "slide_time_s": (0.05, 300.0),
+    "rest_height_m": (-np.inf, np.inf),
+}
+
+
+@dataclass(frozen=True)
+class Unit:
+    """What is held out together: rows of one group or block."""
+
+    name: str
+    group: str
+    body: object
+    surroundings: object
+    rows: np.ndarray
+    recording: str = ""  # a table has none that could be cut
+
+
+class TableSimulator:
+    """The part of a simulator that a search asks for."""
+
+    contact, height_range, body_steps = False, (0.0, 1.0), 0.0
+
+
+class TableProblem(Problem):
+    """Rows of an outcome table as independent observations."""
+
+    def __init__(self, file, table, noise):
+        self.file, self.table, self.noise, self.simulator = file, table, noise, TableSimulator()
+        _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
+        self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
+        self.distinct = {name: values[first] for name, values in table.inputs.items()}
+        self.trials = units(file, table)
+        self.recordings = [self._record(unit) for unit in self.trials]
+        self.unit = table.outcome.rsplit("_", 1)[1]
+        self.kept, self.difference_steps = {}, {}
+
+    def _record(self, unit):
+        count = len(unit.rows)
+        whitening = self.noise.whitening(np.zeros(count, int), np.arange(count) * 1.0)
+        return Recording(np.zeros(count, int), unit.rows, np.arange(count) * 1.0, whitening, ())
+
+    def initial_guess(self):
+        return np.zeros((len(self.trials), 13))
+
+    def predict(self, model):
+        """Outcomes of all rows, (n,)."""
+        if model.terms not in self.kept:  # the rest of the model is the file's and stays
+            with np.errstate(all="ignore"):
+                self.kept[model.terms] = outcome_motion.outcomes(model, self.setups, self.distinct, self.table.outcome)[self.back]
+        return self.kept[model.terms]
+
+    def residuals(self, model, initial_states):
+        difference = self.table.values - self.predict(model)
+        return [difference[unit.rows] for unit in self.trials]
+
+    def linearise(self, model, initial_states):
+        raw = self.residuals(model, initial_states)
+        s = [[] for _ in self.trials]
+        for index, term in enumerate(model.terms):
+            for free in term.candidate.free:
+                value = term.numbers[free.name]
+                step = difference_step(free, value)
+                if value + step > free.high:
+                    step = -step
+                moved = model.with_at(index, term.numbers | {free.name: value + step})
+                for k, residual in enumerate(self.residuals(moved, initial_states)):
+                    s[k].append(whiten(self.recordings[k].whitening, (raw[k] - residual) / step))
+        empty = [np.zeros((len(part), 0)) for part in raw]
+        r = [whiten(recording.whitening, part) for recording, part in zip(self.recordings, raw, strict=True)]
+        return Linearization(raw, r, empty, [np.column_stack(columns) if columns else empty[k] for k, columns in enumerate(s)])
+
+
+def units(file, table):
+    """Groups of rows, or contiguous blocks of the main input where the table has none: tuple of Unit."""
+    names = np.unique(table.groups)
+    if not 2 <= len(names) < len(table.values):
+        main = next(iter(table.inputs.values())) if table.inputs else np.arange(len(table.values))
+        order = np.argsort(main, kind="stable")
+        labels = np.empty(len(main), int)
+        settings = list(dict.fromkeys(table.setting[order].tolist()))
+        for place, setting in enumerate(settings):
+            labels[table.setting == setting] = place * min(BLOCKS, len(settings)) // len(settings)
+        groups = np.array([f"block {label + 1}" for label in labels])
+        names = np.unique(groups)
+    else:
+        groups = table.groups
+    return tuple(Unit(str(name), str(name), file.body, file.surroundings, np.flatnonzero(groups == name)) for name in names)
+
+
+def table_noise(file, table):
+    """Noise of an outcome: stated, or from replicates (rows with equal inputs); unknown otherwise."""
+    stated = file.noise.get(table.outcome, file.noise.get("outcome"))
+    means = np.array([table.values[table.setting == setting].mean() for setting in table.setting])
+    within = float(np.sum((table.values - means) ** 2))
+    freedom = len(table.values) - len(np.unique(table.setting))
+    if stated is not None:
+        return Noise(CorrelatedNoise(stated, 0.0, 0.0, float(freedom), np.zeros((3, 3))), None, 1.0, "stated")
+    if freedom < 3 or within == 0:
+        return Noise(None, None, 1.0, "unknown")
+    covariance = np.zeros((3, 3))
+    covariance[0, 0] = 1 / (2 * freedom)
+    return Noise(CorrelatedNoise(float(np.sqrt(within / freedom)), 0.0, 0.0, float(freedom), covariance), None, 1.0, "replicates")
+
+
+def check_table(file, table):
+    """Refuse a table whose outcome needs an input or a body that is not there, or a noise stated for another outcome."""
+    for key in file.noise:
+        if key not in ("outcome", table.outcome):
+            raise InputError(
+                f"{file.path}: measurement.noise.{key}: the table's outcome is {table.outcome}; write noise = "
+                f"{{ {table.outcome} = {file.noise[key]:g} }}"
+            )
+    for column in outcome_motion.NEEDS[table.outcome]:
+        if column not in table.inputs:
+            near = difflib.get_close_matches(column, [*table.inputs, ""], n=1, cutoff=0.5)
+            hint = f"; is it '{near[0]}'?" if near and near[0] else ""
+            raise InputError(f"{table.file}: {table.outcome} needs the column '{column}'{hint}")
+    if table.outcome == "slide_time_s" and not {"distance_m", "speed_m_s"} & set(table.inputs):
+        raise InputError(f"{table.file}: slide_time_s needs the column 'distance_m' (way to slide) or 'speed_m_s' (time to stop)")
+    for row in range(len(table.values)):
+        setup = outcome_motion.row_setup(file, table.inputs, row)
+        rigid_body(setup.body)
+        said = impossible_density(setup.body)
+        if not setup.surroundings.gravity > 0:
+            said = "gravity is 0; nothing falls, slides or stops without it: give gravity in m/s2, 9.81 on Earth"
+        if said:
+            raise InputError(f"{table.file}, row {table.rows[row]}: {said}")
+
+
+def check_magnitude(problem, model):
+    """Refuse outcomes that a whole unit lies between, and set-ups in which the model's body would not move at all."""
+    table, predicted = problem.table, problem.predict(model)
+    lost = np.flatnonzero(~np.isfinite(predicted))
+    if len(lost):
+        raise InputError(
+            f"{table.file}, row {table.rows[lost[0]]}: the model has no {table.outcome} for this row (does its body "
+            "move at all? friction, slope and speed decide)"
+        )
+    against = np.maximum(table.inputs["height_m"], 1e-9) if table.outcome == "rebound_height_m" else predicted
+    ratio = float(np.median(table.values / np.where(np.abs(against) > 1e-12, against, np.inf)))
+    low, high = PLAUSIBLE[table.outcome]
+    if low <= ratio <= high:
+        return
+    row = int(np.argmin(np.abs(table.values / against - ratio)))
+    raise InputError(
+        f"{table.file}, row {table.rows[row]}, column {table.outcome}: {table.values[row]:g} where "
+        f"{against[row]:.3g} is expected; units that cannot be right: lengths in m, times in s"
+    )
+
+
+def table_candidates(file, table, names, own):
+    """(candidates, {name: why not}) for an outcome table."""
+    known = known_body(file.body) or ("mass_kg" in table.inputs and "radius_m" in table.inputs)
+
+    def obstacle(kind):
+        if kind not in own and kind not in FITTING[table.outcome]:
+            return f"does not act on {table.outcome}"
+        if Need.MASS_AND_SIZE in kind.needs and not known:
+            return NEEDS[Need.MASS_AND_SIZE][0]
+        if kind is effects.LoadDependentFriction and "mass_kg" not in table.inputs:
+            return "the load does not vary"
+        return None
+
+    why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
+    return eligible(why, file.body, file.surroundings, known, own)
+
+
+@dataclass(frozen=True)
+class PreparedTable:
+    """An outcome table ready to be compared or diagnosed."""
+
+    noise: Noise
+    problem: TableProblem | None
+    base: object
+    notes: tuple[str, ...]
+
+
+def prepare_table(file, table, own=()):
+    """Noise, problem, and the residuals of the model under test."""
+    check_table(file, table)
+    noise = table_noise(file, table)
+    model = Model(fixed=file.effects, own=tuple(own))
+    model.changes(file.surroundings)
+    if noise.position is None:
+        return PreparedTable(noise, None, None, table.notes)
+    problem = TableProblem(file, table, noise)
+    check_magnitude(problem, model)
+    return PreparedTable(noise, problem, problem.fit(model), table.notes)
+
+
+def judge_table(problem, fit):
+    """Adequacy of a fit (lack of fit by setting, slow misfit along the main input) and the table of observations."""
+    table, rows = problem.table, np.concatenate([unit.rows for unit in problem.trials])
+    main = next(iter(table.inputs.values())) if table.inputs else np.zeros(len(table.values))
+    r, s = fit.linearization.projected
+    order = np.argsort(np.argsort(main[rows], kind="stable"), kind="stable")
+    settings = len(np.unique(table.setting))
+    cuts = {"lack of fit by setting": table.setting[rows]}
+    for count in (3, 6):
+        if settings >= 2 * count:
+            cuts[f"{count} ranges of the main input"] = order * count // len(order)
+    flat = project_out(basis(np.concatenate(s)), np.concatenate(r))
+    parts = np.split(flat, np.cumsum([len(part) for part in r])[:-1])
+    verdict = adequacy(parts, fit.linearization.state_columns, s, cuts, problem.noise.drawer(problem.recordings))
+    raw = np.concatenate(fit.linearization.raw)
+    columns = {
+        "trial": np.concatenate([np.full(len(unit.rows), k) for k, unit in enumerate(problem.trials)]),
+        "channel": np.zeros(len(rows), int),
+        "row": rows + 2,
+        "input": main[rows],
+        "measured": table.values[rows],
+        "model": table.values[rows] - raw,
+        "residual": raw,
+        "sigmas": raw / problem.noise.position,
+        "white": flat,
+    }
+    return verdict, {**{name: values[rows] for name, values in table.inputs.items()}, **columns}
+
+
+def where_in_table(problem, table):
+    """Rows {trial, channel, phase, rms, sigma, ...} by group and by value of the main input, the worst first."""
+    name = next(iter(problem.table.inputs), "row")
+    found = []
+    for value in np.unique(table["input"]):
+        here = table["input"] == value
+        found.append(
+            {
+                "trial": f"{name} = {value:g}",
+                "channel": problem.table.outcome,
+                "phase": "table",
+                "rms": float(np.sqrt(np.mean(table["residual"][here] ** 2))),
+                "sigma": float(np.sqrt(np.mean(table["sigmas"][here] ** 2))),
+                "mean": float(np.mean(table["residual"][here])),
+            }
+        )
+    return tuple(sorted(found, key=lambda row: (-row["sigma"], row["trial"])))

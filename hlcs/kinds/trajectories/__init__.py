@@ -1,0 +1,3 @@
+"""Recordings of a body's motion."""
+
+from hlcs.kinds.trajectories.experiment import Trajectories

@@ -1,0 +1,116 @@
+"""Recordings as a kind of measurement: read, compared with the model under test, searched for what it is missing."""
+
+from dataclasses import replace
+
+from hlcs.data.impacts import differing_from_model, read_impacts
+from hlcs.data.recordings import read_recordings
+from hlcs.effects import check_names
+from hlcs.estimation.budget import SMOOTH_LIMIT, screening_subset
+from hlcs.estimation.cross_validation import CrossValidation
+from hlcs.estimation.noise_model import estimate_noise
+from hlcs.estimation.trajectory_problem import CHANNELS
+from hlcs.kinds.protocol import Observation, misfit
+from hlcs.kinds.trajectories.observations import judge, where_it_fails
+from hlcs.kinds.trajectories.preparation import polished, prepare, touches
+from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
+from hlcs.records import Pictures, Reason
+from hlcs.selection.eligibility import candidates_for
+from hlcs.selection.search import Search
+from hlcs.selection.verdict import select
+
+
+class Trajectories:
+    """An Experiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
+
+    kind, measure, unit = "trajectory", "rms", "m"
+    unjudged = Reason.NOT_JUDGED()
+    judge, where, polished = staticmethod(judge), staticmethod(where_it_fails), staticmethod(polished)
+
+    def __init__(self, file, options):
+        check_names(file, options.user_effects)  # a misspelt candidate is the user's to mend, though comparing tries none
+        self.options, self.title = options, file.title
+        self.measurement = read_recordings(file)
+        options.log("fitting the model under test")
+        self._noise = estimate_noise(self.measurement)
+        self.notes = (*self.measurement.notes, *self._noise.notes)
+
+    @property
+    def judgeable(self):
+        return self._noise.position is not None or self._noise.orientation is not None
+
+    @property
+    def noise(self):
+        return self._noise.to_dict()
+
+    @property
+    def advice(self):
+        advice = (
+            "record the tracker looking at a body at rest (measurement.static), or repeat a trial from the same start, or state "
+            "measurement.noise"
+        )
+        if hint := self._noise.hint:
+            advice += f"; a flexible curve through the data leaves {hint:.2g} m (rho {self._noise.rho:.2f}): a hint, no more"
+        return advice
+
+    def observe(self):
+        prepared = prepare(self.measurement, self.options.user_effects, self._noise)
+        adequacy, table = judge(prepared.problem, prepared.base)
+        position = table["channel"] < 3
+        unit, sigma = ("m", self._noise.position) if position.any() else ("rad", self._noise.orientation)
+        error = misfit(table["residual"][position if position.any() else ~position], unit, sigma)
+        shown = {
+            "trials": tuple(trial.name for trial in prepared.problem.trials),
+            "channels": CHANNELS,
+            "against": ("time", "height", "speed"),
+            "impacts": read_impacts(self.measurement, self._noise),
+            "stated": {name: getattr(self.measurement.trials[0].surroundings, name) for name in ("restitution", "friction")},
+        }
+        where = where_it_fails(prepared.problem, table)
+        return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, prepared.notes, shown)
+
+    def names(self, candidates):
+        contact = touches(self.measurement.trials, self._noise)
+        return tuple(entry.name for entry in self._candidates(self.measurement, contact, candidates)[0])
+
+    def _candidates(self, measurement, contact, names):
+        return candidates_for(measurement, contact, names, self.options.user_effects)
+
+    def search(self, candidates):
+        noise, own = self._noise, self.options.user_effects
+        contact, measurement = touches(self.measurement.trials, noise), thinned(self.measurement, noise)
+        few, many, notes = screening_subset(measurement, contact)
+        prepared = prepare(few, own, noise)
+        if few is not many and not prepared.problem.segmented:  # cheaper than feared
+            few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
+            prepared = prepare(few, own, noise)
+        entries, absent = self._candidates(few, prepared.contact, candidates)
+        screening = {trial.name for trial in few.trials}
+        seen = replace(self.measurement, trials=tuple(trial for trial in self.measurement.trials if trial.name in screening))
+        impacts = differing_from_model(read_impacts(seen, noise), few.trials[0].surroundings)
+        told = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
+
+        def searched(prepared, entries, absent):
+            cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
+            return select(
+                self, prepared, Search(prepared.problem, entries, cross_validation, self.options.log, impacts), absent, *told
+            )
+
+        found = searched(prepared, entries, absent)
+        if few is many:
+            return found
+        self.options.log("fitting more recordings")
+        kept = {*found.effects, *(name for members in found.ambiguous for name in members)}
+        confirmed = searched(prepare(many, own, noise), [entry for entry in entries if entry.name in kept], {})
+        others = tuple(
+            replace(finding, **Reason.ON_FEWER_RECORDINGS(count=len(few.trials), why=finding.why)._asdict())
+            for finding in found.candidates
+            if finding.effect not in kept
+        )
+        left_out = tuple(note for note in found.left_out if note not in confirmed.left_out)
+        return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
+
+    @staticmethod
+    def pictures(problem, before, after):
+        """What the figure of a Diagnosis draws."""
+        names = tuple(trial.name for trial in problem.trials)
+        return Pictures(before, after, names, "time", "time [s]", CHANNELS, ("m",) * 3 + ("rad",) * 3)

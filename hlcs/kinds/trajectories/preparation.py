@@ -1,0 +1,317 @@
+"""From the recordings of an experiment file to a fitted model: the problem set up, the noise known, odd samples set aside."""
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from hlcs.data.recordings import Recordings
+from hlcs.data.rigid_body import rigid_body
+from hlcs.estimation.linearization import Fit
+from hlcs.estimation.multiple_shooting import refit_initial_states
+from hlcs.estimation.noise_model import Noise, estimate_noise, isolated_outliers
+from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
+from hlcs.estimation.trajectory_problem import CHANNELS, TrajectoryProblem
+from hlcs.kinds.trajectories.observations import recording_scale
+from hlcs.simulation.contact_motion import gap
+from hlcs.simulation.model import Model
+from hlcs.simulation.simulator import Simulator, richardson
+from minibullet.errors import InputError, InputWarning
+
+FINEST = 1 / 2000  # no step is halved below this [s]
+SHORTER = (1 / 2, 1 / 4, 1 / 8)  # of the step of the search: with them final numbers are looked at
+WORSE = 3.0  # units of chi2 by which a fit at a shorter step may be worse
+STILL = 0.02  # RMS by which a finer step may move the prediction [sigma]
+LONG = 5000  # steps of a run through contacts (0.5 s) beyond which longer steps are tried first
+LONGEST = 1 / 15  # step of such a run [s]: in a longer one a model of some centimetres falls by its own size
+RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a comparison is told to cost
+A_STEP = 1e-4  # what a step of such runs costs [s]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A trajectory experiment ready to be compared or diagnosed."""
+
+    measurement: Recordings
+    noise: Noise
+    problem: TrajectoryProblem | None  # None where the noise is unknown
+    base: Fit | None
+    contact: bool
+    notes: tuple[str, ...]
+    numerics: float = 0.0  # RMS change of the prediction when the step is halved, in sigma
+
+
+def start_times(trials):
+    """The moment each stated or fitted start belongs to, (trials,) [s].
+
+    Time zero of the recording where something of the start is stated and the first sample follows within ten steps
+    (dropped first frames); otherwise the first sample.
+    """
+    found = []
+    for trial in trials:
+        first, step = trial.times[0], float(np.median(np.diff(trial.times)))
+        at_zero = bool(trial.start) and 0 <= first <= 10 * step
+        found.append(0.0 if at_zero else first)
+    return np.array(found)
+
+
+def seen_from_above(trial):
+    """Is there a floor and horizontal motion, but no height, measured or stated? Such a body is taken to move on its floor."""
+    on_floor = trial.surroundings.floor_height is not None and "position" not in trial.start
+    return on_floor and np.isfinite(trial.position[:, :2]).any() and not np.isfinite(trial.position[:, 2]).any()
+
+
+def touches(trials, noise):
+    """Does any body come near its floor in these data?"""
+    for trial in trials:
+        if trial.surroundings.floor_height is None:
+            continue
+        if seen_from_above(trial):
+            return True
+        shape = rigid_body(trial.body).shape
+        there = np.isfinite(trial.position).all(axis=1)
+        if not there.any():
+            there = np.isfinite(trial.position[:, 2])
+        if not there.any():  # neither height nor a full position: only the stated start can tell
+            if "position" in trial.start and starts_seated(trial, noise):
+                return True
+            continue
+        position = np.nan_to_num(trial.position[there])
+        gap = position @ np.asarray(trial.surroundings.floor_normal) - trial.surroundings.floor_height - shape.bounding_radius
+        reach = 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius
+        if gap.min() < reach or rebounds(trial.times[there], gap, reach):
+            return True
+    return False
+
+
+def rebounds(times, gap, reach):
+    """Was a floor struck between two samples? The line through two of them meets it, and the body is next seen above that line.
+
+    Gravity and drag leave a falling body below the line or far from the floor; slow cameras miss every impact of a drop.
+    """
+    if len(gap) < 3:
+        return False
+    step = np.diff(times)
+    ahead = gap[1:-1] + np.diff(gap)[:-1] * step[1:] / step[:-1]
+    return bool(np.any((ahead < reach) & (gap[2:] > ahead + 2.5 * reach)))  # the error of the line is 2.4 times a sample's
+
+
+def starts_seated(trial, noise):
+    """Does the body lie on its floor at the start? By the stated position, else by the first samples' gap within their noise."""
+    if trial.surroundings.floor_height is None:
+        return False
+    if seen_from_above(trial):
+        return True
+    shape = rigid_body(trial.body).shape
+    there = np.flatnonzero(np.isfinite(trial.position).all(axis=1))
+    orientation = trial.start.get("orientation")
+    if orientation is None:
+        turns = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
+        orientation = trial.orientation[turns[0]] if len(turns) else (1.0, 0.0, 0.0, 0.0)
+    orientation = np.asarray(orientation, dtype=float)
+    if "position" in trial.start:
+        lift = gap(shape, np.asarray(trial.start["position"]), orientation, trial.surroundings)
+        return abs(lift) < 1e-3 * shape.bounding_radius + 1e-5
+    if len(there) == 0:
+        return False
+    first = there[:6]
+    lifts = np.array([gap(shape, position, orientation, trial.surroundings) for position in trial.position[first]])
+    tolerance = 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius
+    return bool(np.all(np.abs(lifts) < tolerance))
+
+
+def prepare(measurement: Recordings, own=(), noise=None):
+    """Noise, problem and the fit of the model under test; noise: where it is known already."""
+    noise = noise or estimate_noise(measurement)
+    notes = list(measurement.notes) + list(noise.notes)
+    trials = measurement.trials
+    contact = touches(trials, noise)
+    if noise.position is None and noise.orientation is None:
+        return Prepared(measurement, noise, None, None, contact, tuple(notes))
+    model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
+    for trial in trials[:1]:
+        model.changes(trial.surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
+    above = [trial.name for trial in trials if seen_from_above(trial)]
+    if above:
+        notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))
+    problem, base, shift, sentences = in_long_steps(measurement, noise, model) if contact else (None, None, 0.0, [])
+    if problem is None:
+        problem, base, shift, sentences = fitted(posed(measurement, noise, model, contact), model)
+    if shift > 0.1:
+        sentences.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
+    return Prepared(measurement, noise, problem, base, contact, (*notes, *sentences), shift)
+
+
+def posed(measurement, noise, model, contact, step=None):
+    """The Problem of all recordings as they are read; step: of the simulation [s], None = the model's."""
+    trials = measurement.trials
+    seated = [contact and starts_seated(trial, noise) for trial in trials]
+    return TrajectoryProblem(trials, noise, Simulator(model, trials, start_times(trials), contact, step, seated))
+
+
+def in_long_steps(measurement, noise, model):
+    """What `fitted` gives of recordings with contacts that last long, in steps as long as LONG of them need, where the
+    prediction stands still in these; (None, None, 0, []) where it does not, or where no recording is so long.
+
+    A body that rolls or slides for minutes moves smoothly, and no step of 1/240 s is needed to follow it. One that hits, tips or
+    sticks on its way does not stand still in steps so long, and is computed in the model's own.
+    """
+    none = None, None, 0.0, []
+    span = max(float(np.ptp(without_rest(trial, noise)[0].times)) for trial in measurement.trials)
+    step = min(model.time_step * 2.0 ** np.ceil(np.log2(span / (LONG * model.time_step))), LONGEST)
+    if step <= model.time_step:
+        return none
+    try:
+        problem, base, shift, sentences = fitted(posed(measurement, noise, model, True, step), model)
+        if shift < STILL and not problem.segmented:
+            steps = " and ".join(f"{one:.3g} s" for one in problem.simulator.extrapolation_steps or (step,))
+            sentences.append(
+                f"numerics: motion of {span:.3g} s is computed in steps of {steps} where the file says "
+                f"{model.time_step:.3g} s: shorter ones move the prediction by {shift:.1g} sigma only"
+            )
+            return problem, base, shift, sentences
+    except InputError:
+        pass  # not so in the model's own steps, or told from there
+    count = span / model.time_step
+    warnings.warn(
+        f"{measurement.file.path}: a motion of {span:.4g} s with contacts takes {count:.3g} steps, and does not stand "
+        f"still in longer ones: {RUNS} runs, for one fit, take {RUNS * count * A_STEP / 60:.2g} min, a search many "
+        "times that; keep the seconds that matter of each recording",
+        InputWarning,
+        stacklevel=2,
+    )
+    return none
+
+
+def fitted(problem, model):
+    """(Problem, its fit, by how much halving the step still moves it [sigma], sentences) of the model under test.
+
+    The Problem is another where recordings were cut into pieces, rest at the end or isolated samples left out.
+    """
+    notes = []
+    if problem.simulator.contact:
+        problem, notes = split_into_segments(problem, model)
+    base = problem.fit(model)
+    if problem.segmented:
+        base = refit_initial_states(problem, base)
+        for _ in range(2):
+            problem, base = split_further(problem, base)
+        notes += segment_notes(problem)
+    base, sentences = without_isolated(problem, base)
+    notes += sentences
+    base, shift = refine(problem, base)
+    return problem, base, shift, notes
+
+
+def without_isolated(problem, fit):
+    """(fit without the samples that stand alone, sentences); the problem drops them for every model alike."""
+    trials = problem.trials  # pieces of those that were read, or those without their rest at the end
+    flags = [
+        isolated(trial, recording, raw)
+        for trial, recording, raw in zip(trials, problem.recordings, fit.linearization.raw, strict=True)
+    ]
+    if not any(flag.any() for flag in flags):
+        return fit, []
+    problem.drop(flags)
+    return problem.fit(fit.model, fit.initial_states), set_aside(trials, flags)
+
+
+def isolated(trial, recording, raw):
+    """(n, 6) booleans: samples and channels of a recording whose residual stands alone, far from its neighbours'."""
+    flag = np.zeros((len(trial.times), 6), bool)
+    for channel in range(6):
+        inside = recording.channel == channel
+        flag[recording.sample[inside][isolated_outliers(raw[inside])], channel] = True
+    return flag
+
+
+def set_aside(trials, flags):
+    """Sentences, one for each recording as it was read, on the samples set aside."""
+    rows = {}  # recording -> {channel: rows of its file}
+    for trial, flag in zip(trials, flags, strict=True):
+        for row, channel in zip(*np.nonzero(flag), strict=True):
+            mine = rows.setdefault(trial.recording or trial.name, {})
+            mine.setdefault(CHANNELS[channel], []).append(int(trial.rows[row]))
+    found = []
+    for name, mine in rows.items():
+        parts = [
+            f"{channel} row{'s' * (len(its) > 1)} " + ", ".join(map(str, its[:4])) + " .." * (len(its) > 4)
+            for channel, its in mine.items()
+        ]
+        found.append(f"{name}: {sum(map(len, mine.values()))} isolated samples set aside for all models: " + "; ".join(parts))
+    return found
+
+
+def refine(problem, base):
+    """Take the error of the time step out of the prediction; (fit, by how much halving the step still moves it [sigma]).
+
+    In flight the step is halved until the prediction stands still to 0.02 sigma. With contacts, where halving moves it by more
+    than that, two steps are carried on to zero if that stands still.
+    """
+    simulator = problem.simulator
+    owner = np.arange(len(problem.trials))
+
+    def moved(one, other):
+        return float(
+            np.sqrt(
+                np.mean(
+                    np.concatenate(
+                        [
+                            (problem.residual(k, a) - problem.residual(k, b)) * recording_scale(problem.recordings[k])
+                            for k, (a, b) in enumerate(zip(one, other, strict=True))
+                        ]
+                    )
+                    ** 2
+                )
+            )
+        )
+
+    while True:
+        runs = {
+            1: base.linearization.trajectories,
+            0.5: simulator.simulate(base.model, base.initial_states, owner, time_step=simulator.time_step / 2),
+        }
+        shift = moved(runs[1], runs[0.5])
+        if shift < STILL or not simulator.contact and simulator.time_step / 2 < FINEST:
+            return base, shift
+        if simulator.contact:
+            break
+        simulator.time_step /= 2
+        base = problem.fit(base.model, base.initial_states)
+    for share in (2, 0.25):
+        runs[share] = simulator.simulate(base.model, base.initial_states, owner, time_step=simulator.time_step * share)
+    best = richardson(runs[0.5], runs[0.25])
+    for coarse in (2, 1):
+        left = moved(richardson(runs[coarse], runs[coarse / 2]), best)
+        if left < STILL:
+            simulator.extrapolation_steps = (simulator.time_step * coarse, simulator.time_step * coarse / 2)
+            return problem.fit(base.model, base.initial_states), left
+    return base, shift
+
+
+def polished(problem, fit):
+    """A final fit through contacts with its numbers at steps so short that they stand still, an eighth at the shortest.
+
+    The step was chosen on the model under test, and what was found may bring motion that this step spoils: a body that drifts
+    sideways as it falls is held by friction from the beginning of the step in which it lands.
+    """
+    simulator = problem.simulator
+    if not simulator.contact or problem.segmented or not fit.model.terms:
+        return fit
+    step, pair = simulator.time_step, simulator.extrapolation_steps
+    try:
+        for share in SHORTER:
+            if share * step < FINEST:
+                break
+            simulator.time_step, simulator.extrapolation_steps = share * step, tuple(share * one for one in pair)
+            finer = problem.fit(fit.model, fit.initial_states)
+            if finer.chi2 > fit.chi2 + WORSE:  # a path that another step leads elsewhere: no step is the true one
+                break
+            fit, change = finer, np.abs(finer.estimate - fit.estimate)
+            if np.all(change < 0.1 * np.sqrt(np.diag(fit.covariance))):
+                break
+    except InputError:
+        pass  # what a shorter step cannot simulate loses no finished fit
+    finally:
+        simulator.time_step, simulator.extrapolation_steps = step, pair
+    return fit

@@ -1,0 +1,274 @@
+"""One layer of units: aimed, oriented, dropped, settled, frozen (section 3.2.3 of the paper).
+
+The first layer is laid at rest: every unit in its lowest pose with an edge on the bottom, heading free on a triangular grid;
+on a rectangular one, where free headings collide, with its horizontal tip axis along x. Units of the next layers are oriented
+at random, their lowest point a falling distance above the mean height of the layers below, over the hollows, all dropped at
+once. Overlaps at the start: headings of the first layer are drawn again, then chosen; what is left (tips longer than the
+spacing, margins) is pushed apart; hanging units keep the orientation that was drawn and are lifted.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hlcs.placement.first_layer_spacing import first_headings
+from hlcs.placement.plate_readings import loads_on
+from hlcs.placement.sea_bottom import height_above
+from minibullet import rotations
+from minibullet.errors import InputError
+
+MOST_DRAWS = 400  # redraws of overlapping orientations before units are pushed apart
+SHAKES = 10  # periods of a vibration
+MOST_DRAWS_IN_VAIN = 40  # so many in a row that leave no fewer overlaps, and the grid is too narrow for chance
+ABOVE = 0.5  # [Dn] by which a unit of a layer stands above the middle of the layer under it, or it lies among that one's
+# units: the layers are about 1 Dn apart, and a unit on the same ground as others is about as high as they
+
+
+@dataclass(frozen=True)
+class LayerRecord:
+    """How one layer came to rest."""
+
+    layer: int  # from 1
+    handles: tuple  # of its units
+    reason: str  # "at_rest" or "time_limit"
+    unsettled: int  # units of the layer still moving, or carried by nothing, when it was frozen
+    penetration: float  # deepest overlap where the layer came to rest [m]
+    transient_penetration: float  # deepest overlap in any step on the way [m]
+    steps: int  # steps it took
+    unsolved_steps: int  # steps whose residual stayed above the tolerance
+    lifted: int = 0  # units that started higher than the falling distance, so as not to overlap
+    mean_lift: float = 0.0  # of those units [m]
+    pushed: float = 0.0  # how far, at most, a unit of the first layer was pushed aside so as not to overlap [m]
+    standing: tuple = ()  # handles of those units that stand in the layer, at rest and carried
+
+    def after(self, earlier):
+        """The same layer come to rest again, after an `earlier` record of it or of its first rows (or None)."""
+        if earlier is None:
+            return self
+        return replace(
+            self,
+            transient_penetration=max(self.transient_penetration, earlier.transient_penetration),
+            steps=self.steps + earlier.steps,
+            unsolved_steps=self.unsolved_steps + earlier.unsolved_steps,
+            lifted=earlier.lifted,
+            mean_lift=earlier.mean_lift,
+            pushed=earlier.pushed,
+        )
+
+    def started(self, lifts=(), pushed=0.0):
+        """The same layer, with how its units were freed from overlaps at the start: lifts (n,), pushed [m]."""
+        lifts = np.asarray(lifts, dtype=float)
+        raised = lifts[lifts > 0.0]
+        return replace(self, lifted=len(raised), mean_lift=float(raised.mean()) if len(raised) else 0.0, pushed=float(pushed))
+
+
+def load_of(unit, test):
+    """What `World.add` is told of every unit: its solid, its density and, where the test states another, its inertia."""
+    shape = unit.shape(test.shape)
+    load = {"shape": shape, "density": test.density}
+    return load if test.inertia_factor == 1.0 else load | {"inertia": test.inertia_factor * test.density * shape.inertia}
+
+
+def missed(test, centres, layer):
+    """Where the units of a layer are really aimed, given the centres (n, 2) [m] they were meant for; units left out are gone.
+
+    Chance here has a stream of its own, so that the other draws of a test are the same with and without it.
+    """
+    if layer == 1 or not (test.placement_scatter or test.placement_offset_x or test.placement_offset_y or test.lost_units):
+        return centres
+    generator, dn = np.random.default_rng([test.seed, layer]), test.unit.nominal_diameter
+    aims = centres + (layer - 1) * dn * np.array([test.placement_offset_x, test.placement_offset_y])
+    aims = aims + test.placement_scatter * dn * generator.standard_normal(centres.shape)
+    return aims[generator.random(len(aims)) >= test.lost_units]
+
+
+def rows_of(aims, centres):
+    """The aims (n, 2) row by row, from low y to high: [(m, 2), ...]; rows as they stand in the centres meant (k, 2)."""
+    rows = np.unique(centres[:, 1].round(9))
+    nearest = np.abs(aims[:, 1, None] - rows).argmin(axis=1)
+    return [aims[nearest == row] for row in range(len(rows)) if np.any(nearest == row)]
+
+
+def lay_first_layer(world, unit, load, centres, bottom, test, generator):
+    """Lay units at rest on the bottom; load: as by `load_of`; centres (n, 2) [m]. Returns the handles.
+
+    InputError, with the narrowest grid on which they can, where the units cannot stand side by side. Overlaps are redrawn
+    where headings are free, then the units take a heading at which they stand side by side, then they are pushed apart.
+    """
+    headings = first_headings(test, centres)
+    handles, triangular, concentration = [], test.grid.triangular, test.yaw_constraint
+    normals = np.asarray(bottom.normal(*centres.T), dtype=float)
+
+    def draw(normal):
+        if triangular:
+            heading = generator.vonmises(0.0, concentration) if concentration else generator.uniform(0.0, 2.0 * np.pi)
+        else:
+            heading = headings[generator.integers(2) % len(headings)]
+        return _first_pose(unit, normal, heading)
+
+    for number, place in enumerate(first_places(unit, centres, bottom, test)):
+        handles.append(world.add(**load, position=place, orientation=draw(normals[number]), name=f"1.{number + 1}"))
+
+    def redraw(handle):
+        handle.orientation = draw(np.asarray(bottom.normal(*handle.position[:2]), dtype=float))
+
+    if triangular and not _redrawn(world, handles, redraw):
+        for handle, normal in zip(handles, normals, strict=True):
+            handle.orientation = _first_pose(unit, normal, headings[0])
+    _push_apart(world, handles)
+    return handles
+
+
+def first_places(unit, centres, bottom, test):
+    """Where the centres of units at rest on the bottom are, over (n, 2) [m]: (n, 3); with a margin they rest that much higher."""
+    foot = np.column_stack([centres, bottom.height(*centres.T)])
+    rest = unit.rest_height + test.margin * unit.nominal_diameter
+    return foot + rest * np.asarray(bottom.normal(*centres.T), dtype=float)
+
+
+def _first_pose(unit, normal, heading):
+    return rotations.product(rotations.between(np.array([0.0, 0.0, 1.0]), normal), unit.first_layer_orientation(heading))
+
+
+def hang_layer(world, layer, load, centres, lowest, generator, first=0):
+    """Units at uniformly random orientations over centres (n, 2), their lowest points at height ``lowest`` (n,) or above [m].
+
+    Returns their handles, and by how much each was lifted (n,) [m]. load: as by `load_of`; first: how many units of the layer
+    stand already, which gives the next ones their names.
+
+    On a close grid about half of such units would overlap a neighbour. Drawing again until none does would prefer the
+    orientations that fit side by side; so the orientation stays as drawn and the later of the two is lifted, a twentieth of
+    its radius at a time, until it is free.
+    """
+    shape, handles = load["shape"], []
+    lifts = np.zeros(len(centres))
+    vertices = np.concatenate([piece.vertices for piece in shape.pieces])
+    for (x, y), z in zip(centres, lowest, strict=True):
+        orientation = rotations.random(generator, 1)[0]
+        depth = -rotations.dot(vertices, rotations.matrix(orientation)[2]).min()
+        name = f"{layer}.{first + len(handles) + 1}"
+        handles.append(world.add(**load, position=(x, y, z + depth), orientation=orientation, name=name))
+    rank = {handle: number for number, handle in enumerate(handles)}
+    rise = np.array([0.0, 0.0, 0.05 * shape.bounding_radius])
+    for _ in range(MOST_DRAWS):
+        later = {max(rank.get(a, -1), rank.get(b, -1)) for a, b, _ in world.overlaps()} - {-1}
+        if not later:
+            return handles, lifts
+        for number in sorted(later):
+            handles[number].position = handles[number].position + rise
+            lifts[number] += rise[2]
+    raise InputError(f"placement: the units of layer {layer} overlap however far they are lifted; widen the grid")
+
+
+def _redrawn(world, handles, redraw):
+    """Redraw units of this layer until none overlaps; whether that was reached."""
+    own, fewest, stalled = set(handles), len(handles) + 1, 0
+    for _ in range(MOST_DRAWS):
+        bad = sorted({handles.index(b if b in own else a) for a, b, _ in world.overlaps() if a in own or b in own})
+        if not bad:
+            return True
+        stalled = 0 if len(bad) < fewest else stalled + 1
+        fewest = min(fewest, len(bad))
+        if stalled > MOST_DRAWS_IN_VAIN:
+            return False
+        for index in bad:
+            redraw(handles[index])
+    return False
+
+
+def _push_apart(world, handles):
+    """Push overlapping units of this layer apart sideways."""
+    world.separate(handles)
+    # what the library measures on touching edges is good to some 1e-5 of a unit; less than 1e-4 does no harm
+    own = set(handles)
+    left = [(a, b, d) for a, b, d in world.overlaps(1e-4) if a in own or b in own]
+    if left:
+        a, b, depth = left[0]
+        raise InputError(
+            f"placement: units {a.name!r} and {b.name!r} overlap by {depth:.3g} m and cannot be freed; widen the grid, or "
+            "make the margin smaller"
+        )
+
+
+def settle_layer(world, layer, handles, bottom, level, nominal_diameter, max_time):
+    """Run until the layer is at rest or the time is up, and say how it went.
+
+    level: `level_of` the layer below [m]. Units that have sunk below it are lost: they may roll on without the layer waiting
+    for them. Of the units that are still in the layer, unsettled are those that move and those that no contact carries: a
+    damping that stops all motion leaves units in the air.
+    """
+    first, unsolved, deepest = world.steps, world.unsolved_steps, [0.0]
+
+    def watch(world):
+        deepest[0] = max(deepest[0], world.last_step.penetration)
+
+    def in_layer(bodies):
+        return height_above(bottom, bodies.position) > level
+
+    reason = world.settle(max_time, watch=watch, select=in_layer)
+    rest, loads, standing, unsettled = world.last_step.penetration, loads_on(world.last_step), [], 0
+    heights = height_above(bottom, np.reshape([handle.position for handle in handles], (-1, 3)))
+    inside = in_place(heights, level, nominal_diameter)
+    for handle in (handle for handle, there in zip(handles, inside, strict=True) if there):
+        radius = handle.shape.bounding_radius
+        speed = np.linalg.norm(handle.velocity) + np.linalg.norm(handle.angular_velocity) * radius
+        moves = reason != "at_rest" and speed > 5e-3 * np.sqrt(9.81 * radius)
+        if moves or sum(loads.get(handle.name, {}).values()) <= 0.0:
+            unsettled += 1
+        else:
+            standing.append(handle)
+    return LayerRecord(
+        layer,
+        tuple(handles),
+        str(reason),
+        unsettled,
+        rest,
+        deepest[0],
+        world.steps - first,
+        world.unsolved_steps - unsolved,
+        standing=tuple(standing),
+    )
+
+
+def in_place(heights, level, nominal_diameter):
+    """Which units are in their layer, by the heights of their centres above the bottom (n,) and the `level_of` the layer below
+    [m]: the others fell out of it."""
+    return np.asarray(heights) > level + ABOVE * nominal_diameter
+
+
+def level_of(heights, level, nominal_diameter):
+    """Median height of the centres of a layer's units [m]. It does not mind a few that fell out of the layer; where most did, it
+    is that of the units that are in it, and where none is, the `level` of the layer below."""
+    inside = in_place(heights, level, nominal_diameter)
+    if 2 * inside.sum() < len(inside):
+        heights = heights[inside]
+    return float(np.median(heights)) if inside.any() else level
+
+
+def shake(world, handles, acceleration, nominal_diameter):
+    """Shake the bottom to and fro along x: what the units feel on it, as blows in turn, each of half a period of the sine.
+
+    acceleration: peak [g]; two periods pass while a stone falls from rest over Dn / 2. A sine of peak a and frequency f gives
+    a speed of a / (pi f) in half a period; the blows start and end with half a blow, so that none stays.
+    """
+    frequency = 2.0 * np.sqrt(9.81 / nominal_diameter)
+    blow = np.array([9.81 * acceleration / (np.pi * frequency), 0.0, 0.0])
+    for half in range(2 * SHAKES + 1):
+        size = 0.5 if half in (0, 2 * SHAKES) else 1.0
+        for handle in handles:
+            handle.velocity = handle.velocity + size * (-1.0) ** half * blow
+        world.run(0.5 / frequency)
+
+
+def reference_shift(record, aims):
+    """How far the unit nearest the middle of a layer came to rest from its aim, in plan [m]: what "layer reference" passes on.
+
+    Only a unit that stands in its layer can be referred to; where none does, nothing is passed on.
+    """
+    standing = set(record.standing)
+    stands = np.array([handle in standing for handle in record.handles])
+    if not stands.any():
+        return np.zeros(2)
+    distance = ((aims - aims.mean(axis=0)) ** 2).sum(axis=1)
+    middle = int(np.argmin(np.where(stands, distance, np.inf)))
+    return record.handles[middle].position[:2] - aims[middle]

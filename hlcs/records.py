@@ -1,0 +1,195 @@
+"""What `compare` and `diagnose` answer: frozen values that print, draw, save and speak JSON."""
+
+from dataclasses import asdict, dataclass, field
+from enum import Enum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hlcs.rendering import Result
+
+VERDICTS = {
+    "complete": "nothing is missing at the precision of these data",
+    "effect": "missing: {effects}",
+    "ambiguous": "one of a set is missing, and these data cannot tell which",
+    "unexplained": "the model fails, and no candidate mends it",
+    "cannot_judge": "the noise or the number of tests is unknown",
+}
+
+
+@dataclass(frozen=True)
+class Comparison(Result):
+    """The answer of `hlcs.compare` for an experiment file: the model beside the measurement.
+
+    `plot` draws residuals against time, height and speed (or the inputs of a table), and measured over model; `save` writes
+    comparison.json, residuals.csv, comparison.txt and comparison.png.
+    """
+
+    kind: str
+    title: str
+    adequate: bool | None  # None where the noise is unknown
+    statistic: float | None
+    p: float | None
+    error: dict  # rms, noise and bias in their unit
+    where: tuple[dict, ...]  # where the model misses, the worst first
+    noise: dict
+    notes: tuple[str, ...] = ()
+    table: Any = field(default=None, repr=False, compare=False)  # one entry an observation: name -> array (n,)
+    trials: tuple[str, ...] = ()
+    channels: tuple[str, ...] = ()  # names of the channels that the table numbers
+    against: tuple[str, ...] = ()  # columns of the table that residuals are drawn against
+    impacts: tuple = ()  # of data.impacts.Impact: what the samples around each impact with the floor show
+    stated: dict = field(default_factory=dict)  # restitution and friction of the model under test
+    advice: str = ""  # how to make the noise known, where it is not
+
+    def to_json(self):
+        """The comparison as a dictionary of plain numbers and texts."""
+        names = ("kind", "title", "adequate", "p", "statistic", "error", "where", "noise", "notes")
+        impacts = [asdict(impact) for impact in self.impacts]
+        return plain({"format": 1, **{name: getattr(self, name) for name in names}, "impacts": impacts})
+
+    def to_dataframe(self):
+        """One row an observation: trial, channel, time, height, speed (or its inputs), measured, model, residual, sigmas."""
+        import pandas as pd
+
+        frame = pd.DataFrame(self.table or {})
+        if "trial" in frame and self.trials:
+            frame["trial"] = [self.trials[number] for number in frame["trial"]]
+            frame["channel"] = [self.channels[number] for number in frame["channel"]]
+        return frame
+
+
+class Explanation(NamedTuple):
+    """A reason, for decisions, and the sentence that gives it with its numbers, for reading only."""
+
+    reason: Enum
+    why: str
+
+
+class Sentence(Enum):
+    """Base of reasons: the value of a member is its sentence, with places for numbers and names."""
+
+    def __call__(self, **words):
+        """The Explanation with these numbers and names."""
+        return Explanation(self, self.value.format(**words))
+
+
+class Reason(Sentence):
+    """What became of a candidate; "at" is its family and value, where the kind of measurement says so."""
+
+    ACCEPTED = "accepted{at}: chi2 falls by {gain:.0f} for a price of {price:.0f}{held_out}{same}"
+    NOT_TOLD_APART = "does as well as {others}{at}: not to be told apart here{label}"
+    OTHER_FORM = "of one set ({form}) with {better}, which explains the data better"
+    SUSPECTED = "suspected: {why}"
+    INVISIBLE = "cannot be seen in these data: what it does is absorbed by the unknown start or by what is in the model"
+    EXPLAINED_TOO = "explained the residual too{at}, less well than what was accepted"
+    EXPLAINED_BEFORE = "pointed at the residual before the rest was explained: {why}"
+    NOT_SEEN = "not seen{at}: {why}"
+    NOT_TRIED = "not tried: {why}"
+    NOT_SIMULATED = "could not be simulated: no such placement stands, or it takes too long"
+    NOT_JUDGED = "not judged: the noise is unknown"
+    ON_FEWER_RECORDINGS = "on {count} recordings: {why}"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What became of one candidate."""
+
+    effect: str
+    fitted: float | None  # error with it [unit of the error]
+    held_out: float | None
+    evidence: float | None  # fall of chi2 less p log n
+    accepted: bool
+    same_as: tuple[str, ...] = ()
+    why: str = ""
+    cosines: dict = field(default_factory=dict)
+    visible_from: str = ""  # smallest value these data could have shown
+    reason: Reason = field(kw_only=True)  # what `why` says in words; not in the result file
+
+
+def untested(effect, explanation, same_as=()):
+    """The Finding on a candidate without any numbers."""
+    return Finding(effect, None, None, None, False, same_as, explanation.why, reason=explanation.reason)
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """An experiment to do next."""
+
+    text: str
+    separates: tuple[str, ...]
+    tests_needed: int | None
+    design: dict = field(default_factory=dict)
+
+    def __str__(self):
+        return self.text
+
+
+@dataclass(frozen=True)
+class Diagnosis(Result):
+    """The answer of `hlcs.diagnose`; fields as in the result file, plus `model`, the mended model, ready to run.
+
+    `plot` draws four panels: fit, residuals, ranking, the error falling to the noise floor; `save` writes result.json,
+    candidates.csv, report.txt, report.html, diagnosis.png and model.toml.
+    """
+
+    kind: str
+    title: str
+    verdict: str
+    effects: tuple[str, ...]
+    parameters: dict  # effect -> name -> {value, low, high, unit}; 90 % intervals
+    ambiguous: tuple[tuple[str, ...], ...]
+    error: dict
+    steps: tuple[dict, ...]
+    adequate: dict
+    candidates: tuple[Finding, ...]
+    where: tuple[dict, ...]
+    next_experiment: NextExperiment | None
+    notes: tuple[str, ...] = ()
+    noise: dict = field(default_factory=dict)
+    model: Any = field(default=None, repr=False)
+    pictures: "Pictures | None" = field(default=None, repr=False, compare=False)
+
+    def to_json(self):
+        """The result of `diagnose --json` as a dictionary of plain numbers and texts."""
+        names = ("kind", "title", "verdict", "effects", "parameters", "ambiguous", "error", "steps", "adequate", "where", "noise")
+        following = self.next_experiment and asdict(self.next_experiment)
+        candidates = [{name: value for name, value in asdict(finding).items() if name != "reason"} for finding in self.candidates]
+        numbers = {name: getattr(self, name) for name in (*names, "notes")}
+        return plain({"format": 1, **numbers, "candidates": candidates, "next_experiment": following})
+
+    def to_dataframe(self):
+        """One row a candidate, best first."""
+        import pandas as pd
+
+        names = ("effect", "accepted", "evidence", "fitted", "held_out", "same_as", "why")
+        frame = pd.DataFrame([{name: getattr(finding, name) for name in names} for finding in self.candidates], columns=names)
+        return frame.assign(same_as=frame["same_as"].map(", ".join))
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """What the figure of a Diagnosis draws: the observations beside the model before and after, name -> array (n,) each."""
+
+    before: dict
+    after: dict
+    trials: tuple[str, ...]
+    over: str  # column that they are drawn over
+    label: str  # of that column, with its unit
+    channels: tuple[str, ...] = ()  # names of the channels where each channel of a trial is a curve of its own; () = all are one
+    units: tuple[str, ...] = ()  # of these channels
+
+
+def plain(value):
+    """The same value in JSON's own types: arrays as lists, non-finite numbers as null."""
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.bool_ | bool):
+        return bool(value)
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value

@@ -1,0 +1,44 @@
+"""How a result is shown. A result is data; its text, page, picture and files are made by the renderer of its class.
+
+A renderer is a module with four functions of a result: `text`, `html`, `plot` (result, ax) and `save` (result, folder). RENDERERS
+names it, and it is loaded when something is first shown: what computes needs no reports, and no report is needed to compute.
+"""
+
+import importlib
+
+RENDERERS = {
+    "Comparison": "hlcs.report.comparison",
+    "Diagnosis": "hlcs.report.diagnosis",
+    "LayerComparison": "hlcs.placement.comparison_report",
+    "PlacementResult": "hlcs.placement.report",
+}
+
+
+def renderer_of(kind):
+    """The renderer of a class of results."""
+    return importlib.import_module(RENDERERS[kind.__name__])
+
+
+class Result:
+    """What every result can do with its renderer."""
+
+    def _renderer(self):
+        return renderer_of(type(self))
+
+    def summary(self):
+        """The printed report."""
+        return self._renderer().text(self)
+
+    def __str__(self):
+        return self.summary()
+
+    def _repr_html_(self):
+        return self._renderer().html(self)
+
+    def plot(self, ax=None):
+        """Draw it; ax: Axes to draw into, of a new figure where left out. Returns the Axes."""
+        return self._renderer().plot(self, ax)
+
+    def save(self, folder):
+        """Write its files into a folder, made where it is missing; returns the folder. Raises InputError where it cannot."""
+        return self._renderer().save(self, folder)

@@ -1,0 +1,230 @@
+"""The command: exit statuses, one line for bad input, help with examples, files, no noise in a pipe."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import fields
+
+import pytest
+
+from hlcs import PlacementTest
+from hlcs.cli import commands, placement_options
+
+SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
+
+
+@pytest.fixture
+def hlcs(capsys, tmp_path, monkeypatch):
+    """Run the command in an empty folder; returns (status, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        status = commands.main(list(arguments))
+        output = capsys.readouterr()
+        return status, output.out, output.err
+
+    return run
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["demo"],
+        ["place"],
+        ["reproduce"],
+        ["compare"],
+        ["diagnose"],
+        ["sweep"],
+        ["doctor"],
+        ["mystery", "list"],
+        ["mystery", "copy"],
+        ["mystery", "reveal"],
+    ],
+)
+def test_every_command_has_help_with_a_real_example(hlcs, command):
+    status, text, _ = hlcs(*command, "--help")
+    assert status == 0
+    assert f"\n    hlcs {' '.join(command)}" in text
+    assert "--quiet" in text
+
+
+def test_place_prints_the_layers_beside_the_laboratory_and_writes_its_files(hlcs, tmp_path):
+    status, text, errors = hlcs("place", *SMALL, "--out", "out", "--json", "result.json")
+    assert (status, errors) == (0, "")  # no progress bar in a pipe
+    assert "1.298" in text and "laboratory, TPG" in text and "written to out" in text
+    names = {path.name for path in (tmp_path / "out").iterdir() if not path.name.startswith(".")}
+    assert {"layers.csv", "result.json", "report.html", "scene.glb", "structure.png", "poses.npz", "settings.toml"} == names
+    result = json.loads((tmp_path / "result.json").read_text())
+    assert [row["units"] for row in result["layers"]] == [9, 4]
+
+    status, _, _ = hlcs("place", "out/settings.toml", "--quiet", "--json", "again.json")
+    again = json.loads((tmp_path / "again.json").read_text())
+    assert status == 0 and again["layers"] == result["layers"] and again["settings"] == result["settings"]
+
+
+def test_options_win_over_the_file(hlcs, tmp_path):
+    (tmp_path / "test.toml").write_text("[placement]\nlayers = 2\nrows = 2\ncolumns = 2\nfriction = 0.1\n")
+    status, text, _ = hlcs("place", "test.toml", "--layers", "1", "--friction", "0.7", "--json", "result.json")
+    settings = json.loads((tmp_path / "result.json").read_text())["settings"]
+    assert (status, settings["layers"], settings["friction"], settings["rows"]) == (0, 1, 0.7, 2)
+
+
+def test_place_has_an_option_for_every_setting():
+    only_in_files = {"effects"}  # a list of tables
+    settings = {field.name for field in fields(PlacementTest)} - only_in_files
+    assert set(placement_options.HELP) == settings | {"nominal_diameter", "stacking"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["place", "--friction", "-1"], "friction = -1.0; it must be a finite number >= 0"),
+        (["place", "--friction", "rough"], "not a valid float"),
+        (["place", "--grid", "QPG"], "give TPG, RPG"),
+        (["place", "missing.toml"], "missing.toml: cannot be read"),
+        (["place", "--layers", "9"], "at most 8 layers"),
+        (["place", "--bottom", "no.csv"], "no.csv"),
+        (["demo", "--bogus"], "No such option '--bogus'"),
+        (["plcae"], "Did you mean 'place'"),
+        (["reproduce", "table9"], "table9"),
+        (["reproduce", "table2", "--workers", "0"], "workers"),
+        (["compare", "missing.toml"], "missing.toml"),
+        (["diagnose", "missing.toml"], "missing.toml"),
+        (["sweep", "missing.toml"], "missing.toml"),
+        (["mystery", "reveal", "no-such"], "no-such"),
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(hlcs, arguments, words):
+    status, text, errors = hlcs(*arguments)
+    assert (status, text) == (2, "")
+    assert errors.count("\n") == 1 and errors.startswith("hlcs: ") and words in errors
+
+
+def test_a_folder_of_someone_else_is_refused_before_any_work(hlcs, tmp_path, monkeypatch):
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "thesis.tex").write_text("x")
+    monkeypatch.setattr("hlcs.placement.procedure.PlacementTest.run", lambda *_, **__: pytest.fail("it worked before it looked"))
+    status, _, errors = hlcs("demo", "--out", "thesis")
+    assert status == 2 and "thesis.tex" in errors
+
+
+def test_a_file_in_the_place_of_a_folder_is_refused_before_any_work(hlcs, tmp_path):
+    (tmp_path / "notes.txt").write_text("x")
+    name = "gym-floor"
+    hlcs("mystery", "copy", name)
+    (tmp_path / name / "recording_01.csv").write_text("no recording")  # work would end here
+    for command in (("diagnose", "--plots"), ("compare", "--out")):
+        status, _, errors = hlcs(command[0], f"{name}/experiment.toml", command[1], "notes.txt")
+        assert status == 2 and "notes.txt" in errors and errors.count("\n") == 1
+
+
+def test_reproduce_writes_its_table_and_picture(hlcs, tmp_path):
+    small = ["--rows", "2", "--columns", "2", "--layers", "1", "--repeats", "2", "--workers", "1"]
+    status, text, _ = hlcs("reproduce", "table2", *small, "--out", "out", "--json", "t2.json")
+    assert status == 0 and "paper, numerical" in text
+    assert {path.name for path in (tmp_path / "out").iterdir()} >= {"table2.json", "table2.txt", "table2.png"}
+    assert json.loads((tmp_path / "t2.json").read_text())["grids"]["TPG"]["layers"][0]["tests"] == 2
+
+    status, text, _ = hlcs("reproduce", "figures", *small, "--friction", "0.5", "--out", "figures")
+    assert status == 0 and "convex hull" not in text and "model, hull" in text
+    assert {path.name for path in (tmp_path / "figures").iterdir()} >= {"layers.png", "structure.png", "figures.json"}
+
+
+def test_sweep_goes_on_from_its_store(hlcs, tmp_path):
+    (tmp_path / "sweep.toml").write_text("[placement]\nlayers = 1\nrows = 2\ncolumns = 2\n[sweep]\nseed = [1, 2]\n")
+    assert "2 now, 0 found" in hlcs("sweep", "sweep.toml", "--workers", "1", "--out", "out")[1]
+    status, text, _ = hlcs("sweep", "sweep.toml", "--workers", "1", "--out", "out", "--json", "sweep.json")
+    assert status == 0 and "0 now, 2 found" in text
+    assert json.loads((tmp_path / "sweep.json").read_text())["kept"] == 2
+
+
+def test_doctor_finds_this_machine_well(hlcs, tmp_path):
+    status, text, _ = hlcs("doctor", "--json", "doctor.json")
+    assert status == 0 and "everything works" in text and "FAILED" not in text
+    report = json.loads((tmp_path / "doctor.json").read_text())
+    assert report["passed"] and len(report["checks"]) == 5
+
+
+def test_a_mystery_is_listed_copied_and_told(hlcs, tmp_path):
+    status, text, _ = hlcs("mystery", "list")
+    assert status == 0 and len(text.splitlines()) >= 3
+    name = text.split()[0]
+    status, text, _ = hlcs("mystery", "copy", name, "--out", "case")
+    assert status == 0 and (tmp_path / "case" / "experiment.toml").is_file() and "hlcs diagnose" in text
+    status, text, _ = hlcs("mystery", "reveal", name)
+    assert status == 0 and text.strip()
+
+
+def test_ctrl_c_ends_with_one_line_and_leaves_nothing(tmp_path):
+    """The real command in a process of its own, interrupted while it works."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hlcs", "demo", "--out", "out"],
+        cwd=tmp_path,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": os.getcwd()},
+    )
+    for _ in range(600):
+        if list(tmp_path.glob(".out.*.partial")):  # work has begun
+            break
+        time.sleep(0.1)
+    time.sleep(0.3)
+    process.send_signal(signal.SIGINT)
+    text, errors = process.communicate(timeout=60)
+    assert process.returncode == 1, errors
+    assert errors.strip().count("\n") == 0 and "interrupted" in errors  # a line break first: the terminal shows ^C
+    assert list(tmp_path.iterdir()) == []
+
+
+LOST = """
+import ctypes, os, signal
+from hlcs.processes import interrupts
+
+@ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
+def compare(a, b):
+    os.kill(os.getpid(), signal.SIGINT)
+    return 0
+
+interrupts.listen()
+interrupts.check()
+ctypes.CDLL(None).qsort((ctypes.c_int * 2)(2, 1), 2, 4, compare)
+print("the run went on")
+try:
+    ASKS
+except KeyboardInterrupt:
+    print("but not for long")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="asks the C library for its qsort")
+@pytest.mark.parametrize("asks", ["interrupts.check()", "import time; time.sleep(60)"])
+def test_ctrl_c_inside_a_callback_of_a_c_library_is_not_lost(asks):
+    """What Python itself forgets: an exception in such a callback is printed, and the program goes on."""
+    done = subprocess.run(
+        [sys.executable, "-c", LOST.replace("ASKS", asks)],
+        text=True,
+        capture_output=True,
+        timeout=30,
+        env=os.environ | {"PYTHONPATH": os.getcwd()},
+    )
+    assert done.stdout.splitlines() == ["the run went on", "but not for long"], done.stderr
+    assert done.stderr == ""
+
+
+def test_a_reader_that_goes_away_is_no_error_to_tell_about(tmp_path):
+    """`hlcs mystery list | head -1` prints one line and no traceback."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "hlcs", "mystery", "list"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": os.getcwd()},
+    )
+    process.stdout.close()
+    errors = process.stderr.read()
+    process.wait(timeout=60)
+    assert b"Traceback" not in errors

@@ -1,0 +1,92 @@
+"""Impacts read from samples, against bounces in closed form."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hlcs.data.experiment_file import Body, Surroundings
+from hlcs.data.impacts import differing_from_model, impact_lines, impacts_of, mean_and_trend
+from hlcs.data.recordings import Trial
+
+
+def bouncing(restitution, friction, sigma, rate=240.0, speed=3.0, height=1.5, shape="sphere", seed=3):
+    """A ball of 5 cm thrown over a floor: parabolas between blows with e(v) and mu that act on a point (no spin)."""
+    generator = np.random.default_rng(seed)
+    times, place, moving, now = np.arange(0, 2.5, 1 / rate), np.array([0.0, 0.0, height]), np.array([speed, 0.0, 0.0]), 0.0
+    rows, blows = [], []
+    for t in times:
+        while True:
+            root = (moving[2] + np.sqrt(max(moving[2] ** 2 + 2 * 9.81 * (place[2] - 0.05), 0.0))) / 9.81
+            if now + root > t:
+                break
+            now, place = now + root, place + moving * root - np.array([0, 0, 0.5 * 9.81 * root**2])
+            moving = moving - np.array([0, 0, 9.81 * root])
+            down = -moving[2]
+            if down < 0.3:
+                return rows_to_trial(times[: len(rows)], rows, sigma, generator, shape), blows
+            e = restitution(down)
+            blows.append((now, down, e))
+            moving = np.array([moving[0] - friction * (1 + e) * down, 0.0, e * down])
+        step = t - now
+        rows.append(place + moving * step - np.array([0, 0, 0.5 * 9.81 * step**2]))
+    return rows_to_trial(times, rows, sigma, generator, shape), blows
+
+
+def rows_to_trial(times, rows, sigma, generator, shape):
+    position = np.array(rows) + sigma * generator.normal(size=(len(rows), 3))
+    body = Body(shape="sphere", radius=0.05, mass=0.1) if shape == "sphere" else Body(shape="box", size=(0.1, 0.1, 0.1), mass=0.1)
+    return Trial("ball.csv", "1", times, position, np.full((len(rows), 4), np.nan), {}, body, Surroundings(floor_height=0.0))
+
+
+def test_every_blow_of_a_bouncing_ball_is_found_with_its_restitution_and_friction():
+    """e = 0.7, mu = 0.05, noise 0.5 mm: moments to a fifth of a frame, e and mu within four of their own standard errors."""
+    trial, blows = bouncing(lambda v: 0.7, 0.05, 5e-4)
+    found = impacts_of(trial, 5e-4)
+    known = [blow for blow in blows if blow[0] < trial.times[-1] - 0.05]
+    assert len(found) == len(known) >= 3
+    for one, (moment, down, _) in zip(found, known, strict=True):
+        assert one.time == pytest.approx(moment, abs=0.2 / 240)
+        assert one.speed == pytest.approx(down, abs=0.1)
+        assert abs(one.restitution - 0.7) < 4 * one.restitution_error < 0.1
+        assert abs(one.friction - 0.05) < 4 * one.friction_error < 0.1
+
+
+def test_restitution_that_falls_with_speed_shows_as_a_trend_and_a_constant_one_does_not():
+    """e = 0.9 - 0.05 v against e = 0.7: the slope within four errors of -0.05, and within three of zero."""
+    for law, slope in ((lambda v: 0.9 - 0.05 * v, -0.05), (lambda v: 0.7, 0.0)):
+        found = [one for seed in range(4) for one in impacts_of(bouncing(law, 0.0, 5e-4, seed=seed)[0], 5e-4)]
+        _, _, trend, error = mean_and_trend(
+            [one.restitution for one in found], [one.restitution_error for one in found], [one.speed for one in found]
+        )
+        assert abs(trend - slope) < 4 * error and (abs(trend) > 3 * error) == (slope != 0.0)
+
+
+def test_free_flight_has_no_impacts_and_a_box_no_restitution_of_its_centre():
+    """A throw that never lands: none; a box: friction but no e, because its corner is not its centre; heights alone: e only."""
+    trial, _ = bouncing(lambda v: 0.7, 0.05, 5e-4)
+    short = trial.times < 0.4
+    thrown = Trial(
+        "throw.csv", "1", trial.times[short], trial.position[short], trial.orientation[short], {}, trial.body, trial.surroundings
+    )
+    assert impacts_of(thrown, 5e-4) == []
+    box = impacts_of(bouncing(lambda v: 0.7, 0.05, 5e-4, shape="box")[0], 5e-4)
+    assert box and all(one.restitution is None and one.friction is not None for one in box)
+    trial.position[:, :2] = np.nan
+    heights = impacts_of(trial, 5e-4)
+    assert heights and all(one.friction is None and one.restitution is not None for one in heights)
+    text = "\n".join(impact_lines(heights, {"restitution": 0.5, "friction": 0.3}))
+    assert "the model has 0.5" in text and Path("ball.csv").name in text
+
+
+def test_a_search_begins_with_what_the_impacts_show_where_the_model_has_something_else():
+    """e = 0.7, mu = 0.05, read from some 25 blows; a model that has them already is told nothing."""
+    found = [one for seed in range(6) for one in impacts_of(bouncing(lambda v: 0.7, 0.05, 5e-4, seed=seed)[0], 5e-4)]
+    first = differing_from_model(found, Surroundings(floor_height=0.0, restitution=0.4, friction=0.3))
+    assert first["restitution"]["coefficient"] == pytest.approx(0.7, abs=0.02)
+    assert first["friction"]["coefficient"] == pytest.approx(0.05, abs=0.02)
+    assert differing_from_model(found, Surroundings(floor_height=0.0, restitution=0.7, friction=0.05)) == {}
+    falling = [one for seed in range(6) for one in impacts_of(bouncing(lambda v: 0.8 * v**-0.15, 0.0, 5e-4, seed=seed)[0], 5e-4)]
+    law = differing_from_model(falling, Surroundings(floor_height=0.0, restitution=0.8))["velocity_dependent_restitution"]
+    assert law["exponent"] == pytest.approx(0.15, abs=0.02)
+    assert differing_from_model(found[:3], Surroundings(floor_height=0.0)) == {}  # three blows are no basis

@@ -1,0 +1,92 @@
+"""The library of candidates: what it finds by itself, whom it refuses, and facts that hold for every class in it."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import pytest
+
+from hlcs.data.experiment_file import Surroundings
+from hlcs.effects import build_entry, class_named, classes, own_classes, set_of, wanted
+from minibullet import effects
+from minibullet.effects.contract import Effect, parameter, parameters
+from minibullet.errors import InputError
+
+AIR = Surroundings()
+
+
+@dataclass(frozen=True)
+class Breeze(Effect):
+    """A law of the user's own that does nothing."""
+
+    rate: float = parameter(0.0, unit="1/s", low=0.0, high=5.0, null=0.0)
+
+    def forces(self, bodies, time):
+        return 0.0 * bodies.twist
+
+
+def test_every_class_with_a_number_to_be_found_is_a_candidate_and_gravity_is_none():
+    known = classes()
+    assert "gravity" not in known and len(known) == 36
+    assert {"quadratic_drag", "mass_offset", "bottom_slope", "clock_offset", "margin_offset"} <= set(known)
+
+
+@pytest.mark.parametrize("name", sorted(classes()))
+def test_facts_of_a_class_are_values_of_their_kind(name):
+    kind = classes()[name]
+    assert kind.group and all(isinstance(need, Enum) for need in kind.needs)
+    assert not (kind.alike and kind.form_of) and all(issubclass(other, Effect) for other in kind.contains)
+    for number in parameters(kind).values():
+        starts = number.starts or (number.default,)
+        assert number.given or all(number.low <= value <= number.high for value in starts)
+
+
+def test_sets_of_look_alikes():
+    sets = {}
+    for name in sorted(classes()):
+        sets.setdefault(set_of(name), []).append(name)
+    del sets[""]
+    assert sets == {
+        "drag_form": ["drag_crisis", "linear_drag", "quadratic_drag"],
+        "effective_gravity": ["buoyancy", "length_scale", "time_scale"],
+        "rest_height": ["margin_offset", "size_error"],
+        "tilt": ["tilted_frame", "tilted_gravity", "uniform_flow"],
+    }
+    assert set_of("nobody") == ""
+
+
+def test_names_are_looked_up_among_shipped_and_own_classes():
+    assert class_named("magnus") is effects.Magnus and class_named("breeze", (Breeze,)) is Breeze
+    assert list(wanted(["magnus"], (Breeze,))) == [effects.Magnus, Breeze]
+    assert {*wanted(None, (Breeze,))} == {*classes().values(), Breeze}
+    with pytest.raises(InputError, match="unknown effect 'magnum'; the nearest known effect is 'magnus'"):
+        class_named("magnum")
+
+
+def test_an_entry_of_a_file_becomes_an_effect_with_what_the_surroundings_say():
+    water = Surroundings(fluid_density=998.0, gravity=9.8)
+    assert build_entry({"name": "buoyancy"}, water) == effects.Buoyancy(998.0, acceleration=9.8)
+    assert build_entry({"name": "buoyancy", "fluid_density": 5.0}, water).fluid_density == 5.0
+    assert build_entry({"name": "magnus", "coefficient": 1}, AIR).coefficient == 1.0
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ({"name": "magnus", "strength": 1.0}, "magnus has no parameter 'strength'; it has coefficient, fluid_density"),
+        ({"name": "magnus", "coefficient": True}, "must be a finite number"),
+        ({"name": "magnus", "coefficient": float("inf")}, "must be a finite number"),
+        ({"name": "magnus", "coefficient": 10**400}, "must be a finite number"),
+        ({"name": "linear_drag", "rate": -1.0}, "rate = -1 must be at least 0"),
+    ],
+)
+def test_entries_that_mean_nothing_are_refused(entry, message):
+    with pytest.raises(InputError, match=message):
+        build_entry(entry, AIR)
+
+
+def test_own_classes_need_a_number_that_can_be_absent():
+    assert own_classes([Breeze(), Breeze]) == (Breeze,)
+    with pytest.raises(InputError, match="no number with a null value"):
+        own_classes([effects.Gravity])
+    with pytest.raises(InputError, match="not an effect"):
+        own_classes([float])

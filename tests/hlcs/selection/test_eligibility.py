@@ -1,0 +1,93 @@
+"""Which candidates recordings can show: each need met and unmet, and what the model at hand has to offer."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hlcs.data.experiment_file import Body, Surroundings
+from hlcs.effects import candidate, classes
+from hlcs.effects.contract import DataNeed
+from hlcs.selection.eligibility import NEEDS, candidates_for, carries, has_drag, known_body, lacks_drag
+from hlcs.simulation.model import Model, Term
+from minibullet import effects
+from minibullet.effects.contract import Need
+
+BALL = Body(shape="sphere", mass=1.0, radius=0.1)
+BOX = Body(shape="box", mass=1.0, size=(0.1, 0.2, 0.3))
+TIMES = np.linspace(0.0, 1.0, 12)
+
+
+def recordings(columns="xyz", body=BALL, floor=0.0, start=("velocity", "angular_velocity"), effects=(), alike=False):
+    """What a choice of candidates reads of two recordings and their file."""
+    heights = (5 - 4 * TIMES**2, 5 - 4 * TIMES**2 if alike else 1 + 4 * TIMES)
+    trials = tuple(
+        SimpleNamespace(
+            columns=set(columns.split()) if " " in columns else set(columns),
+            start=dict.fromkeys(start),
+            body=body,
+            surroundings=Surroundings(floor_height=floor),
+            times=TIMES,
+            position=np.stack([0 * TIMES, 0 * TIMES, z], axis=1),
+        )
+        for z in heights
+    )
+    return SimpleNamespace(trials=trials, file=SimpleNamespace(effects=tuple({"name": name} for name in effects)))
+
+
+def missing(contact=True, **what):
+    """{name: why it cannot take part}."""
+    return candidates_for(recordings(**what), contact)[1]
+
+
+def test_where_everything_is_known_everything_takes_part():
+    found, absent = candidates_for(recordings(columns="x y z rx ry rz rw"), True)
+    assert absent == {} and [entry.name for entry in found] == sorted(classes())
+
+
+@pytest.mark.parametrize(
+    ("what", "names", "why"),
+    [
+        ({"body": Body(shape="sphere", radius=0.1)}, {"buoyancy", "drag_crisis", "mass_offset"}, "mass and size"),
+        ({"floor": None}, {"wall_drag", "ground_cushion", "tracker_smoothing"}, "there is no floor"),
+        ({"start": ("velocity",)}, {"magnus", "orientation_drag"}, "the spin is neither measured nor stated"),
+        ({"start": ()}, {"clock_offset", "history_force"}, "the moment of release is not known"),
+        ({}, {"spin_decay"}, "orientations are not measured"),
+        ({"contact": False}, {"friction", "bottom_slope", "margin_offset"}, "nothing touches in these data"),
+        ({"columns": "z"}, {"tilted_gravity", "tilted_frame", "uniform_flow"}, "no horizontal position is measured"),
+        ({"columns": "xy"}, {"calibration_curve"}, "no height is measured"),
+        ({"alike": True}, {"calibration_curve"}, "all recordings pass the same heights"),
+    ],
+)
+def test_each_need_is_named_where_it_is_not_met(what, names, why):
+    absent = missing(**what)
+    assert names <= {name for name, text in absent.items() if text.startswith(why)}
+
+
+def test_a_centre_of_mass_shows_in_a_contact_that_can_lean_and_an_inertia_in_any():
+    assert {"centre_of_mass_offset"} == {"centre_of_mass_offset", "inertia_error"} & set(missing())
+    assert not {"centre_of_mass_offset", "inertia_error"} & set(missing(body=BOX))
+    assert {"centre_of_mass_offset", "inertia_error"} <= set(missing(body=BOX, contact=False))
+
+
+def test_what_the_model_states_is_not_tried_again_nor_a_law_that_holds_it_already():
+    absent = missing(effects=("quadratic_drag",))
+    assert absent["quadratic_drag"] == "already in the model" and "whose place it would take" in absent["drag_crisis"]
+    assert "linear_drag" not in absent and "quadratic_drag" not in missing(effects=("drag_crisis",))
+
+
+def test_every_need_of_a_class_has_its_test():
+    assert set(NEEDS) == {*Need, *DataNeed}
+
+
+def test_a_body_is_known_by_mass_and_any_size():
+    assert known_body(BALL) and known_body(BOX)
+    assert not known_body(Body(shape="sphere", mass=1.0)) and not known_body(Body(shape="sphere", radius=0.1))
+
+
+def test_what_acts_through_a_drag_needs_one_and_holds_on_to_it():
+    drag, wall = (Term(candidate(kind, Surroundings(), 0.1, True), ()) for kind in (effects.LinearDrag, effects.WallDrag))
+    alone, both = Model((wall,)), Model((drag, wall))
+    assert lacks_drag(effects.WallDrag, alone) and not lacks_drag(effects.WallDrag, both)
+    assert not lacks_drag(effects.Magnus, alone) and has_drag(Model(fixed=({"name": "drag_crisis"},)))
+    assert carries(both, 0) and not carries(both, 1)

@@ -1,0 +1,40 @@
+"""Reasons are values with a sentence each; no two share one, and numbers find their places."""
+
+import json
+from dataclasses import replace
+
+from hlcs.records import Diagnosis, Finding, Reason, untested
+from hlcs.selection.reasons import Rule, sentences
+
+
+def test_sentences_are_distinct():
+    for reasons in (Reason, Rule):
+        assert len(reasons) == len(reasons.__members__)
+
+
+def test_an_explanation_carries_reason_and_sentence():
+    price, layer = Rule.PRICE(gain=3.21, price=9.0), Rule.MOVES_A_LAYER()
+    assert price.reason is Rule.PRICE and price.why == "its gain of 3.2 does not pay its price of 9.0"
+    assert sentences([price, layer]) == f"{price.why}; it moves no layer" and sentences([]) == ""
+
+
+def diagnosis(*findings):
+    return Diagnosis(
+        "trajectory", "t", "complete", (), {}, (), {"unit": "m"}, (), {"before": None, "after": None}, findings, (), None
+    )
+
+
+def test_a_finding_keeps_its_reason_and_the_result_file_its_sentence():
+    finding = untested("magnus", Reason.NOT_TRIED(why="there is no floor"))
+    assert finding.reason is Reason.NOT_TRIED and finding.why == "not tried: there is no floor"
+    (entry,) = json.loads(json.dumps(diagnosis(finding).to_json()))["candidates"]
+    assert "reason" not in entry and entry["why"] == finding.why
+
+
+def test_the_report_gathers_what_was_not_tried_by_its_reason_not_by_its_words():
+    absent = [untested(name, Reason.NOT_TRIED(why="there is no floor")) for name in ("a", "b")]
+    fewer = replace(absent[0], effect="c", **Reason.ON_FEWER_RECORDINGS(count=3, why=absent[0].why)._asdict())
+    quoted = Finding("d", None, None, None, False, why="not tried: so says the user", reason=Reason.NOT_SEEN)
+    text = str(diagnosis(*absent, fewer, quoted))
+    assert "  not tried, there is no floor: a, b\n" in text + "\n"
+    assert "on 3 recordings: not tried: there is no floor" in text and "  not tried: so says the user" in text

@@ -1,0 +1,106 @@
+"""Each force of a fluid against the closed formula of its law.
+
+Algebraic formulas are met to a few roundings (1e-12 relative); motions are integrated by scipy's DOP853 at 1e-11 and met to 1e-8.
+"""
+
+import numpy as np
+import pytest
+from one_ball import G, acceleration, ball, fall
+from scipy.integrate import quad
+
+from minibullet import effects
+from minibullet.effects.samples import sample_bodies
+from minibullet.rotations import rotate
+
+
+def test_linear_drag_ends_at_g_over_rate():
+    """v(t) = -(g/k) (1 - exp(-k t))."""
+    rate, duration = 2.0, 0.8
+    v = fall([effects.Gravity(G), effects.LinearDrag(rate)], duration)
+    assert v[2] == pytest.approx(-G / rate * (1 - np.exp(-rate * duration)), rel=1e-8)
+
+
+def test_quadratic_drag_ends_at_terminal_speed():
+    """v(t) = -V tanh(g t/V), V = sqrt(2 m g/(rho C A)); after 10 V/g it is V within exp(-20)."""
+    body, drag = ball(), effects.QuadraticDrag(drag_coefficient=0.47, fluid_density=1000.0)
+    terminal = np.sqrt(2 * body.mass[0] * G / (1000.0 * 0.47 * body.area[0]))
+    for duration in (0.3, 10 * terminal / G):
+        v = fall([effects.Gravity(G), drag], duration)
+        assert v[2] == pytest.approx(-terminal * np.tanh(G * duration / terminal), rel=1e-8)
+
+
+def test_drag_per_metre_needs_no_size():
+    """a = -k |v| v whatever the body."""
+    found = acceleration([effects.QuadraticDrag(drag_per_metre=0.3)], ball(velocity=(3, 0, 4)))
+    assert np.allclose(found, [-4.5, 0, -6], rtol=1e-14)
+
+
+def test_drag_crisis_goes_from_sub_to_supercritical():
+    """C = sub far below Re_c, their mean at Re_c, sup far above; (Re/Re_c)^4 = 1e-8 and 1e8 are the distances."""
+    crisis = effects.DragCrisis(0.5, 0.1, critical_reynolds=2e5, fluid_density=1.2, fluid_viscosity=1.8e-5)
+    critical_speed = 2e5 * 1.8e-5 / (1.2 * 0.2)
+    for ratio, coefficient in ((0.01, 0.5), (1.0, 0.3), (100.0, 0.1)):
+        body = ball(velocity=(ratio * critical_speed, 0, 0))
+        force = effects.wrench(crisis, body, 0.0)[0, 0]
+        found = -force / (0.5 * 1.2 * body.area[0] * (ratio * critical_speed) ** 2)
+        assert found == pytest.approx(coefficient, rel=1e-7)
+
+
+def test_buoyancy_and_added_mass_set_the_first_acceleration():
+    """a = -g (s - 1)/(s + C), s = density of the body/of the fluid; here s = 2, C = 0.5: g/2.5."""
+    model = [effects.Gravity(G), effects.Buoyancy(1000.0), effects.AddedMass(0.5, 1000.0)]
+    assert acceleration(model, ball(density=2000.0))[2] == pytest.approx(-G / 2.5, rel=1e-14)
+
+
+def test_neutral_body_floats():
+    assert abs(acceleration([effects.Gravity(G), effects.Buoyancy(1000.0)], ball(density=1000.0))[2]) < 1e-14 * G
+
+
+def test_magnus_pushes_along_spin_cross_velocity():
+    """F = C pi rho r3 omega x v; no power."""
+    body = ball(velocity=(0, 3, 0), spin=(0, 0, 20), radius=0.1)
+    force = effects.wrench(effects.Magnus(0.9, 1.2), body, 0.0)[0]
+    assert np.allclose(force, [-0.9 * np.pi * 1.2 * 1e-3 * 60, 0, 0, 0, 0, 0], rtol=1e-13)
+    bodies = sample_bodies()
+    work = effects.Magnus(1.0).forces(bodies, 0.0)[:, :3] * bodies.twist[:, :3]
+    assert np.all(np.abs(work.sum(axis=1)) <= 1e-13 * np.abs(work).sum(axis=1))
+
+
+def test_spin_decays_with_its_rate_about_every_axis():
+    """The moment is -rate times the angular momentum, so omega' = -rate omega without gyroscopic terms."""
+    bodies = sample_bodies()
+    moment = effects.SpinDecay(0.7).forces(bodies, 0.0)[:, 3:]
+    for k in range(len(moment)):
+        axes = rotate(bodies.orientation[k], np.eye(3)).T
+        inertia = axes @ np.diag(bodies.inertia[k]) @ axes.T
+        assert np.allclose(moment[k], -0.7 * inertia @ bodies.twist[k, 3:], rtol=1e-12, atol=1e-12 * np.abs(moment).max())
+
+
+@pytest.mark.parametrize(("power", "factor"), [(1.0, 1.0), (0.5, np.pi / 4), (1e-9, 0.5)])
+def test_history_force_is_bassets_integral_for_powers_of_time(power, factor):
+    """6 r2 sqrt(pi rho eta) int_0^t w'(s)/sqrt(t - s) ds for w = s^p, by quadrature with the end singularities as weights."""
+    t, r, rho, eta = 0.8, 0.1, 1000.0, 1e-3
+    integral = power * quad(lambda s: 1.0, 0, t, weight="alg", wvar=(power - 1.0, -0.5))[0]
+    basset = 6 * r**2 * np.sqrt(np.pi * rho * eta) * integral
+    law = effects.HistoryForce(multiplier=factor, fluid_density=rho, fluid_viscosity=eta)
+    force = effects.wrench(law, ball(velocity=(0, 0, t**power), radius=r), t)[0, 2]
+    assert -force == pytest.approx(basset, rel=1e-6)  # quadrature of a singular integrand
+
+
+def test_history_force_starts_at_the_start():
+    law = effects.HistoryForce(1.0, start=0.5)
+    body = ball(velocity=(1, 0, 0))
+    assert not law.forces(body, 0.5).any() and law.forces(body, 0.6)[0, 0] < 0.0
+
+
+def test_ground_cushion_comes_from_lambs_kinetic_energy():
+    """Force = v^2/2 times the slope of the fluid's mass M(h) = (m'/2)(1 + (3/8)(r/h)^3), by a central difference."""
+    r, rho, h, v = 0.1, 1000.0, 0.17, 2.0
+
+    def fluid_mass(h):
+        return 0.5 * 4 / 3 * np.pi * r**3 * rho * (1 + 3 / 8 * (r / h) ** 3)
+
+    law, step = effects.GroundCushion(1.0, rho), 1e-5 * h
+    slope = (fluid_mass(h + step) - fluid_mass(h - step)) / (2 * step)
+    assert law.forces(ball(position=(0, 0, h), velocity=(1, 0, -v)), 0.0)[0, 2] == pytest.approx(-0.5 * v**2 * slope, rel=1e-6)
+    assert not law.forces(ball(position=(0, 0, h), velocity=(1, 0, v)), 0.0).any()
