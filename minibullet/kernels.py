@@ -15,6 +15,7 @@ from functools import cache
 from pathlib import Path
 
 import numba
+from numba.extending import register_jitable
 
 KEPT = 3  # folders of compiled code that stay: of this version, and of others whose programs may still run
 
@@ -35,9 +36,9 @@ def leaf(function):
 
 
 def inlined(function):
-    """The same for a function that only kernels call: it is written into each of them, because to hand over records of many
-    arrays costs more than what a small function does; and Python has no way into it, which saves a third of its compiling."""
-    return kernel(function, _nrt=False, forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    """The function, to be written into the kernels that call it: to hand records of many arrays over to a small function costs
+    more than its work. Python itself runs it as it stands, uncompiled."""
+    return register_jitable(_nrt=False, forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
 
 
 @cache

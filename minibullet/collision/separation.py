@@ -4,7 +4,7 @@ Two convex pieces are apart, touch or overlap by the largest separation over all
 """
 
 from minibullet.collision.geometry import between_centres, support
-from minibullet.kernels import inlined, leaf
+from minibullet.kernels import inlined
 from minibullet.vectors import along, at, cross, divided, dot, length, minus, negative, plus, scaled, turn, turn_back
 
 PARALLEL = 1e-4  # sine below which two edges span no direction that rounding leaves alone: faces decide there [-]
