@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 
 import numba
+from numba.extending import register_jitable
 
 KEPT = 3  # folders of compiled code that stay: of this version, and of others whose programs may still run
 
@@ -33,6 +34,12 @@ def kernel(function, **options):
 def leaf(function):
     """The same for a function that makes no arrays."""
     return kernel(function, _nrt=False, forceinline=True)
+
+
+def inlined(function):
+    """The function, to be written into the kernels that call it: to hand records of many arrays over to a small function costs
+    more than its work. Python itself runs it as it stands, uncompiled."""
+    return register_jitable(_nrt=False, forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
 
 
 @cache

@@ -6,82 +6,82 @@ functions of arrays for everything that is no kernel.
 
 from math import sqrt
 
-from minibullet.kernels import leaf
+from minibullet.kernels import inlined
 
 
-@leaf
+@inlined
 def at(array, k):
     """Row k of an array (n, 3)."""
     return array[k, 0], array[k, 1], array[k, 2]
 
 
-@leaf
+@inlined
 def put(array, k, v):
     """Write v into row k of an array (n, 3)."""
     array[k, 0], array[k, 1], array[k, 2] = v
 
 
-@leaf
+@inlined
 def plus(a, b):
     """a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@leaf
+@inlined
 def minus(a, b):
     """a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@leaf
+@inlined
 def negative(a):
     """-a."""
     return -a[0], -a[1], -a[2]
 
 
-@leaf
+@inlined
 def scaled(factor, a):
     """factor a."""
     return factor * a[0], factor * a[1], factor * a[2]
 
 
-@leaf
+@inlined
 def divided(a, divisor):
     """a / divisor."""
     return a[0] / divisor, a[1] / divisor, a[2] / divisor
 
 
-@leaf
+@inlined
 def along(start, share, direction):
     """start + share direction."""
     return start[0] + share * direction[0], start[1] + share * direction[1], start[2] + share * direction[2]
 
 
-@leaf
+@inlined
 def dot(a, b):
     """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@leaf
+@inlined
 def cross(a, b):
     """Vector product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@leaf
+@inlined
 def length(a):
     """Euclidean length."""
     return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
-@leaf
+@inlined
 def squared_distance(a, b):
     """Square of the distance of two points."""
     return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2
 
 
-@leaf
+@inlined
 def turn(rotation, v):
     """Body axes to world axes: R v, with R (3, 3)."""
     return (
@@ -91,7 +91,7 @@ def turn(rotation, v):
     )
 
 
-@leaf
+@inlined
 def turn_back(rotation, v):
     """World axes to body axes: R^T v, with R (3, 3)."""
     return (

@@ -12,7 +12,7 @@ import numpy as np
 
 from hlcs.files.toml_files import nearest
 from minibullet.errors import InputError, shown
-from minibullet.files.user_files import read_text
+from minibullet.files.reading import read_text
 
 MOST_ROWS = 200_000  # of a file, and of all recordings of an experiment: what `hlcs compare` does in 2 GB of memory
 MOST_BYTES = 25 * 8 * MOST_ROWS  # eight columns of numbers with all their digits, 25 characters each with the comma

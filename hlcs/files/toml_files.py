@@ -12,7 +12,7 @@ from pathlib import Path
 
 from hlcs.files import limits
 from minibullet.errors import InputError, InputWarning, is_number, shown, shown_value
-from minibullet.files.user_files import read_text
+from minibullet.files.reading import read_text
 
 EXAMPLES = {
     "measurement.noise": "{ position = 0.002 }",

@@ -19,10 +19,10 @@ from minibullet.effects.contract import name_of
 class Step:
     """What one step did. Attributes are plain numbers; ``to_dict()`` has them all under the names of the documentation."""
 
-    def __init__(self, world, before, after, wrenches, touch, law, problem, solution, impact_impulse):
+    def __init__(self, world, before, after, wrenches, points, law, problem, solution, impact_impulse):
         self.step, self.time, self.time_step = world.steps, world.time, world.settings.time_step
         self.effects, self.names, self.tolerance = world.effects, tuple(world.registry.scene.names), world.settings.tolerance
-        self.before, self.after, self.wrenches, self._touch, self.law = before, after, wrenches, touch, law
+        self.before, self.after, self.wrenches, self.points, self.law = before, after, wrenches, points, law
         self.problem, self.solution, self.impact_impulse = problem, solution, impact_impulse
         self.residual, self.iterations = solution.residual, solution.iterations
         self.converged = solution.residual <= world.settings.tolerance
@@ -32,7 +32,8 @@ class Step:
     @cached_property
     def contacts(self):
         """The Contacts record of the step: who touched whom when it began."""
-        return constraints.describe(*self._touch)
+        points, factors = self.points, self.problem.factors
+        return constraints.describe(self.before, points.bodies, points.arms, points.gap, factors, points.impulse, self.time_step)
 
     @property
     def impulse(self):
@@ -78,7 +79,7 @@ class Step:
     @property
     def penetration(self):
         """Deepest overlap when the step began [m]."""
-        return float(max(-self._touch[3].min(initial=0.0), 0.0))
+        return float(max(-self.points.gap.min(initial=0.0), 0.0))
 
     def _kinetic(self, bodies):
         moving = np.isfinite(bodies.mass)

@@ -107,7 +107,7 @@ def test_what_only_draws_reports_or_saves_is_not_in_the_hash():
         "minibullet.report.drawing",
         "minibullet.report.rendering",
         "minibullet.scene.saving",
-        "minibullet.files.whole_files",
+        "minibullet.files.writing",
         "hlcs.files.folders",
         "hlcs.placement.result_files",
         "hlcs.placement.report",
