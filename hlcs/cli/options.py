@@ -4,83 +4,15 @@ import functools
 import inspect
 import json
 import sys
-from contextlib import redirect_stdout
-from dataclasses import fields
+from contextlib import nullcontext, redirect_stdout
 from pathlib import Path
 
 import click
+from tqdm import tqdm
 
 from hlcs.cli import error_handling
 from hlcs.files import folders
-from hlcs.placement.procedure import PlacementTest
 from hlcs.processes import interrupts
-
-CHOICES = {
-    "reference": ["layer", "blind"],
-    "shape": ["pieces", "hull"],
-    "armour": ["cubipod", "cube"],
-    "stacking": ["ABC", "ABA"],
-    "solver": ["exact", "gauss_seidel", "sequential_impulse"],
-}
-HELP = {
-    "grid": "TPG, RPG, or two spacings in Dn: A,B or A,B,triangular",
-    "layers": "how many",
-    "rows": "of the first layer",
-    "columns": "of the first layer",
-    "bottom": "flat, slope:0.04, or a survey bed.csv (x_m,y_m,z_m)",
-    "reference": "each layer aimed from the layer below, or blindly",
-    "shape": "the true unit, or its convex hull",
-    "armour": "kind of unit",
-    "side": "of the unit's cube, m",
-    "nominal_diameter": "of the unit, m, in place of --side",
-    "friction": "of a contact",
-    "restitution": "of a contact",
-    "linear_damping": "Eq. 6",
-    "angular_damping": "Eq. 7",
-    "margin": "round each unit, in Dn",
-    "falling_distance": "above the layers below, in Dn",
-    "density": "of the units, kg/m3",
-    "seed": "of the orientations",
-    "stacking": "of a triangular grid",
-    "time_step": "s",
-    "iterations": "most sweeps of the solver a step",
-    "tolerance": "residual at which a step is solved",
-    "solver": "how contacts are solved",
-    "settle_time": "longest wait for a layer, s",
-    "plates": "measuring plates along each side of a layer",
-    "placement_scatter": "standard deviation of the aims from layer 2 on, in Dn",
-    "placement_offset_x": "by which each layer misses its aim more than the one below, in Dn",
-    "placement_offset_y": "the same in y",
-    "yaw_constraint": "concentration of the first headings about x",
-    "lost_units": "fraction left out",
-    "sequential_placement": "rows of a layer one after another",
-    "loose_lower_layers": "no layer is ever fixed",
-    "vibration": "shaking along x after each layer, in g",
-    "bottom_roughness": "standard deviation of the bed's heights, in Dn",
-    "inertia_factor": "moments of inertia over the true ones",
-}
-
-
-def placement_options(command):
-    """One option for every field of PlacementTest; those not given are left out of the keywords."""
-    defaults = {field.name: field.default for field in fields(PlacementTest)}
-    defaults |= {"nominal_diameter": None, "stacking": "ABC", "grid": "TPG"}
-
-    def given(**keywords):
-        return command(**{name: value for name, value in keywords.items() if value is not None or name not in defaults})
-
-    given.__name__, given.__doc__ = command.__name__, command.__doc__
-    given.__click_params__ = getattr(command, "__click_params__", [])
-    for name in reversed(list(HELP)):
-        default = defaults[name]
-        if isinstance(default, bool):
-            given = click.option("--" + name.replace("_", "-"), name, is_flag=True, default=None, help=HELP[name])(given)
-            continue
-        kind = click.Choice(CHOICES[name]) if name in CHOICES else float if name == "nominal_diameter" else type(default)
-        default = f"{default:.4g}" if isinstance(default, float) else default
-        shown = "" if default is None else f"  [default: {default}]"
-        given = click.option("--" + name.replace("_", "-"), name, type=kind, help=HELP[name] + shown)(given)
-    return given
 
 
 class PathName(click.ParamType):
@@ -162,8 +94,8 @@ def example(*lines):
     return add
 
 
-class Bar:
-    """A progress bar on a terminal, nothing elsewhere."""
+class ProgressBar:
+    """A progress bar on a terminal, nothing elsewhere; total None = known only when the work starts."""
 
     def __init__(self, name, total, quiet):
         self._name, self._quiet, self._bar = name, quiet, None
@@ -179,8 +111,6 @@ class Bar:
 
     def start(self, total, done=0):
         """Show a bar of so many pieces; returns the function to be called as each one ends."""
-        from tqdm import tqdm
-
         # disable=None: none where stderr is not a terminal
         hidden = True if self._quiet else None
         self._bar = tqdm(total=total, initial=done, desc=self._name, leave=False, disable=hidden, file=sys.stderr)
@@ -193,9 +123,9 @@ class Bar:
         self._bar.update()
 
 
-def progress_bar(name, total, quiet):
-    """A Bar; total None = known only when the work starts."""
-    return Bar(name, total, quiet)
+def out_folder(out):
+    """The context of a folder that appears whole as `out`; of nothing where no folder is asked for."""
+    return folders.result_folder(out) if out else nullcontext()
 
 
 def publish(document, text, json_file, out, quiet):

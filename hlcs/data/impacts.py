@@ -5,7 +5,8 @@ side of a kink meet at the moment of contact and give the velocities there. With
 mu_eff = |P_t|/P_n; for a sphere e = -v_n+/v_n-, because its centre moves along the normal as its lowest point does.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,17 @@ class Impact:
     friction_error: float | None
 
 
+class StraightFlight(NamedTuple):
+    """The samples of a recording less their share of gravity, so that free flight is a straight line."""
+
+    times: np.ndarray  # (n,) [s]
+    positions: np.ndarray  # (n, 3) [m]
+    heights: np.ndarray  # along the normal of the floor (n,) [m]
+    normal: np.ndarray  # of the floor (3,)
+    pull: np.ndarray  # gravity (3,) [m/s2]
+    sigma: float  # of a position, its correlation from sample to sample included [m]
+
+
 def line(times, values, moment):
     """(value at a moment, slope, covariance of the two for unit noise (2, 2)) of a straight line through samples."""
     design = np.column_stack([np.ones(len(times)), times - moment])
@@ -40,12 +52,12 @@ def line(times, values, moment):
 def slopes(times, values, width):
     """Slopes, and their errors for unit noise, of the lines through each `width` samples in a row, (2, n + 1 - width)."""
     times, values = (np.lib.stride_tricks.sliding_window_view(part, width) for part in (times, values))
-    found = []
+    lines = []
     for rows in np.array_split(np.arange(len(times)), 1 + len(times) * width // MOST_AT_ONCE):
         away = times[rows] - times[rows].mean(axis=1, keepdims=True)
         spread = np.sum(away**2, axis=1)
-        found.append((np.sum(away * values[rows], axis=1) / spread, 1 / np.sqrt(spread)))
-    return np.concatenate(found, axis=1)
+        lines.append((np.sum(away * values[rows], axis=1) / spread, 1 / np.sqrt(spread)))
+    return np.concatenate(lines, axis=1)
 
 
 def kinks(times, height, sigma, width):
@@ -70,7 +82,7 @@ def kinks(times, height, sigma, width):
     return sorted(chosen)
 
 
-def read_trial(trial, sigma, rho=0.0):
+def impacts_of(trial, sigma, rho=0.0):
     """The impacts of one recording, list of Impact; empty where it has no floor or no height above it.
 
     sigma, rho: noise of a position [m] and its correlation from sample to sample, which widens the errors of slopes.
@@ -85,62 +97,56 @@ def read_trial(trial, sigma, rho=0.0):
         return []
     pull = np.array([0.0, 0.0, -around.gravity])
     straight = x - 0.5 * (t[:, None] - t[0]) ** 2 * pull
-    height = straight[:, used] @ normal[used]
-    width = max(LEAST, int(LONGEST / np.median(np.diff(t))))
     sigma = sigma * np.sqrt((1 + rho) / (1 - rho))
-    short = max(LEAST, width // 3)
-    places = kinks(t, height, sigma, short)
-    found = []
+    flight = StraightFlight(t, straight, straight[:, used] @ normal[used], normal, pull, sigma)
+    width = max(LEAST, int(LONGEST / np.median(np.diff(t))))
+    places = kinks(t, flight.heights, sigma, max(LEAST, width // 3))
+    impacts = []
     for number, k in enumerate(places):
         first = max(k + 1 - width, places[number - 1] + 1 if number else 0)
         last = min(k + 1 + width, places[number + 1] + 1 if number + 1 < len(places) else len(t))
-        before, after = slice(first, k + 1), slice(k + 1, last)
-        if k + 1 - first < LEAST or last - k - 1 < LEAST:
-            continue
-        found.append(_impact(trial, t, straight, height, before, after, normal, pull, sigma))
-    return [impact for impact in found if impact is not None]
+        if k + 1 - first >= LEAST and last - k - 1 >= LEAST:
+            impacts.append(_impact(trial, flight, slice(first, k + 1), slice(k + 1, last)))
+    return [impact for impact in impacts if impact is not None]
 
 
-def _impact(trial, t, straight, height, before, after, normal, pull, sigma):
-    """The Impact between two pieces of straight flight, None where they do not meet as a blow upwards."""
+def _impact(trial, flight, before, after):
+    """The Impact between two parts (slices) of a flight, None where they do not meet in an impact upwards."""
+    t, height = flight.times, flight.heights
     middle = (t[before.stop - 1] + t[after.start]) / 2
     a, b = line(t[before], height[before], middle), line(t[after], height[after], middle)
     moment = middle - (b[0] - a[0]) / (b[1] - a[1])
     if not t[before.stop - 1] - (t[1] - t[0]) <= moment <= t[after.start] + (t[1] - t[0]):
         return None
     a, b = line(t[before], height[before], moment), line(t[after], height[after], moment)
-    fall = (pull @ normal) * (moment - t[0])
+    fall = (flight.pull @ flight.normal) * (moment - t[0])
     down, up = a[1] + fall, b[1] + fall
     if down >= 0.0:
         return None
-    error_down, error_up = sigma * np.sqrt(a[2][1, 1]), sigma * np.sqrt(b[2][1, 1])
+    error_down, error_up = flight.sigma * np.sqrt(a[2][1, 1]), flight.sigma * np.sqrt(b[2][1, 1])
     restitution = error = None
     if trial.body.shape == "sphere":
-        restitution = -up / down
+        restitution = float(-up / down)
         error = float(np.hypot(error_up, restitution * error_down) / -down)
     slip = friction = friction_error = None
-    if np.isfinite(straight).all():
-        slopes = [np.array([line(t[part], straight[part, axis], moment)[1] for axis in range(3)]) for part in (before, after)]
-        blow = slopes[1] - slopes[0]
-        along = slopes[0] + pull * (moment - t[0])
-        slip = float(np.linalg.norm(along - (along @ normal) * normal))
-        friction = float(np.linalg.norm(blow - (blow @ normal) * normal) / (up - down))
+    if np.isfinite(flight.positions).all():
+        velocities = [
+            np.array([line(t[part], flight.positions[part, axis], moment)[1] for axis in range(3)]) for part in (before, after)
+        ]
+        slip = float(_along(velocities[0] + flight.pull * (moment - t[0]), flight.normal))
+        friction = float(_along(velocities[1] - velocities[0], flight.normal) / (up - down))
         friction_error = float(np.hypot(error_up, error_down) * np.hypot(1.0, friction) / (up - down))
-    return Impact(
-        trial.name,
-        float(moment),
-        float(-down),
-        None if restitution is None else float(restitution),
-        error,
-        slip,
-        friction,
-        friction_error,
-    )
+    return Impact(trial.name, float(moment), float(-down), restitution, error, slip, friction, friction_error)
+
+
+def _along(vector, normal):
+    """Length of the part of a vector (3,) along a plane."""
+    return np.linalg.norm(vector - (vector @ normal) * normal)
 
 
 def read_impacts(measurement, noise):
     """The impacts of all recordings of a measurement, tuple of Impact."""
-    return tuple(impact for trial in measurement.trials for impact in read_trial(trial, noise.position, noise.rho))
+    return tuple(impact for trial in measurement.trials for impact in impacts_of(trial, noise.position, noise.rho))
 
 
 def mean_and_trend(values, errors, speeds):
@@ -158,36 +164,34 @@ def mean_and_trend(values, errors, speeds):
     return mean, float(wide / np.sqrt(weights.sum())), slope, float(scatter / np.sqrt(weights @ centred**2))
 
 
-def unlike(impacts, surroundings):
+def differing_from_model(impacts, surroundings):
     """{candidate: {number: value}} of restitution and friction where impacts show others than the model's; a place to begin.
 
     A contact that grips shows less than its friction, so the largest readings but one in five tell it; a restitution that
     falls with speed is read as a power of it.
     """
-    found = {}
+    candidates = {}
     for name, share in (("restitution", 0.5), ("friction", 0.8)):
-        read = sure(impacts, name)
-        if len(read) < LEAST:
+        readings = reliable(impacts, name)
+        if len(readings) < LEAST:
             continue
-        values, errors, speeds = (np.array(column) for column in zip(*read, strict=True))
+        values, errors, speeds = (np.array(column) for column in zip(*readings, strict=True))
         value, error = float(np.quantile(values, share)), float(np.median(errors))
         if abs(value - getattr(surroundings, name)) > 3 * error:
-            found[name] = {"coefficient": float(np.clip(value, 0.0, 1.0))}
+            candidates[name] = {"coefficient": float(np.clip(value, 0.0, 1.0))}
         if name == "restitution" and (values > 0).all():
             _, _, trend, trend_error = mean_and_trend(values, errors, speeds)
             if trend is not None and trend < -3 * trend_error:
                 exponent = -float(np.polyfit(np.log(speeds), np.log(values), 1, w=values / errors)[0])
-                found["velocity_dependent_restitution"] = {"exponent": float(np.clip(exponent, 0.0, 0.3)), "threshold": 0.0}
-    return found
+                numbers = {"exponent": float(np.clip(exponent, 0.0, 0.3)), "threshold": 0.0}
+                candidates["velocity_dependent_restitution"] = numbers
+    return candidates
 
 
-def sure(impacts, key):
+def reliable(impacts, key):
     """[(reading, its error, speed of approach)] of restitution or friction, those with an error below UNSURE."""
-    return [
-        (getattr(one, key), getattr(one, f"{key}_error"), one.speed)
-        for one in impacts
-        if getattr(one, key) is not None and getattr(one, f"{key}_error") < UNSURE
-    ]
+    readings = [(getattr(impact, key), getattr(impact, f"{key}_error"), impact.speed) for impact in impacts]
+    return [reading for reading in readings if reading[0] is not None and reading[1] < UNSURE]
 
 
 def impact_lines(impacts, stated):
@@ -203,21 +207,21 @@ def impact_lines(impacts, stated):
     def cell(value, width):
         return f"{'-' if value is None else format(value, '.3g'):>{width}s}"
 
-    for one in impacts[:12]:
+    for impact in impacts[:12]:
         lines.append(
-            f"  {one.trial[-24:]:>24s} {one.time:9.4g} {one.speed:9.3g} {cell(one.restitution, 9)} "
-            f"{cell(one.restitution_error, 7)} {cell(one.slip, 9)} {cell(one.friction, 9)} "
-            f"{cell(one.friction_error, 7)}"
+            f"  {impact.trial[-24:]:>24s} {impact.time:9.4g} {impact.speed:9.3g} {cell(impact.restitution, 9)} "
+            f"{cell(impact.restitution_error, 7)} {cell(impact.slip, 9)} {cell(impact.friction, 9)} "
+            f"{cell(impact.friction_error, 7)}"
         )
     if len(impacts) > 12:
         lines.append(f"  .. and {len(impacts) - 12} more")
     for name, key, against, what in (("e", "restitution", "speed", "approach speed"), ("mu_eff", "friction", "slip", "slip")):
-        read = [one for one in impacts if getattr(one, key) is not None]
-        if read:
+        readings = [impact for impact in impacts if getattr(impact, key) is not None]
+        if readings:
             mean, error, slope, slope_error = mean_and_trend(
-                [getattr(one, key) for one in read],
-                [getattr(one, f"{key}_error") for one in read],
-                [getattr(one, against) for one in read],
+                [getattr(impact, key) for impact in readings],
+                [getattr(impact, f"{key}_error") for impact in readings],
+                [getattr(impact, against) for impact in readings],
             )
             text = f"  {name} = {mean:.3g} +- {error:.2g} on average; the model has {stated[key]:.3g}"
             if slope is not None:
@@ -225,10 +229,5 @@ def impact_lines(impacts, stated):
                 text += f"; {seen} with {what}: {slope:+.2g} +- {slope_error:.2g} per m/s"
             lines.append(text)
     return lines + ["  a contact that grips shows a smaller mu_eff than its coefficient of friction"] * any(
-        one.friction is not None for one in impacts
+        impact.friction is not None for impact in impacts
     )
-
-
-def as_rows(impacts):
-    """The impacts as plain dictionaries."""
-    return [asdict(one) for one in impacts]

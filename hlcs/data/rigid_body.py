@@ -8,11 +8,11 @@ import numpy as np
 from hlcs.data.experiment_file import Body
 from hlcs.placement.units import Cubipod
 from minibullet import rotations
-from minibullet.shapes import primitives
 from minibullet.shapes.mesh_files import mesh_file
+from minibullet.shapes.primitives import Box, Sphere
 
 
-class Solid(NamedTuple):
+class RigidBody(NamedTuple):
     """What the laws of motion need to know of a body, in its principal axes."""
 
     mass: float  # [kg]
@@ -31,16 +31,16 @@ class Solid(NamedTuple):
 
 
 @lru_cache(maxsize=4096)
-def solid(body: Body) -> Solid:
+def rigid_body(body: Body) -> RigidBody:
     """Mass properties of a body; a mass or size nobody stated is taken as 1 kg and 0.05 m (and then never used by a law).
 
     A mesh keeps its axes; its centre of mass is the body's centre, wherever the file has its origin. Moments that were stated
     belong to the axes in which the shape's own tensor is diagonal: those of the body, else, smallest first, the principal ones.
     """
     if body.shape == "sphere":
-        shape = primitives.Sphere(body.radius or 0.05)
+        shape = Sphere(body.radius or 0.05)
     elif body.shape == "box":
-        shape = primitives.Box(*(body.size or (0.1, 0.1, 0.1)))
+        shape = Box(*(body.size or (0.1, 0.1, 0.1)))
     elif body.shape == "cubipod":
         shape = Cubipod(body.side or 1.0).pieces
     else:
@@ -53,7 +53,7 @@ def solid(body: Body) -> Solid:
         axes = axes * np.array([1.0, 1.0, np.sign(np.linalg.det(axes))])
         stated = stated and sorted(stated)
     moments = np.asarray(stated) if stated else moments * mass / shape.volume
-    return Solid(
+    return RigidBody(
         mass,
         tuple(float(m) for m in moments),
         shape.volume,

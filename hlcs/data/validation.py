@@ -32,11 +32,11 @@ def check_duration(trials, file):
         )
 
 
-def acceleration(trial, axis, pieces=8, least=6):
+def acceleration(trial, axis, segments=8, least=6):
     """(typical second derivative of a recorded coordinate, its standard error) [m/s2]; None with fewer than 5 samples.
 
-    In free flight of one parabola through all samples; where there is a floor the median over pieces, so that a few impacts
-    between them do not matter. The error is infinite where there are fewer than three pieces.
+    In free flight of one parabola through all samples; where there is a floor the median over segments, so that a few impacts
+    between them do not matter. The error is infinite where there are fewer than three segments.
     """
     there = np.isfinite(trial.position[:, axis])
     times, values = trial.times[there], trial.position[there, axis]
@@ -46,15 +46,15 @@ def acceleration(trial, axis, pieces=8, least=6):
         curve = np.polyfit(times - times[0], values, 2)
         scatter = np.std(values - np.polyval(curve, times - times[0]))
         return 2 * float(curve[0]), float(scatter) * np.sqrt(720 / len(times)) / (times[-1] - times[0]) ** 2
-    count = int(np.clip(len(times) // least, 1, pieces))
-    found = np.array(
+    count = int(np.clip(len(times) // least, 1, segments))
+    curvatures = np.array(
         [
             2 * np.polyfit(times[part] - times[part[0]], values[part], 2)[0]
             for part in np.array_split(np.arange(len(times)), count)
         ]
     )
-    middle = float(np.median(found))
-    return middle, 1.4826 * 1.25 * float(np.median(np.abs(found - middle))) / np.sqrt(count) if count > 2 else np.inf
+    middle = float(np.median(curvatures))
+    return middle, 1.4826 * 1.25 * float(np.median(np.abs(curvatures - middle))) / np.sqrt(count) if count > 2 else np.inf
 
 
 def check_units(trial, path):
@@ -72,9 +72,9 @@ def check_units(trial, path):
                 f"{path}, column {name}_m: typical speed {speed:.3g} m/s over {np.ptp(z):.3g} m; "
                 "units that cannot be right: lengths in m, times in s"
             )
-    found = acceleration(trial, 2)
-    if gravity > 1 and found:
-        a, error = found
+    vertical = acceleration(trial, 2)
+    if gravity > 1 and vertical:
+        a, error = vertical
         if a + (4 * error if floor is not None else 0.0) < -6 * gravity:
             raise InputError(
                 f"{path}, column z_m: apparent acceleration {-a:.3g} m/s2 in free flight; units that cannot be "
@@ -145,15 +145,15 @@ def check_axes(trial, path):
     gravity = trial.surroundings.gravity
     if not gravity > 1 or trial.surroundings.fluid_density > LIQUID:
         return
-    found = {name: known for axis, name in enumerate("xyz") if (known := acceleration(trial, axis))}
-    if "z" not in found:
+    seen = {name: known for axis, name in enumerate("xyz") if (known := acceleration(trial, axis))}
+    if "z" not in seen:
         return
-    a, error = found["z"]
+    a, error = seen["z"]
     if 0.5 * gravity < a - 4 * error and a < 1.5 * gravity:
         raise InputError(f"{path}, column z_m: falls upwards (apparent acceleration {a:+.3g} m/s2); z points up, turn its sign")
     for name in ("x", "y"):
-        if name in found and abs(a) + 4 * error < 0.25 * gravity:
-            b, other = found[name]
+        if name in seen and abs(a) + 4 * error < 0.25 * gravity:
+            b, other = seen[name]
             if 4 * other < 0.25 * gravity and abs(abs(b) - gravity) < 0.25 * gravity:
                 raise InputError(
                     f"{path}: falls along {name}_m (apparent acceleration {b:+.3g} m/s2, along z_m {a:+.3g}); z "
@@ -213,7 +213,7 @@ def check_quaternions(trial, path):
     around, body = trial.surroundings, trial.body
     if around.floor_height is not None and body.shape == "box" and body.size and np.isfinite(trial.position[there]).all():
         lift = trial.position[there] @ np.asarray(around.floor_normal) - around.floor_height
-        sinks = [float(np.quantile(reach(q, body.size, around.floor_normal) - lift, 0.75)) for q in (given, last)]
+        sinks = [float(np.quantile(extent_of_box(q, body.size, around.floor_normal) - lift, 0.75)) for q in (given, last)]
         wrong |= sinks[0] > 0.2 * min(body.size) and sinks[1] < 0.05 * min(body.size)
     if wrong:
         raise InputError(
@@ -222,7 +222,7 @@ def check_quaternions(trial, path):
         )
 
 
-def reach(orientations, size, normal):
+def extent_of_box(orientations, size, normal):
     """How far a box of that size reaches from its centre against a normal, for orientations (n, 4): (n,) [m]."""
     w, v = orientations[:, :1], -orientations[:, 1:]  # the normal in body axes
     normal = np.broadcast_to(np.asarray(normal, dtype=float), v.shape)
@@ -313,7 +313,7 @@ def refuse_copies(trials, paths):
         if there.sum() > 3 and np.ptp(steps[there]) > 0:
             seen.setdefault((len(steps), there.tobytes()), []).append((float(steps[there].sum()), index, steps[there]))
     for alike in seen.values():
-        alike.sort(key=lambda one: one[:2])
+        alike.sort(key=lambda entry: entry[:2])
         for place, (way, index, steps) in enumerate(alike):
             near = SAME * steps.max()
             for other_way, other, others in alike[place + 1 :]:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from hlcs.data.rigid_body import solid
+from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.contract import Change, DataNeed
 from minibullet.effects.contract import Need, parameter
 
@@ -55,7 +55,7 @@ class CentreOfMassOffset(Change):
     needs = (DataNeed.LEANING,)
 
     def setup(self, setup):
-        size = solid(setup.body).volume ** (1 / 3)
+        size = rigid_body(setup.body).volume ** (1 / 3)
         moved = tuple(here + size * part for here, part in zip(setup.centre, (self.x, self.y, self.z), strict=True))
         return replace(setup, centre=moved)
 
@@ -71,7 +71,7 @@ class InertiaError(Change):
     needs = (DataNeed.TURNING,)
 
     def setup(self, setup):
-        moments = solid(setup.body).inertia
+        moments = rigid_body(setup.body).inertia
         factors = (self.factor_x, self.factor_y, self.factor_z)
         wanted = [float(factor * moment) for factor, moment in zip(factors, moments, strict=True)]
         total = sum(wanted)  # no solid has a moment above the sum of the other two: the nearest that one can have

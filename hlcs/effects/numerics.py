@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from hlcs.data.rigid_body import solid
+from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.contract import Change
 from minibullet.effects.contract import Need, parameter
 
@@ -17,4 +17,4 @@ class MarginOffset(Change):
     needs = (Need.CONTACT,)
 
     def setup(self, setup):
-        return replace(setup, margin=setup.margin + self.offset * solid(setup.body).volume ** (1 / 3))
+        return replace(setup, margin=setup.margin + self.offset * rigid_body(setup.body).volume ** (1 / 3))

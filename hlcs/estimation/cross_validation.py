@@ -1,36 +1,35 @@
-"""Holding recordings out: numbers fitted to one half of them predict the other."""
+"""Cross-validation: numbers fitted to one half of the recordings predict the other."""
 
 import numpy as np
 
-from hlcs.estimation import inference
-from hlcs.estimation.least_squares import towards_null
+from hlcs.estimation.least_squares import least_squares, null_prior
+from hlcs.estimation.linearization import free_numbers
 
 FEW_RECORDINGS = 6
 
 
-class Folds:
+class CrossValidation:
     """Two halves of the recordings, by group."""
 
     def __init__(self, trials, hold_out):
         groups = sorted({trial.group for trial in trials})
         self.possible = hold_out != "none" and len(groups) >= 2
         half = {name: index % 2 for index, name in enumerate(groups)}
-        self.side = np.array([half[trial.group] for trial in trials])
+        self.half = np.array([half[trial.group] for trial in trials])  # of each recording, 0 or 1
         bodies = {}
         for trial in trials:
             bodies.setdefault(trial.body, set()).add(trial.recording or trial.name)
-        self.few = min(len(names) for names in bodies.values()) < FEW_RECORDINGS
+        self.few = min(len(names) for names in bodies.values()) < FEW_RECORDINGS  # so few that each half must show a fall
 
     def residuals(self, fit):
         """White, projected residuals of every recording, numbers taken from the other half (list of (n_i,))."""
-        r, s = fit.linear.projected
-        frees = [free for term in fit.model.terms for free in term.candidate.free]
-        prior, aim = towards_null(fit.estimate, frees)
-        held = [None] * len(r)
-        for side in (0, 1):
-            train = np.flatnonzero(self.side != side)
+        r, s = fit.linearization.projected
+        prior, aim = null_prior(fit.estimate, free_numbers(fit.model))
+        held_out = [None] * len(r)
+        for half in (0, 1):
+            train = np.flatnonzero(self.half != half)
             rows, aims = np.concatenate([*(s[k] for k in train), prior]), np.concatenate([*(r[k] for k in train), aim])
-            step = inference.least_squares(rows, aims).estimate
-            for k in np.flatnonzero(self.side == side):
-                held[k] = r[k] - s[k] @ step
-        return held
+            step = least_squares(rows, aims).estimate
+            for k in np.flatnonzero(self.half == half):
+                held_out[k] = r[k] - s[k] @ step
+        return held_out

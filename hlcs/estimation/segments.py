@@ -1,38 +1,65 @@
-"""Contact recordings cut into pieces with a start of their own, where a small change of the start grows from blow to blow.
+"""Recordings with contacts in segments with an initial state of their own, where small changes grow from impact to impact.
 
-After a few blows of a tumbling body the motion hangs on digits of its start that nobody measured: no fit of one start
-follows it. Each piece is short enough for its start to be fitted (multiple shooting, Bock and Plitt, IFAC Proc. 17 (1984)
-1603), and the starts are projected out like any other: what pieces no longer say is how one of them leads to the next.
+After a few impacts of a tumbling body the motion hangs on digits of its initial state that nobody measured: no fit of one state
+follows it. Each segment is short enough for its state to be fitted (multiple shooting, Bock and Plitt, IFAC Proc. 17 (1984)
+1603), and the states are projected out like any other: what segments no longer say is how one of them leads to the next.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.data.rigid_body import solid
-from hlcs.estimation.effort import cut
-from hlcs.estimation.least_squares import Problem
-from hlcs.estimation.multiple_shooting import shot_again
+from hlcs.data.rigid_body import rigid_body
+from hlcs.estimation.multiple_shooting import refit_initial_states
+from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.simulation.contact_motion import lies_on_a_face, support
 from hlcs.simulation.initial_state import shifted
-from hlcs.simulation.simulator import Shots
+from hlcs.simulation.simulator import Simulator
 from minibullet import rotations
 
-GROWTH = 8.0  # times by which a change of the start may grow over a recording before any of them is cut
-CALM = 4.0  # the same over a piece; one blow gives two to four
-NOISES = 3.0  # change of a start that is followed [sigma]
-SHORTEST = 12  # samples of a piece: fewer do not tell its start and anything besides
-LOST = 30.0  # chi2 per degree of freedom of a piece that is halved again
+GROWTH = 8.0  # times by which a change of the initial state may grow over a recording before any of them is split
+CALM = 4.0  # the same over a segment; one impact gives two to four
+NOISES = 3.0  # change of an initial state that is followed [sigma]
+SHORTEST = 12  # samples of a segment: fewer do not tell its initial state and anything besides
+LOST = 30.0  # chi2 per degree of freedom of a segment that is halved again
 REST = 1.0  # of a body that has come to rest this much is kept [s]
 
 
-def pieces(problem, model):
-    """(Problem whose trials are pieces, sentences): where small changes grow, trials are halved until they do not.
+class Segment(NamedTuple):
+    """A recording or a part of one, and how it starts."""
+
+    trial: object  # a Trial
+    start_time: float  # [s]
+    seated: bool  # does it start on its floor?
+
+    def halved(self, noise):
+        """The two Segments of its halves."""
+        first, second = halves(self.trial)
+        return [Segment(first, self.start_time, self.seated), Segment(second, second.times[0], _seated(second, noise))]
+
+
+def segments_of(problem):
+    """The recordings of a problem, list of Segment."""
+    simulator = problem.simulator
+    return [Segment(*each) for each in zip(problem.trials, simulator.start_time, simulator.seated, strict=True)]
+
+
+def _problem(problem, model, segments):
+    """A TrajectoryProblem of segments with the noise of another."""
+    trials, times, seated = (list(column) for column in zip(*segments, strict=True))
+    simulator = Simulator(model, trials, times, problem.simulator.contact, problem.simulator.time_step, seated)
+    return TrajectoryProblem(trials, problem.noise, simulator)
+
+
+def split_into_segments(problem, model):
+    """(Problem whose trials are segments, sentences): where small changes grow, trials are halved until they do not.
 
     A problem without any such trial, and without a long rest at an end, comes back as it is.
     """
-    shots, work, notes, done = problem.shots, [], [], []
-    for trial, start_time, on_floor in zip(problem.trials, shots.start_time, shots.seated, strict=True):
-        short, sentences = awake(trial, problem.noise)
-        work.append((short, start_time, on_floor))
+    work, notes, done = [], [], []
+    for segment in segments_of(problem):
+        moving, sentences = without_rest(segment.trial, problem.noise)
+        work.append(segment._replace(trial=moving))
         notes += sentences
     short = _problem(problem, model, work) if notes else problem  # what is left out need not be simulated
     grown = growth(short, model)
@@ -40,84 +67,72 @@ def pieces(problem, model):
         return short, notes
     while work:
         following = []
-        for entry, much in zip(work, grown, strict=True):
-            trial, start_time, on_floor = entry
+        for segment, much in zip(work, grown, strict=True):
+            trial = segment.trial
             if much <= CALM and trial.times[-1] - trial.times[0] <= longest(trial) or len(trial.times) < 2 * SHORTEST:
-                done.append(entry)
+                done.append(segment)
             else:
-                first, second = halves(trial)
-                following += [(first, start_time, on_floor), (second, second.times[0], _seated(second, problem.noise))]
+                following += segment.halved(problem.noise)
         work = following
         if work:
             grown = growth(_problem(problem, model, work), model)
     order = {trial.name: place for place, trial in enumerate(problem.trials)}
-    done.sort(key=lambda entry: (order[entry[0].recording or entry[0].name], entry[0].first_row))
+    done.sort(key=lambda segment: (order[segment.trial.recording or segment.trial.name], segment.trial.first_row))
     return _problem(problem, model, done), notes
 
 
-def said(problem):
-    """Sentences on what has been cut."""
-    parts = [trial.recording for trial in problem.trials if trial.recording]
-    if not parts:
+def segment_notes(problem):
+    """Sentences on what has been split."""
+    wholes = [trial.recording for trial in problem.trials if trial.recording]
+    if not wholes:
         return []
     return [
-        f"{len(set(parts))} recordings are cut into {len(parts)} pieces with a start of their own each: over a whole "
-        f"recording a small change of the start grows more than {GROWTH:.0f}-fold from blow to blow"
+        f"{len(set(wholes))} recordings are split into {len(wholes)} segments with an initial state of their own each: over a "
+        f"whole recording a small change of it grows more than {GROWTH:.0f}-fold from impact to impact"
     ]
 
 
-def cut_again(problem, fit):
-    """(Problem, its fit): pieces that no start follows are halved; the starts of the others are kept.
+def split_further(problem, fit):
+    """(Problem, its fit): segments that no initial state follows are halved; the states of the others are kept.
 
-    A start in a wrong basin (the body tips over another edge) misses by far more than a missing effect does.
+    A state in a wrong basin (the body tips over another edge) misses by far more than a missing effect does.
     """
-    shots = problem.shots
-    freedom = np.array(
-        [max(len(r) - len(recording.unknown), 1) for r, recording in zip(fit.linear.r, problem.recordings, strict=True)]
-    )
-    entries, kept, changed = [], [], False
-    for trial, start_time, on_floor, start, lost in zip(
-        problem.trials, shots.start_time, shots.seated, fit.starts, fit.losses / freedom > LOST, strict=True
+    known = zip(fit.linearization.white, problem.recordings, strict=True)
+    freedom = np.array([max(len(r) - len(recording.unknown), 1) for r, recording in known])
+    segments, states = [], []  # states: None = to be guessed
+    for segment, state, lost in zip(
+        segments_of(problem), fit.initial_states, fit.chi2_per_recording / freedom > LOST, strict=True
     ):
-        if lost and cut(problem) and len(trial.times) >= 2 * SHORTEST:
-            first, second = halves(trial)
-            entries += [(first, start_time, on_floor), (second, second.times[0], _seated(second, problem.noise))]
-            kept += [None, None]
-            changed = True
+        if lost and problem.segmented and len(segment.trial.times) >= 2 * SHORTEST:
+            segments += segment.halved(problem.noise)
+            states += [None, None]
         else:
-            entries.append((trial, start_time, on_floor))
-            kept.append(start)
-    if not changed:
+            segments.append(segment)
+            states.append(state)
+    if len(segments) == len(problem.trials):
         return problem, fit
-    finer = _problem(problem, fit.model, entries)
-    starts = np.array([guess if start is None else start for guess, start in zip(finer.guess(), kept, strict=True)])
-    return finer, shot_again(finer, finer.fit(fit.model, starts))
-
-
-def _problem(problem, model, entries):
-    """A Problem of [(trial, start time, starts on its floor)] with the noise of another."""
-    trials, times, seated = (list(column) for column in zip(*entries, strict=True))
-    old = problem.shots
-    return Problem(trials, problem.noise, Shots(model, trials, times, old.contact, old.step, seated))
+    finer = _problem(problem, fit.model, segments)
+    states = [guess if state is None else state for guess, state in zip(finer.initial_guess(), states, strict=True)]
+    return finer, refit_initial_states(finer, finer.fit(fit.model, np.array(states)))
 
 
 def longest(trial):
-    """Longest piece of a tumble [s]: some two blows of a body that rocks on its floor."""
-    return 3.0 * np.sqrt(solid(trial.body).shape.bounding_radius / max(trial.surroundings.gravity, 0.1))
+    """Longest segment of a tumble [s]: some two impacts of a body that rocks on its floor."""
+    return 3.0 * np.sqrt(rigid_body(trial.body).shape.bounding_radius / max(trial.surroundings.gravity, 0.1))
 
 
-def _seated(piece, noise):
-    """Does a piece start flat on its floor? A body on an edge or a corner tips: its start is free."""
+def _seated(trial, noise):
+    """Does a segment start flat on its floor? A body on an edge or a corner tips: its initial state is free."""
     return (
         noise.orientation is not None
-        and gaps(piece)[: SHORTEST // 2].max() < 4 * (noise.position or 0.0)
-        and lies_on_a_face(piece.body, piece.surroundings.floor_normal, piece.orientation, noise.orientation)
+        and gaps(trial)[: SHORTEST // 2].max() < 4 * (noise.position or 0.0)
+        and lies_on_a_face(trial.body, trial.surroundings.floor_normal, trial.orientation, noise.orientation)
     )
 
 
 def gaps(trial):
     """Gap between body and floor at every sample (n,) [m], by the measured attitude or the bounding sphere; NaN = unknown."""
-    around, shape = trial.surroundings, solid(trial.body).shape
+    around, shape = trial.surroundings, rigid_body(trial.body).shape
     normal = np.asarray(around.floor_normal)
     lift = np.where(np.abs(normal) > 1e-9, trial.position, 0.0) @ normal - around.floor_height
     reach = np.array(
@@ -127,15 +142,15 @@ def gaps(trial):
 
 
 def halves(trial):
-    """The two parts of a recording, cut in its middle third where the body is farthest from its floor."""
+    """The two parts of a recording, split in its middle third where the body is farthest from its floor."""
     count = len(trial.times)
     inside = np.arange(max(count // 3, SHORTEST), min(count - count // 3, count - SHORTEST) + 1)
     height = np.nan_to_num(gaps(trial)[inside], nan=-np.inf)
-    cut = int(inside[np.argmax(height - 1e-9 * np.abs(inside - count / 2))])
-    return part(trial, 0, cut), part(trial, cut, count)
+    middle = int(inside[np.argmax(height - 1e-9 * np.abs(inside - count / 2))])
+    return part_of(trial, 0, middle), part_of(trial, middle, count)
 
 
-def part(trial, begin, end):
+def part_of(trial, begin, end):
     """Samples begin .. end - 1 of a recording as a Trial of its own; only the first knows the stated start."""
     whole = trial.recording or trial.name
     name = f"{whole} from {trial.times[begin]:.3g} s" if trial.first_row + begin else whole
@@ -143,7 +158,7 @@ def part(trial, begin, end):
     return trial.at(slice(begin, end), name=name, start=start, recording=whole, first_row=trial.first_row + begin)
 
 
-def awake(trial, noise):
+def without_rest(trial, noise):
     """(recording without the tail at rest beyond REST, sentences saying so)."""
     sigma = noise.position
     if sigma is None or not np.isfinite(trial.position).any():
@@ -175,30 +190,35 @@ def _turns(trial):
 
 
 def growth(problem, model):
-    """By how much a small change of its start has grown at most over each trial, (trials,) [-]; in flight 1 to 2.
+    """By how much a small change of its initial state has grown at most over each trial, (trials,) [-]; in flight 1 to 2.
 
-    The change is a few noises large, in each number of the start that is not known, one after the other; lengths are compared
-    with turns through the bounding radius.
+    The change is a few noises large, in each unknown of the state, one after the other; lengths are compared with turns through
+    the bounding radius.
     """
-    starts, noise = problem.guess(), problem.noise
-    rows, owner, sizes = [], [], []
+    states, noise = problem.initial_guess(), problem.noise
+    perturbed, owner, sizes = [], [], []
     for k, (trial, recording) in enumerate(zip(problem.trials, problem.recordings, strict=True)):
-        radius, span = solid(trial.body).shape.bounding_radius, trial.times[-1] - trial.times[0]
+        radius, span = rigid_body(trial.body).shape.bounding_radius, trial.times[-1] - trial.times[0]
         sizes.append(NOISES * min([noise.position or np.inf, (noise.orientation or np.inf) * radius]))
         units = (1.0, 1 / span, 1 / radius, 1 / (radius * span))
-        rows += [starts[k], *(shifted(starts[k], unknown, sizes[k] * units[unknown[0]]) for unknown in recording.unknown)]
+        perturbed += [states[k], *(shifted(states[k], unknown, sizes[k] * units[unknown[0]]) for unknown in recording.unknown)]
         owner += [k] * (1 + len(recording.unknown))
     owner = np.array(owner)
     with np.errstate(all="ignore"):
-        answers = problem.shots.simulate(model, np.array(rows), owner)
-    found = np.zeros(len(problem.trials))
+        trajectories = problem.simulator.simulate(model, np.array(perturbed), owner)
+    largest = np.zeros(len(problem.trials))
     for k, trial in enumerate(problem.trials):
-        radius, mine = solid(trial.body).shape.bounding_radius, np.flatnonzero(owner == k)
-        x, q = answers[mine[0]]
-        for y, turn in (answers[b] for b in mine[1:]):
-            apart = np.linalg.norm(y - x, axis=1)
-            if trial.body.shape != "sphere":
-                turned = rotations.logarithm(rotations.product(turn, rotations.conjugate(q)))
-                apart = np.maximum(apart, radius * np.linalg.norm(turned, axis=1))
-            found[k] = max(found[k], float(np.nan_to_num(apart.max(), nan=np.inf)) / sizes[k])
-    return found
+        first, *others = np.flatnonzero(owner == k)
+        for b in others:
+            apart = np.nan_to_num(distance(trial.body, trajectories[first], trajectories[b]).max(), nan=np.inf)
+            largest[k] = max(largest[k], float(apart) / sizes[k])
+    return largest
+
+
+def distance(body, trajectory, other):
+    """Distance of two trajectories (position (n, 3), orientation (n, 4)) of a body at every sample (n,) [m]; turns count too."""
+    apart = np.linalg.norm(other[0] - trajectory[0], axis=1)
+    if body.shape == "sphere":
+        return apart
+    turned = rotations.logarithm(rotations.product(other[1], rotations.conjugate(trajectory[1])))
+    return np.maximum(apart, rigid_body(body).shape.bounding_radius * np.linalg.norm(turned, axis=1))

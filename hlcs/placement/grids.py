@@ -74,10 +74,6 @@ class Grid:
         """Units per Dn^2 in plan, phi = 1/(a b) [-]."""
         return 1.0 / (self.spacing_x * self.spacing_y)
 
-    def placing_density(self, nominal_diameter):
-        """Units per m2 in plan, for Dn in m (the paper's Eq. 2)."""
-        return self.packing_density / (nominal_diameter * nominal_diameter)
-
     def units(self, rows, columns, layer):
         """Number of units in a layer (numbered from 1)."""
         self._check(rows, columns, layer)

@@ -45,12 +45,14 @@ class LayerRecord:
         """The same layer come to rest again, after an `earlier` record of it or of its first rows (or None)."""
         if earlier is None:
             return self
-        deepest = max(self.transient_penetration, earlier.transient_penetration)
         return replace(
             self,
-            transient_penetration=deepest,
+            transient_penetration=max(self.transient_penetration, earlier.transient_penetration),
             steps=self.steps + earlier.steps,
             unsolved_steps=self.unsolved_steps + earlier.unsolved_steps,
+            lifted=earlier.lifted,
+            mean_lift=earlier.mean_lift,
+            pushed=earlier.pushed,
         )
 
     def started(self, lifts=(), pushed=0.0):

@@ -94,37 +94,12 @@ def paper_numerical(table, grid=None, study="numerical"):
     return _layer_table(table, grid, study)
 
 
-def printed_errors(table, grid=None, study="numerical"):
-    """Errors as printed, in percent: (Er of each layer (M,), eps_R or nan where none is printed)."""
-    grid = _grid_of(table, grid, study)
-    rows = [row for row in rows_of("printed_errors") if _matches(row, table, grid, study)]
-    layers = np.array([float(row["percent"]) for row in rows if row["layer"] != "all"])
-    overall = [float(row["percent"]) for row in rows if row["layer"] == "all"]
-    return layers, overall[0] if overall else float("nan")
-
-
 def sensitivity_values():
     """The parameter values of Table 1: {parameter: tuple of floats}; `side` in metres, lengths over Dn otherwise."""
     values = {}
     for row in rows_of("table1"):
         values.setdefault(row["parameter"], []).append(float(row["value"]))
     return {name: tuple(numbers) for name, numbers in values.items()}
-
-
-def design_coefficients(grid):
-    """The rounded layer coefficients of Eq. 13 for five layers on "RPG" or "TPG", (5,) [-]."""
-    rows = [float(row["k"]) for row in rows_of("equation13") if row["grid"] == grid]
-    if not rows:
-        raise InputError(f"grid = {grid!r}; Eq. 13 knows 'RPG' and 'TPG'")
-    return np.array(rows)
-
-
-def reference_runs():
-    """What Blender's Bullet and pybullet gave on the same procedure, measured by this project: a DataFrame, one row a run."""
-    import pandas
-
-    with resources.files("hlcs.placement").joinpath("printed", "reference.csv").open(encoding="utf-8") as file:
-        return pandas.read_csv(file)
 
 
 @cache
@@ -166,7 +141,3 @@ def _grid_of(table, grid, study):
     if grid not in grids:
         raise InputError(f"grid = {grid!r}; {table} has {' and '.join(grids)}")
     return grid
-
-
-def _matches(row, table, grid, study):
-    return row["table"].lower().replace(" ", "") == table and row["grid"] == grid and row["study"] == study

@@ -153,64 +153,81 @@ class PlacementTest:
         """Place and measure all layers; ``progress(layer)`` is called after each. Returns a PlacementResult."""
         started = time.perf_counter()
         validation.check_effort(self)
-        unit, dn, bed = self.unit, self.unit.nominal_diameter, self.bed
-        load = layer_placement.load_of(unit, self)
-        generator = np.random.default_rng(self.seed)
-        world = mb.World([mb.Gravity(9.81), *self.effects], self.settings)
-        bed.add_to(world)
-        shift, envelope, level = np.zeros(2), 0.0, -np.inf
-        records, readings, aimed, loose = [], [], [], []
+        site = _Site(self)
         for layer in range(1, self.layers + 1):
-            centres = self.grid.centres(self.rows, self.columns, layer) * dn + shift
-            aims = layer_placement.missed(self, centres, layer)
-            lifts, pushed = [], 0.0
-            if layer == 1:
-                handles = layer_placement.lay_first_layer(world, unit, load, aims, bed, self, generator)
-                pushed = _farthest(handles, layer_placement.first_places(unit, aims, bed, self))
-                record = layer_placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time)
-            else:
-                handles, record = [], None
-                rows = layer_placement.rows_of(aims, centres) if self.sequential_placement else ()
-                for row in rows or (aims,):  # a layer may have lost all its units
-                    ground = -sea_bottom.height_above(bed, np.insert(row, 2, 0.0, axis=1))
-                    lowest = ground + envelope + self.falling_distance * dn
-                    hung, lifted = layer_placement.hang_layer(world, layer, load, row, lowest, generator, len(handles))
-                    handles, lifts = handles + hung, [*lifts, *lifted]
-                    record = layer_placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
-            loose = [*loose, *handles] if self.loose_lower_layers else handles
-            if self.vibration:
-                layer_placement.shake(world, loose, self.vibration, dn)
-                record = layer_placement.settle_layer(world, layer, handles, bed, level, dn, self.settle_time).after(record)
-            if not self.loose_lower_layers:
-                world.freeze(handles)
-            records.append(record.started(lifts, pushed))
-            aimed.append(aims)
-            if self.reference == "layer":
-                shift = shift + layer_placement.reference_shift(record, aims)
-            readings.append(
-                plate_readings.read_plates(
-                    [one.handles for one in records],
-                    record.standing,
-                    bed,
-                    plate_readings.plate_centres(centres, dn, self.plates),
-                    dn,
-                    self.settings,
-                )
-            )
-            envelope = _envelope(readings[-1].heights, record.standing, bed, envelope)
-            level = layer_placement.level_of(_heights(handles, bed), level, dn)
+            site.place(layer)
             if progress is not None:
                 progress(layer)
         return PlacementResult(
             self,
-            tuple(reading.heights for reading in readings),
-            tuple(_poses(record) for record in records),
-            tuple(replace(record, handles=(), standing=()) for record in records),
+            tuple(reading.heights for reading in site.readings),
+            tuple(_poses(record) for record in site.records),
+            tuple(replace(record, handles=(), standing=()) for record in site.records),
             time.perf_counter() - started,
-            tuple(reading.carried_by for reading in readings),
-            tuple(aimed),
-            world.notices,
+            tuple(reading.carried_by for reading in site.readings),
+            tuple(site.aims),
+            site.world.notices,
         )
+
+
+class _Site:
+    """Where a test is run: the world, what was placed and read in it, and what the next layer takes over from those below.
+
+    shift: of the next layer's grid [m] (2,); envelope: height that its falling distance starts from [m]; level: median height of
+    the centres of the layer below [m].
+    """
+
+    def __init__(self, test):
+        self.test, self.unit, self.dn, self.bed = test, test.unit, test.unit.nominal_diameter, test.bed
+        self.load = layer_placement.load_of(self.unit, test)
+        self.generator = np.random.default_rng(test.seed)
+        self.world = mb.World([mb.Gravity(9.81), *test.effects], test.settings)
+        self.bed.add_to(self.world)
+        self.shift, self.envelope, self.level = np.zeros(2), 0.0, -np.inf
+        self.records, self.readings, self.aims, self.loose = [], [], [], []
+
+    def place(self, layer):
+        """Place, settle, fix and measure one layer."""
+        test, dn = self.test, self.dn
+        centres = test.grid.centres(test.rows, test.columns, layer) * dn + self.shift
+        aims = layer_placement.missed(test, centres, layer)
+        record = self._first_layer(aims) if layer == 1 else self._upper_layer(layer, aims, centres)
+        self.loose = [*(self.loose if test.loose_lower_layers else ()), *record.handles]
+        if test.vibration:
+            layer_placement.shake(self.world, self.loose, test.vibration, dn)
+            record = self._settled(layer, record.handles).after(record)
+        if not test.loose_lower_layers:
+            self.world.freeze(record.handles)
+        self.records.append(record)
+        self.aims.append(aims)
+        if test.reference == "layer":
+            self.shift = self.shift + layer_placement.reference_shift(record, aims)
+        places, layers = plate_readings.plate_centres(centres, dn, test.plates), [below.handles for below in self.records]
+        self.readings.append(plate_readings.read_plates(layers, record.standing, self.bed, places, dn, test.settings))
+        self.envelope = _envelope(self.readings[-1].heights, record.standing, self.bed, self.envelope)
+        self.level = layer_placement.level_of(_heights(record.handles, self.bed), self.level, dn)
+
+    def _first_layer(self, aims):
+        """The record of the first layer, laid on the bottom and settled."""
+        handles = layer_placement.lay_first_layer(self.world, self.unit, self.load, aims, self.bed, self.test, self.generator)
+        pushed = _farthest(handles, layer_placement.first_places(self.unit, aims, self.bed, self.test))
+        return self._settled(1, handles).started(pushed=pushed)
+
+    def _upper_layer(self, layer, aims, centres):
+        """The record of a layer, dropped at once or row after row, and settled."""
+        handles, lifts, record = [], [], None
+        rows = layer_placement.rows_of(aims, centres) if self.test.sequential_placement else ()
+        for row in rows or (aims,):  # a layer may have lost all its units
+            ground = -sea_bottom.height_above(self.bed, np.insert(row, 2, 0.0, axis=1))
+            lowest = ground + self.envelope + self.test.falling_distance * self.dn
+            hung, lifted = layer_placement.hang_layer(self.world, layer, self.load, row, lowest, self.generator, len(handles))
+            handles, lifts = handles + hung, [*lifts, *lifted]
+            record = self._settled(layer, handles).after(record)
+        return record.started(lifts)
+
+    def _settled(self, layer, handles):
+        """The record of a layer after its units have come to rest."""
+        return layer_placement.settle_layer(self.world, layer, handles, self.bed, self.level, self.dn, self.test.settle_time)
 
 
 def _check(name, value, kind):

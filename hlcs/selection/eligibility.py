@@ -7,7 +7,7 @@ import numpy as np
 from scipy import stats
 
 import minibullet.effects as forces
-from hlcs.data.rigid_body import solid
+from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate, wanted
 from hlcs.effects.contract import DataNeed
 from minibullet.effects.contract import Need, name_of
@@ -69,7 +69,7 @@ def candidates_for(measurement, contact, names=None, own=()):
 
 def eligible(why, body, surroundings, body_known, own):
     """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}."""
-    radius = solid(body).radius
+    radius = rigid_body(body).radius
     found = [candidate(kind, surroundings, radius, body_known, kind in own) for kind, text in why.items() if not text]
     return sorted(found, key=lambda entry: entry.name), {name_of(kind): text for kind, text in why.items() if text}
 

@@ -9,12 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.data.measurement import Trial
+from hlcs.data.recordings import Trial
 from hlcs.effects.witnesses import WITNESSES, Camera
-from hlcs.estimation import inference
-from hlcs.estimation.least_squares import Problem
+from hlcs.estimation.least_squares import project_out
+from hlcs.estimation.trajectory_problem import TrajectoryProblem
+from hlcs.estimation.whitening import whiten
 from hlcs.records import NextExperiment
-from hlcs.simulation.simulator import Shots
+from hlcs.simulation.simulator import Simulator
 from minibullet import rotations
 
 SEPARATION = 16.4
@@ -40,7 +41,7 @@ def next_experiment(problem, final, rivals, verdict):
     found = []
     for index, mine, name, other in pairs:
         options = witnesses(problem, final.model.terms[index], other.model.terms[-1])
-        if isinstance(problem.shots, Shots):
+        if isinstance(problem.simulator, Simulator):
             options += [(score, text, design, False) for score, text, design in designs(problem, final, other)]
         if options:
             best = max(options, key=lambda option: (min(option[0], 2 * SEPARATION), option[3], option[0], option[1]))
@@ -61,7 +62,7 @@ def next_experiment(problem, final, rivals, verdict):
 
 def unexplained(problem, verdict, names, more="", needed=None, design=None):
     """What to do where the model fails and no candidate mends it."""
-    if isinstance(problem.shots, Shots) and problem.unit == "m":
+    if isinstance(problem.simulator, Simulator) and problem.unit == "m":
         text = (
             "film a dense ball (no drag to speak of) and a ruler in the same view, or repeat from known heights: that "
             "separates the camera from the motion"
@@ -76,7 +77,7 @@ def unexplained(problem, verdict, names, more="", needed=None, design=None):
 
 def witnesses(problem, mine, other):
     """[(lambda, text, design, True)]: direct readings of one of the two rivals."""
-    low, high = problem.shots.range
+    low, high = problem.simulator.height_range
     camera = Camera(problem.noise.position or 0.0, problem.noise.step, max(high - low, 0.1))
     found = []
     for term in (mine, other):
@@ -97,7 +98,7 @@ def designs(problem, final, other):
         range(len(problem.trials)),
         key=lambda k: (problem.trials[k].times[-1] - problem.trials[k].times[0], problem.trials[k].name),
     )
-    trial, start = problem.trials[longest], final.starts[longest]
+    trial, start = problem.trials[longest], final.initial_states[longest]
     speed = float(np.linalg.norm(start[3:6]))
     options = [("repeat the longest trial as it was", {"repeat": trial.name}, start, trial)]
     quarter = rotations.exponential(np.array([0.0, 0.0, np.pi / 2]))
@@ -109,7 +110,7 @@ def designs(problem, final, other):
         options.append(("turn the throw by 180 degrees", {"heading_deg": 180}, _turned(_turned(start, quarter), quarter), trial))
     if np.linalg.norm(start[10:13]) > 1.0:
         options.append(("reverse the spin", {"spin": "reversed"}, _with(start, spin=-1.0), trial))
-    if not problem.shots.contact:
+    if not problem.simulator.contact:
         options.append(("let it fly twice as long (from higher)", {"duration": "twice"}, start, _stretched(trial, 2.0)))
     if trial.body.mass is not None:
         for factor in (3.0, 1 / 3):
@@ -163,25 +164,25 @@ def separation(problem, index, final, other, start, trial):
     """lambda of one test: |y_A - y_B|^2 in units of the noise, start and B's own numbers free as far as the data let them."""
     measured = np.where(np.isfinite(problem.trials[index].position).any(axis=0), 0.0, np.nan)
     trial = replace(trial, position=np.tile(measured, (len(trial.times), 1)))
-    shots = Shots(
+    simulator = Simulator(
         final.model,
         (trial,),
-        problem.shots.start_time[index : index + 1],
-        problem.shots.contact,
-        problem.shots.step,
-        problem.shots.seated[index : index + 1],
+        problem.simulator.start_time[index : index + 1],
+        problem.simulator.contact,
+        problem.simulator.time_step,
+        problem.simulator.seated[index : index + 1],
     )
-    shots.range = problem.shots.range
-    small = Problem((trial,), problem.noise, shots)
-    starts = start[None]
+    simulator.height_range = problem.simulator.height_range
+    small = TrajectoryProblem((trial,), problem.noise, simulator)
+    initial_states = start[None]
     with np.errstate(all="ignore"):
-        linear = small.linearise(other.model, starts)
-        mine = small.residuals(final.model, starts)[0]
-    difference = inference.whiten(small.recordings[0].links, linear.raw[0] - mine)
+        linear = small.linearise(other.model, initial_states)
+        mine = small.residuals(final.model, initial_states)[0]
+    difference = whiten(small.recordings[0].whitening, linear.raw[0] - mine)
     if not np.isfinite(difference).all():
         return np.nan
-    rest = inference.project_out(linear.bases[0], difference)
-    s = inference.project_out(linear.bases[0], linear.s[0])
+    rest = project_out(linear.state_bases[0], difference)
+    s = project_out(linear.state_bases[0], linear.parameter_columns[0])
     # B's numbers may move within what the present data allow: (I + S C S^T)^-1 in its cheap form
     prior = np.linalg.pinv(other.covariance) if other.covariance.size else np.zeros((0, 0))
     inner = s.T @ s + prior

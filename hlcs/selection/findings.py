@@ -14,13 +14,14 @@ INTERVAL = 0.90  # of coefficients
 # --- for every kind of measurement --------------------------------------------------------------------------------------------
 
 
-def interval(value, error, low, high, unit):
-    """A number of an effect with its interval, inside the bounds that its value has not left."""
+def interval(free, value, error):
+    """A free number with its interval, inside the bounds that its value has not left; an angle has no bounds."""
+    low, high = (-np.inf, np.inf) if free.period is not None else (min(free.low, value), max(free.high, value))
     return {
         "value": float(value),
-        "low": float(max(value - error, min(low, value))),
-        "high": float(min(value + error, max(high, value))),
-        "unit": unit,
+        "low": float(max(value - error, low)),
+        "high": float(min(value + error, high)),
+        "unit": free.unit,
     }
 
 
@@ -77,9 +78,9 @@ def set_label(name, same, set_of=set_of):
     return f" ({form})" if form and any(set_of(other) == form for other in same) else ""
 
 
-def smallest_visible(number, size, unit, null):
-    """The smallest value of a candidate that these data would have shown, in words."""
-    return f"{number} {size:.2g}{'' if unit == '1' else ' ' + unit} from {null:g}"
+def smallest_visible(free, size):
+    """The smallest value of a free number that these data would have shown, in words; size: how far it is from the null value."""
+    return f"{free.name} {size:.2g}{'' if free.unit == '1' else ' ' + free.unit} from {free.null:g}"
 
 
 # --- for fits of problems -----------------------------------------------------------------------------------------------------
@@ -93,8 +94,7 @@ def intervals(fit, inflation):
         numbers = {}
         for free in term.candidate.free:
             error = quantile * np.sqrt(max(inflation, 1.0) * max(fit.covariance[place, place], 0.0))
-            low, high = (-np.inf, np.inf) if free.period is not None else (free.low, free.high)
-            numbers[free.name] = interval(fit.estimate[place], error, low, high, free.unit)
+            numbers[free.name] = interval(free, fit.estimate[place], error)
             place += 1
         found[term.name] = numbers
     return found
@@ -113,22 +113,22 @@ def _rms(problem, residuals, unit):
 
 def fitted_error(search, fit, unit):
     """RMS residual of a fit on the data it was fitted to."""
-    r, s = fit.linear.projected
+    r, s = fit.linearization.projected
     return _rms(search.problem, search.coloured(r), unit)
 
 
 def held_out_error(search, fit, unit):
     """RMS residual on recordings the numbers were not fitted to; None where nothing can be held out."""
-    if not search.folds.possible:
+    if not search.cross_validation.possible:
         return None
-    return _rms(search.problem, search.coloured(search.folds.residuals(fit)), unit)
+    return _rms(search.problem, search.coloured(search.cross_validation.residuals(fit)), unit)
 
 
 def errors(search, base, final, unit):
     """RMS before and after, on the data that were fitted and on those held out, beside the noise."""
     noise = search.problem.noise.orientation if unit == "rad" else search.problem.noise.position
     fitted = [fitted_error(search, fit, unit) for fit in (base, final)]
-    held_out = [held_out_error(search, fit, unit) for fit in (base, final)] if search.folds.possible else None
+    held_out = [held_out_error(search, fit, unit) for fit in (base, final)] if search.cross_validation.possible else None
     return error_record("rms", unit, noise, fitted, held_out)
 
 
@@ -153,7 +153,7 @@ def problem_findings(search, fits, rounds, alternatives, absent, unit):
         return {
             "fitted": fitted,
             "held_out": held_out,
-            "evidence": None if gain is None else float(gain - search.fee(candidates[name])),
+            "evidence": None if gain is None else float(gain - search.complexity_penalty(candidates[name])),
             "visible_from": _visible(last),
             **_explained(name, same, best, last, effects)._asdict(),
         }
@@ -165,22 +165,22 @@ def problem_findings(search, fits, rounds, alternatives, absent, unit):
 def _explained(name, same, best, last, effects):
     """The Explanation of what became of a candidate."""
     if name in effects:
-        return accepted_reason(best.gain, best.price, best.directions, same)
+        return accepted_reason(best.gain, best.required_gain, best.directions, same)
     if same:
         return rival_reason(same, effects, label=set_label(name, same))
     form = set_of(name)
     better = [other for other in effects if form and set_of(other) == form]
     if best is not None and better:
         return Reason.OTHER_FORM(form=form, better=better[0])
-    if last is not None and last.fit is not None and last.gain > last.price and last.fails:
+    if last is not None and last.fit is not None and last.gain > last.required_gain and last.fails:
         return Reason.SUSPECTED(why=sentences(last.fails))
     if last is None or not last.visible:
         return Reason.INVISIBLE()
-    if best is not None and best.gain > best.price:
+    if best is not None and best.gain > best.required_gain:
         if not best.fails:
             return Reason.EXPLAINED_TOO(at="")
         return Reason.EXPLAINED_BEFORE(why=sentences(best.fails))
-    why = f"chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.price:.1f}"
+    why = f"chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.required_gain:.1f}"
     return Reason.NOT_SEEN(at="", why=why)
 
 
@@ -189,4 +189,4 @@ def _visible(last):
     if last is None or not last.visible or len(last.candidate.free) != 1 or last.candidate.absent is None:
         return ""
     free = last.candidate.free[0]
-    return smallest_visible(free.name, (np.sqrt(last.price) + 1.28) / last.visible, free.unit, free.null)
+    return smallest_visible(free, (np.sqrt(last.required_gain) + 1.28) / last.visible)

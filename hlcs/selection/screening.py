@@ -1,26 +1,27 @@
 """What a candidate would do to a fit, before it is refitted: its signatures, and how they compare with what is there."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from hlcs.estimation import inference
-from hlcs.estimation.linearization import Linear, chosen
+from hlcs.estimation.least_squares import basis, bounded_least_squares, project_out
+from hlcs.estimation.linearization import best_view, free_numbers
 from hlcs.selection.eligibility import lacks_drag
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
 
-PRICE, PRICE_ALONE = 6.0, 12.0
-FAR = 0.3  # part of its range over which a number is looked at that shows nothing nearer: a rebound goes with its square
+MARGIN, MARGIN_ALONE = 6.0, 12.0  # of chi2 beyond the complexity penalty; where nothing can be held out
+FAR = 0.3  # part of its range over which a number is varied that shows nothing nearer: a rebound goes with its square
 
 
 class Screening:
     """Signatures of candidates on one problem."""
 
-    def __init__(self, problem, folds):
-        self.problem, self.folds = problem, folds
-        self.counts = {}  # candidate -> how many of its numbers these data can show
-        self.kept = {}  # candidate -> [(values while absent, white signatures)], kept where a simulation is dear
+    def __init__(self, problem, cross_validation):
+        self.problem, self.cross_validation = problem, cross_validation
+        self.visible_numbers = {}  # candidate -> how many of its numbers these data can show
+        self.signatures = {}  # candidate -> [(values while absent, white signatures)], kept where a simulation is dear
         self.view = {}  # candidate -> values while absent from which it explains most
 
     def screen(self, fit, entry):
@@ -28,83 +29,83 @@ class Screening:
 
         Of several ways to be absent (views) the one whose signature explains most of the residual is taken, and remembered.
         """
-        looks = self.looks(fit, entry)
-        if looks is None:
+        views = self.views(fit, entry)
+        if views is None:
             return None
-        r, s = fit.linear.projected
-        self.view[entry.name], signature, _ = chosen(looks, inference.basis(np.concatenate(s)), np.concatenate(r))
+        r, s = fit.linearization.projected
+        self.view[entry.name], signature, _ = best_view(views, basis(np.concatenate(s)), np.concatenate(r))
         return signature
 
-    def looks(self, fit, entry, keep=True):
-        """[(values at which it is absent, its projected signature there)] of a candidate, or None where it cannot join."""
+    def views(self, fit, entry, anew=False):
+        """[(values at which it is absent, its projected signature there)] of a candidate, or None where it cannot join.
+
+        anew: whether signatures are found at this fit even where those of an earlier one are kept.
+        """
         if lacks_drag(entry.kind, fit.model):
             return None
-        if not keep or entry.name not in self.kept:
+        signatures = None if anew else self.signatures.get(entry.name)
+        if signatures is None:
             views = entry.views or (None,)
             try:
-                found = self.problem.at_once([partial(self.columns, fit, entry, view) for view in views])
+                columns = self.problem.batched([partial(self.columns, fit, entry, view) for view in views])
             except InputError:
                 return None
-            found = list(zip(views, found, strict=True))
-            if keep and self.problem.shots.contact:
-                self.kept[entry.name] = found
-        else:
-            found = self.kept[entry.name]
-        return [
-            (view, [inference.project_out(q, part) for q, part in zip(fit.linear.bases, columns, strict=True)])
-            for view, columns in found
-        ]
+            signatures = list(zip(views, columns, strict=True))
+            if not anew and self.problem.simulator.contact:
+                self.signatures[entry.name] = signatures
+        bases = fit.linearization.state_bases
+        return [(view, [project_out(*both) for both in zip(bases, columns, strict=True)]) for view, columns in signatures]
 
     def columns(self, fit, entry, view):
         """White signatures of a candidate at a fit, list of (n_i, p); view: its values while absent, None = it never is."""
         if view is None:
             plus = fit.model.with_term(Term(entry, tuple((free.name, free.start) for free in entry.free)))
-            return [part[:, None] for part in self.problem.signature(fit.model, fit.starts, plus)]
+            return [part[:, None] for part in self.problem.signature(fit.model, fit.initial_states, plus)]
 
         def slope(free):
             def moved(value):
                 return fit.model.with_term(Term(entry, tuple((view | {free.name: value}).items())))
 
-            return self.problem.derivative(entry.name, free, free.null, moved, fit.linear, fit.starts, reach=FAR)[0]
+            linear, states = fit.linearization, fit.initial_states
+            return self.problem.derivative(entry.name, free, free.null, moved, linear, states, reach=FAR)[0]
 
-        parts = self.problem.at_once([partial(slope, free) for free in entry.free if free.null is not None])
+        parts = self.problem.batched([partial(slope, free) for free in entry.free if free.null is not None])
         return [np.column_stack(columns) for columns in zip(*parts, strict=True)]
 
-    def local(self, fit, index, entry):
+    def likeness(self, fit, index, entry):
         """How well a candidate stands in for term `index` right at a fit: (cosine, numbers that imitate the term) or None.
 
         The linear gain from the null value misjudges strong effects through contacts; here both laws are compared where the
         data are.
         """
-        looks = None if entry.absent is None else self.looks(fit, entry, keep=False)
-        if looks is None:
+        views = None if entry.absent is None else self.views(fit, entry, anew=True)
+        if views is None:
             return None
-        counts = np.cumsum([0] + [len(term.candidate.free) for term in fit.model.terms])
-        mine = slice(counts[index], counts[index + 1])
-        columns = np.concatenate(fit.linear.projected[1])
-        q = inference.basis(np.delete(columns, np.arange(mine.start, mine.stop), axis=1))
+        columns, its = np.concatenate(fit.linearization.projected[1]), fit.numbers_of(index)
+        q = basis(np.delete(columns, its, axis=1))
         null = [
             free.null if free.null is not None else value  # a number that means nothing while the effect is absent
-            for free, value in zip(fit.model.terms[index].candidate.free, fit.estimate[mine], strict=True)
+            for free, value in zip(fit.model.terms[index].candidate.free, fit.estimate[its], strict=True)
         ]
-        does = inference.project_out(q, columns[:, mine]) @ (fit.estimate[mine] - null)
-        view, signature, step = chosen(looks, q, does)
-        likeness = inference.project_out(q, np.concatenate(signature)) @ step
-        size = np.linalg.norm(does) * np.linalg.norm(likeness)
+        does = project_out(q, columns[:, its]) @ (fit.estimate[its] - null)
+        view, signature, step = best_view(views, q, does)
+        imitation = project_out(q, np.concatenate(signature)) @ step
+        size = np.linalg.norm(does) * np.linalg.norm(imitation)
         numbers, varied = dict(view), [free for free in entry.free if free.null is not None]
         for free, change in zip(varied, step, strict=True):
             numbers[free.name] = float(free.inside(free.null + change))
-        return (float(does @ likeness / size) if size > 0 else 0.0), numbers
+        return (float(does @ imitation / size) if size > 0 else 0.0), numbers
 
-    def price(self, entry):
-        """What a candidate must gain in chi2: log n for each number that these data can show, and a fee."""
-        return self.fee(entry) + (PRICE if self.folds.possible else PRICE_ALONE)
+    def required_gain(self, entry):
+        """What a candidate must gain in chi2: its complexity penalty and a margin."""
+        return self.complexity_penalty(entry) + (MARGIN if self.cross_validation.possible else MARGIN_ALONE)
 
-    def fee(self, entry):
-        """p log n of a candidate, p the numbers that these data can show."""
-        return self.counts.get(entry.name, len(entry.free)) * np.log(sum(len(rec.channel) for rec in self.problem.recordings))
+    def complexity_penalty(self, entry):
+        """p log n of a candidate, p the numbers that these data can show, n the observations."""
+        count = sum(len(recording.channel) for recording in self.problem.recordings)
+        return self.visible_numbers.get(entry.name, len(entry.free)) * np.log(count)
 
-    def shown(self, entry, signature):
+    def count_visible(self, entry, signature):
         """How many of its numbers can move the observations by chi2 = 9 within their bounds; at least 1."""
         if len(entry.free) == 1 or signature.shape[1] < len(entry.free):
             return len(entry.free)
@@ -112,19 +113,19 @@ class Screening:
         size = np.linalg.svd(signature * spans, compute_uv=False)
         return max(int(np.sum((size > 1e-3 * size[0]) & (size > 3.0))), 1)
 
-    def extrapolated(self, fit, entry, signature):
+    def linear_fit(self, fit, entry, signature):
         """The fit with the candidate in, by one linear step and without a simulation: good enough to rank, not to report."""
         if entry.absent is None:
             return None
         varied = np.array([free.null is not None for free in entry.free])  # the others keep their place while it is absent
-        s = []
-        for mine, new in zip(fit.linear.s, signature, strict=True):
-            columns = np.zeros((len(new), len(entry.free)))
-            columns[:, varied] = new
-            s.append(np.hstack([mine, columns]))
-        start = np.concatenate([fit.estimate, list((self.view.get(entry.name) or entry.absent).values())])
-        bounds = [free for term in fit.model.terms for free in term.candidate.free] + list(entry.free)
-        step = self.problem.bounded_step(Linear(fit.linear.raw, fit.linear.r, fit.linear.n, s), start, bounds)
-        moved = Linear(fit.linear.raw, [r - part @ step for r, part in zip(fit.linear.r, s, strict=True)], fit.linear.n, s)
-        numbers = zip((free.name for free in entry.free), (start + step)[len(fit.estimate) :].tolist(), strict=True)
-        return self.problem.finished(fit.model.with_term(Term(entry, tuple(numbers))), fit.starts, moved)
+        columns = []
+        for present, new in zip(fit.linearization.parameter_columns, signature, strict=True):
+            added = np.zeros((len(new), len(entry.free)))
+            added[:, varied] = new
+            columns.append(np.hstack([present, added]))
+        linear = replace(fit.linearization, parameter_columns=columns, state_moves=None, trajectories=None)
+        begin = np.concatenate([fit.estimate, list((self.view.get(entry.name) or entry.absent).values())])
+        step = bounded_least_squares(*linear.projected, begin, [*free_numbers(fit.model), *entry.free])
+        moved = replace(linear, white=[r - part @ step for r, part in zip(linear.white, columns, strict=True)])
+        numbers = zip((free.name for free in entry.free), (begin + step)[len(fit.estimate) :].tolist(), strict=True)
+        return self.problem.fit_at(fit.model.with_term(Term(entry, tuple(numbers))), fit.initial_states, moved)

@@ -1,4 +1,4 @@
-"""The search for what is missing: screen, refit, hold out; forward with re-tries, backward; rivals.
+"""The search for what is missing: screen, refit, hold out; forward with re-tries, backward; competing models.
 
 Rules (thresholds from theory or set here, none tuned to a data set): a candidate with p numbers is accepted when the
 whitened chi2 falls by more than p log n + 6 (12 where nothing can be held out), when it predicts recordings it was not
@@ -11,11 +11,12 @@ from functools import partial
 import numpy as np
 from scipy import stats
 
-from hlcs.estimation import inference
-from hlcs.estimation.cross_validation import Folds
-from hlcs.estimation.effort import Budget, cut
-from hlcs.estimation.least_squares import Problem
-from hlcs.estimation.linearization import Try
+from hlcs.estimation.budget import Budget
+from hlcs.estimation.cross_validation import CrossValidation
+from hlcs.estimation.least_squares import least_squares, project_out
+from hlcs.estimation.linearization import CandidateTrial
+from hlcs.estimation.problem import Problem
+from hlcs.estimation.whitening import colour
 from hlcs.selection.eligibility import carries
 from hlcs.selection.pairs import hidden_pair
 from hlcs.selection.reasons import Rule
@@ -24,11 +25,11 @@ from hlcs.simulation.model import Term
 
 MOST_TERMS = 3
 NO_FLUID = (25.0, 600.0)  # between dense gases, a few bar included, and light liquids there is no fluid [kg/m3]
-RIVAL_MARGIN = 6.0
-REFIT_BEST = 6
-REFIT_DEAR = 2  # where every simulation has contacts to solve
-REFIT_STRONG = 12  # there, as long as nothing explains the data
-ABREAST = 0.98  # part of the best linear gain from which a candidate points at the residual as well
+COMPETITOR_MARGIN = 6.0  # of chi2, within which a competing model is not ruled out
+MOST_REFITS = 6  # of candidates that point at the residual weakly
+FIRST_REFITS_IN_CONTACT = 2  # where every simulation has contacts to solve
+MOST_REFITS_IN_CONTACT = 12  # there, as long as nothing explains the data
+AS_GOOD = 0.98  # part of the best linear gain from which a candidate points at the residual as well
 WITNESSED = 0.98  # part of the best gain from which what impacts show directly goes first, where neither explains the data
 EXPLAINED = 1.25  # chi2 per degree of freedom below which a fit explains the data
 SHORT = 0.8  # part of its linear gain below which a refit through contacts is taken up again from the full linear step
@@ -37,40 +38,50 @@ SHORT = 0.8  # part of its linear gain below which a refit through contacts is t
 class Search(Screening):
     """One search over candidates on one problem."""
 
-    def __init__(self, problem: Problem, candidates, folds: Folds, progress=None, read=None):
-        super().__init__(problem, folds)
-        self.read = read or {}  # candidate -> its numbers as samples around the impacts show them, where the model has others
+    def __init__(self, problem: Problem, candidates, cross_validation: CrossValidation, progress=None, readings=None):
+        super().__init__(problem, cross_validation)
+        self.readings = (
+            readings or {}
+        )  # candidate -> its numbers as samples around the impacts show them, where the model has others
         self.candidates = sorted(candidates, key=lambda entry: entry.name)
         self.progress = progress or (lambda text: None)
         self.budget = Budget(problem)
-        self.places = {}  # (terms of a model, index of one) -> what stands in its place (rivals.Place)
+        self.replacements = {}  # (terms of a model, index of one) -> competing_models.Replacement
         self.refitted = {}  # (terms of a model, candidate) -> its fit on top of that model
 
     def refit(self, fit, entry):
         """The fit with the candidate in, from its null value and from what impacts show; made once."""
         key = fit.model.terms, entry.name
-        if key in self.refitted:
-            return self.refitted[key]
-        begin = list(entry.starts)
-        if entry.absent is not None:
-            begin = [tuple((self.view.get(entry.name) or entry.absent).items())]
-        if entry.name in self.read:
-            begin.append(tuple(self.read[entry.name].items()))
-        fits = self.problem.at_once(
-            [partial(self.problem.fit, fit.model.with_term(Term(entry, values)), fit.starts) for values in begin]
-        )
-        self.refitted[key] = min(fits, key=lambda found: found.chi2)
+        if key not in self.refitted:
+            begin = list(entry.starts)
+            if entry.absent is not None:
+                begin = [tuple((self.view.get(entry.name) or entry.absent).items())]
+            if entry.name in self.readings:
+                begin.append(tuple(self.readings[entry.name].items()))
+            self.refitted[key] = self.best_fit(fit.model, entry, begin, fit.initial_states)
         return self.refitted[key]
 
-    def judge(self, before, entry, fit, trial):
+    def best_fit(self, model, entry, begin, initial_states):
+        """The best fit of a model with a candidate in, from each of the values to begin with."""
+        models = [model.with_term(Term(entry, values)) for values in begin]
+        fits = self.problem.batched([partial(self.problem.fit, one, initial_states) for one in models])
+        return min(fits, key=lambda fit: fit.chi2)
+
+    def judged(self, before, entry, fit):
+        """The CandidateTrial of a refitted candidate against the fit without it."""
+        trial = CandidateTrial(entry, required_gain=self.required_gain(entry))
+        self.judge(before, fit, trial)
+        return trial
+
+    def judge(self, before, fit, trial):
         """Fill in the held-out figures of a refitted candidate against the fit without it."""
         if not np.isfinite(fit.chi2):
             trial.fails.append(Rule.FINITE())
             return
         trial.fit, trial.gain = fit, before.chi2 - fit.chi2
-        if not self.folds.possible:
+        if not self.cross_validation.possible:
             return
-        r0, r1 = self.folds.residuals(before), self.folds.residuals(fit)
+        r0, r1 = self.cross_validation.residuals(before), self.cross_validation.residuals(fit)
         dots = spread = clustered = 0.0
         for a, b in zip(r0, r1, strict=True):
             difference = a - b
@@ -79,23 +90,21 @@ class Search(Screening):
             clustered += float(difference @ b) ** 2
         trial.p = float(stats.norm.sf(dots / np.sqrt(max(spread, clustered)))) if spread > 0 else 1.0
         raw0, raw1 = self.coloured(r0), self.coloured(r1)
-        falls = []
-        for side in (0, 1):
-            inside = np.flatnonzero(self.folds.side == side)
-            e0, e1 = (_rms([raw[k] for k in inside]) for raw in (raw0, raw1))
-            falls.append(1 - e1 / e0)
-        trial.directions = tuple(falls)
+        trial.directions = tuple(
+            1 - _rms([raw1[k] for k in inside]) / _rms([raw0[k] for k in inside])
+            for inside in (np.flatnonzero(self.cross_validation.half == half) for half in (0, 1))
+        )
         e0, e1 = _rms(raw0), _rms(raw1)
-        trial.held_out, trial.falls, trial.falls_sigma = e1, 1 - e1 / e0, e0 - e1
+        trial.falls, trial.falls_sigma = 1 - e1 / e0, e0 - e1
 
     def coloured(self, residuals):
         """White residuals turned back into residuals in units of sigma, list of (n_i,)."""
         return [
-            inference.colour(recording.links, part) / recording.links.sigma
+            colour(recording.whitening, part) / recording.whitening.sigma
             for recording, part in zip(self.problem.recordings, residuals, strict=True)
         ]
 
-    def decide(self, trials):
+    def apply_rules(self, trials):
         """Fill in `fails`: the rules each refitted candidate breaks."""
         tried = [trial for trial in trials if trial.visible > 0]
         ordered = sorted(tried, key=lambda trial: (trial.p, trial.candidate.name))
@@ -105,142 +114,146 @@ class Search(Screening):
             trial.holm = largest
         for trial in tried:
             if trial.fit is not None:
-                trial.fails += self.broken(trial)
+                trial.fails += self.broken_rules(trial)
 
-    def broken(self, trial):
+    def broken_rules(self, trial):
         """Explanations of the rules that a judged candidate breaks; its `holm` counts those it was chosen among."""
         rest = max(trial.fit.chi2 / trial.fit.freedom, 1.0)  # what stays unexplained counts as noise
-        if trial.gain <= trial.price * rest:
-            return [Rule.PRICE(gain=trial.gain, price=trial.price * rest)]
-        found = []
-        if self.folds.possible:
-            if self.folds.few and min(trial.directions) <= 0.02:
+        if trial.gain <= trial.required_gain * rest:
+            return [Rule.PRICE(gain=trial.gain, price=trial.required_gain * rest)]
+        broken = []
+        if self.cross_validation.possible:
+            if self.cross_validation.few and min(trial.directions) <= 0.02:
                 changes = " and ".join(f"{-100 * fall:+.0f} %" for fall in trial.directions)
-                found.append(Rule.BOTH_DIRECTIONS(changes=changes))
-            elif not self.folds.few and trial.holm >= 0.05:
-                found.append(Rule.NO_CHANCE(p=trial.holm))
+                broken.append(Rule.BOTH_DIRECTIONS(changes=changes))
+            elif not self.cross_validation.few and trial.holm >= 0.05:
+                broken.append(Rule.NO_CHANCE(p=trial.holm))
             elif trial.falls <= 0.02 and trial.falls_sigma <= 0.1:
-                found.append(Rule.HELD_OUT_ERROR(percent=100 * trial.falls))
-        found += self.out_of_bounds(trial.fit)
+                broken.append(Rule.HELD_OUT_ERROR(percent=100 * trial.falls))
+        broken += self.out_of_bounds(trial.fit)
         if self.contradicts(trial.fit):
-            found.append(Rule.STATED_FLUID(density=trial.fit.model.terms[-1].numbers["fluid_density"]))
-        return found
+            broken.append(Rule.STATED_FLUID(density=trial.fit.model.terms[-1].numbers["fluid_density"]))
+        return broken
 
     def out_of_bounds(self, fit, index=-1):
         """Explanations about numbers of a term, the newest or another, that lie at a bound or are not plausible."""
-        term, found = fit.model.terms[index], []
-        for free, at_bound in zip(term.candidate.free, fit.bounds_of(index), strict=True):
-            if at_bound:
-                found.append(Rule.INSIDE_BOUNDS(name=free.name, value=term.numbers[free.name]))
+        term = fit.model.terms[index]
+        outside = [
+            Rule.INSIDE_BOUNDS(name=free.name, value=term.numbers[free.name])
+            for free, at_bound in zip(term.candidate.free, fit.at_bound[fit.numbers_of(index)], strict=True)
+            if at_bound
+        ]
         relative = getattr(term.candidate.kind, "relative_bound", None)
         if relative:
-            low, high = self.problem.shots.range
+            low, high = self.problem.simulator.height_range
             size = sum(abs(value) for value in term.numbers.values())
             if size > 2 * relative * (high - low):
-                found.append(Rule.PLAUSIBLE_SIZE(size=size))
-        return found
+                outside.append(Rule.PLAUSIBLE_SIZE(size=size))
+        return outside
 
     # --- rounds ---------------------------------------------------------------------------------------------------------------
 
     def round(self, fit):
-        """Every candidate tried on top of a fit: {name: Try}."""
-        trials = {}
-        r = np.concatenate(fit.linear.projected[0])
-        s_now = np.concatenate(fit.linear.projected[1])
-        q_now = inference.basis(s_now)
-        r = inference.project_out(q_now, r)
+        """Every candidate tried on top of a fit: {name: CandidateTrial}."""
         entries = [entry for entry in self.candidates if entry.name not in fit.model.names]
         self.progress(f"screening {len(entries)} candidates")
-        signatures = self.problem.at_once([partial(self.screen, fit, entry) for entry in entries])
-        for entry, signature in zip(entries, signatures, strict=True):
-            trial = Try(entry, price=self.price(entry))
-            trials[entry.name] = trial
-            if signature is None:
-                continue
-            trial.signature = signature
-            s = inference.project_out(q_now, np.concatenate(signature))
-            full = np.linalg.norm(np.concatenate(signature))
-            self.counts[entry.name] = self.shown(entry, np.concatenate(signature))
-            trial.price = self.price(entry)
-            trial.visible = float(np.linalg.norm(s)) if np.linalg.norm(s) > 1e-6 * max(full, 1e-300) and full > 1e-9 else 0.0
-            if trial.visible:
-                trial.linear_gain = inference.least_squares(s, r).gain
+        signatures = self.problem.batched([partial(self.screen, fit, entry) for entry in entries])
+        trials = [self.screened(fit, entry, signature) for entry, signature in zip(entries, signatures, strict=True)]
         ranked = sorted(
-            (trial for trial in trials.values() if trial.visible),
-            key=lambda trial: (trial.candidate.name not in self.read, trial.price - trial.linear_gain, trial.candidate.name),
+            (trial for trial in trials if trial.visible),
+            key=lambda trial: (
+                trial.candidate.name not in self.readings,
+                trial.required_gain - trial.linear_gain,
+                trial.candidate.name,
+            ),
         )
         worth = [
             trial
             for place, trial in enumerate(ranked)
-            if trial.linear_gain > 0.6 * trial.price
-            or trial.candidate.name in self.read
-            or place < REFIT_BEST
-            and trial.linear_gain > 0.3 * trial.price
+            if trial.linear_gain > 0.6 * trial.required_gain
+            or trial.candidate.name in self.readings
+            or place < MOST_REFITS
+            and trial.linear_gain > 0.3 * trial.required_gain
         ]
-        for trial, found in zip(worth, self.refits(fit, worth), strict=True):
-            self.judge(fit, trial.candidate, found, trial)
-        self.decide(list(trials.values()))
-        return trials
+        for trial, refitted in zip(worth, self.refits(fit, worth), strict=True):
+            self.judge(fit, refitted, trial)
+        self.apply_rules(trials)
+        return {trial.candidate.name: trial for trial in trials}
+
+    def screened(self, fit, entry, signature):
+        """The CandidateTrial of a candidate before any refit; signature: its own at the fit, None where it cannot join."""
+        trial = CandidateTrial(entry, required_gain=self.required_gain(entry), signature=signature)
+        if signature is not None:
+            r, q = fit.linearization.residual
+            columns = np.concatenate(signature)
+            s, full = project_out(q, columns), np.linalg.norm(columns)
+            self.visible_numbers[entry.name] = self.count_visible(entry, columns)
+            trial.required_gain = self.required_gain(entry)
+            size = float(np.linalg.norm(s))
+            if size > 1e-6 * max(full, 1e-300) and full > 1e-9:
+                trial.visible, trial.linear_gain = size, least_squares(s, r).gain
+        return trial
 
     def refits(self, fit, worth):
-        """Fits with each of the candidates in, list; where a simulation is dear, the first in rank, the rest by one linear step.
+        """Fits with each of the candidates in, list; with contacts the first are refitted, the rest come by one linear step."""
+        refitted = self._refits_in_contact(fit, worth) if self.problem.simulator.contact else {}
+        for place, trial in enumerate(worth if self.problem.simulator.contact else ()):
+            if place not in refitted and (linear := self.linear_fit(fit, trial.candidate, trial.signature)) is not None:
+                refitted[place], trial.by_linear_step = linear, True
+        rest = [place for place in range(len(worth)) if place not in refitted]  # a law that is never absent has no linear step
+        if rest and not self.problem.simulator.contact:
+            self.progress("refitting " + ", ".join(trial.candidate.name for trial in worth[:3]))
+        refitted |= self._refit_all(fit, worth, rest)
+        self.refitted |= {
+            (fit.model.terms, trial.candidate.name): refitted[place]
+            for place, trial in enumerate(worth)
+            if not trial.by_linear_step
+        }
+        return [refitted[place] for place in range(len(worth))]
+
+    def _refit_all(self, fit, worth, places):
+        """{place: fit with that candidate in}, refitted in one batch."""
+        fits = self.problem.batched([partial(self.refit, fit, worth[place].candidate) for place in places])
+        return dict(zip(places, fits, strict=True))
+
+    def _refits_in_contact(self, fit, worth):
+        """{place: fit} of the candidates that are worth simulations with contacts.
 
         As long as none of the first explains the data the linear ranking is not to be trusted, and more are refitted; then only
         what points at the residual as well as the best.
         """
-        found = [None] * len(worth)
-        if self.problem.shots.contact:
-            most = self.budget.refits(self.problem, REFIT_STRONG)
-            if most < min(REFIT_STRONG, len(worth)):
-                self.budget.note("refits of candidates that point least at the residual; one linear step judges them")
-            waves = [range(0, REFIT_DEAR), range(REFIT_DEAR, most)]
-        else:
-            waves = [range(len(worth))]
-        most_gain, explains = max((trial.linear_gain for trial in worth), default=0.0), False
-        for wave in waves:
+        refitted, explains = {}, False
+        most = self.budget.affordable(MOST_REFITS_IN_CONTACT)
+        if most < min(MOST_REFITS_IN_CONTACT, len(worth)):
+            self.budget.leave_out("refits of candidates that point least at the residual; one linear step judges them")
+        most_gain = max((trial.linear_gain for trial in worth), default=0.0)
+        for wave in (range(0, FIRST_REFITS_IN_CONTACT), range(FIRST_REFITS_IN_CONTACT, most)):
             places = [
-                place for place in wave if place < len(worth) and (not explains or worth[place].linear_gain > ABREAST * most_gain)
+                place for place in wave if place < len(worth) and (not explains or worth[place].linear_gain > AS_GOOD * most_gain)
             ]
             if not places:
                 break
             self.progress("refitting " + ", ".join(worth[place].candidate.name for place in places[:3]))
-            fits = self.problem.at_once([partial(self.refit, fit, worth[place].candidate) for place in places])
-            for place, refitted in zip(places, fits, strict=True):
-                found[place] = refitted
-            if not self.problem.shots.contact:
-                break
+            refitted |= self._refit_all(fit, worth, places)
             short = [
                 place
                 for place in places
-                if fit.chi2 - found[place].chi2 < SHORT * worth[place].linear_gain
+                if fit.chi2 - refitted[place].chi2 < SHORT * worth[place].linear_gain
                 and worth[place].candidate.absent is not None
-                and not cut(self.problem)
-            ]
-            far = [
-                self.extrapolated(fit, worth[place].candidate, worth[place].signature).model for place in short
+                and not self.problem.segmented
             ]  # a law that bends is reached from its other side
-            again = self.problem.at_once([partial(self.problem.fit, model, fit.starts) for model in far])
-            for place, refitted in zip(short, again, strict=True):
-                found[place] = min(found[place], refitted, key=lambda one: one.chi2)
-            explains = any(explained(self.problem, found[place]) for place in places)  # nothing but noise is left
-        for place, trial in enumerate(worth):
-            if found[place] is None:
-                found[place] = self.extrapolated(fit, trial.candidate, trial.signature)
-                trial.linear = found[place] is not None
-        rest = [place for place in range(len(worth)) if found[place] is None]  # a law that is never absent has no linear step
-        fits = self.problem.at_once([partial(self.refit, fit, worth[place].candidate) for place in rest])
-        for place, refitted in zip(rest, fits, strict=True):
-            found[place] = refitted
-        self.refitted |= {
-            (fit.model.terms, trial.candidate.name): one for trial, one in zip(worth, found, strict=True) if not trial.linear
-        }
-        return found
+            far = [self.linear_fit(fit, worth[place].candidate, worth[place].signature).model for place in short]
+            again = self.problem.batched([partial(self.problem.fit, model, fit.initial_states) for model in far])
+            for place, other in zip(short, again, strict=True):
+                refitted[place] = min(refitted[place], other, key=lambda either: either.chi2)
+            explains = any(explained(self.problem, refitted[place]) for place in places)  # nothing but noise is left
+        return refitted
 
     def run(self, fit):
         """(fits after each accepted step, rounds): forward with re-tries, then backward."""
-        fits, rounds, kept = [fit], [], None
+        fits, rounds, again = [fit], [], None
         while True:
-            trials, kept = kept or self.round(fits[-1]), None
+            trials, again = again or self.round(fits[-1]), None
             rounds.append(trials)
             terms = fits[-1].model.terms
             allowed = [
@@ -250,11 +263,11 @@ class Search(Screening):
             ]
             if len(terms) >= MOST_TERMS:
                 break
-            if fits[1:] and self.budget.search_over("a search beyond " + ", ".join(term.name for term in terms)):
+            if fits[1:] and self.budget.ends_search("a search beyond " + ", ".join(term.name for term in terms)):
                 break
             if not allowed:
                 pair = []
-                if len(terms) < MOST_TERMS - 1 and not self.budget.search_over("pairs of candidates"):
+                if len(terms) < MOST_TERMS - 1 and not self.budget.ends_search("pairs of candidates"):
                     pair = hidden_pair(self, fits[-1], trials)
                 if not pair:
                     break
@@ -263,14 +276,14 @@ class Search(Screening):
                     fits.append(pruned)
                 continue
             best = self.best(allowed)
-            if best.linear:  # now it is worth a simulation; then choose again
-                best.linear, best.fails = False, []
-                self.judge(fits[-1], best.candidate, self.refit(fits[-1], best.candidate), best)
+            if best.by_linear_step:  # now it is worth a simulation; then choose again
+                best.by_linear_step, best.fails = False, []
+                self.judge(fits[-1], self.refit(fits[-1], best.candidate), best)
                 for trial in trials.values():
                     trial.fails = []
-                self.decide(list(trials.values()))
+                self.apply_rules(list(trials.values()))
                 rounds.pop()
-                kept = trials
+                again = trials
                 continue
             fits.append(self.simplest_form(best, allowed).fit)
             pruned = self.prune(fits[-1])
@@ -286,22 +299,22 @@ class Search(Screening):
 
         Where it does not explain the data, what the samples around the impacts show directly goes first if it does about as well.
         """
-        most = max(trial.gain - trial.price for trial in allowed)
+        most = max(trial.gain - trial.required_gain for trial in allowed)
         dry = self.problem.trials[0].surroundings.fluid_density == 0.0
-        near = [trial for trial in allowed if trial.gain - trial.price > most - 1.0]
+        near = [trial for trial in allowed if trial.gain - trial.required_gain > most - 1.0]
         best = max(
             near,
             key=lambda trial: (
                 not (dry and trial.candidate.group == "fluid"),
                 trial.candidate.kind.replaces,
-                round(trial.gain - trial.price, 6),
+                round(trial.gain - trial.required_gain, 6),
                 trial.candidate.name,
             ),
         )
-        if best.candidate.name in self.read or explained(self.problem, best.fit):
+        if best.candidate.name in self.readings or explained(self.problem, best.fit):
             return best
-        witnessed = [trial for trial in allowed if trial.candidate.name in self.read and trial.gain > WITNESSED * best.gain]
-        return max(witnessed, key=lambda trial: (round(trial.gain - trial.price, 6), trial.candidate.name), default=best)
+        witnessed = [trial for trial in allowed if trial.candidate.name in self.readings and trial.gain > WITNESSED * best.gain]
+        return max(witnessed, key=lambda trial: (round(trial.gain - trial.required_gain, 6), trial.candidate.name), default=best)
 
     def contradicts(self, fit):
         """Does the newest term deny what the file states (lift of a fluid far denser), and without mending the model?
@@ -309,7 +322,11 @@ class Search(Screening):
         On a floor, lift that only lightens the load says what friction says; there the fluid must at least be one that exists.
         """
         stated, term = self.problem.trials[0].surroundings.fluid_density, fit.model.terms[-1]
-        if term.name == "buoyancy" and self.problem.shots.contact and NO_FLUID[0] < term.numbers["fluid_density"] < NO_FLUID[1]:
+        if (
+            term.name == "buoyancy"
+            and self.problem.simulator.contact
+            and NO_FLUID[0] < term.numbers["fluid_density"] < NO_FLUID[1]
+        ):
             return True
         return term.name == "buoyancy" and 0 < 2 * stated < term.numbers["fluid_density"] and fit.chi2 > 1.5 * fit.freedom
 
@@ -337,8 +354,8 @@ class Search(Screening):
         for index, term in enumerate(fit.model.terms[: len(fit.model.terms) - newest]):
             if carries(fit.model, index):
                 continue
-            without = self.problem.fit(fit.model.without(index), fit.starts)
-            if without.chi2 - fit.chi2 < self.price(term.candidate) or self.out_of_bounds(fit, index):
+            without = self.problem.fit(fit.model.without(index), fit.initial_states)
+            if without.chi2 - fit.chi2 < self.required_gain(term.candidate) or self.out_of_bounds(fit, index):
                 return without
         return None
 
@@ -349,6 +366,6 @@ def _rms(parts):
 
 
 def explained(problem, fit):
-    """Does a fit leave nothing but noise? Pieces of a tumble absorb much, so little may be left over there."""
+    """Does a fit leave nothing but noise? Segments of a tumble absorb much, so little may be left over there."""
     spare = 1 + 3 * np.sqrt(2 / fit.freedom)
-    return fit.chi2 < (min(spare, EXPLAINED) if cut(problem) else EXPLAINED) * fit.freedom
+    return fit.chi2 < (min(spare, EXPLAINED) if problem.segmented else EXPLAINED) * fit.freedom

@@ -1,16 +1,15 @@
-"""Other ways through the search: another form of a law, another first effect, what a fluid does for certain, better terms."""
+"""Other moves of the search: another form of a law, another first effect, what a stated fluid does for certain, better terms."""
 
 from functools import partial
 
 import numpy as np
 
-from hlcs.data.rigid_body import solid
-from hlcs.estimation import inference
-from hlcs.estimation.linearization import Try
-from hlcs.selection.competing_models import holds_out, place_of, replacements
+from hlcs.data.rigid_body import rigid_body
+from hlcs.estimation.least_squares import least_squares, project_out
+from hlcs.selection.competing_models import holds_out, replacement_of, replacements
 from hlcs.selection.eligibility import carries
 from hlcs.selection.pairs import passes
-from hlcs.selection.search import EXPLAINED, MOST_TERMS, RIVAL_MARGIN, explained
+from hlcs.selection.search import COMPETITOR_MARGIN, EXPLAINED, MOST_TERMS, explained
 from hlcs.simulation.model import Term
 
 DENSE = 0.05  # of the density of a body: what a fluid then does is no small matter
@@ -21,46 +20,42 @@ FIRSTS, PAIRS = 8, 8  # first effects that are tried, pairs that are refitted
 
 def cost(search, fit):
     """chi2 of a fit and p log n of its terms: what fits with other terms are compared by."""
-    return fit.chi2 + sum(search.fee(term.candidate) for term in fit.model.terms)
+    return fit.chi2 + sum(search.complexity_penalty(term.candidate) for term in fit.model.terms)
 
 
-def reformed(search, fits, rounds):
+def try_other_forms(search, fits, rounds):
     """(fits, rounds) of the search taken up again with another form of a law, where the form found first explains too little.
 
     The first term is chosen while others still hide in the residual, so it may have the wrong form, with which no second
-    term then holds out. Another form is kept only if its route ends where all but noise is explained.
+    term then holds out. Another form is kept only if the search from it ends where all but noise is explained.
     """
     first = fits[-1]
-    if search.problem.shots.contact or first.chi2 < EXPLAINED * first.freedom:
+    if search.problem.simulator.contact or first.chi2 < EXPLAINED * first.freedom:
         return fits, rounds
-    best, least = None, cost(search, first) - RIVAL_MARGIN
+    best, least = None, cost(search, first) - COMPETITOR_MARGIN
     for index, term in enumerate(first.model.terms):
         for entry in search.candidates:
             if entry.name == term.name or not search.same_form(entry, (term,)):
                 continue
             search.progress(f"{entry.name} in place of {term.name}")
-            rest = first.model.without(index)
-            start = min(
-                (search.problem.fit(rest.with_term(Term(entry, values)), first.starts) for values in entry.starts),
-                key=lambda found: found.chi2,
-            )
-            if search.out_of_bounds(start) or search.contradicts(start):
+            other = search.best_fit(first.model.without(index), entry, entry.starts, first.initial_states)
+            if search.out_of_bounds(other) or search.contradicts(other):
                 continue
-            found, more = search.run(start)
-            last = found[-1]
+            following, more = search.run(other)
+            last = following[-1]
             if last.chi2 < EXPLAINED * last.freedom and cost(search, last) < least:
-                best, least = (fits + found, rounds + more), cost(search, last)
+                best, least = (fits + following, rounds + more), cost(search, last)
     return best or (fits, rounds)
 
 
-def rerouted(search, fits, rounds):
+def try_other_first_effects(search, fits, rounds):
     """(fits, rounds) of the search taken up again from another first effect, where two explain everything, and more cheaply.
 
     What explains most by itself may be an imposter that does the work of two: clock and drag together look like another scale
     of time. First effects are those that explain a good part alone, second ones are ranked by their signatures on top of them.
     """
     base, last = fits[0], fits[-1]
-    if not last.model.terms or search.budget.search_over("pairs that begin with another effect than was accepted first"):
+    if not last.model.terms or search.budget.ends_search("pairs that begin with another effect than was accepted first"):
         return fits, rounds
     least = cost(search, last) - MANY
     firsts = other_firsts(search, base, rounds[0].values(), last)
@@ -69,27 +64,24 @@ def rerouted(search, fits, rounds):
         for first, entry in pairs_below(search, firsts, least)
         if {first.model.names[-1], entry.name} != set(last.model.names)
     ]
-    promising = promising[: search.budget.refits(search.problem, PAIRS)]
+    promising = promising[: search.budget.affordable(PAIRS)]
     search.progress(f"refitting {len(promising)} pairs that begin with another effect")
-    both = search.problem.at_once([partial(search.refit, *pair) for pair in promising])
-    found = []
-    for (first, entry), fit in zip(promising, both, strict=True):
-        check = Try(entry, price=search.price(entry))
-        search.judge(first, entry, fit, check)
-        if (
-            fit.chi2 < EXPLAINED * fit.freedom
-            and cost(search, fit) < least
-            and not any(fit.at_bound)
-            and passes(search, check, len(search.candidates))
-            and search.prune(fit, newest=0) is None
-        ):
-            found.append(fit)
-    if not found:
+    both = search.problem.batched([partial(search.refit, *pair) for pair in promising])
+    better = [
+        fit
+        for (first, entry), fit in zip(promising, both, strict=True)
+        if fit.chi2 < EXPLAINED * fit.freedom
+        and cost(search, fit) < least
+        and not any(fit.at_bound)
+        and passes(search, search.judged(first, entry, fit), len(search.candidates))
+        and search.prune(fit, newest=0) is None
+    ]
+    if not better:
         return fits, rounds
-    found.sort(key=lambda fit: cost(search, fit))
-    for other in found[1:]:
-        remember(search, found[0], other)
-    more, again = search.run(found[0])
+    better.sort(key=lambda fit: cost(search, fit))
+    for other in better[1:]:
+        remember(search, better[0], other)
+    more, again = search.run(better[0])
     return fits + more, rounds + again
 
 
@@ -97,34 +89,36 @@ def pairs_below(search, firsts, least):
     """[(fit with a first effect, second candidate)] that by their signatures would cost less than `least`; the cheapest first."""
     ranked = {}  # names of both -> (what the pair would cost, the first, the second)
     for first in firsts:
-        q = inference.basis(np.concatenate(first.linear.projected[1]))
-        r = inference.project_out(q, np.concatenate(first.linear.projected[0]))
+        r, q = first.linearization.residual
         entries = [
             entry
             for entry in search.candidates
             if entry.name not in first.model.names and not search.same_form(entry, first.model.terms)
         ]
-        seen = search.problem.at_once([partial(search.screen, first, entry) for entry in entries])
-        for entry, signature in zip(entries, seen, strict=True):
+        signatures = search.problem.batched([partial(search.screen, first, entry) for entry in entries])
+        for entry, signature in zip(entries, signatures, strict=True):
             if signature is None:
                 continue
-            gain = inference.least_squares(inference.project_out(q, np.concatenate(signature)), r).gain
-            costs, names = cost(search, first) - gain + search.fee(entry), frozenset((first.model.names[-1], entry.name))
+            gain = least_squares(project_out(q, np.concatenate(signature)), r).gain
+            costs, names = (
+                cost(search, first) - gain + search.complexity_penalty(entry),
+                frozenset((first.model.names[-1], entry.name)),
+            )
             if costs < least and (names not in ranked or costs < ranked[names][0]):
                 ranked[names] = costs, first, entry
-    return [(first, entry) for _, first, entry in sorted(ranked.values(), key=lambda one: one[0])]
+    return [(first, entry) for _, first, entry in sorted(ranked.values(), key=lambda each: each[0])]
 
 
 def remember(search, fit, other):
-    """Keep a pair that shares a term with a better one as a rival of the other term: signatures may not show that it is."""
-    mine, its = (
+    """Keep a pair that shares a term with a better one as competing for the other term: signatures may not show that it does."""
+    of_other, of_fit = (
         [index for index, term in enumerate(one.model.terms) if term.name not in another.model.names]
         for one, another in ((other, fit), (fit, other))
     )
-    if len(mine) == 1:
-        term = other.model.terms[mine[0]]
-        model = other.model.without(mine[0]).with_term(term)
-        place_of(search, fit, its[0]).fits[term.name] = search.problem.fit(model, other.starts)
+    if len(of_other) == 1:
+        term = other.model.terms[of_other[0]]
+        model = other.model.without(of_other[0]).with_term(term)
+        replacement_of(search, fit, of_fit[0]).fits[term.name] = search.problem.fit(model, other.initial_states)
 
 
 def other_firsts(search, base, trials, last):
@@ -143,71 +137,71 @@ def other_firsts(search, base, trials, last):
         and trial.candidate.name != accepted[0].name
         and not search.same_form(trial.candidate, accepted)
     ]
-    strong.sort(key=lambda trial: (trial.price - trial.gain, trial.candidate.name))
-    found = [last] if len(last.model.terms) == 1 else []
-    strong = strong[: search.budget.refits(search.problem, FIRSTS)]
-    for fit in search.problem.at_once([partial(search.refit, base, trial.candidate) for trial in strong]):
+    strong.sort(key=lambda trial: (trial.required_gain - trial.gain, trial.candidate.name))
+    firsts = [last] if len(last.model.terms) == 1 else []
+    strong = strong[: search.budget.affordable(FIRSTS)]
+    for fit in search.problem.batched([partial(search.refit, base, trial.candidate) for trial in strong]):
         if not search.contradicts(fit) and (
-            search.problem.shots.contact or all(abs(fit.chi2 - other.chi2) > 1.0 for other in found)
+            search.problem.simulator.contact or all(abs(fit.chi2 - other.chi2) > 1.0 for other in firsts)
         ):
-            found.append(fit)
-    return [fit for fit in found if fit is not last]
+            firsts.append(fit)
+    return [fit for fit in firsts if fit is not last]
 
 
-def submerged(search, fits, rounds):
+def try_stated_fluid(search, fits, rounds):
     """(fits, rounds) of a search begun with what a dense fluid does for certain, where something is missing and that is not in.
 
     A model that states a liquid and lacks buoyancy, added mass and drag misses three effects at once, and behind the first of
     them an imposter explains more than the second. Kept where all but noise is explained, about as cheaply as without.
     """
     base, last, around = fits[0], fits[-1], search.problem.trials[0].surroundings
-    bodies = [solid(trial.body) for trial in search.problem.trials]
+    bodies = [rigid_body(trial.body) for trial in search.problem.trials]
     known = {"buoyancy": {"fluid_density": around.fluid_density}, "added_mass": {}}
     entries = [entry for entry in search.candidates if entry.name in known and entry.name not in last.model.names]
     dense = any(around.fluid_density * body.volume > DENSE * body.mass for body in bodies)
     explains = last.chi2 < EXPLAINED * last.freedom
-    if not dense or not entries or len(last.model.terms) < 1 + explains or search.problem.shots.contact:
+    if not dense or not entries or len(last.model.terms) < 1 + explains or search.problem.simulator.contact:
         return fits, rounds  # one effect that explains everything is not doubted
     search.progress("in its fluid")
     model = base.model
     for entry in entries:
         numbers = {free.name: free.start for free in entry.free} | known[entry.name]
         model = model.with_term(Term(entry, tuple((free.name, numbers[free.name]) for free in entry.free)))
-    found, more = search.run(search.problem.fit(model, base.starts))
-    while (smaller := search.prune(found[-1], newest=0)) is not None:
-        found = [*found, smaller]
-    before, after = cost(search, last), cost(search, found[-1])
-    spare = RIVAL_MARGIN * len(entries) if explains else np.inf
+    following, more = search.run(search.problem.fit(model, base.initial_states))
+    while (smaller := search.prune(following[-1], newest=0)) is not None:
+        following = [*following, smaller]
+    before, after = cost(search, last), cost(search, following[-1])
+    spare = COMPETITOR_MARGIN * len(entries) if explains else np.inf
     kept = (
-        found[-1].chi2 < EXPLAINED * found[-1].freedom
+        following[-1].chi2 < EXPLAINED * following[-1].freedom
         and after < before + spare
-        and any(entry.name in found[-1].model.names for entry in entries)
+        and any(entry.name in following[-1].model.names for entry in entries)
     )
-    return ([base, *found], rounds + more) if kept else (fits, rounds)
+    return ([base, *following], rounds + more) if kept else (fits, rounds)
 
 
-def exchanged(search, fits, rounds):
+def exchange_terms(search, fits, rounds):
     """(fits, rounds) of the search taken up again from wherever a better term replaces one that stood for it.
 
     While an imposter stands in the model, what else is missing may not hold out.
     """
     for _ in range(MOST_TERMS):
-        if search.budget.rivals_over("exchanges of an accepted effect for a better one"):
+        if search.budget.ends_comparison("exchanges of an accepted effect for a better one"):
             break
-        final = swapped(search, fits[-1])
+        final = exchange_best_terms(search, fits[-1])
         if final is fits[-1]:
             break
         if final.chi2 < final.freedom + 3 * np.sqrt(2 * final.freedom):  # nothing is left to look for
             fits = [*fits, final]
             break
-        found, more = search.run(final)
-        fits, rounds = fits + found, rounds + more
-        if len(found) == 1:
+        following, more = search.run(final)
+        fits, rounds = fits + following, rounds + more
+        if len(following) == 1:
             break
     return fits, rounds
 
 
-def swapped(search, fit):
+def exchange_best_terms(search, fit):
     """The fit with terms replaced by others that explain as much with fewer numbers, or more with as many; at most three."""
     for _ in range(MOST_TERMS):
         better = None
@@ -216,9 +210,9 @@ def swapped(search, fit):
                 continue
             without, replaced = replacements(search, fit, index, 0.7, 0.0)
             for entry, other in replaced:
-                if term.name in search.read and entry.name not in search.read and not explained(search.problem, other):
+                if term.name in search.readings and entry.name not in search.readings and not explained(search.problem, other):
                     continue  # what the impacts show directly gives way only to what explains the data
-                gain = (fit.chi2 - other.chi2) + search.fee(term.candidate) - search.fee(entry)
+                gain = (fit.chi2 - other.chi2) + search.complexity_penalty(term.candidate) - search.complexity_penalty(entry)
                 if (
                     gain > 2.0
                     and not search.out_of_bounds(other)

@@ -12,113 +12,99 @@ from minibullet.bodies import Bodies, ContactLaw, Contacts
 from minibullet.effects.contract import Effect, checked_answer, checked_law
 
 
-class Seats:
-    """Who sits where in the rows of a World; filled in once its rows are known."""
+class Assignment:
+    """Which run each row of a World belongs to; filled in once its rows are known."""
 
-    def __init__(self, runs):
-        self.run_of_row = np.full(0, -1)  # run of every body of the World, -1 = a floor (n,)
-        self.runs = runs  # number of runs
+    run_of_row = run_of_moving = np.full(0, -1)  # run of every row, -1 = a floor (n,); the same without floors
 
     def take(self, run_of_row):
         """Note the run of every row (n,)."""
-        self.run_of_row = np.asarray(run_of_row)
-        self.run_of_moving = self.run_of_row[self.run_of_row >= 0]
+        self.run_of_row, self.run_of_moving = run_of_row, run_of_row[run_of_row >= 0]
 
 
 @dataclass(frozen=True)
-class Portion:
+class Subset:
     """Effects that act, in this order, on some of the runs."""
 
     effects: tuple
-    member: np.ndarray  # does run b belong, boolean (runs,)
+    members: np.ndarray  # does run b belong, boolean (runs,)
 
 
 @dataclass(frozen=True)
-class SharedForces(Effect):
-    """Forces of several models: those of each effect on the bodies of the runs that have it."""
+class SharedEffect(Effect):
+    """What effects of several models do together."""
 
-    portions: tuple = field(default=(), compare=False)
-    seats: Seats | None = field(default=None, compare=False)
+    subsets: tuple = field(default=(), compare=False)
+    assignment: Assignment | None = field(default=None, compare=False)
+
+    def summed(self, answer, bodies, shape):
+        """Sum of answer(effect, bodies) over effects, each for the bodies of the runs that have it, (n, *shape)."""
+        total, run = np.zeros((len(bodies.mass), *shape)), self.assignment.run_of_moving
+        for subset in self.subsets:
+            inside = subset.members[run]
+            rows, part = slice(None), bodies
+            if not inside.all():
+                rows = np.flatnonzero(inside)
+                part = Bodies(*(values[rows] for values in bodies))
+            for effect in subset.effects if inside.any() else ():
+                total[rows] += checked_answer(effect, answer(effect, part), len(part.mass), shape)
+        return total
+
+
+class SharedForces(SharedEffect):
+    """Forces of several models."""
 
     def forces(self, bodies, time):
-        total = np.zeros((len(bodies.mass), 6))
-        for portion, rows, part in _parts(self, bodies):
-            for effect in portion.effects:
-                total[rows] += checked_answer(effect, effect.forces(part, time), len(part.mass), (6,))
-        return total
+        return self.summed(lambda effect, part: effect.forces(part, time), bodies, (6,))
 
 
-@dataclass(frozen=True)
-class SharedMass(Effect):
+class SharedMass(SharedEffect):
     """Added masses of several models."""
 
-    portions: tuple = field(default=(), compare=False)
-    seats: Seats | None = field(default=None, compare=False)
-
     def added_mass(self, bodies):
-        total = np.zeros((len(bodies.mass), 6, 6))
-        for portion, rows, part in _parts(self, bodies):
-            for effect in portion.effects:
-                total[rows] += checked_answer(effect, effect.added_mass(part), len(part.mass), (6, 6))
-        return total
+        return self.summed(lambda effect, part: effect.added_mass(part), bodies, (6, 6))
 
 
-@dataclass(frozen=True)
-class SharedLaw(Effect):
+class SharedLaw(SharedEffect):
     """Contact laws of several models."""
 
-    portions: tuple = field(default=(), compare=False)
-    seats: Seats | None = field(default=None, compare=False)
-
     def contact_law(self, contacts, bodies, law):
-        run = np.maximum(self.seats.run_of_row[contacts.body_a], self.seats.run_of_row[contacts.body_b])
-        found = [np.array(values, dtype=float) for values in law]
-        for portion in self.portions:
-            inside = np.flatnonzero(portion.member[run])
+        run = np.maximum(self.assignment.run_of_row[contacts.body_a], self.assignment.run_of_row[contacts.body_b])
+        combined = [np.array(values, dtype=float) for values in law]
+        for subset in self.subsets:
+            inside = np.flatnonzero(subset.members[run])
             if len(inside) == 0:
                 continue
-            some, its = Contacts(*(values[inside] for values in contacts)), ContactLaw(*(values[inside] for values in found))
-            for effect in portion.effects:
+            some, its = Contacts(*(values[inside] for values in contacts)), ContactLaw(*(values[inside] for values in combined))
+            for effect in subset.effects:
                 its = checked_law(effect, effect.contact_law(some, bodies, its), some)
-            for values, changed in zip(found, its, strict=True):
+            for values, changed in zip(combined, its, strict=True):
                 values[inside] = changed
-        return ContactLaw(*found)
+        return ContactLaw(*combined)
 
 
-def _parts(shared, bodies):
-    """(portion, rows, their Bodies) of the moving bodies, for every portion that has any."""
-    run = shared.seats.run_of_moving
-    for portion in shared.portions:
-        inside = portion.member[run]
-        if inside.all():
-            yield portion, slice(None), bodies
-        elif inside.any():
-            rows = np.flatnonzero(inside)
-            yield portion, rows, Bodies(*(values[rows] for values in bodies))
-
-
-def shared(effects):
-    """(effects for one World, Seats to fill in or None) for runs with the effects (tuple of values) listed, one entry a run.
+def shared_effects(effects):
+    """(effects for one World, Assignment to fill in or None) for runs with the effects (tuple of values) listed, one entry a run.
 
     Where all runs have the same effects, these are passed on as they are.
     """
     if all(entry is effects[0] or entry == effects[0] for entry in effects):
         return effects[0], None
-    seats, acting = Seats(len(effects)), []
+    assignment, acting = Assignment(), []
     for kind, method in ((SharedForces, "forces"), (SharedMass, "added_mass")):  # sums: each effect by itself
-        member = {}
+        members = {}
         for run, entry in enumerate(effects):
             for place, effect in enumerate(entry):
                 if getattr(type(effect), method) is not getattr(Effect, method):
                     count = sum(other == effect for other in entry[:place])  # two alike count twice
-                    member.setdefault((count, effect), np.zeros(len(effects), bool))[run] = True
-        if member:
-            acting.append(kind(tuple(Portion((effect,), runs) for (_, effect), runs in member.items()), seats))
-    member = {}
+                    members.setdefault((count, effect), np.zeros(len(effects), bool))[run] = True
+        if members:
+            acting.append(kind(tuple(Subset((effect,), runs) for (_, effect), runs in members.items()), assignment))
+    members = {}
     for run, entry in enumerate(effects):  # laws act one on what the other left: each list by itself
         laws = tuple(effect for effect in entry if type(effect).contact_law is not Effect.contact_law)
         if laws:
-            member.setdefault(laws, np.zeros(len(effects), bool))[run] = True
-    if member:
-        acting.append(SharedLaw(tuple(Portion(laws, runs) for laws, runs in member.items()), seats))
-    return tuple(acting), seats
+            members.setdefault(laws, np.zeros(len(effects), bool))[run] = True
+    if members:
+        acting.append(SharedLaw(tuple(Subset(laws, runs) for laws, runs in members.items()), assignment))
+    return tuple(acting), assignment

@@ -1,20 +1,21 @@
-"""Work that waits for simulations, many pieces at a time: what all of them ask for next is simulated in one go.
+"""Tasks that wait for simulations: what all of them ask for next is simulated in one batch.
 
-Each piece is a plain function. It runs in a thread of its own, but never two at once: a piece runs until it asks for a
-simulation, then the next one does, in their order; when all wait, everything asked for is answered together. So what comes
-back depends on the pieces alone.
+Each task is a plain function. It runs in a thread of its own, but never two at once: a task runs until it asks for a simulation,
+then the next one does, in their order; when all wait, everything asked for is answered in one batch. So what comes back depends
+on the tasks alone.
 """
 
 import threading
+from itertools import islice
 
 _here = threading.local()
 
 
 class Abandoned(BaseException):
-    """The work was given up: another piece failed, or the user pressed Ctrl-C."""
+    """The work was given up: another task failed, or the user pressed Ctrl-C."""
 
 
-class Piece(threading.Thread):
+class Task(threading.Thread):
     """One function on its way."""
 
     def __init__(self, function):
@@ -26,11 +27,11 @@ class Piece(threading.Thread):
     def run(self):
         """Body of the thread."""
         self._go.acquire()
-        _here.piece = self
+        _here.task = self
         try:
             if not isinstance(self.answers, Abandoned):
                 self.result = self.function()
-        except BaseException as error:  # handed on by `together`
+        except BaseException as error:  # handed on by `run_tasks`
             self.error = error
         self.ended = True
         self._back.release()
@@ -46,7 +47,7 @@ class Piece(threading.Thread):
         self._go.release()
 
     def ask(self, requests):
-        """Wait for the answers to requests (called by the piece itself)."""
+        """Wait for the answers to requests (called by the task itself)."""
         self.requests = requests
         self._back.release()
         self._go.acquire()
@@ -55,38 +56,36 @@ class Piece(threading.Thread):
         return self.answers
 
 
-def asker():
-    """The piece that is running, or None outside of `together`."""
-    return getattr(_here, "piece", None)
+def current_task():
+    """The task that is running, or None outside of `run_tasks`."""
+    return getattr(_here, "task", None)
 
 
-def together(answer, functions):
+def run_tasks(answer, functions):
     """[function() for function in functions], where what they ask for is answered together.
 
-    answer: list of requests -> list of answers; a function asks by ``asker().ask(requests)``. The first exception, in the
+    answer: list of requests -> list of answers; a function asks by ``current_task().ask(requests)``. The first exception, in the
     order of the functions, ends everything.
     """
     functions = list(functions)
     if len(functions) < 2:
         return [function() for function in functions]
-    pieces = [Piece(function) for function in functions]
-    for piece in pieces:
-        piece.start()
-    waiting = pieces
+    tasks = [Task(function) for function in functions]
+    for task in tasks:
+        task.start()
+    waiting = tasks
     try:
         while waiting:
-            for piece in waiting:
-                piece.advance()
-                if piece.error is not None:
-                    raise piece.error
-            waiting = [piece for piece in waiting if not piece.ended]
-            found = answer([request for piece in waiting for request in piece.requests]) if waiting else []
-            place = 0
-            for piece in waiting:
-                piece.answers = found[place : place + len(piece.requests)]
-                place += len(piece.requests)
+            for task in waiting:
+                task.advance()
+                if task.error is not None:
+                    raise task.error
+            waiting = [task for task in waiting if not task.ended]
+            answers = iter(answer([request for task in waiting for request in task.requests]) if waiting else [])
+            for task in waiting:
+                task.answers = list(islice(answers, len(task.requests)))
     finally:
-        for piece in pieces:
-            if not piece.ended:
-                piece.abandon()
-    return [piece.result for piece in pieces]
+        for task in tasks:
+            if not task.ended:
+                task.abandon()
+    return [task.result for task in tasks]

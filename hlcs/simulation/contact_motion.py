@@ -1,15 +1,18 @@
-"""Motion with contacts: many independent runs of one body on its floor, side by side in one World of the engine."""
+"""Motion with contacts: many independent runs of a body on its floor, beside each other in one World of the engine."""
 
 import warnings
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.data.rigid_body import solid as solid_of
-from hlcs.simulation.batch_effects import shared
+import minibullet as mb
+from hlcs.data.rigid_body import RigidBody, rigid_body
+from hlcs.simulation.batch_effects import shared_effects
 from hlcs.simulation.free_flight import Track
 from minibullet import rotations
+from minibullet.shapes.primitives import ConvexPiece
 
 BOX = np.repeat(np.eye(3), 2, axis=0) * np.tile([[1.0], [-1.0]], (3, 1))  # outward normals of its faces
 SWEEPS = 1000  # a body on an edge needs hundreds; the exact solver costs more than what it adds to them can be measured
@@ -28,8 +31,6 @@ class OffCentre:
     @cached_property
     def pieces(self):
         """Convex pieces relative to the moved centre of mass."""
-        from minibullet.shapes.primitives import ConvexPiece
-
         return tuple(ConvexPiece(piece.vertices - np.asarray(self.centre), piece.radius) for piece in self.shape.pieces)
 
 
@@ -53,21 +54,21 @@ def gap(shape, position, orientation, surroundings):
     return float(position @ normal - surroundings.floor_height + support(shape, orientation, normal).min())
 
 
-def seat(shape, start, nominal, actual, margin):
-    """A start (13,) that rests on the nominal floor, moved to rest on the actual one; its velocity into the floor taken out.
+def seat(shape, initial_state, nominal, actual, margin):
+    """An initial state (13,) at rest on the nominal floor, moved to rest on the actual one without its velocity into the floor.
 
     A face or a rounded body that lies flat turns with the floor; a body on an edge or corner keeps its attitude.
     """
-    start = start.copy()
+    state = initial_state.copy()
     old, new = np.asarray(nominal.floor_normal), np.asarray(actual.floor_normal)
     if not np.allclose(old, new):
-        heights = support(shape, start[6:10], old)
+        heights = support(shape, state[6:10], old)
         if np.sum(heights < heights.min() + 0.01 * np.ptp(heights) + 1e-9) >= 3:
             turn = rotations.between(old, new)
-            start[6:10] = rotations.product(turn, start[6:10])
-    start[:3] += (margin - gap(shape, start[:3], start[6:10], actual)) * new
-    start[3:6] -= (start[3:6] @ new) * new
-    return start
+            state[6:10] = rotations.product(turn, state[6:10])
+    state[:3] += (margin - gap(shape, state[:3], state[6:10], actual)) * new
+    state[3:6] -= (state[3:6] @ new) * new
+    return state
 
 
 @lru_cache(maxsize=256)
@@ -77,9 +78,7 @@ def faces(body):
         return BOX
     if body.shape != "mesh":
         return np.zeros((0, 3))
-    from minibullet.shapes.primitives import ConvexPiece
-
-    return ConvexPiece(np.concatenate([piece.vertices for piece in solid_of(body).shape.pieces])).normals
+    return ConvexPiece(np.concatenate([piece.vertices for piece in rigid_body(body).shape.pieces])).normals
 
 
 def lies_on_a_face(body, normal, orientations, sigma):
@@ -103,58 +102,56 @@ def flattened(orientation, normal, sides=BOX):
     return rotations.product(rotations.between(rotations.rotate(orientation, -down), normal), orientation)
 
 
-def run(solids, shapes, starts, floors, effects, friction, restitution, duration, step):
-    """Track of B runs: shapes and starts (B, 13) on floors [(normal, height) or None]; no run touches another.
+class Run(NamedTuple):
+    """One run: a body, where it starts, its floor, and the laws that hold for it and for no other run of its World."""
 
-    effects: tuple of values for each run; friction, restitution [-]: of each run (B,).
+    body: RigidBody
+    shape: object  # a minibullet shape about the centre of mass
+    initial_state: np.ndarray  # of the centre of mass (13,)
+    floor: tuple | None  # (unit normal, height along it [m]), None = none
+    effects: tuple
+    friction: float  # [-]
+    restitution: float  # [-]
+
+
+def run_of(body, setup, initial_state, effects, moved_centre):
+    """The Run of a rigid body in its Setup; moved_centre: whether centres of mass are off the centres of their shapes.
+
+    A gap that contacts keep open lifts the floor: the body touches, rolls and turns with its own surface.
     """
-    import minibullet as mb
+    around, floor = setup.surroundings, None
+    if around.floor_height is not None:
+        floor = around.floor_normal, around.floor_height + setup.margin
+    shape = off_centre(body.shape, setup.centre) if moved_centre else body.shape
+    return Run(body, shape, initial_state, floor, effects, around.friction, around.restitution)
 
-    acting, seats = shared(effects)
-    world = mb.World(
-        effects=acting,
-        settings=mb.Settings(
-            time_step=step,
-            friction=float(friction[0]),
-            restitution=float(restitution[0]),
-            margin=0.0,
-            solver="gauss_seidel",
-            iterations=SWEEPS,
-        ),
+
+def simulate(runs, duration, step):
+    """Track of many runs for a duration [s] in steps [s], beside each other in one World; no run touches another."""
+    effects, assignment = shared_effects([run.effects for run in runs])
+    settings = mb.Settings(
+        time_step=step,
+        friction=float(runs[0].friction),
+        restitution=float(runs[0].restitution),
+        margin=0.0,
+        solver="gauss_seidel",
+        iterations=SWEEPS,
     )
-    unlike = bool(np.ptp(friction) or np.ptp(restitution))
-    distinct = {floor for floor in floors if floor is not None}
-    for b, (solid, shape, start, floor) in enumerate(zip(solids, shapes, starts, floors, strict=True)):
-        if floor is not None and len(distinct) > 1:
-            world.add_plane(floor[0], floor[1], name=f"floor {b}", group=b)
-        own = {"friction": float(friction[b]), "restitution": float(restitution[b])} if unlike else {}
-        world.add(
-            shape,
-            mass=solid.mass,
-            inertia=solid.tensor,
-            position=start[:3],
-            orientation=start[6:10],
-            velocity=start[3:6],
-            angular_velocity=start[10:13],
-            name=f"run {b}",
-            group=b,
-            **own,
-        )
-    if len(distinct) == 1:
-        ((normal, height),) = distinct
-        world.add_plane(normal, height)
+    world = mb.World(effects=effects, settings=settings)
+    _add(world, runs)
     scene = world.registry.enrol()
-    place = {name: row for row, name in enumerate(scene.names)}
-    order = np.array([place[f"run {b}"] for b in range(len(starts))])
-    if seats is not None:
+    row_of = {name: row for row, name in enumerate(scene.names)}
+    order = np.array([row_of[f"run {b}"] for b in range(len(runs))])
+    if assignment is not None:
         run_of_row = np.full(len(scene.names), -1)
-        run_of_row[order] = np.arange(len(starts))
-        seats.take(run_of_row)
+        run_of_row[order] = np.arange(len(runs))
+        assignment.take(run_of_row)
     frames = scene.frame[order]
     count = max(int(np.ceil(duration / step - 1e-9)), 1)
-    record = [np.empty((count + 1, len(starts), size)) for size in (3, 3, 4, 3)]
+    record = [np.empty((count + 1, len(runs), size)) for size in (3, 3, 4, 3)]
+    initial_states = np.array([run.initial_state for run in runs])
     for store, columns in zip(record, (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)), strict=True):
-        store[0] = starts[:, columns]
+        store[0] = initial_states[:, columns]
     with warnings.catch_warnings():  # a start read from noisy samples may lie a little in its floor: no scene of the user's
         warnings.simplefilter("ignore", mb.SceneWarning)
         for k in range(1, count + 1):
@@ -164,3 +161,27 @@ def run(solids, shapes, starts, floors, effects, friction, restitution, duration
             record[2][k] = after.orientation[order]
     record[2][1:] = rotations.product(record[2][1:], rotations.conjugate(frames))
     return Track(np.arange(count + 1) * step, *record)
+
+
+def _add(world, runs):
+    """Put runs into a World: one floor for all where they have the same, else one each."""
+    unlike = len({(run.friction, run.restitution) for run in runs}) > 1
+    floors = {run.floor for run in runs if run.floor is not None}
+    for b, run in enumerate(runs):
+        if run.floor is not None and len(floors) > 1:
+            world.add_plane(*run.floor, name=f"floor {b}", group=b)
+        contact = {"friction": float(run.friction), "restitution": float(run.restitution)} if unlike else {}
+        world.add(
+            run.shape,
+            mass=run.body.mass,
+            inertia=run.body.tensor,
+            position=run.initial_state[:3],
+            orientation=run.initial_state[6:10],
+            velocity=run.initial_state[3:6],
+            angular_velocity=run.initial_state[10:13],
+            name=f"run {b}",
+            group=b,
+            **contact,
+        )
+    if len(floors) == 1:
+        world.add_plane(*floors.pop())

@@ -28,11 +28,11 @@ class Track(NamedTuple):
     orientation: np.ndarray  # (T, B, 4)
     spin: np.ndarray  # angular velocity, world frame (T, B, 3) [rad/s]
 
-    def of(self, bodies):
+    def subset(self, bodies):
         """The Track of some of the bodies (a slice or indices)."""
         return Track(self.times, *(part[:, bodies] for part in self[1:]))
 
-    def look(self, times):
+    def observe(self, times):
         """Position (B, n, 3) and orientation (B, n, 4) at times (B, n).
 
         Cubic Hermite between nodes, straight on outside; where the velocity jumps inside a step (an impact), two straight
@@ -83,26 +83,16 @@ def euler(rotation, spin, torque, inertia, faster):
         )
 
 
-def fly(bodies: Bodies, effects, duration, step) -> Track:
-    """Fly n bodies for `duration` [s] under the effects (gravity among them), in equal steps of at most `step` [s].
-
-    Where an acceleration answers a change of velocity within the step (the drag of a light body in a liquid) the flight is done
-    again in shorter steps: beyond 2.8 / h Runge-Kutta's answer grows without end.
-    """
-    count = max(int(np.ceil(duration / step - 1e-9)), 1)
-    h = duration / count
-    heavy, added = bodies.mass[:, None], contract.added_mass(effects, bodies)
+def accelerations(bodies: Bodies, effects):
+    """Function (time, position, velocity, orientation, spin) -> (linear, angular acceleration) of n free bodies, (n, 3) each."""
+    mass, added = bodies.mass[:, None], contract.added_mass(effects, bodies)
     if added is not None and all(
         type(effect) is AddedMass for effect in effects if type(effect).added_mass is not contract.Effect.added_mass
     ):
-        heavy, added = heavy + added[:, 0, :1], None  # the same in every direction and attitude: so much more to accelerate
+        mass, added = mass + added[:, 0, :1], None  # the same in every direction and attitude: so much more to accelerate
     forceful = [effect for effect in effects if type(effect).forces is not contract.Effect.forces]
     isotropic = np.allclose(bodies.inertia, bodies.inertia[:, :1])
     n = len(bodies.mass)
-    x, v, q, w = (
-        np.array(part, dtype=float) for part in (bodies.position, bodies.twist[:, :3], bodies.orientation, bodies.twist[:, 3:])
-    )
-    record = [np.empty((count + 1, n, size)) for size in (3, 3, 4, 3)]
 
     def rates(time, x, v, q, w):
         state = bodies._replace(position=x, orientation=q, twist=np.concatenate([v, w], axis=1))
@@ -110,24 +100,41 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
         for effect in forceful:
             total += effect.forces(state, time)
         if added is None and isotropic:
-            return total[:, :3] / heavy, total[:, 3:] / bodies.inertia
+            return total[:, :3] / mass, total[:, 3:] / bodies.inertia
         axes = rotation_matrices(q)
         if added is None:
-            faster = np.empty((n, 3))
-            euler(axes, w, total[:, 3:], bodies.inertia, faster)
-            return total[:, :3] / heavy, faster
+            angular = np.empty((n, 3))
+            euler(axes, w, total[:, 3:], bodies.inertia, angular)
+            return total[:, :3] / mass, angular
         inertia = np.einsum("nij,nj,nkj->nik", axes, bodies.inertia, axes)
         total[:, 3:] -= rotations.cross(w, np.einsum("nij,nj->ni", inertia, w))
-        mass = np.zeros((n, 6, 6))
-        mass[:, [0, 1, 2], [0, 1, 2]] = heavy
-        mass[:, 3:, 3:] = inertia
-        mass += contract.added_mass(effects, state)
-        acceleration = np.linalg.solve(mass, total[:, :, None])[:, :, 0]
+        effective = np.zeros((n, 6, 6))
+        effective[:, [0, 1, 2], [0, 1, 2]] = mass
+        effective[:, 3:, 3:] = inertia
+        effective += contract.added_mass(effects, state)
+        acceleration = np.linalg.solve(effective, total[:, :, None])[:, :, 0]
         return acceleration[:, :3], acceleration[:, 3:]
 
-    def turned(q, angle):
-        return rotations.product(rotations.exponential(angle), q) if angle.any() else q
+    return rates
 
+
+def turned(q, angle):
+    """Orientations (n, 4) turned by rotation vectors (n, 3), world frame."""
+    return rotations.product(rotations.exponential(angle), q) if angle.any() else q
+
+
+def fly(bodies: Bodies, effects, duration, step) -> Track:
+    """Fly n bodies for `duration` [s] under the effects (gravity among them), in equal steps of at most `step` [s].
+
+    Where an acceleration answers a change of velocity within the step (the drag of a light body in a liquid) the flight is done
+    again in shorter steps: beyond 2.8 / h Runge-Kutta's answer grows without end.
+    """
+    count = max(int(np.ceil(duration / step - 1e-9)), 1)
+    h, rates = duration / count, accelerations(bodies, effects)
+    x, v, q, w = (
+        np.array(part, dtype=float) for part in (bodies.position, bodies.twist[:, :3], bodies.orientation, bodies.twist[:, 3:])
+    )
+    record = [np.empty((count + 1, *part.shape)) for part in (x, v, q, w)]
     for k in range(count + 1):
         for store, value in zip(record, (x, v, q, w), strict=True):
             store[k] = value

@@ -1,12 +1,12 @@
-"""The start of a recording: what of it is unknown, a first guess read off the samples, and steps of the unknowns.
+"""The initial state of a recording: what of it is unknown, a first guess from the samples, and steps of the unknowns.
 
-A start is (13,): position of the centre of mass, velocity, orientation (w, x, y, z), angular velocity; world frame. One of its
-unknowns is (slot, direction): the slot counts SLOTS, the direction is a unit vector (3,).
+An initial state is (13,): position of the centre of mass, velocity, orientation (w, x, y, z), angular velocity; world frame. One
+of its unknowns is (slot, direction): the slot counts SLOTS, the direction is a unit vector (3,).
 """
 
 import numpy as np
 
-from hlcs.data.rigid_body import solid
+from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import contact_motion
 from minibullet import rotations
 
@@ -15,7 +15,7 @@ PLACES = (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13))
 
 
 def unknowns(trial, measured, seated, flat, contact):
-    """What of a start is neither stated nor fixed by lying on the floor: ((slot, direction), ...).
+    """What of an initial state is neither stated nor fixed by lying on the floor: ((slot, direction), ...).
 
     measured: which of x, y, z, rx, ry, rz are (6,); seated: it lies on its floor; flat: on a face of it.
     """
@@ -36,62 +36,62 @@ def unknowns(trial, measured, seated, flat, contact):
     return tuple(found)
 
 
-def guess(trial, start_time, seated, flat, contact):
-    """The start (13,) read off the first samples; what the file states is taken from there."""
-    start = np.zeros(13)
-    start[6] = 1.0
+def initial_guess(trial, start_time, seated, flat, contact):
+    """The initial state (13,) read off the first samples; what the file states is taken from there."""
+    state = np.zeros(13)
+    state[6] = 1.0
     for axis in range(3):
         there = np.flatnonzero(np.isfinite(trial.position[:, axis]))
         if len(there) == 0:
             if axis == 2 and not contact:
-                start[5] = trial.surroundings.gravity * (trial.times[-1] - start_time) / 2  # unseen: back to its height
+                state[5] = trial.surroundings.gravity * (trial.times[-1] - start_time) / 2  # unseen: back to its height
             continue
         first = there[: max(4, min(9, len(there) // 3))]
         t = trial.times[first] - start_time
         fall = -0.5 * trial.surroundings.gravity * t**2 if axis == 2 and trial.surroundings.floor_height is None else 0.0
-        start[3 + axis], start[axis] = np.polyfit(t, trial.position[first, axis] - fall, 1)
+        state[3 + axis], state[axis] = np.polyfit(t, trial.position[first, axis] - fall, 1)
     there = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
     if len(there) >= 2:
         steady = not contact and trial.body.shape == "sphere"
         there = there if steady else there[:12]
-        start[10:13], start[6:10] = steady_turn(trial.times[there] - start_time, trial.orientation[there])
+        state[10:13], state[6:10] = steady_turn(trial.times[there] - start_time, trial.orientation[there])
     for name, place in zip(SLOTS, PLACES, strict=True):
         if name in trial.start:
-            start[place] = trial.start[name]
+            state[place] = trial.start[name]
     if flat:  # a face on the floor stays there: only turns about the normal are free
         normal = np.asarray(trial.surroundings.floor_normal)
         if "orientation" not in trial.start:
-            start[6:10] = contact_motion.flattened(start[6:10], normal, contact_motion.faces(trial.body))
+            state[6:10] = contact_motion.flattened(state[6:10], normal, contact_motion.faces(trial.body))
         if "angular_velocity" not in trial.start:
-            start[10:13] = (start[10:13] @ normal) * normal
-    return on_floor(start, trial) if seated else start
+            state[10:13] = (state[10:13] @ normal) * normal
+    return on_floor(state, trial) if seated else state
 
 
-def on_floor(start, trial):
-    """A start (13,) put on the nominal floor; a ball whose spin nobody knows rolls."""
-    shape = solid(trial.body).shape
-    start = contact_motion.seat(shape, start, trial.surroundings, trial.surroundings, 0.0)
+def on_floor(state, trial):
+    """An initial state (13,) put on the nominal floor; a ball whose spin nobody knows rolls."""
+    shape = rigid_body(trial.body).shape
+    state = contact_motion.seat(shape, state, trial.surroundings, trial.surroundings, 0.0)
     if trial.body.shape == "sphere" and "angular_velocity" not in trial.start and not np.isfinite(trial.orientation).any():
-        start[10:13] = np.cross(trial.surroundings.floor_normal, start[3:6]) / shape.bounding_radius
-    return start
+        state[10:13] = np.cross(trial.surroundings.floor_normal, state[3:6]) / shape.bounding_radius
+    return state
 
 
-def shifted(start, unknown, amount):
-    """A start (13,) changed by an amount of one of its unknowns."""
-    start = start.copy()
+def shifted(state, unknown, amount):
+    """An initial state (13,) changed by an amount of one of its unknowns."""
+    state = state.copy()
     slot, direction = unknown
     if slot == 2:
-        start[6:10] = rotations.product(rotations.exponential(amount * direction), start[6:10])
+        state[6:10] = rotations.product(rotations.exponential(amount * direction), state[6:10])
     else:
-        start[PLACES[slot]] += amount * direction
-    return start
+        state[PLACES[slot]] += amount * direction
+    return state
 
 
-def stepped(start, unknown, move):
-    """A start (13,) moved by amounts of its unknowns (unknowns,)."""
+def stepped(state, unknown, move):
+    """An initial state (13,) moved by amounts of its unknowns (unknowns,)."""
     for number, amount in zip(unknown, move, strict=True):
-        start = shifted(start, number, amount)
-    return start
+        state = shifted(state, number, amount)
+    return state
 
 
 def steady_turn(times, orientation):

@@ -6,7 +6,7 @@ import numpy as np
 
 from hlcs.effects import Candidate, build, build_entry, class_named
 from hlcs.effects.contract import Change
-from hlcs.simulation.simulator import Shots
+from hlcs.simulation.simulator import Simulator
 from minibullet.effects import Effect, Gravity, compose
 
 
@@ -100,6 +100,6 @@ class Model:
     def run(self, trial, start, times):
         """Positions (n, 3) and orientations (n, 4) of one trial at the times (n,), from a start (13,): x, v, q, w."""
         trial = replace(trial, times=np.asarray(times, dtype=float))
-        shots = Shots(self, (trial,), start_time=np.array([0.0]), contact=trial.surroundings.floor_height is not None)
-        ((position, orientation),) = shots.simulate(self, np.asarray(start, dtype=float)[None], np.zeros(1, int))
+        simulator = Simulator(self, (trial,), start_time=np.array([0.0]), contact=trial.surroundings.floor_height is not None)
+        ((position, orientation),) = simulator.simulate(self, np.asarray(start, dtype=float)[None], np.zeros(1, int))
         return position, orientation

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.data.rigid_body import solid
+from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.contract import Setup
 from hlcs.simulation.contact_motion import support
 from hlcs.simulation.free_flight import fly
@@ -20,26 +20,19 @@ STEPS = 160  # of a fall or a slide
 
 def outcomes(model, setups, inputs, outcome):
     """Outcomes (d,) [s or m] of d distinct rows: setups of the rows, inputs name -> (d,)."""
-    rows = len(setups)
-    answers = np.empty(rows)
-    kinds = {}
+    answers, alike, unit = np.empty(len(setups)), {}, outcome.rsplit("_", 1)[1]
     for row, setup in enumerate(setups):
-        kinds.setdefault(setup.surroundings, []).append(row)
-    for surroundings, members in kinds.items():
-        effects, changes, looks = model.changes(surroundings)
-        members = np.array(members)
-        actual = []
-        for row in members:
-            setup = setups[row]
-            for change in changes:
-                setup = change.setup(setup)
-            actual.append(setup)
-        part = {name: values[members] for name, values in inputs.items()}
-        unit = outcome.rsplit("_", 1)[1]
-        for change in looks:
-            part = change.inputs(part, unit)
-        values = LAWS[outcome](actual, effects, part)
-        for change in looks:
+        alike.setdefault(setup.surroundings, []).append(row)
+    for surroundings, members in alike.items():
+        effects, setup_changes, measurement_changes = model.changes(surroundings)
+        actual = [setups[row] for row in members]
+        for change in setup_changes:
+            actual = [change.setup(setup) for setup in actual]
+        true_inputs = {name: values[members] for name, values in inputs.items()}
+        for change in measurement_changes:
+            true_inputs = change.inputs(true_inputs, unit)
+        values = LAWS[outcome](actual, effects, true_inputs)
+        for change in measurement_changes:
             values = change.outcome(values, unit)
         answers[members] = values
     return answers
@@ -47,11 +40,11 @@ def outcomes(model, setups, inputs, outcome):
 
 def state_of(setups, velocity):
     """Bodies at the origin with the given velocities (d, 3)."""
-    solids = [solid(setup.body) for setup in setups]
-    count = len(solids)
-    numbers = [np.array([getattr(s, name) for s in solids]) for name in ("mass", "inertia", "volume", "area", "radius")]
+    bodies = [rigid_body(setup.body) for setup in setups]
+    count = len(bodies)
+    properties = [np.array([getattr(body, name) for body in bodies]) for name in ("mass", "inertia", "volume", "area", "radius")]
     orientation = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
-    return Bodies(np.zeros((count, 3)), orientation, np.concatenate([velocity, np.zeros((count, 3))], axis=1), *numbers)
+    return Bodies(np.zeros((count, 3)), orientation, np.concatenate([velocity, np.zeros((count, 3))], axis=1), *properties)
 
 
 def crossing(track, passed, count=50):
@@ -60,7 +53,7 @@ def crossing(track, passed, count=50):
     low, high = np.zeros(bodies), np.full(bodies, track.times[-1])
     for _ in range(count):
         middle = (low + high) / 2
-        before = passed(track.look(middle[:, None])[0][:, 0]) > 0
+        before = passed(track.observe(middle[:, None])[0][:, 0]) > 0
         low, high = np.where(before, middle, low), np.where(before, high, middle)
     return (low + high) / 2
 
@@ -68,7 +61,7 @@ def crossing(track, passed, count=50):
 def velocity_at(track, times):
     """Velocities (B, 3) at times (B,), by a central difference well inside a step."""
     h = 1e-4 * track.times[1]
-    ahead, behind = track.look((times + h)[:, None])[0][:, 0], track.look((times - h)[:, None])[0][:, 0]
+    ahead, behind = track.observe((times + h)[:, None])[0][:, 0], track.observe((times - h)[:, None])[0][:, 0]
     return (ahead - behind) / (2 * h)
 
 
@@ -196,7 +189,7 @@ def rest_height(setups, effects, inputs):
         [
             (setup.surroundings.floor_height or 0.0)
             + setup.margin
-            - support(solid(setup.body).shape, np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])).min()
+            - support(rigid_body(setup.body).shape, np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])).min()
             for setup in setups
         ]
     )

@@ -5,18 +5,18 @@ import numpy as np
 from hlcs.simulation.contact_motion import support
 from minibullet import rotations
 
-PHASES = ("flight", "impact", "slide", "roll", "rest")
-NEAR = 0.01  # gap below which a body touches, in bounding radii
-STILL = 0.02  # speed below which it rests [m/s]
-GRIP = 0.2  # slip below this part of the speed is rolling
+REGIMES = ("flight", "impact", "slide", "roll", "rest")
+TOUCHING_GAP = 0.01  # gap below which a body touches, in bounding radii
+REST_SPEED = 0.02  # speed below which it rests [m/s]
+ROLLING_SLIP = 0.2  # slip below this part of the speed is rolling
 
 
-def phases(trial, shape, position, orientation):
-    """Index into PHASES of every sample (n,) of a model's motion: position (n, 3), orientation (n, 4)."""
-    found = np.zeros(len(position), int)
+def classify_regimes(trial, shape, position, orientation):
+    """Index into REGIMES of every sample (n,) of a model's motion: position (n, 3), orientation (n, 4)."""
+    regime = np.zeros(len(position), int)
     surroundings = trial.surroundings
     if surroundings.floor_height is None or len(position) < 3:
-        return found
+        return regime
     normal, times = np.asarray(surroundings.floor_normal), trial.times
     lowest = np.array([support(shape, turn, normal).min() for turn in orientation])
     gap = position @ normal - surroundings.floor_height + lowest
@@ -27,14 +27,14 @@ def phases(trial, shape, position, orientation):
     speed = np.linalg.norm(velocity, axis=1)
     point = velocity + np.cross(spin, lowest[:, None] * normal)
     slip = np.linalg.norm(point - (point @ normal)[:, None] * normal, axis=1)
-    touching = gap < NEAR * shape.bounding_radius
+    touching = gap < TOUCHING_GAP * shape.bounding_radius
     moving = np.maximum(speed, np.linalg.norm(spin, axis=1) * shape.bounding_radius)
-    found[touching] = 2
-    found[touching & (slip < GRIP * np.maximum(moving, 1e-9))] = 3
-    found[touching & (moving < STILL)] = 4
+    regime[touching] = 2
+    regime[touching & (slip < ROLLING_SLIP * np.maximum(moving, 1e-9))] = 3
+    regime[touching & (moving < REST_SPEED)] = 4
     before = np.diff(position @ normal) / steps
     change = np.diff(before)  # at the samples 1 .. n-2
     limit = 3 * surroundings.gravity * (steps[1:] + steps[:-1]) / 2 + 0.1
     hits = 1 + np.flatnonzero(change > limit)
-    found[hits] = 1
-    return found
+    regime[hits] = 1
+    return regime

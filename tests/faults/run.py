@@ -87,7 +87,7 @@ def physics():
         stack.callback(setattr, PlacementTest, "run", run)
         PlacementTest.run = lambda test, progress=None: run(test if test.rows < 8 else PlacementTest(**SMALL))
         once(PlacementTest, "run", lambda test, progress=None: key_of(settings_of(test)))
-        once("hlcs.diagnose", "diagnose", lambda *values: None)
+        once("hlcs.cli.experiments", "diagnose_file", lambda *values: None)
         once("hlcs.report.diagnosis", "png", lambda axes: None)
         once("hlcs.report.comparison", "png", lambda axes: None)
         once("hlcs.placement.report", "report_page", lambda result: result.test)
@@ -165,7 +165,7 @@ class Scene:
             os.chdir(before[0])
             tempfile.tempdir = before[1]
             os.environ.pop("HLCS_CACHE") if before[2] is None else os.environ.update(HLCS_CACHE=before[2])
-        return status, out.getvalue(), err.getvalue(), bool({"run", "diagnose"} & set(self.asked))
+        return status, out.getvalue(), err.getvalue(), bool({"run", "diagnose_file"} & set(self.asked))
 
     def reset(self):
         """As after an earlier run, without its store."""

@@ -12,7 +12,9 @@ import tempfile
 import traceback
 from pathlib import Path
 
-from hlcs.data.measurement import read_measurement
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.data.outcome_tables import read_outcomes
+from hlcs.data.recordings import read_recordings
 from hlcs.files.csv_files import MOST_BYTES
 from hlcs.kinds.layers.data import read_layer_sets
 from hlcs.placement.sea_bottom import Survey
@@ -84,13 +86,13 @@ TOKENS = (
 def _recording(path):
     experiment = path.parent / "recording.toml"
     experiment.write_text('kind = "trajectory"\n' + BODY + f'[[trial]]\nfile = "{path.name}"\n')
-    return read_measurement(experiment)
+    return read_recordings(read_experiment_file(experiment))
 
 
 def _outcomes(path):
     experiment = path.parent / "outcomes.toml"
     experiment.write_text('kind = "outcomes"\n' + BODY + f'[measurement]\nfile = "{path.name}"\n')
-    return read_measurement(experiment)
+    return read_outcomes(read_experiment_file(experiment))
 
 
 KINDS = {

@@ -290,7 +290,8 @@ CHANGES = (_edit, _line, _rename, _rename, _value, _value, _value, _number, _num
 def read(kind, path):
     """Everything that is read before any work begins."""
     from hlcs.data.experiment_file import read_experiment_file
-    from hlcs.data.measurement import read_measurement
+    from hlcs.data.outcome_tables import read_outcomes
+    from hlcs.data.recordings import read_recordings
     from hlcs.effects import check_names
     from hlcs.kinds.layers.data import read_layers
     from hlcs.kinds.layers.model import model_of
@@ -305,7 +306,7 @@ def read(kind, path):
     if file.kind == "layers":
         return model_of(read_layers(file))
     check_names(file)
-    return read_measurement(file)
+    return (read_outcomes if file.kind == "outcomes" else read_recordings)(file)
 
 
 class _TooLong(BaseException):

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from experiments import measured
 from throws import G, drag_per_metre, write_throws
 
 import hlcs
@@ -101,9 +102,8 @@ def test_result_file_and_pictures(tmp_path):
 def test_the_mended_model_can_be_run(tmp_path):
     """diagnosis.model predicts a new throw: the tilt of 0.01 rad moves it by g 0.01 t^2/2 along y."""
     diagnosis = hlcs.diagnose(write_throws(tmp_path, tilt=(0.01, 0.0)), candidates=["tilted_gravity"])
-    from hlcs.data.measurement import read_measurement
 
-    trial = read_measurement(tmp_path / "throws.toml").trials[0]
+    trial = measured(tmp_path / "throws.toml").trials[0]
     start = np.r_[0, 0, 0, 0, 0, 5, 1, 0, 0, 0, 0, 0, 0]
     position, _ = diagnosis.model.run(trial, start, np.array([0.0, 1.0]))
     assert position[1, 1] == pytest.approx(G * 0.01 / 2, rel=0.15)

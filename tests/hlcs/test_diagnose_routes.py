@@ -5,15 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hlcs
-from hlcs.data.experiment_file import Body, Surroundings, read_experiment_file
-from hlcs.data.measurement import Trial, read_measurement
-from hlcs.estimation.cross_validation import Folds
-from hlcs.kinds.trajectories.preparation import prepare
-from hlcs.selection.eligibility import all_alike, candidates_for
-from hlcs.selection.search import Search
-from hlcs.simulation import contact_motion
-from hlcs.simulation.model import Model, Term, build_entry
-from minibullet import rotations
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.simulation.model import build_entry
 from minibullet.errors import InputError
 
 G = 9.81
@@ -117,38 +110,9 @@ def test_tables_that_cannot_be_right_are_refused(tmp_path, rows, extra, words):
 
 
 def test_an_effect_of_the_file_acts_in_the_fluid_of_the_file(tmp_path):
-    file = read_measurement(table(tmp_path, "height_m,fall_time_s", falls())).file
+    file = read_experiment_file(table(tmp_path, "height_m,fall_time_s", falls()))
     assert build_entry({"name": "buoyancy"}, file.surroundings).fluid_density == 1.2
     assert build_entry({"name": "buoyancy", "fluid_density": 1000.0}, file.surroundings).fluid_density == 1000.0
-
-
-def test_recordings_that_all_run_alike_cannot_tell_a_calibration_from_a_force(tmp_path):
-    times = np.arange(30) / 60
-    for name, heights in (("alike", (2.0, 2.0)), ("unlike", (2.0, 3.0))):
-        text = ""
-        for k, height in enumerate(heights):
-            rows = "".join(f"{t:.6f},{height - G * t * t / 2 + 1e-3 * np.cos(40 * t + k):.6f}\n" for t in times)
-            (tmp_path / f"{name}{k}.csv").write_text("t_s,z_m\n" + rows)
-            text += f'[[trial]]\nfile = "{name}{k}.csv"\n'
-        path = tmp_path / f"{name}.toml"
-        path.write_text(f'kind = "trajectory"\n{BALL}[measurement]\nnoise = {{ position = 0.002 }}\n{text}')
-        assert all_alike(read_measurement(path).trials) == (name == "alike")
-
-
-def test_a_box_that_lies_still_on_a_face_is_set_flat():
-    """Attitude noise of 0.005 rad does not lean it; a tilt of 0.05 rad, or one that grows at 1 rad/s, is no lying."""
-    generator = np.random.default_rng(5)
-    box, up, times = Body(shape="box", size=(0.1, 0.08, 0.04), mass=0.2), (0.0, 0.0, 1.0), np.arange(12) / 60
-    noise = rotations.exponential(0.005 * generator.standard_normal((12, 3)))
-    yaw = rotations.exponential(np.array([0.0, 0.0, 0.7]))
-    flat = rotations.product(noise, yaw)
-    assert contact_motion.lies_on_a_face(box, up, flat, 0.005)
-    for lean in (np.tile([0.05, 0, 0], (12, 1)), times[:, None] * [0.0, 1.0, 0.0]):
-        assert not contact_motion.lies_on_a_face(box, up, rotations.product(rotations.exponential(lean), flat), 0.005)
-    assert not contact_motion.lies_on_a_face(Body(shape="sphere", radius=0.1), up, flat, 0.005)
-    set_flat = contact_motion.flattened(flat[0], up)
-    assert rotations.rotate(set_flat, np.array(up)) == pytest.approx(np.array(up), abs=1e-12)
-    assert np.linalg.norm(rotations.logarithm(rotations.product(set_flat, rotations.conjugate(yaw)))) < 0.02
 
 
 @pytest.mark.slow
@@ -202,20 +166,6 @@ def test_a_model_that_forgot_its_liquid_misses_three_effects_and_no_clock(tmp_pa
     assert numbers["quadratic_drag"]["drag_coefficient"]["low"] < 0.5 < numbers["quadratic_drag"]["drag_coefficient"]["high"]
 
 
-def test_a_drag_that_answers_within_a_step_is_flown_in_shorter_steps():
-    """A bead of 1 mm falls from rest in water: v = V tanh(g' t/V), V/g = 16 ms, flown with steps of 33 ms to 1 um."""
-    bead = Body(shape="sphere", radius=5e-4, mass=2.6e-6)
-    around = Surroundings(fluid_density=1000.0)
-    model = Model(fixed=({"name": "quadratic_drag", "drag_coefficient": 2.5},))
-    times = np.linspace(0, 1, 40)
-    still = Trial("bead.csv", "1", times, np.zeros((40, 3)), np.full((40, 4), np.nan), {}, bead, around)
-    start = np.array([0, 0, 0, 0, 0, 0, 1.0, 0, 0, 0, 0, 0, 0])
-    position, _ = model.run(still, start, times)
-    per_metre = 2.5 * 1000 * np.pi * 5e-4**2 / (2 * 2.6e-6)
-    exact = -np.log(np.cosh(np.sqrt(G * per_metre) * times)) / per_metre
-    assert np.abs(position[:, 2] - exact).max() < 1e-6
-
-
 @pytest.mark.parametrize("late, seed", [(0.01, 2), (0.015, 1)])  # found as a pair on top of the slow clock, and in its place
 def test_a_late_trigger_and_drag_are_told_from_the_slow_clock_that_imitates_both(tmp_path, late, seed):
     """Alone a clock 3 % slow explains fall times best; beside either of the two causes it is worth nothing."""
@@ -230,29 +180,3 @@ def test_a_late_trigger_and_drag_are_told_from_the_slow_clock_that_imitates_both
     diagnosis = hlcs.diagnose(path, candidates=["quadratic_drag", "clock_offset", "time_scale"])
     assert diagnosis.verdict == "effect" and set(diagnosis.effects) == {"quadratic_drag", "clock_offset"}
     assert diagnosis.parameters["clock_offset"]["offset"]["value"] == pytest.approx(late, abs=0.002)  # 4 standard errors
-
-
-def test_what_a_later_term_drives_to_its_bound_goes(tmp_path):
-    """A fall a fifth too fast asks for a clock 10 % slow, and 5 % is the most: however much it gains, it does not stay."""
-    times = np.arange(60) / 60
-    for k in range(4):
-        fall = np.column_stack([k * times, 0 * times, 20.0 - 0.6 * G * times**2])
-        rows = "".join(f"{t:.6f},{x:.6f},{y:.6f},{z:.6f}\n" for t, (x, y, z) in zip(times, fall, strict=True))
-        (tmp_path / f"f{k}.csv").write_text("t_s,x_m,y_m,z_m\n" + rows)
-    path = tmp_path / "e.toml"
-    path.write_text(
-        f'kind = "trajectory"\n{BALL}[measurement]\nnoise = {{ position = 0.004 }}\n'
-        + "".join(f'[[trial]]\nfile = "f{k}.csv"\ngroup = "{k % 2}"\n' for k in range(4))
-    )
-    measurement = read_measurement(read_experiment_file(path))
-    prepared = prepare(measurement)
-    entries, _ = candidates_for(measurement, False, ["time_scale", "linear_drag"])
-    search = Search(prepared.problem, entries, Folds(measurement.trials, measurement.file.hold_out))
-    model = prepared.base.model
-    for entry in reversed(entries):
-        model = model.with_term(Term(entry, tuple(entry.absent.items())))
-    fit = prepared.problem.fit(model)
-    without = prepared.problem.fit(model.without(0))
-    assert fit.model.names == ("time_scale", "linear_drag") and fit.bounds_of(0) == (True,)
-    assert without.chi2 - fit.chi2 > 1000
-    assert search.prune(fit).model.names == ("linear_drag",)

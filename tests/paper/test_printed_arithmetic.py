@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hlcs.placement import printed_tables, statistics
+from tests.paper import table_statistics
 
 CASES = [("table2", "RPG"), ("table2", "TPG"), ("table3", "TPG")]
 
@@ -17,7 +18,7 @@ ROUNDING_PERCENT = 0.115
 )
 def test_equation_10_relative_errors(table, grid, study):
     """Every printed Er_j, to the rounding of the printed means."""
-    printed, _ = printed_tables.printed_errors(table, grid, study)
+    printed, _ = table_statistics.printed_errors(table, grid, study)
     computed = 100 * statistics.relative_error(
         printed_tables.laboratory(table, grid).mean, printed_tables.paper_numerical(table, grid, study).mean
     )
@@ -29,7 +30,7 @@ def test_equation_10_relative_errors(table, grid, study):
 )
 def test_equation_11_mean_relative_errors(table, grid, recomputed):
     """Printed 1.39, 1.04, 2.75 %; the printed means give 1.381, 1.004, 2.775 %, inside their rounding."""
-    _, printed = printed_tables.printed_errors(table, grid)
+    _, printed = table_statistics.printed_errors(table, grid)
     computed = 100 * statistics.mean_relative_error(
         printed_tables.laboratory(table, grid).mean, printed_tables.paper_numerical(table, grid).mean
     )
@@ -40,7 +41,7 @@ def test_equation_11_mean_relative_errors(table, grid, recomputed):
 @pytest.mark.parametrize(("table", "grid"), CASES)
 def test_printed_mean_of_printed_errors(table, grid):
     """Eq. 11 on the printed Er_j gives the printed eps_R to its last digit (0.01 %): Table 3 shows 2.754 as 2.75."""
-    layers, printed = printed_tables.printed_errors(table, grid)
+    layers, printed = table_statistics.printed_errors(table, grid)
     assert layers.mean() == pytest.approx(printed, abs=0.01)
 
 
@@ -57,15 +58,15 @@ def test_sensitivity_range_starts_above_what_table_2_shows():
 def test_equation_14_heights_and_porosity(table, grid, height, porosity):
     """Sums of five printed means (exact) and 1 - 5 phi / sum k with phi from the spacings (0.0005: the third digit)."""
     lab = printed_tables.laboratory(table, grid)
-    packing = statistics.packing_density(lab.spacing_x, lab.spacing_y)
+    packing = table_statistics.packing_density(lab.spacing_x, lab.spacing_y)
     assert lab.height_over_dn == pytest.approx(height, abs=1e-9)
-    assert statistics.porosity(packing, lab.mean) == pytest.approx(porosity, abs=5e-4)
+    assert table_statistics.porosity(packing, lab.mean) == pytest.approx(porosity, abs=5e-4)
 
 
 def test_printed_packing_densities():
     """phi = 0.55 (RPG) and 0.50 (TPG): 1/(a b) to two digits."""
-    assert statistics.packing_density(1.4, 1.3) == pytest.approx(0.55, abs=0.005)
-    assert statistics.packing_density(1.58, 1.27) == pytest.approx(0.50, abs=0.005)
+    assert table_statistics.packing_density(1.4, 1.3) == pytest.approx(0.55, abs=0.005)
+    assert table_statistics.packing_density(1.58, 1.27) == pytest.approx(0.50, abs=0.005)
 
 
 def test_equation_13_pools_more_than_this_study():
@@ -91,15 +92,15 @@ def test_first_layers_of_table_2_average_above_theory():
 
 def test_equation_14_with_equation_13_exceeds_the_measured_height():
     """Rounded design coefficients sum to 5.37 on TPG; measured 5.304."""
-    assert printed_tables.design_coefficients("TPG").sum() == pytest.approx(5.37, abs=1e-9)
-    assert printed_tables.design_coefficients("RPG").sum() == pytest.approx(5.16, abs=1e-9)
+    assert table_statistics.design_coefficients("TPG").sum() == pytest.approx(5.37, abs=1e-9)
+    assert table_statistics.design_coefficients("RPG").sum() == pytest.approx(5.16, abs=1e-9)
 
 
 @pytest.mark.parametrize(("table", "grid"), CASES)
 def test_equation_12_as_printed_is_not_an_interval_of_the_mean(table, grid):
     """k/sqrt(N) [1 +- 1.96 CV] does not even contain k; k [1 +- 1.96 CV/sqrt(N)] is centred on it."""
     lab = printed_tables.laboratory(table, grid)
-    low, high = statistics.confidence_interval(lab, law="normal")
+    low, high = table_statistics.equation_12(lab)
     assert np.all((low < lab.mean) & (lab.mean < high)) and (0.5 * (low + high)) == pytest.approx(lab.mean, rel=1e-12)
     assert np.all(lab.mean / np.sqrt(lab.tests) * (1 + 1.96 * lab.cv) < lab.mean)
 
@@ -108,8 +109,8 @@ def test_overlap_of_intervals_as_the_paper_claims():
     """ "Most" intervals overlap: on the corrected Eq. 12, 7 of the 10 layers of Table 2; RPG L2, L3 and TPG L1 do not."""
     apart = []
     for grid in ("RPG", "TPG"):
-        low_1, high_1 = statistics.confidence_interval(printed_tables.laboratory("table2", grid), law="normal")
-        low_2, high_2 = statistics.confidence_interval(printed_tables.paper_numerical("table2", grid), law="normal")
+        low_1, high_1 = table_statistics.equation_12(printed_tables.laboratory("table2", grid))
+        low_2, high_2 = table_statistics.equation_12(printed_tables.paper_numerical("table2", grid))
         apart += [f"{grid} L{layer + 1}" for layer in np.flatnonzero((low_1 > high_2) | (low_2 > high_1))]
     assert {"RPG L2", "TPG L1"} <= set(apart) and len(apart) <= 3
 

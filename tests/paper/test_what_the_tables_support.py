@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hlcs.placement import printed_tables, statistics
+from tests.paper import table_statistics
 
 PAIRS = {
     name: (printed_tables.laboratory(table, grid), printed_tables.paper_numerical(table, grid))
@@ -36,7 +37,7 @@ def test_bias_and_welch_t_of_every_layer(name, bias, t):
 def test_each_table_holds_one_layer_that_scatter_does_not_explain(name, fisher, layer, adjusted):
     """Holm within a table leaves exactly one layer below 0.05; Fisher's combination beside it."""
     p = statistics.welch(*PAIRS[name]).p
-    assert statistics.fisher(p) == pytest.approx(fisher, abs=6e-4)
+    assert table_statistics.fisher(p) == pytest.approx(fisher, abs=6e-4)
     holm = statistics.holm(p)
     assert np.flatnonzero(holm < 0.05).tolist() == [layer - 1]
     assert holm[layer - 1] == pytest.approx(adjusted, abs=6e-4)
@@ -46,7 +47,7 @@ def test_all_fifteen_layers_together():
     """Holm over all fifteen leaves none (smallest 0.069), yet together they reject a perfect model (Fisher 0.002)."""
     p = np.concatenate([statistics.welch(*pair).p for pair in PAIRS.values()])
     assert statistics.holm(p).min() == pytest.approx(0.069, abs=6e-4)
-    assert statistics.fisher(p) == pytest.approx(0.002, abs=5e-4)
+    assert table_statistics.fisher(p) == pytest.approx(0.002, abs=5e-4)
 
 
 @pytest.mark.parametrize(
@@ -64,7 +65,7 @@ def test_floor_of_the_mean_relative_error(name, mean, quantile, p):
 def test_total_height(name, error, t):
     lab, model = PAIRS[name]
     assert 100 * statistics.height_error(lab.mean, model.mean) == pytest.approx(error, abs=0.05)
-    assert statistics.height_test(lab, model).t == pytest.approx(t, abs=0.05)
+    assert table_statistics.height_test(lab, model).t == pytest.approx(t, abs=0.05)
 
 
 def test_the_slope_is_biased_one_way():
@@ -84,7 +85,9 @@ def test_campaigns_of_the_laboratory_differ():
     assert statistics.welch(tpg, slope).t[0] == pytest.approx(2.4, abs=0.05)
     for other in (rpg, slope):
         assert (
-            0.010 <= statistics.campaign_term([tpg.mean[0], other.mean[0]], [error[tpg.campaign], error[other.campaign]]) <= 0.015
+            0.010
+            <= table_statistics.campaign_term([tpg.mean[0], other.mean[0]], [error[tpg.campaign], error[other.campaign]])
+            <= 0.015
         )
 
 
@@ -105,7 +108,7 @@ def test_what_survives_the_campaign_term(name, layer, low, high):
     lab, model = PAIRS[name]
     for term, expected in ((0.015, low), (0.010, high)):
         for form in ("common", "individual"):
-            z = (model.mean - lab.mean) / np.sqrt(np.diag(statistics.covariance(lab, model, **{form: term})))
+            z = (model.mean - lab.mean) / np.sqrt(np.diag(table_statistics.covariance(lab, model, **{form: term})))
             assert z[layer - 1] == pytest.approx(expected, abs=0.006)
 
 
@@ -114,13 +117,13 @@ def test_whole_tables_with_a_campaign_term(name, common, individual):
     """Bootstrap p at 1.25 %, both forms; 0.008 is half a digit plus the draws. A finding must
     survive both: none does.
     """
-    assert statistics.chi_squared(*PAIRS[name], common=0.0125, draws=200_000)[2] == pytest.approx(common, abs=0.008)
-    assert statistics.chi_squared(*PAIRS[name], individual=0.0125, draws=200_000)[2] == pytest.approx(individual, abs=0.008)
+    assert table_statistics.chi_squared(*PAIRS[name], common=0.0125, draws=200_000)[2] == pytest.approx(common, abs=0.008)
+    assert table_statistics.chi_squared(*PAIRS[name], individual=0.0125, draws=200_000)[2] == pytest.approx(individual, abs=0.008)
 
 
 def test_chi_squared_law_is_too_sure_with_five_tests():
     """RPG: 24.1 on 5; the law says 0.0002, the bootstrap 0.03."""
-    observed, law, bootstrap = statistics.chi_squared(*PAIRS["RPG"])
+    observed, law, bootstrap = table_statistics.chi_squared(*PAIRS["RPG"])
     assert (
         observed == pytest.approx(24.1, abs=0.05)
         and law == pytest.approx(0.0002, abs=5e-5)
@@ -140,7 +143,7 @@ def test_detectable_shifts():
     """80 % power among five layers, percent of k: L1 0.8-2.1, L2 2.2-5.9, L3-L5 3.0-8.1."""
     shifts = np.array(
         [
-            100 * statistics.detectable_shift(np.sqrt(np.diag(statistics.covariance(*pair)))) / pair[0].mean
+            100 * statistics.detectable_shift(np.sqrt(np.diag(table_statistics.covariance(*pair)))) / pair[0].mean
             for pair in PAIRS.values()
         ]
     )
@@ -161,7 +164,7 @@ def test_reference_runs_score_what_is_recorded():
     """eps_R of the runs in reference.csv against laboratory and against the paper's model; their k are printed to 0.001, so
     0.1 %.
     """
-    for _, run in printed_tables.reference_runs().dropna(subset="k1").iterrows():
+    for _, run in table_statistics.reference_runs().dropna(subset="k1").iterrows():
         lab, model = PAIRS["slope" if run.bottom_slope else run.grid]
         k = run[["k1", "k2", "k3", "k4", "k5"]].to_numpy(float)
         assert 100 * statistics.mean_relative_error(lab.mean, k) == pytest.approx(run.eps_physical_percent, abs=0.1), run.run

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hlcs.effects import Free
 from hlcs.effects import set_of as library_set
 from hlcs.placement.grids import Grid
 from hlcs.placement.sea_bottom import Flat, Slope
@@ -32,12 +33,7 @@ class LayerCandidate:
     """
 
     name: str
-    number: str  # name of its parameter
-    unit: str
-    low: float
-    high: float
-    null: float
-    trial: float  # value at which it is simulated
+    number: Free  # it has one; `start` is the value at which it is simulated
     change: Callable | None = None
     reading: Callable | None = None
     switch: bool = False
@@ -57,7 +53,7 @@ class LayerCandidate:
 
     @property
     def step(self):
-        return self.trial - self.null
+        return self.number.start - self.number.null
 
     def applied(self, test, value):
         """The test with the candidate at this value."""
@@ -95,7 +91,7 @@ def set_of(name):
     return ALIKE.get(name) or library_set(name)
 
 
-# ---- the candidates by family: name, number, unit, lowest, highest, null and trial value, what they change; None = does not fit
+# ---- the candidates by family: name, number (unit, lowest, highest, null, trial value), what they change; None = does not fit
 def _physics(test):
     """Settings of the physics, sizes and slopes that are not what the file says, and what weight does after placing."""
     now, friction = test.restitution, test.friction
@@ -109,23 +105,24 @@ def _physics(test):
         _setting(test, "friction", "coefficient", "1", 0.0, 1.5, friction * friction if friction >= 0.3 else friction + 0.2),
         _setting(test, "inertia_error", "factor", "1", 0.5, 4.0, 2.06 * test.inertia_factor, "inertia_factor"),
         _setting(test, "bottom_roughness", "standard_deviation", "Dn", 0.0, 0.1, rough + 0.04) if level else None,
-        LayerCandidate("bottom_slope", "grade_y", "1", -0.1, 0.1, 0.0, 0.03, _tilt_bottom),
-        LayerCandidate(
-            "size_error", "relative", "1", -0.02, 0.02, 0.0, -0.02, _enlarge_units, lambda k, value, _: k * (1.0 + value)
+        LayerCandidate("bottom_slope", Free("grade_y", "1", -0.1, 0.1, 0.0, 0.03), _tilt_bottom),
+        LayerCandidate(  # in units of their own size, larger units on the same grid have a narrower one
+            "size_error",
+            Free("relative", "1", -0.02, 0.02, 0.0, -0.02),
+            change=lambda test, value: _widen_grid(test, 1.0 / (1.0 + value) - 1.0),
+            reading=lambda k, value, _: k * (1.0 + value),
         ),
-        LayerCandidate("settlement", "instant", "Dn", 0.0, 0.1, 0.0, 0.02, reading=lambda k, value, _: _raise_first(k, -value)),
+        LayerCandidate(
+            "settlement", Free("instant", "Dn", 0.0, 0.1, 0.0, 0.02), reading=lambda k, value, _: _raise_first(k, -value)
+        ),
         LayerCandidate(  # every layer loads the ground by as much again
             "ground_softness",
-            "compliance",
-            "m/N",
-            0.0,
-            softest,
-            0.0,
-            0.5 * softest,
+            Free("compliance", "m/N", 0.0, softest, 0.0, 0.5 * softest),
             reading=lambda k, value, _: k - value * sinking,
         ),
         LayerCandidate(
-            *("contact_compliance", "compliance", "m/N", 0.0, softest, 0.0, 0.5 * softest),
+            "contact_compliance",
+            Free("compliance", "m/N", 0.0, softest, 0.0, 0.5 * softest),
             reading=lambda k, value, _: k - value * sinking / 3.0 * np.arange(1.0, k.shape[-1] + 1.0),
         ),
     )
@@ -159,9 +156,10 @@ def _placement(test):
         _setting(test, "falling_distance", "distance", "Dn", 0.0, 0.5, distance + 0.25 if distance <= 0.25 else distance - 0.2),
         None if test.sequential_placement else _switch("sequential_placement", "sequential_placement", True),
         None if test.loose_lower_layers else _switch("loose_lower_layers", "loose_lower_layers", True),
-        LayerCandidate("grid_spacing", "relative", "1", -0.03, 0.03, 0.0, 0.02, _widen_grid),
+        LayerCandidate("grid_spacing", Free("relative", "1", -0.03, 0.03, 0.0, 0.02), _widen_grid),
         LayerCandidate(
-            *("orientation_bias", "fraction", "1", 0.0, 1.0, 1.0, 0.9),
+            "orientation_bias",
+            Free("fraction", "1", 0.0, 1.0, 1.0, 0.9),
             reading=lambda k, value, _: _raise_first(k, (1.0 - value) * TIP_OVER_LOW),
         ),
     )
@@ -171,11 +169,16 @@ def _measurement(sets):
     """How layers are read."""
     campaigns = tuple(dict.fromkeys(measured_set.campaign for measured_set in sets))
     return (
-        LayerCandidate("plate_bias", "offset", "Dn", -0.05, 0.05, 0.0, 0.02, reading=lambda k, value, _: _raise_first(k, value)),
-        LayerCandidate("length_scale", "factor", "1", 0.9, 1.1, 1.0, 1.02, reading=lambda k, value, _: k * value),
+        LayerCandidate(
+            "plate_bias", Free("offset", "Dn", -0.05, 0.05, 0.0, 0.02), reading=lambda k, value, _: _raise_first(k, value)
+        ),
+        LayerCandidate("length_scale", Free("factor", "1", 0.9, 1.1, 1.0, 1.02), reading=lambda k, value, _: k * value),
         *(
             LayerCandidate(
-                "campaign_offset", "offset", "1", -0.03, 0.03, 0.0, 0.02, reading=_scale_campaign(campaign), campaign=campaign
+                "campaign_offset",
+                Free("offset", "1", -0.03, 0.03, 0.0, 0.02),
+                reading=_scale_campaign(campaign),
+                campaign=campaign,
             )
             for campaign in (campaigns if len(campaigns) > 1 else ())  # of one campaign alone it is the length scale
         ),
@@ -186,15 +189,25 @@ def _numerics(test):
     """Shortcuts of the model: what disappears, or would, when they are taken back."""
     margin, damping = test.margin, test.linear_damping
     return (
-        LayerCandidate("time_step", "factor", "1", 0.125, 1.0, 1.0, 0.5, _set("time_step", times=test.time_step), switch=True),
-        LayerCandidate("iterations", "factor", "1", 1.0, 16.0, 1.0, 2.0, _more_iterations(test), switch=True),
+        LayerCandidate(
+            "time_step", Free("factor", "1", 0.125, 1.0, 1.0, 0.5), _set("time_step", times=test.time_step), switch=True
+        ),
+        LayerCandidate(
+            "iterations",
+            Free("factor", "1", 1.0, 16.0, 1.0, 2.0),
+            change=lambda now, value: replace(now, iterations=round(value * test.iterations), tolerance=test.tolerance / value),
+            switch=True,
+        ),
         _switch("convex_hull_shape", "shape", "pieces" if test.shape == "hull" else "hull"),
         LayerCandidate(
-            *("margin_offset", "offset", "Dn", -margin, 0.02, 0.0, -margin if margin > 0 else 0.008),
+            "margin_offset",
+            Free("offset", "Dn", -margin, 0.02, 0.0, -margin if margin > 0 else 0.008),
             change=_set("margin", plus=margin),
             removed_at=-margin,
         ),
-        LayerCandidate("damping", "linear", "1", 0.0, 1.0, damping, damping + 0.1, _set("linear_damping", "angular_damping")),
+        LayerCandidate(
+            "damping", Free("linear", "1", 0.0, 1.0, damping, damping + 0.1), _set("linear_damping", "angular_damping")
+        ),
         _switch("friction_combination", "friction", test.friction * test.friction, "product") if test.friction > 0 else None,
         _switch("friction_pyramid", "solver", "sequential_impulse") if test.solver != "sequential_impulse" else None,
     )
@@ -203,7 +216,7 @@ def _numerics(test):
 # ---- candidates of one sort -----------------------------------------------------------------------------------------------
 def _setting(test, name, number, unit, low, high, trial, field=None):
     """A candidate that is one setting of the test, absent at its present value."""
-    return LayerCandidate(name, number, unit, low, high, getattr(test, field or name), trial, _set(field or name))
+    return LayerCandidate(name, Free(number, unit, low, high, getattr(test, field or name), trial), _set(field or name))
 
 
 def _switch(name, field, value, number="switch"):
@@ -212,7 +225,7 @@ def _switch(name, field, value, number="switch"):
     def change(test, there):
         return replace(test, **{field: value}) if there else test
 
-    return LayerCandidate(name, number, "1", 0.0, 1.0, 0.0, 1.0, change, switch=True)
+    return LayerCandidate(name, Free(number, "1", 0.0, 1.0, 0.0, 1.0), change, switch=True)
 
 
 def _contact_law(test, law, part, **given):
@@ -228,17 +241,13 @@ def _contact_law(test, law, part, **given):
     if any(isinstance(effect, law) for effect in test.effects):
         return None
     unit, trial = "1" if known.unit == "-" else known.unit, known.null + part * (high - known.null)
-    return LayerCandidate(name_of(law), known.name, unit, low, high, known.null, trial, change)
+    return LayerCandidate(name_of(law), Free(known.name, unit, low, high, known.null, trial), change)
 
 
 # ---- what they change -----------------------------------------------------------------------------------------------------
 def _set(*fields, times=1.0, plus=0.0):
     """Set fields of the test to times * value + plus."""
     return lambda test, value: replace(test, **dict.fromkeys(fields, times * value + plus))
-
-
-def _more_iterations(base):
-    return lambda test, value: replace(test, iterations=round(value * base.iterations), tolerance=base.tolerance / value)
 
 
 def _tilt_bottom(test, value):
@@ -252,11 +261,6 @@ def _tilt_bottom(test, value):
 def _widen_grid(test, value):
     grid, factor = test.grid, 1 + value
     return replace(test, grid=Grid(grid.name, grid.spacing_x * factor, grid.spacing_y * factor, grid.triangular, grid.stacking))
-
-
-def _enlarge_units(test, value):
-    """Units larger than their nominal size on the same grid: in units of their own size the grid is narrower."""
-    return _widen_grid(test, 1.0 / (1.0 + value) - 1.0)
 
 
 def _raise_first(coefficients, shift):

@@ -14,8 +14,8 @@ def intervals(accepted):
     found = {}
     for trial in accepted:
         candidate, error = trial.candidate, 0.0 if trial.candidate.switch else QUANTILE * trial.deviation
-        number = interval(trial.value, error, candidate.low, candidate.high, candidate.unit)
-        found[trial.name] = {candidate.number: number | ({"campaign": candidate.campaign} if candidate.campaign else {})}
+        free, campaign = candidate.number, {"campaign": candidate.campaign} if candidate.campaign else {}
+        found[trial.name] = {free.name: interval(free, trial.value, error) | campaign}
     return found
 
 
@@ -43,7 +43,7 @@ def _explained(trial, same, effects):
     """The Explanation of what became of a candidate."""
     candidate, label = trial.candidate, set_label(trial.name, same, set_of)
     of_campaign = f" of {candidate.campaign}" if candidate.campaign else ""
-    at = f" ({candidate.family}, {candidate.number} = {trial.value:.3g}{of_campaign})"
+    at = f" ({candidate.family}, {candidate.number.name} = {trial.value:.3g}{of_campaign})"
     if trial.name in effects:
         falls = [held_out.fall for held_out in trial.held_out.values()]
         return accepted_reason(trial.gain, trial.required_gain, falls, same, "misfit", at, label)
@@ -62,4 +62,4 @@ def _visible(trial):
     candidate = trial.candidate
     if candidate.switch or trial.relative_shift <= 0 or trial.amount == 0:
         return ""
-    return smallest_visible(candidate.number, abs(trial.amount) / trial.relative_shift, candidate.unit, candidate.null)
+    return smallest_visible(candidate.number, abs(trial.amount) / trial.relative_shift)

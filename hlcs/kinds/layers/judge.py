@@ -58,7 +58,7 @@ class LayerTrial:
 
     @property
     def value(self):
-        return self.candidate.null + self.amount
+        return self.candidate.number.null + self.amount
 
     @property
     def shift(self):
@@ -206,7 +206,8 @@ class LayerJudge:
 
 
 def _bounded(candidate, amount):
-    return float(np.clip(amount, candidate.low - candidate.null, candidate.high - candidate.null))
+    number = candidate.number
+    return float(np.clip(amount, number.low - number.null, number.high - number.null))
 
 
 def _least_fall(groups):

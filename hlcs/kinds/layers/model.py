@@ -62,7 +62,7 @@ class LayerModel:
 
     def with_effect(self, candidate, value):
         """The same model with one effect more."""
-        return replace(self, terms=(*self.terms, Term(candidate, ((candidate.number, float(value)),))))
+        return replace(self, terms=(*self.terms, Term(candidate, ((candidate.number.name, float(value)),))))
 
     def test(self, measured_set, seed):
         """The PlacementTest of one measured LayerSet."""
@@ -89,7 +89,7 @@ class LayerModel:
             if candidate.reading is None and changed.grid == settings.grid and changed.bottom == settings.bottom:
                 settings = changed
             else:
-                effects.append({"name": candidate.name, candidate.number: value})
+                effects.append({"name": candidate.name, candidate.number.name: value})
         title, source = self.source or ("layers", None)
         default, table = PlacementTest(), placement_table(settings)
         stated = {key: value for key, value in table.items() if key not in CASE and value != getattr(default, key, None)}
@@ -126,12 +126,13 @@ def _stated(entry, test, sets):
     candidate = named(entry["name"], test, sets)[0]
     numbers = {key: value for key, value in entry.items() if key != "name"}
     if not numbers and candidate.switch:
-        return candidate, candidate.trial
-    if set(numbers) != {candidate.number}:
-        raise InputError(f"{candidate.name} needs one number, {candidate.number}; got {shown(sorted(numbers))}")
-    value = numbers[candidate.number]
+        return candidate, candidate.number.start
+    number = candidate.number.name
+    if set(numbers) != {number}:
+        raise InputError(f"{candidate.name} needs one number, {number}; got {shown(sorted(numbers))}")
+    value = numbers[number]
     if not is_number(value):
-        raise InputError(f"{candidate.name}.{candidate.number} = {shown(repr(value))}; it must be a finite number")
+        raise InputError(f"{candidate.name}.{number} = {shown(repr(value))}; it must be a finite number")
     return candidate, value
 
 

@@ -85,8 +85,8 @@ def search_notes(search, fit, rounds):
         f"smallest shift of a layer that single sets show (80 % power) [%]: {'; '.join(shifts)}; "
         "an effect must move one by what all sets show together, differences between campaigns included",
         *(
-            f"numerics first: {name} x {trial.candidate.trial:g} moves the layers by {trial.relative_shift:.1f} times what these "
-            "data can show"
+            f"numerics first: {name} x {trial.candidate.number.start:g} moves the layers by {trial.relative_shift:.1f} times "
+            "what these data can show"
             for name, trial in sorted(numerics.items())
         ),
         f"{len(search.seeds)} simulated tests a set, {SCREEN} pairs a candidate, {search.pairs} for the most promising, "

@@ -14,10 +14,10 @@ from hlcs.kinds.layers.judge import LayerFit, LayerJudge
 from hlcs.kinds.layers.least_squares import FORMS
 from hlcs.kinds.layers.model import coefficients
 from hlcs.selection.reasons import Rule
-from hlcs.selection.search import RIVAL_MARGIN
+from hlcs.selection.search import COMPETITOR_MARGIN
 from minibullet.errors import InputError
 
-BEATEN = 6.6  # chi-squared of held-out data by which a candidate within RIVAL_MARGIN is no rival: they refuse it at p < 0.01
+BEATEN = 6.6  # chi-squared of held-out data by which a candidate within COMPETITOR_MARGIN is no rival: they refuse it at p < 0.01
 SAME = 0.95  # cosine of signatures above which candidates that both gain enough are not told apart: another engine's
 # signatures differ from ours by as much
 SEEDS, PAIRS = 8, 4  # tests of a model, and pairs of tests of a candidate, on each measured set
@@ -55,14 +55,14 @@ class LayerSearch(LayerJudge):
     def sign(self, fit, candidates, pairs):
         """Take the signatures of candidates at a model, by paired simulations where they need them."""
         simulated = [candidate for candidate in candidates if candidate.simulated]
-        models = [fit.model.with_effect(candidate, candidate.trial) for candidate in simulated]
+        models = [fit.model.with_effect(candidate, candidate.number.start) for candidate in simulated]
         tables = coefficients(self.simulator, models, self.sets, self.seeds[:pairs], "signatures") if models else []
         for candidate, runs in zip(simulated, tables, strict=True):
             self.signatures[candidate.key] = least_squares.signature(self.data, fit.runs, runs, candidate.step)
         for candidate in candidates:
             if not candidate.simulated:
                 sets = zip(fit.runs, self.sets, strict=True)
-                runs = [candidate.read(tests, candidate.trial, measured_set) for tests, measured_set in sets]
+                runs = [candidate.read(tests, candidate.number.start, measured_set) for tests, measured_set in sets]
                 slope, _ = least_squares.signature(self.data, fit.runs, runs, candidate.step)
                 self.signatures[candidate.key] = slope, np.zeros(len(slope))
 
@@ -153,7 +153,7 @@ class LayerSearch(LayerJudge):
             if unbounded or trial.name == winner.name:
                 continue
             cosine = least_squares.cosine(matrix, winner.slope, trial.slope)
-            close = trial.evidence >= winner.evidence - RIVAL_MARGIN or (cosine > SAME and trial.evidence > 0.0)
+            close = trial.evidence >= winner.evidence - COMPETITOR_MARGIN or (cosine > SAME and trial.evidence > 0.0)
             beaten = winner.held_out and trial.held_out and all(trial.behind(winner, form) > BEATEN for form in FORMS)
             if close and not beaten:
                 rivals.append((trial, cosine))

@@ -2,13 +2,14 @@
 
 from dataclasses import replace
 
-from hlcs.data.impacts import read_impacts, unlike
-from hlcs.data.measurement import read_measurement
+from hlcs.data.experiment_file import LAYOUTS
+from hlcs.data.impacts import differing_from_model, read_impacts
+from hlcs.data.recordings import read_recordings
 from hlcs.effects import check_names
-from hlcs.estimation.cross_validation import Folds
-from hlcs.estimation.effort import SMOOTH, cut, screened
-from hlcs.estimation.least_squares import CHANNELS
+from hlcs.estimation.budget import SMOOTH_LIMIT, screening_subset
+from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.noise_model import estimate_noise
+from hlcs.estimation.trajectory_problem import CHANNELS
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import polished, prepare, touches
@@ -23,13 +24,14 @@ class Trajectories:
     """An Experiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
 
     kind, measure, unit = "trajectory", "rms", "m"
+    layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
     judge, where, polished = staticmethod(judge), staticmethod(where_it_fails), staticmethod(polished)
 
     def __init__(self, file, options):
         check_names(file, options.user_effects)  # a misspelt candidate is the user's to mend, though comparing tries none
         self.options, self.title = options, file.title
-        self.measurement = read_measurement(file)
+        self.measurement = read_recordings(file)
         options.log("fitting the model under test")
         self._noise = estimate_noise(self.measurement)
         self.notes = (*self.measurement.notes, *self._noise.notes)
@@ -70,7 +72,7 @@ class Trajectories:
 
     def names(self, candidates):
         contact = touches(self.measurement.trials, self._noise)
-        return tuple(entry.name for entry in self._candidates(self.measurement, contact, candidates)[0])
+        return tuple(candidate.name for candidate in self._candidates(self.measurement, contact, candidates)[0])
 
     def _candidates(self, measurement, contact, names):
         return candidates_for(measurement, contact, names, self.options.user_effects)
@@ -78,33 +80,34 @@ class Trajectories:
     def search(self, candidates):
         noise, own = self._noise, self.options.user_effects
         contact, measurement = touches(self.measurement.trials, noise), thinned(self.measurement, noise)
-        few, many, notes = screened(measurement, contact)
+        few, many, notes = screening_subset(measurement, contact)
         prepared = prepare(few, own, noise)
-        if few is not many and not cut(prepared.problem):  # cheaper than feared
-            few, many, notes = screened(measurement, contact, SMOOTH)
+        if few is not many and not prepared.problem.segmented:  # cheaper than feared
+            few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
             prepared = prepare(few, own, noise)
-        entries, absent = self._candidates(few, prepared.contact, candidates)
+        chosen, absent = self._candidates(few, prepared.contact, candidates)
         screening = {trial.name for trial in few.trials}
         seen = replace(self.measurement, trials=tuple(trial for trial in self.measurement.trials if trial.name in screening))
-        impacts = unlike(read_impacts(seen, noise), few.trials[0].surroundings)
-        told = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
+        impacts = differing_from_model(read_impacts(seen, noise), few.trials[0].surroundings)
+        on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
-        def searched(prepared, entries, absent):
-            folds = Folds(prepared.problem.trials, measurement.file.hold_out)
-            return select(self, prepared, Search(prepared.problem, entries, folds, self.options.log, impacts), absent, *told)
+        def searched(prepared, chosen, absent):
+            cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
+            search = Search(prepared.problem, chosen, cross_validation, self.options.log, impacts)
+            return select(self, prepared, search, absent, *on_all)
 
-        found = searched(prepared, entries, absent)
+        first = searched(prepared, chosen, absent)
         if few is many:
-            return found
+            return first
         self.options.log("fitting more recordings")
-        kept = {*found.effects, *(name for members in found.ambiguous for name in members)}
-        confirmed = searched(prepare(many, own, noise), [entry for entry in entries if entry.name in kept], {})
+        kept = {*first.effects, *(name for members in first.ambiguous for name in members)}
+        confirmed = searched(prepare(many, own, noise), [candidate for candidate in chosen if candidate.name in kept], {})
         others = tuple(
             replace(finding, **Reason.ON_FEWER_RECORDINGS(count=len(few.trials), why=finding.why)._asdict())
-            for finding in found.candidates
+            for finding in first.candidates
             if finding.effect not in kept
         )
-        left_out = tuple(note for note in found.left_out if note not in confirmed.left_out)
+        left_out = tuple(note for note in first.left_out if note not in confirmed.left_out)
         return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
 
     @staticmethod

@@ -1,23 +1,20 @@
 """From the recordings of an experiment file to a fitted model: the problem set up, the noise known, odd samples set aside."""
 
 import warnings
-from dataclasses import dataclass
 
 import numpy as np
 
-from hlcs.data.measurement import Measurement
-from hlcs.data.rigid_body import solid
-from hlcs.estimation import inference
-from hlcs.estimation.effort import cut
-from hlcs.estimation.least_squares import CHANNELS, Problem
-from hlcs.estimation.linearization import Fit
-from hlcs.estimation.multiple_shooting import shot_again
-from hlcs.estimation.noise_model import Noise, estimate_noise
-from hlcs.estimation.segments import awake, cut_again, pieces, said
+from hlcs.data.recordings import Recordings
+from hlcs.data.rigid_body import rigid_body
+from hlcs.estimation.multiple_shooting import refit_initial_states
+from hlcs.estimation.noise_model import estimate_noise, isolated_outliers
+from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
+from hlcs.estimation.trajectory_problem import CHANNELS, TrajectoryProblem
+from hlcs.kinds.protocol import Prepared
 from hlcs.kinds.trajectories.observations import recording_scale
 from hlcs.simulation.contact_motion import gap
 from hlcs.simulation.model import Model
-from hlcs.simulation.simulator import Shots, carried_on
+from hlcs.simulation.simulator import Simulator, richardson
 from minibullet.errors import InputError, InputWarning
 
 FINEST = 1 / 2000  # no step is halved below this [s]
@@ -30,31 +27,18 @@ RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a co
 A_STEP = 1e-4  # what a step of such runs costs [s]
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """A trajectory experiment ready to be compared or diagnosed."""
-
-    measurement: Measurement
-    noise: Noise
-    problem: Problem | None  # None where the noise is unknown
-    base: Fit | None
-    contact: bool
-    notes: tuple[str, ...]
-    numerics: float = 0.0  # RMS change of the prediction when the step is halved, in sigma
-
-
 def start_times(trials):
     """The moment each stated or fitted start belongs to, (trials,) [s].
 
     Time zero of the recording where something of the start is stated and the first sample follows within ten steps
     (dropped first frames); otherwise the first sample.
     """
-    found = []
+    starts = []
     for trial in trials:
         first, step = trial.times[0], float(np.median(np.diff(trial.times)))
         at_zero = bool(trial.start) and 0 <= first <= 10 * step
-        found.append(0.0 if at_zero else first)
-    return np.array(found)
+        starts.append(0.0 if at_zero else first)
+    return np.array(starts)
 
 
 def seen_from_above(trial):
@@ -70,7 +54,7 @@ def touches(trials, noise):
             continue
         if seen_from_above(trial):
             return True
-        shape = solid(trial.body).shape
+        shape = rigid_body(trial.body).shape
         there = np.isfinite(trial.position).all(axis=1)
         if not there.any():
             there = np.isfinite(trial.position[:, 2])
@@ -104,7 +88,7 @@ def starts_seated(trial, noise):
         return False
     if seen_from_above(trial):
         return True
-    shape = solid(trial.body).shape
+    shape = rigid_body(trial.body).shape
     there = np.flatnonzero(np.isfinite(trial.position).all(axis=1))
     orientation = trial.start.get("orientation")
     if orientation is None:
@@ -122,14 +106,14 @@ def starts_seated(trial, noise):
     return bool(np.all(np.abs(lifts) < tolerance))
 
 
-def prepare(measurement: Measurement, own=(), noise=None):
+def prepare(measurement: Recordings, own=(), noise=None):
     """Noise, problem and the fit of the model under test; noise: where it is known already."""
     noise = noise or estimate_noise(measurement)
     notes = list(measurement.notes) + list(noise.notes)
     trials = measurement.trials
     contact = touches(trials, noise)
     if noise.position is None and noise.orientation is None:
-        return Prepared(measurement, noise, None, None, contact, tuple(notes))
+        return Prepared(noise, None, None, tuple(notes), contact)
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     for trial in trials[:1]:
         model.changes(trial.surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
@@ -141,14 +125,14 @@ def prepare(measurement: Measurement, own=(), noise=None):
         problem, base, shift, sentences = fitted(posed(measurement, noise, model, contact), model)
     if shift > 0.1:
         sentences.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
-    return Prepared(measurement, noise, problem, base, contact, (*notes, *sentences), shift)
+    return Prepared(noise, problem, base, (*notes, *sentences), contact)
 
 
 def posed(measurement, noise, model, contact, step=None):
     """The Problem of all recordings as they are read; step: of the simulation [s], None = the model's."""
     trials = measurement.trials
     seated = [contact and starts_seated(trial, noise) for trial in trials]
-    return Problem(trials, noise, Shots(model, trials, start_times(trials), contact, step, seated))
+    return TrajectoryProblem(trials, noise, Simulator(model, trials, start_times(trials), contact, step, seated))
 
 
 def in_long_steps(measurement, noise, model):
@@ -159,14 +143,14 @@ def in_long_steps(measurement, noise, model):
     sticks on its way does not stand still in steps so long, and is computed in the model's own.
     """
     none = None, None, 0.0, []
-    span = max(float(np.ptp(awake(trial, noise)[0].times)) for trial in measurement.trials)
+    span = max(float(np.ptp(without_rest(trial, noise)[0].times)) for trial in measurement.trials)
     step = min(model.time_step * 2.0 ** np.ceil(np.log2(span / (LONG * model.time_step))), LONGEST)
     if step <= model.time_step:
         return none
     try:
         problem, base, shift, sentences = fitted(posed(measurement, noise, model, True, step), model)
-        if shift < STILL and not cut(problem):
-            steps = " and ".join(f"{one:.3g} s" for one in problem.shots.pair or (step,))
+        if shift < STILL and not problem.segmented:
+            steps = " and ".join(f"{step:.3g} s" for step in problem.simulator.extrapolation_steps or (step,))
             sentences.append(
                 f"numerics: motion of {span:.3g} s is computed in steps of {steps} where the file says "
                 f"{model.time_step:.3g} s: shorter ones move the prediction by {shift:.1g} sigma only"
@@ -188,17 +172,17 @@ def in_long_steps(measurement, noise, model):
 def fitted(problem, model):
     """(Problem, its fit, by how much halving the step still moves it [sigma], sentences) of the model under test.
 
-    The Problem is another where recordings were cut into pieces, rest at the end or isolated samples left out.
+    The Problem is another where recordings were split into segments, rest at the end or isolated samples left out.
     """
     notes = []
-    if problem.shots.contact:
-        problem, notes = pieces(problem, model)
+    if problem.simulator.contact:
+        problem, notes = split_into_segments(problem, model)
     base = problem.fit(model)
-    if cut(problem):
-        base = shot_again(problem, base)
+    if problem.segmented:
+        base = refit_initial_states(problem, base)
         for _ in range(2):
-            problem, base = cut_again(problem, base)
-        notes += said(problem)
+            problem, base = split_further(problem, base)
+        notes += segment_notes(problem)
     base, sentences = without_isolated(problem, base)
     notes += sentences
     base, shift = refine(problem, base)
@@ -207,14 +191,15 @@ def fitted(problem, model):
 
 def without_isolated(problem, fit):
     """(fit without the samples that stand alone, sentences); the problem drops them for every model alike."""
-    trials = problem.trials  # pieces of those that were read, or those without their rest at the end
+    trials = problem.trials  # segments of those that were read, or those without their rest at the end
     flags = [
-        isolated(trial, recording, raw) for trial, recording, raw in zip(trials, problem.recordings, fit.linear.raw, strict=True)
+        isolated(trial, recording, raw)
+        for trial, recording, raw in zip(trials, problem.recordings, fit.linearization.raw, strict=True)
     ]
     if not any(flag.any() for flag in flags):
         return fit, []
     problem.drop(flags)
-    return problem.fit(fit.model, fit.starts), set_aside(trials, flags)
+    return problem.fit(fit.model, fit.initial_states), set_aside(trials, flags)
 
 
 def isolated(trial, recording, raw):
@@ -222,68 +207,65 @@ def isolated(trial, recording, raw):
     flag = np.zeros((len(trial.times), 6), bool)
     for channel in range(6):
         inside = recording.channel == channel
-        flag[recording.sample[inside][inference.isolated_outliers(raw[inside])], channel] = True
+        flag[recording.sample[inside][isolated_outliers(raw[inside])], channel] = True
     return flag
 
 
 def set_aside(trials, flags):
     """Sentences, one for each recording as it was read, on the samples set aside."""
-    rows = {}  # recording -> {channel: rows of its file}
+    rows_of = {}  # recording -> {channel: rows of its file}
     for trial, flag in zip(trials, flags, strict=True):
         for row, channel in zip(*np.nonzero(flag), strict=True):
-            mine = rows.setdefault(trial.recording or trial.name, {})
-            mine.setdefault(CHANNELS[channel], []).append(int(trial.rows[row]))
-    found = []
-    for name, mine in rows.items():
+            channels = rows_of.setdefault(trial.recording or trial.name, {})
+            channels.setdefault(CHANNELS[channel], []).append(int(trial.rows[row]))
+    notes = []
+    for name, channels in rows_of.items():
         parts = [
-            f"{channel} row{'s' * (len(its) > 1)} " + ", ".join(map(str, its[:4])) + " .." * (len(its) > 4)
-            for channel, its in mine.items()
+            f"{channel} row{'s' * (len(rows) > 1)} " + ", ".join(map(str, rows[:4])) + " .." * (len(rows) > 4)
+            for channel, rows in channels.items()
         ]
-        found.append(f"{name}: {sum(map(len, mine.values()))} isolated samples set aside for all models: " + "; ".join(parts))
-    return found
+        count = sum(map(len, channels.values()))
+        notes.append(f"{name}: {count} isolated samples set aside for all models: " + "; ".join(parts))
+    return notes
+
+
+def prediction_shift(problem, first, second):
+    """RMS difference of two simulations of all recordings [sigma]."""
+    differences = [
+        (problem.residual(k, a) - problem.residual(k, b)) * recording_scale(problem.recordings[k])
+        for k, (a, b) in enumerate(zip(first, second, strict=True))
+    ]
+    return float(np.sqrt(np.mean(np.concatenate(differences) ** 2)))
 
 
 def refine(problem, base):
     """Take the error of the time step out of the prediction; (fit, by how much halving the step still moves it [sigma]).
 
     In flight the step is halved until the prediction stands still to 0.02 sigma. With contacts, where halving moves it by more
-    than that, two steps are carried on to zero if that stands still.
+    than that, the results of two steps are extrapolated to a step of zero (Richardson) if that stands still.
     """
-    shots = problem.shots
+    simulator = problem.simulator
     owner = np.arange(len(problem.trials))
-
-    def moved(one, other):
-        return float(
-            np.sqrt(
-                np.mean(
-                    np.concatenate(
-                        [
-                            (problem.residual(k, a) - problem.residual(k, b)) * recording_scale(problem.recordings[k])
-                            for k, (a, b) in enumerate(zip(one, other, strict=True))
-                        ]
-                    )
-                    ** 2
-                )
-            )
-        )
-
     while True:
-        runs = {1: base.linear.answers, 0.5: shots.simulate(base.model, base.starts, owner, time_step=shots.step / 2)}
-        shift = moved(runs[1], runs[0.5])
-        if shift < STILL or not shots.contact and shots.step / 2 < FINEST:
+        runs = {
+            1: base.linearization.trajectories,
+            0.5: simulator.simulate(base.model, base.initial_states, owner, time_step=simulator.time_step / 2),
+        }
+        shift = prediction_shift(problem, runs[1], runs[0.5])
+        if shift < STILL or not simulator.contact and simulator.time_step / 2 < FINEST:
             return base, shift
-        if shots.contact:
+        if simulator.contact:
             break
-        shots.step /= 2
-        base = problem.fit(base.model, base.starts)
+        simulator.time_step /= 2
+        base = problem.fit(base.model, base.initial_states)
     for share in (2, 0.25):
-        runs[share] = shots.simulate(base.model, base.starts, owner, time_step=shots.step * share)
-    best = carried_on(runs[0.5], runs[0.25])
+        runs[share] = simulator.simulate(base.model, base.initial_states, owner, time_step=simulator.time_step * share)
+    best = richardson(runs[0.5], runs[0.25])
     for coarse in (2, 1):
-        left = moved(carried_on(runs[coarse], runs[coarse / 2]), best)
+        left = prediction_shift(problem, richardson(runs[coarse], runs[coarse / 2]), best)
         if left < STILL:
-            shots.pair = (shots.step * coarse, shots.step * coarse / 2)
-            return problem.fit(base.model, base.starts), left
+            simulator.extrapolation_steps = (simulator.time_step * coarse, simulator.time_step * coarse / 2)
+            return problem.fit(base.model, base.initial_states), left
     return base, shift
 
 
@@ -293,16 +275,16 @@ def polished(problem, fit):
     The step was chosen on the model under test, and what was found may bring motion that this step spoils: a body that drifts
     sideways as it falls is held by friction from the beginning of the step in which it lands.
     """
-    shots = problem.shots
-    if not shots.contact or cut(problem) or not fit.model.terms:
+    simulator = problem.simulator
+    if not simulator.contact or problem.segmented or not fit.model.terms:
         return fit
-    step, pair = shots.step, shots.pair
+    step, pair = simulator.time_step, simulator.extrapolation_steps
     try:
         for share in SHORTER:
             if share * step < FINEST:
                 break
-            shots.step, shots.pair = share * step, tuple(share * one for one in pair)
-            finer = problem.fit(fit.model, fit.starts)
+            simulator.time_step, simulator.extrapolation_steps = share * step, tuple(share * long for long in pair)
+            finer = problem.fit(fit.model, fit.initial_states)
             if finer.chi2 > fit.chi2 + WORSE:  # a path that another step leads elsewhere: no step is the true one
                 break
             fit, change = finer, np.abs(finer.estimate - fit.estimate)
@@ -311,5 +293,5 @@ def polished(problem, fit):
     except InputError:
         pass  # what a shorter step cannot simulate loses no finished fit
     finally:
-        shots.step, shots.pair = step, pair
+        simulator.time_step, simulator.extrapolation_steps = step, pair
     return fit

@@ -11,7 +11,7 @@ from dataclasses import fields
 import pytest
 
 from hlcs import PlacementTest
-from hlcs.cli import commands, options
+from hlcs.cli import commands, placement_options
 
 SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
 
@@ -75,7 +75,7 @@ def test_options_win_over_the_file(hlcs, tmp_path):
 def test_place_has_an_option_for_every_setting():
     only_in_files = {"effects"}  # a list of tables
     settings = {field.name for field in fields(PlacementTest)} - only_in_files
-    assert set(options.HELP) == settings | {"nominal_diameter", "stacking"}
+    assert set(placement_options.HELP) == settings | {"nominal_diameter", "stacking"}
 
 
 @pytest.mark.parametrize(

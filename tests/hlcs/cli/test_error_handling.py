@@ -177,7 +177,7 @@ def test_what_is_written_as_csv_is_no_formula():
 
     names = ["=1+1", "+x", "-cmd", "@a", "\ttab", "-1.5", "+2", "plain", ""]
     frame = pd.DataFrame({"name": names, "=k": [-1.0, 2, 3, 4, 5, 6, 7, 8, None]})
-    lines = csv_text(frame).splitlines()
+    lines = csv_text(frame.to_dict("list")).splitlines()
     assert lines[0] == "name,'=k" and lines[1:6] == ["'=1+1,-1.0", "'+x,2.0", "'-cmd,3.0", "'@a,4.0", "'\ttab,5.0"]
     assert lines[6:] == ["-1.5,6.0", "+2,7.0", "plain,8.0", ","]
 

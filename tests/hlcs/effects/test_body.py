@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hlcs.data.experiment_file import Body, Surroundings
-from hlcs.data.measurement import Trial
+from hlcs.data.recordings import Trial
 from hlcs.effects.body import InertiaError
 from hlcs.effects.contract import Setup
 from hlcs.simulation.model import Model

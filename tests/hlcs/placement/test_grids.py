@@ -19,7 +19,6 @@ def test_packing_densities_of_the_paper():
     """0.55 and 0.50 in the text, 0.549 and 0.498 unrounded."""
     assert RPG.packing_density == pytest.approx(0.549, abs=5e-4)
     assert TPG.packing_density == pytest.approx(0.498, abs=5e-4)
-    assert TPG.placing_density(1.07) == pytest.approx(1 / (1.58 * 1.27 * 1.07**2), rel=1e-15)
 
 
 @EVERY_GRID

@@ -84,3 +84,24 @@ def test_complaints_name_file_line_key_and_remedy(tmp_path, text, words):
 def test_a_test_written_and_read_is_the_same_test(table):
     test = make_placement(table)
     assert make_placement(placement_table(test)) == test
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ('effects = [{ name = "roling_friction" }]', ("roling_friction", "'rolling_friction'")),
+        ('effects = [{ name = "rolling_friction", arms = 1 }]', ("arms", "'arm'")),
+        ("effects = [{ arm = 1.0 }]", ("no name",)),
+        ('effects = "rolling_friction"', ("must be a list",)),
+        ('effects = [{ name = "rolling_friction", arm = "big" }]', ("arm must be a finite number",)),
+        ("vibration = -1", ("vibration = -1", ">= 0")),
+        ("loose_lower_layers = 1", ("loose_lower_layers = 1", "true or false")),
+        ('armour = "tetrapod"', ("tetrapod", "cubipod, cube")),
+    ],
+)
+def test_bad_values_are_refused_by_line_and_name(tmp_path, line, words):
+    (tmp_path / "test.toml").write_text(f"[placement]\n{line}\n")
+    with pytest.raises(InputError) as refusal:
+        read_placement_file(tmp_path / "test.toml")
+    for word in ("line 2", *words):
+        assert word in str(refusal.value)

@@ -87,9 +87,3 @@ def test_unknown_study_is_refused():
         printed_tables.paper_numerical("table2", "TPG", study="other")
     with pytest.raises(InputError, match="no column 'centi'"):
         printed_tables.paper_numerical("table3", "TPG", study="centi")
-
-
-def test_design_coefficients():
-    assert printed_tables.design_coefficients("RPG").tolist() == [1.30, 1.07, 0.93, 0.93, 0.93]
-    with pytest.raises(InputError, match="Eq. 13"):
-        printed_tables.design_coefficients("square")

@@ -8,6 +8,9 @@ import pytest
 import minibullet as mb
 from hlcs import InputError, PlacementResult, PlacementTest
 from hlcs.placement import layer_placement
+from hlcs.placement.placement_file import make_placement
+from hlcs.placement.sea_bottom import Slope, Survey
+from hlcs.placement.settings_table import placement_table
 from hlcs.placement.units import Cubipod
 
 
@@ -163,3 +166,37 @@ def test_a_result_is_a_value_with_the_fields_of_the_contract(small_result):
     with pytest.raises(dataclasses.FrozenInstanceError):
         small_result.poses = ()
     assert isinstance(small_result, PlacementResult)
+
+
+def test_a_rough_bed_is_the_bottom_plus_heights_of_the_stated_scatter():
+    test = PlacementTest(bottom=Slope(0.04), bottom_roughness=0.05)
+    bed = test.bed
+    assert isinstance(bed, Survey) and PlacementTest().bed == PlacementTest().bottom
+    off = bed.z - test.bottom.height(*np.meshgrid(bed.x, bed.y))
+    # some 400 points: standard deviation known to 1 / sqrt(2 x 400) = 3.5 %, four times that allowed
+    assert off.std() == pytest.approx(0.05 * test.unit.nominal_diameter, rel=0.14)
+    np.testing.assert_array_equal(bed.z, test.bed.z)
+    half = 0.5 * 9 * test.grid.spacing_x * test.unit.nominal_diameter
+    assert bed.x[0] < -half - 5 and bed.x[-1] > half + 5
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"sequential_placement": True},
+        {"loose_lower_layers": True},
+        {"vibration": 0.3},
+        {"inertia_factor": 2.06},
+        {"bottom_roughness": 0.05},
+        {"effects": [{"name": "rolling_friction", "arm": 0.03}]},
+        {"armour": "cube"},
+    ],
+)
+def test_each_way_of_placing_runs_and_tells_from_the_nominal_one(change):
+    plain = PlacementTest(layers=2, rows=4, columns=4, time_step=1 / 120, settle_time=6.0)
+    test = make_placement(placement_table(plain) | change)
+    result = test.run()
+    assert [len(poses) for poses in result.poses] == [16, 9] and np.isfinite(result.layer_coefficients).all()
+    assert not np.array_equal(result.layer_coefficients, plain.run().layer_coefficients)
+    if change == {"armour": "cube"}:  # a cube lies on its face: k1 = 1
+        assert result.layer_coefficients[0] == pytest.approx(1.0, abs=1e-3)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hlcs.data.experiment_file import Body, Surroundings
-from hlcs.data.impacts import impact_lines, mean_and_trend, read_trial, unlike
-from hlcs.data.measurement import Trial
+from hlcs.data.impacts import differing_from_model, impact_lines, impacts_of, mean_and_trend
+from hlcs.data.recordings import Trial
 
 
 def bouncing(restitution, friction, sigma, rate=240.0, speed=3.0, height=1.5, shape="sphere", seed=3):
@@ -42,7 +42,7 @@ def rows_to_trial(times, rows, sigma, generator, shape):
 def test_every_blow_of_a_bouncing_ball_is_found_with_its_restitution_and_friction():
     """e = 0.7, mu = 0.05, noise 0.5 mm: moments to a fifth of a frame, e and mu within four of their own standard errors."""
     trial, blows = bouncing(lambda v: 0.7, 0.05, 5e-4)
-    found = read_trial(trial, 5e-4)
+    found = impacts_of(trial, 5e-4)
     known = [blow for blow in blows if blow[0] < trial.times[-1] - 0.05]
     assert len(found) == len(known) >= 3
     for one, (moment, down, _) in zip(found, known, strict=True):
@@ -55,7 +55,7 @@ def test_every_blow_of_a_bouncing_ball_is_found_with_its_restitution_and_frictio
 def test_restitution_that_falls_with_speed_shows_as_a_trend_and_a_constant_one_does_not():
     """e = 0.9 - 0.05 v against e = 0.7: the slope within four errors of -0.05, and within three of zero."""
     for law, slope in ((lambda v: 0.9 - 0.05 * v, -0.05), (lambda v: 0.7, 0.0)):
-        found = [one for seed in range(4) for one in read_trial(bouncing(law, 0.0, 5e-4, seed=seed)[0], 5e-4)]
+        found = [one for seed in range(4) for one in impacts_of(bouncing(law, 0.0, 5e-4, seed=seed)[0], 5e-4)]
         _, _, trend, error = mean_and_trend(
             [one.restitution for one in found], [one.restitution_error for one in found], [one.speed for one in found]
         )
@@ -69,11 +69,11 @@ def test_free_flight_has_no_impacts_and_a_box_no_restitution_of_its_centre():
     thrown = Trial(
         "throw.csv", "1", trial.times[short], trial.position[short], trial.orientation[short], {}, trial.body, trial.surroundings
     )
-    assert read_trial(thrown, 5e-4) == []
-    box = read_trial(bouncing(lambda v: 0.7, 0.05, 5e-4, shape="box")[0], 5e-4)
+    assert impacts_of(thrown, 5e-4) == []
+    box = impacts_of(bouncing(lambda v: 0.7, 0.05, 5e-4, shape="box")[0], 5e-4)
     assert box and all(one.restitution is None and one.friction is not None for one in box)
     trial.position[:, :2] = np.nan
-    heights = read_trial(trial, 5e-4)
+    heights = impacts_of(trial, 5e-4)
     assert heights and all(one.friction is None and one.restitution is not None for one in heights)
     text = "\n".join(impact_lines(heights, {"restitution": 0.5, "friction": 0.3}))
     assert "the model has 0.5" in text and Path("ball.csv").name in text
@@ -81,12 +81,12 @@ def test_free_flight_has_no_impacts_and_a_box_no_restitution_of_its_centre():
 
 def test_a_search_begins_with_what_the_impacts_show_where_the_model_has_something_else():
     """e = 0.7, mu = 0.05, read from some 25 blows; a model that has them already is told nothing."""
-    found = [one for seed in range(6) for one in read_trial(bouncing(lambda v: 0.7, 0.05, 5e-4, seed=seed)[0], 5e-4)]
-    first = unlike(found, Surroundings(floor_height=0.0, restitution=0.4, friction=0.3))
+    found = [one for seed in range(6) for one in impacts_of(bouncing(lambda v: 0.7, 0.05, 5e-4, seed=seed)[0], 5e-4)]
+    first = differing_from_model(found, Surroundings(floor_height=0.0, restitution=0.4, friction=0.3))
     assert first["restitution"]["coefficient"] == pytest.approx(0.7, abs=0.02)
     assert first["friction"]["coefficient"] == pytest.approx(0.05, abs=0.02)
-    assert unlike(found, Surroundings(floor_height=0.0, restitution=0.7, friction=0.05)) == {}
-    falling = [one for seed in range(6) for one in read_trial(bouncing(lambda v: 0.8 * v**-0.15, 0.0, 5e-4, seed=seed)[0], 5e-4)]
-    law = unlike(falling, Surroundings(floor_height=0.0, restitution=0.8))["velocity_dependent_restitution"]
+    assert differing_from_model(found, Surroundings(floor_height=0.0, restitution=0.7, friction=0.05)) == {}
+    falling = [one for seed in range(6) for one in impacts_of(bouncing(lambda v: 0.8 * v**-0.15, 0.0, 5e-4, seed=seed)[0], 5e-4)]
+    law = differing_from_model(falling, Surroundings(floor_height=0.0, restitution=0.8))["velocity_dependent_restitution"]
     assert law["exponent"] == pytest.approx(0.15, abs=0.02)
-    assert unlike(found[:3], Surroundings(floor_height=0.0)) == {}  # three blows are no basis
+    assert differing_from_model(found[:3], Surroundings(floor_height=0.0)) == {}  # three blows are no basis

@@ -1,0 +1,66 @@
+"""`hlcs compare` and `hlcs diagnose`: a model against a measurement."""
+
+import click
+
+from hlcs.cli.options import (
+    SEED,
+    allow_outside_option,
+    effects_option,
+    example,
+    output_options,
+    path_option,
+    publish,
+    workers_option,
+)
+from hlcs.compare import compare as compare_file
+from hlcs.diagnose import diagnose as diagnose_file
+from hlcs.files import folders
+
+
+@click.command()
+@click.argument("file", metavar="EXPERIMENT.toml")
+@effects_option(", used under [model]")
+@allow_outside_option
+@click.option("--seed", type=SEED, default=0, show_default=True, help="of the simulations (layer data)")
+@workers_option
+@output_options
+@example("hlcs compare drop.toml --out out")
+def compare(file, effects_file, allow_outside, seed, workers, out, json_file, quiet):
+    """Where, and by how much, does the model miss the measurement."""
+    if out:
+        folders.check_folder(out)  # refused now, not after minutes
+    comparison = compare_file(
+        file, effects_file=effects_file, seed=seed, workers=workers, progress=not quiet, allow_outside=allow_outside
+    )
+    if out:
+        comparison.save(out)
+    publish(comparison.to_json(), comparison.summary(), json_file, out, quiet)
+
+
+@click.command()
+@click.argument("file", metavar="EXPERIMENT.toml")
+@click.option("--candidates", help="names of effects to try, with commas; left out: the file's, or all that fit")
+@effects_option("")
+@allow_outside_option
+@path_option("--plots", metavar="DIR", help="draw residuals, ranking, and the error falling")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="of the simulations (layer data)")
+@workers_option
+@output_options
+@example("hlcs diagnose drop.toml --plots plots --json drop.json")
+def diagnose(file, candidates, effects_file, allow_outside, plots, seed, workers, out, json_file, quiet):
+    """Which effect is missing, and how sure is that."""
+    names = [name.strip() for name in candidates.split(",") if name.strip()] if candidates is not None else None
+    for folder in filter(None, (out, plots)):
+        folders.check_folder(folder)  # refused now, not after minutes
+    diagnosis = diagnose_file(
+        file,
+        candidates=names,
+        effects_file=effects_file,
+        seed=seed,
+        workers=workers,
+        progress=not quiet,
+        allow_outside=allow_outside,
+    )
+    for folder in filter(None, (out, plots)):
+        diagnosis.save(folder)
+    publish(diagnosis.to_json(), diagnosis.summary(), json_file, out or plots, quiet)

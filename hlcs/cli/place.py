@@ -1,0 +1,53 @@
+"""`hlcs demo` and `hlcs place`: one placement test."""
+
+import click
+
+from hlcs.cli.options import ProgressBar, allow_outside_option, example, out_folder, output_options, publish
+from hlcs.cli.placement_options import placement_options
+from hlcs.placement import report
+from hlcs.placement.comparison import compare_layers, laboratory_for
+from hlcs.placement.placement_file import make_placement, read_placement_file
+from hlcs.placement.procedure import PlacementTest
+
+
+@click.command()
+@output_options
+@click.option("--seed", type=int, default=1, show_default=True, help="of the orientations")
+@example("hlcs demo --out out")
+def demo(seed, out, json_file, quiet):
+    """The main job in under a minute, beside the laboratory.
+
+    A five-layer placement test of Cubipods on the triangular grid, with the settings of the paper. In --out: layers.csv,
+    result.json, report.html (one file, opens offline), scene.glb, structure.png, poses.npz, and settings.toml, which
+    `hlcs place` repeats exactly.
+    """
+    _place(PlacementTest(seed=seed), out, json_file, quiet)
+
+
+@click.command()
+@click.argument("file", required=False, metavar="[TEST.toml]")
+@placement_options
+@allow_outside_option
+@output_options
+@example("hlcs place --grid RPG --layers 3 --friction 0.36 --out out", "hlcs place out/settings.toml")
+def place(file, allow_outside, out, json_file, quiet, **settings):
+    """One placement test, from a file, options, or both.
+
+    TEST.toml has a table [placement] with the names below, such as falling_distance = 0.25. Options win over it.
+    """
+    test = read_placement_file(file, allow_outside=allow_outside, **settings) if file else make_placement(settings)
+    _place(test, out, json_file, quiet)
+
+
+def _place(test, out, json_file, quiet):
+    """Run a test, print it beside the laboratory's, write its files."""
+    measured = laboratory_for(test)
+    with out_folder(out) as folder:
+        with ProgressBar("layers", test.layers, quiet) as bar:
+            result = test.run(progress=lambda layer: bar.update())
+        if folder:
+            report.write(result, folder)
+    text = result.summary()
+    if measured is not None:
+        text += f"\n\n{compare_layers(result, measured)}"
+    publish(result.to_dict(), text, json_file, out, quiet)

@@ -1,0 +1,85 @@
+"""Outcome tables: one row, one experiment, one number; read from CSV and checked.
+
+What cannot be used is refused by file, row and column (rows count from 1, the header is row 1).
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hlcs.data import validation
+from hlcs.data.experiment_file import AROUND
+from hlcs.files.csv_files import CsvLayout, read_csv
+from minibullet.errors import InputError
+
+OUTCOMES = ("fall_time_s", "rebound_height_m", "stop_distance_m", "slide_time_s", "rest_height_m")
+LIMITS = {  # lowest and highest value of each input
+    "height_m": (0, 1e3),
+    "slope": (-10, 10),
+    "speed_m_s": (0, 400),
+    "angle_deg": (-90, 90),
+    "distance_m": (0, 1e4),
+    "mass_kg": (1e-9, 1e7),
+    "radius_m": (1e-6, 1e2),
+    "friction": AROUND["friction"],
+    "restitution": AROUND["restitution"],
+    "gravity_m_s2": AROUND["gravity"],
+    "fluid_density_kg_m3": AROUND["fluid_density"],
+    "fluid_viscosity_pa_s": AROUND["fluid_viscosity"],
+    "spin_rad_s": (-1e5, 1e5),
+}
+
+
+@dataclass(frozen=True)
+class OutcomeTable:
+    """One row, one experiment: inputs and one measured outcome."""
+
+    file: Path
+    outcome: str
+    values: np.ndarray  # (n,)
+    inputs: dict  # name -> (n,) array
+    groups: np.ndarray  # (n,) names
+    setting: np.ndarray  # (n,) integer, equal for rows with equal inputs (replicates)
+    rows: np.ndarray  # (n,) row of the file that each experiment stands in
+    notes: tuple[str, ...]
+
+
+def read_outcomes(file):
+    """The OutcomeTable of an ExperimentFile; raises InputError with file, row, column."""
+    table = read_table(file.data_file)
+    validation.check_falls(table, file.surroundings.gravity)
+    return table
+
+
+def read_table(path):
+    """An OutcomeTable from a CSV of inputs and one outcome column."""
+    read = read_csv(path, CsvLayout((*LIMITS, "group", *OUTCOMES), words=("group",)))
+    columns, rows = read.columns, read.rows
+    outcomes = [name for name in columns if name in OUTCOMES]
+    if len(outcomes) != 1:
+        raise InputError(f"{read.name}: {len(outcomes)} outcome columns; exactly one of {', '.join(OUTCOMES)} is needed")
+    if len(rows) < 3:
+        raise InputError(f"{read.name}: {len(rows)} rows; at least 3 experiments are needed")
+    (outcome,) = outcomes
+    for name, (low, high) in (LIMITS | {outcome: (0 if outcome.endswith("_s") else -10, 1e4)}).items():
+        outside = (columns[name] < low) | (columns[name] > high) if name in columns else np.zeros(1, bool)
+        if outside.any():
+            worst = int(np.argmax(outside))
+            raise InputError(
+                f"{read.place(worst, name)}: {columns[name][worst]:g} cannot be right; it must be "
+                f"between {low:g} and {high:g} (m, s, kg; angles in degrees, a slope is rise over run)"
+            )
+    inputs = {name: values for name, values in columns.items() if name not in (outcome, "group")}
+    groups = columns.get("group", np.array([f"row {row}" for row in rows]))
+    settings = np.column_stack(list(inputs.values())) if inputs else np.zeros((len(rows), 1))
+    setting = np.unique(settings, axis=0, return_inverse=True)[1].reshape(-1)
+    notes, values = (), columns[outcome]
+    _, first = np.unique(np.column_stack([settings, values]), axis=0, return_index=True)
+    repeats = np.setdiff1d(np.arange(len(rows)), first)
+    if len(repeats):
+        notes = (
+            f"{path.name}, row {rows[repeats[0]]}: repeats inputs and outcome of an earlier row digit for digit "
+            f"({len(repeats)} such rows): a true repeat, or a copy?",
+        )
+    return OutcomeTable(Path(path), outcome, values, inputs, groups.astype(str), setting, rows, notes)

@@ -1,0 +1,142 @@
+"""Recordings: the poses of a body at many times, read from CSV, and a hard look at them before any fit.
+
+What cannot be used is refused by file, row and column (rows count from 1, the header is row 1). What is odd but usable
+is reported in `notes`, never dropped in silence. This room knows no physics beyond plausible units.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hlcs.data import validation
+from hlcs.data.experiment_file import Body, ExperimentFile, Surroundings
+from hlcs.files.csv_files import MOST_ROWS, CsvLayout, read_csv
+from minibullet.errors import InputError
+
+COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
+CHECKS = (
+    validation.check_clock,
+    validation.check_units,
+    validation.check_length,
+    validation.check_axes,
+    validation.check_quaternions,
+)
+LEAST_AT_REST = 20  # samples of a static recording
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One recording: samples of a body's pose, NaN where a sample is missing."""
+
+    name: str
+    group: str  # what is held out together
+    times: np.ndarray  # (n,), increasing [s]
+    position: np.ndarray  # centre of mass, world frame, NaN = missing [m], (n, 3)
+    orientation: np.ndarray  # unit quaternion (w, x, y, z), NaN = missing, (n, 4)
+    start: dict
+    body: Body
+    surroundings: Surroundings
+    recording: str = ""  # name of the recording where this is a segment of one
+    rows: np.ndarray | None = None  # of the file, of each sample (n,); None where it is from no file
+    first_row: int = 0  # samples of the recording before this segment
+
+    @property
+    def columns(self):
+        """Names of the measured channels: x, y, z and, with orientation, the rotation about the three axes rx, ry, rz."""
+        seen = np.isfinite(self.position).any(axis=0)
+        return [name for name, there in zip("xyz", seen, strict=True) if there] + (
+            ["rx", "ry", "rz"] if np.isfinite(self.orientation).any() else []
+        )
+
+    def at(self, which, **changes):
+        """The trial with some of its samples (a slice or indices), and other fields changed."""
+        rows = None if self.rows is None else self.rows[which]
+        return replace(
+            self,
+            times=self.times[which],
+            position=self.position[which],
+            orientation=self.orientation[which],
+            rows=rows,
+            **changes,
+        )
+
+
+@dataclass(frozen=True)
+class Recordings:
+    """The recordings of an experiment file, checked."""
+
+    file: ExperimentFile
+    trials: tuple[Trial, ...]
+    static: Trial | None  # of a body at rest, where there is one
+    notes: tuple[str, ...]
+
+
+def read_recordings(file):
+    """The Recordings of an ExperimentFile; raises InputError with file, row, column."""
+    notes, trials, count = [], [], 0
+    for entry, name in zip(file.trials, _short_names([entry.file for entry in file.trials]), strict=True):
+        times, position, orientation, rows = read_recording(entry.file)
+        trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings, rows=rows)
+        for check in CHECKS:
+            check(trial, entry.file)
+        notes += validation.describe(trial, entry.file) + validation.check_floor(trial, entry.file)
+        trials.append(trial)
+        count += len(times)
+        if count > MOST_ROWS:
+            raise InputError(
+                f"{file.path}: more than {MOST_ROWS:,} rows in its recordings up to {name}; keep every n-th row of "
+                "each, or leave recordings out"
+            )
+    validation.check_duration(trials, file)
+    validation.refuse_copies(trials, [entry.file for entry in file.trials])
+    return Recordings(file, tuple(trials), _static(file) if file.static else None, tuple(notes))
+
+
+def _static(file):
+    """The recording of a body at rest that an experiment file names."""
+    times, position, orientation, _ = read_recording(file.static)
+    static = Trial(file.static.name, "static", times, position, orientation, {}, file.body, file.surroundings)
+    if len(times) < LEAST_AT_REST:
+        raise InputError(f"{file.static}: {len(times)} samples at rest; at least {LEAST_AT_REST} are needed to know the noise")
+    validation.check_at_rest(static, file.static)
+    return static
+
+
+def read_recording(path):
+    """Times (n,), positions (n, 3), orientations (n, 4), NaN where blank or not recorded, and rows (n,) of one recording."""
+    table = read_csv(path, CsvLayout(COLUMNS, ("t_s",), blank=COLUMNS[1:]))
+    count, name = len(table.rows), table.name
+    if len(table.columns) == 1:
+        raise InputError(f"{name}: only times; at least one of {', '.join(COLUMNS[1:])} is needed")
+    quaternion = [column for column in COLUMNS[4:] if column in table.columns]
+    if quaternion and len(quaternion) < 4:
+        raise InputError(f"{name}: columns {', '.join(quaternion)} without the rest; a quaternion needs qw, qx, qy, qz")
+    if count < 2:
+        raise InputError(f"{name}: {count} samples; a recording needs at least 2")
+    values = np.column_stack([table.columns.get(column, np.full(count, np.nan)) for column in COLUMNS])
+    times, position, orientation = values[:, 0], values[:, 1:4], values[:, 4:]
+    steps = np.diff(times)
+    if np.any(steps <= 0):
+        worst = int(np.argmax(steps <= 0)) + 1
+        what = "the same time twice (duplicate sample)" if steps[worst - 1] == 0 else "time goes backwards (unsorted)"
+        raise InputError(f"{table.place(worst, 't_s')}: {times[worst]:g} s after {times[worst - 1]:g} s: {what}")
+    there, length = np.isfinite(orientation), np.linalg.norm(orientation, axis=1)
+    partly, wrong = there.any(axis=1) & ~there.all(axis=1), ~((length > 0.8) & (length < 1.25)) & there.all(axis=1)
+    if np.any(partly | wrong):
+        worst = int(np.argmax(partly | wrong))
+        place = f"{name}, row {table.rows[worst]}, columns qw..qz"
+        if partly[worst]:
+            raise InputError(f"{place}: partly blank; give all four numbers or none")
+        if length[worst] < 1e-6:
+            raise InputError(f"{place}: quaternion of zero length; blank if missing")
+        raise InputError(f"{place}: quaternion of length {length[worst]:.3g}, must be 1")
+    return times, position, orientation / length[:, None], table.rows
+
+
+def _short_names(paths):
+    """File names; with their folder where two share a name. A file listed twice is refused."""
+    if len(set(paths)) < len(paths):
+        twice = next(path for path in paths if paths.count(path) > 1)
+        raise InputError(f"{twice}: stands in two [[trial]] entries (duplicate trial); keep one")
+    names = [path.name for path in paths]
+    return [name if names.count(name) == 1 else f"{path.parent.name}/{name}" for path, name in zip(paths, names, strict=True)]

@@ -1,0 +1,99 @@
+"""Adequacy: do whitened residuals look like noise alone, through the same projection as the fit?"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+from hlcs.estimation.least_squares import basis, project_out
+
+QUANTILE = 0.98  # of the statistic under noise alone: the share of good models that pass the adequacy test
+LEAST_FREEDOM = 0.25  # of a block sum of unit variance: what the fit must leave of it for the block to be tested
+CLIP = 3.5  # whitened residuals are cut here in the adequacy test, so that a few outliers cannot fail a good model
+MOST_DRAWN = 10_000_000  # numbers of noise held at a time (80 MB): draws of more observations are made some at a time
+
+
+class Adequacy(NamedTuple):
+    """Do the residuals look like noise alone?"""
+
+    adequate: bool
+    statistic: float  # largest standardised statistic
+    p: float  # share of pure-noise draws that exceed it
+    threshold: float  # 98 % quantile of the statistic under noise alone
+    worst: str  # which statistic spoke
+    chi2: float  # mean square of the whitened residuals per degree of freedom
+
+
+def block_matrix(labels):
+    """Sparse (bins, n) matrix that sums values by label and divides by the square root of the count; label -1 is left out."""
+    labels = np.asarray(labels)
+    inside = labels >= 0
+    names, index = np.unique(labels[inside], return_inverse=True)
+    count = np.bincount(index)
+    return sparse.csr_matrix((1 / np.sqrt(count[index]), (index, np.flatnonzero(inside))), shape=(len(names), len(labels)))
+
+
+def blocks_in_time(channel, length):
+    """Labels of consecutive blocks of `length` samples within each channel (sorted by channel): (n,) integers."""
+    channel = np.asarray(channel)
+    first = np.r_[True, channel[1:] != channel[:-1]]
+    start = np.maximum.accumulate(np.where(first, np.arange(len(channel)), 0))
+    return np.cumsum(first | ((np.arange(len(channel)) - start) % length == 0)) - 1
+
+
+def fit_adequacy(problem, fit, partitions):
+    """(Adequacy of a fit, its white residuals with the signatures of all its numbers projected out (n,)).
+
+    partitions: as for `adequacy`.
+    """
+    residuals, signatures = fit.linearization.projected
+    rest = project_out(basis(np.concatenate(signatures)), np.concatenate(residuals))
+    parts = np.split(rest, np.cumsum([len(part) for part in residuals])[:-1])
+    draw = problem.noise.drawer(problem.recordings)
+    return adequacy(parts, fit.linearization.state_columns, signatures, partitions, draw), rest
+
+
+def adequacy(residuals, columns, shared, partitions, draw, draws=600):
+    """Adequacy of projected, whitened residuals against noise alone, through the same whitening and projection.
+
+    residuals: list over recordings of (n_i,); columns: list of (n_i, k_i) whitened columns that were
+    fitted in that recording alone; shared: list of (n_i, p) columns of the numbers fitted to all, these projected out;
+    partitions: name -> labels over all observations in one row, (sum n_i,), whose block sums are tested beside the
+    variance; draw: function (index of recording, count) -> white noise (n_i, count) as these data may hold it, what is
+    not known of the noise included. A block whose sum the fit has all but fixed says nothing and is left out. Every
+    statistic is a mean of squares, so its cube root is nearly normal (Wilson and Hilferty, PNAS 17 (1931) 684) and the
+    largest of the standardised roots treats all of them alike.
+    """
+    own, common = [basis(column) for column in columns], basis(np.concatenate(shared))
+    observed = np.concatenate(residuals)[:, None]
+    matrices = {name: block_matrix(labels) for name, labels in partitions.items()}
+    null, freedom = [], 0.0
+    for some in np.array_split(np.arange(draws), -(-draws * len(observed) // MOST_DRAWN)):
+        drawn = np.concatenate([project_out(q, draw(k, len(some))) for k, q in enumerate(own)])
+        drawn -= common @ (common.T @ drawn)
+        if not null:
+            matrices = {name: matrix[np.mean((matrix @ drawn) ** 2, axis=1) > LEAST_FREEDOM] for name, matrix in matrices.items()}
+            matrices = {name: matrix for name, matrix in matrices.items() if matrix.shape[0]}
+        freedom += float(np.sum(drawn**2)) / (draws * len(observed))
+        null.append(_statistics(drawn, matrices))
+    names = ["variance", *matrices]
+    null, seen = np.cbrt(np.concatenate(null, axis=1)), np.cbrt(_statistics(observed, matrices))[:, 0]
+    centre, spread = null.mean(axis=1), null.std(axis=1) + 1e-12
+    largest = ((null - centre[:, None]) / spread[:, None]).max(axis=0)
+    z = (seen - centre) / spread
+    threshold = float(np.quantile(largest, QUANTILE))
+    p = (1 + int(np.sum(largest >= z.max()))) / (1 + draws)
+    return Adequacy(
+        bool(z.max() <= threshold),
+        float(z.max()),
+        float(p),
+        threshold,
+        names[int(np.argmax(z))],
+        float(np.mean(observed**2) / max(freedom, 1e-12)),
+    )
+
+
+def _statistics(values, matrices):
+    """Clipped mean square, then the mean square of the block sums of every partition: (n, draws) -> (statistics, draws)."""
+    cut = np.clip(values, -CLIP, CLIP)
+    return np.array([np.mean(cut**2, axis=0), *(np.mean((matrix @ cut) ** 2, axis=0) for matrix in matrices.values())])

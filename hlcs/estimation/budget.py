@@ -1,0 +1,102 @@
+"""What a diagnosis of recordings may cost: how many recordings are screened, how many refitted, and what must be said.
+
+Costs are counted in steps of one body, so that a plan depends on the data alone and not on how busy the computer is.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+SEGMENTED_LIMIT = 3.0e6  # body-steps of a search on a tumbling body: some 90 s at 30 us each
+SMOOTH_LIMIT = 15.0e6  # the same where recordings are not in segments: 6 us each
+FLIGHT_LIMIT = 40.0e6  # the same where nothing touches: at most 2 us each, what a step costs by itself counted too
+SEARCH_LINEARISATIONS = 200  # that a search over the whole library needs
+SEARCH_PART, COMPETITORS_PART = 0.6, 0.8  # of the limit, after which no round, no exchange is begun
+REFIT_LINEARISATIONS = 7
+CONFIRM_LINEARISATIONS = 60  # to fit the model under test and to refit what was accepted, on more recordings
+LEFT_OUT = "left out to keep within the limit of time:"
+LINEARISATION_RUNS = 13  # one, and one for each number of the initial state
+
+
+class Budget:
+    """What a search has spent, and what it left out for that."""
+
+    def __init__(self, problem):
+        self.problem, self.simulator = problem, problem.simulator
+        self.limit = FLIGHT_LIMIT
+        if self.simulator.contact:
+            self.limit = SEGMENTED_LIMIT if problem.segmented else SMOOTH_LIMIT
+        self.start = self.simulator.body_steps
+        self.left_out = []
+
+    @property
+    def share(self):
+        """Part of the limit that is spent [-]."""
+        return (self.simulator.body_steps - self.start) / self.limit
+
+    def ends_search(self, what):
+        """Is so much spent that no other round is begun? Then `what` is noted as left out."""
+        return self._over(SEARCH_PART, what)
+
+    def ends_comparison(self, what):
+        """The same for exchanges and competing models. In flight there is always enough: no verdict goes without them."""
+        return self.simulator.contact and self._over(COMPETITORS_PART, what)
+
+    def _over(self, part, what):
+        if self.share <= part:
+            return False
+        self.leave_out(what)
+        return True
+
+    def leave_out(self, what):
+        """Note that something is left out, once."""
+        if what not in self.left_out:
+            self.left_out.append(what)
+
+    def affordable(self, most, least=2, each=1):
+        """How many tasks of `each` refits, in one batch, what is left allows for: at least and at most so many."""
+        if not self.simulator.contact:
+            return most
+        cost = 2 * each * REFIT_LINEARISATIONS * max(linearisation_cost(self.problem.trials, self.simulator.time_step), 1.0)
+        return int(np.clip(int((1 - self.share) * self.limit / cost), least, most))
+
+    def notes(self):
+        """Sentences on what was left out."""
+        return tuple(f"{LEFT_OUT} {what}" for what in self.left_out)
+
+
+def linearisation_cost(trials, step):
+    """Body-steps of one linearisation of recordings."""
+    return LINEARISATION_RUNS * sum((trial.times[-1] - trial.times[0]) / step for trial in trials)
+
+
+def screening_subset(measurement, contact, limit=SEGMENTED_LIMIT):
+    """(Recordings to screen, Recordings to confirm on, sentences); recordings of every group.
+
+    Without contacts, or where all recordings are cheap enough, both are all Recordings.
+    """
+    trials, step = measurement.trials, measurement.file.time_step
+    if not contact:
+        return measurement, measurement, ()
+    each = linearisation_cost(trials, step) / len(trials)
+    few, many = (int(max(limit / (count * each), 1)) for count in (SEARCH_LINEARISATIONS, CONFIRM_LINEARISATIONS))
+    if few >= len(trials):
+        return measurement, measurement, ()
+    order = round_robin(trials)
+    first, second = ([trials[k] for k in sorted(order[:count])] for count in (few, many))
+    names = ", ".join(trial.name for trial in first[:6]) + " .." * (few > 6)
+    rest = "all" if many >= len(trials) else f"{many}; the rest are left out"
+    note = (
+        f"to keep within the limit of time every candidate is tried on {few} of {len(trials)} recordings ({names}), "
+        f"those accepted are refitted on {rest}"
+    )
+    return replace(measurement, trials=tuple(first)), replace(measurement, trials=tuple(second)), (note,)
+
+
+def round_robin(trials):
+    """Indices of recordings, one of each group after the other, in their order."""
+    groups = {}
+    for index, trial in enumerate(trials):
+        groups.setdefault(trial.group, []).append(index)
+    queues = [groups[name] for name in sorted(groups)]
+    return [queue[place] for place in range(max(map(len, queues))) for queue in queues if place < len(queue)]

@@ -1,0 +1,124 @@
+"""The problem that recordings pose: which samples are observations, their residuals, and derivatives through the simulator."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hlcs.estimation.linearization import Linearization, Recording
+from hlcs.estimation.problem import Problem
+from hlcs.estimation.whitening import whiten
+from hlcs.simulation import contact_motion
+from hlcs.simulation.initial_state import initial_guess, shifted, unknowns
+from hlcs.simulation.simulator import Simulator
+from minibullet import rotations
+
+CHANNELS = ("x", "y", "z", "rx", "ry", "rz")
+STEPS = (1e-4, 1e-3, 1e-4, 1e-3)  # differences of an initial state: m, m/s, rad, rad/s
+
+
+class TrajectoryProblem(Problem):
+    """Trials, their noise, and the simulator that predicts them."""
+
+    def __init__(self, trials, noise, simulator: Simulator):
+        self.trials, self.noise, self.simulator = tuple(trials), noise, simulator
+        self.difference_steps = {}  # (effect, number) -> step of its derivative
+        self.dropped = [np.zeros((len(trial.times), 6), bool) for trial in self.trials]
+        self.lies_flat = [
+            seated
+            and noise.orientation is not None
+            and contact_motion.lies_on_a_face(trial.body, trial.surroundings.floor_normal, trial.orientation, noise.orientation)
+            for trial, seated in zip(self.trials, simulator.seated, strict=True)
+        ]
+        self.recordings = [self._recording(k) for k in range(len(self.trials))]
+        # unit of the error as it is told: of positions, or of rotations where only orientations are measured
+        self.unit = "m" if any((recording.channel < 3).any() for recording in self.recordings) else "rad"
+
+    def _recording(self, index):
+        trial, noise = self.trials[index], self.noise
+        there = np.concatenate([np.isfinite(trial.position), np.repeat(np.isfinite(trial.orientation[:, :1]), 3, axis=1)], axis=1)
+        there &= ~self.dropped[index]
+        if noise.orientation is None:
+            there[:, 3:] = False
+        if noise.position is None:
+            there[:, :3] = False
+        channel, sample = np.nonzero(there.T)
+        times = trial.times[sample]
+        unknown = unknowns(trial, there.any(axis=0), self.simulator.seated[index], self.lies_flat[index], self.simulator.contact)
+        return Recording(channel, sample, times, noise.whitening(channel, times), unknown)
+
+    def drop(self, flags):
+        """Leave isolated samples out, for every model alike: flags is a list of (n, 6) booleans."""
+        self.dropped = [old | new for old, new in zip(self.dropped, flags, strict=True)]
+        self.recordings = [self._recording(k) for k in range(len(self.trials))]
+
+    def initial_guess(self):
+        """Initial states read off the first samples, (trials, 13); what the file states is taken from there."""
+        known = zip(self.trials, self.simulator.start_time, self.simulator.seated, self.lies_flat, strict=True)
+        return np.array([initial_guess(*trial, self.simulator.contact) for trial in known])
+
+    def residual(self, index, trajectory):
+        """Measured - model for one recording, (n_obs,) [m, rad]; trajectory: (position (n, 3), orientation (n, 4))."""
+        trial, recording = self.trials[index], self.recordings[index]
+        position, orientation = trajectory
+        table = np.empty((len(trial.times), 6))
+        table[:, :3] = trial.position - position
+        if (recording.channel >= 3).any():
+            measured = np.nan_to_num(trial.orientation)
+            table[:, 3:] = rotations.logarithm(rotations.product(measured, rotations.conjugate(orientation)))
+        return table[recording.sample, recording.channel]
+
+    def residuals(self, model, initial_states):
+        """Raw residuals of every recording, list of (n_i,)."""
+        with np.errstate(all="ignore"):  # a step may leave what can be; its chi2 is then not finite and it is refused
+            trajectories = self.simulator.simulate(model, initial_states, np.arange(len(self.trials)))
+        return [self.residual(k, trajectory) for k, trajectory in enumerate(trajectories)]
+
+    def linearise(self, model, initial_states, only=None):
+        """Linearization at this point; with `only`, of the recordings of these indices, and of their initial states alone."""
+        which = np.arange(len(self.trials)) if only is None else np.asarray(only)
+        perturbed, owner = [initial_states[which]], list(which)
+        for k in which:
+            for number in self.recordings[k].unknown:
+                perturbed.append(shifted(initial_states[k], number, STEPS[number[0]] * self.difference_scale)[None])
+                owner.append(k)
+        trajectories = self.simulator.simulate(model, np.concatenate(perturbed), np.array(owner))
+        raw = [self.residual(k, trajectory) for k, trajectory in zip(which, trajectories, strict=False)]
+        place, state_columns, white = len(which), [], []
+        for k, residual in zip(which, raw, strict=True):
+            recording, columns = self.recordings[k], []
+            for number in recording.unknown:
+                change = residual - self.residual(k, trajectories[place])
+                columns.append(change / (STEPS[number[0]] * self.difference_scale))
+                place += 1
+            state_columns.append(whiten(recording.whitening, stacked(columns, len(residual))))
+            white.append(whiten(recording.whitening, residual))
+        unperturbed = [(position.copy(), turn.copy()) for position, turn in trajectories[: len(which)]]  # not the whole batch
+        none = [stacked([], len(residual)) for residual in raw]
+        linear = Linearization(raw, white, state_columns, none, trajectories=unperturbed)
+        return linear if only is not None else self._with_parameters(model, initial_states, linear)
+
+    def _with_parameters(self, model, initial_states, linear):
+        """A Linearization with the columns of the model's free numbers."""
+        columns = [[] for _ in self.trials]
+        moves = [[] for _ in self.trials]
+        for index, term in enumerate(model.terms):
+            for free in term.candidate.free:
+
+                def moved(value, index=index, term=term, free=free):
+                    return model.with_at(index, term.numbers | {free.name: value})
+
+                value = term.numbers[free.name]
+                changes, state_moves = self.derivative(term.name, free, value, moved, linear, initial_states)
+                for k, (change, move) in enumerate(zip(changes, state_moves, strict=True)):
+                    columns[k].append(change)
+                    moves[k].append(move)
+        return replace(
+            linear,
+            parameter_columns=[stacked(part, len(white)) for part, white in zip(columns, linear.white, strict=True)],
+            state_moves=[stacked(part, n.shape[1]) for part, n in zip(moves, linear.state_columns, strict=True)],
+        )
+
+
+def stacked(columns, rows):
+    """Columns (rows,) beside each other, (rows, k); k may be 0."""
+    return np.column_stack(columns) if columns else np.zeros((rows, 0))

@@ -1,0 +1,120 @@
+"""Whitening of correlated noise: a Kalman filter that is the inverse Cholesky factor of its covariance.
+
+Noise is AR(1) in time within each channel of each recording, plus a share w that is not correlated (rounding):
+cov(e_k, e_l) = sigma^2 ((1 - w) rho^(|t_k - t_l| / step) + w delta_kl). White, unit-variance combinations are L^-1 e with
+L L^T that covariance, L its lower Cholesky factor. Such noise is a scalar state that decays between samples, seen through
+white noise: what a Kalman filter does not foresee of each sample, over its standard deviation, is exactly L^-1 e (R. E. Kalman,
+J. Basic Eng. 82 (1960) 35; the factor is unique), at a cost and a memory that grow with the number of samples alone.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from minibullet.kernels import leaf
+
+
+class Filter(NamedTuple):
+    """Correlation of the samples of one channel, as what is foreseen of each from those before it; (n,) each, variance 1."""
+
+    decay: np.ndarray  # of the correlated part from this sample to the next [-]
+    gain: np.ndarray  # part of what was not foreseen of this sample that belongs to the correlated part [-]
+    deviation: np.ndarray  # standard deviation of what is not foreseen of this sample: the diagonal of L [-]
+
+
+class Whitening(NamedTuple):
+    """How the noise of the n observations of one recording is correlated, channel by channel."""
+
+    blocks: tuple  # (slice of the observations, Filter) of every channel
+    sigma: np.ndarray  # standard deviation of each observation [unit of the channel], (n,)
+
+
+@leaf
+def _fill_in(decay, rest, white, gain, deviation):
+    """Fill in gain and deviation (n,); rest: 1 - decay^2."""
+    unknown = 1.0 - white  # variance of the correlated part before its sample is seen
+    for k in range(len(deviation)):
+        variance = unknown + white
+        gain[k] = unknown / variance
+        deviation[k] = np.sqrt(variance)
+        unknown = decay[k] ** 2 * white * gain[k] + (1.0 - white) * rest[k]
+
+
+@leaf
+def _whiten(decay, gain, deviation, values, foreseen):
+    """Turn values (n, k) into L^-1 values, in place; foreseen: zeros (k,)."""
+    for row in range(len(deviation)):
+        for column in range(len(foreseen)):
+            new = values[row, column] - foreseen[column]
+            values[row, column] = new / deviation[row]
+            foreseen[column] = decay[row] * (foreseen[column] + gain[row] * new)
+
+
+@leaf
+def _colour(decay, gain, deviation, values, foreseen):
+    """Turn values (n, k) into L values, in place; foreseen: zeros (k,)."""
+    for row in range(len(deviation)):
+        for column in range(len(foreseen)):
+            new = values[row, column] * deviation[row]
+            values[row, column] = foreseen[column] + new
+            foreseen[column] = decay[row] * (foreseen[column] + gain[row] * new)
+
+
+def kalman_filter(times, rho, white, step):
+    """Filter of noise of variance 1 at the times (n,), increasing: AR(1) with rho per step, and a share `white` of its own."""
+    exponent = np.diff(times, append=times[-1:]) / step * np.log(max(rho, 1e-12))
+    result = Filter(np.exp(exponent), np.empty(len(times)), np.empty(len(times)))
+    _fill_in(result.decay, -np.expm1(2 * exponent), float(white), result.gain, result.deviation)
+    return result
+
+
+def _filtered(kernel, filter, values):
+    """L or L^-1 times values, (n,) or (n, k) -> same shape."""
+    result = np.array(values, dtype=float, order="C")
+    columns = result.reshape(len(result), -1)
+    kernel(*filter, columns, np.zeros(columns.shape[1]))
+    return result
+
+
+def whiten_series(filter, values):
+    """L^-1 values for correlated values of variance 1, (n,) or (n, k) -> same shape."""
+    return _filtered(_whiten, filter, values)
+
+
+def colour_series(filter, white):
+    """L white: the inverse of `whiten_series`."""
+    return _filtered(_colour, filter, white)
+
+
+def whitening_of(channel, times, sigma, correlations, step):
+    """Whitening of observations sorted by channel, then time.
+
+    channel, sigma: per observation (n,); correlations: channel -> (rho, white); step: time over which rho holds [s].
+    """
+    channel, times, sigma = np.asarray(channel), np.asarray(times, dtype=float), np.asarray(sigma, dtype=float)
+    blocks, filters = [], {}
+    for number in np.unique(channel):
+        inside = np.flatnonzero(channel == number)
+        part = slice(int(inside[0]), int(inside[-1]) + 1)
+        key = (times[part].tobytes(), correlations[int(number)])
+        if key not in filters:
+            filters[key] = kalman_filter(times[part], *correlations[int(number)], step)
+        blocks.append((part, filters[key]))
+    return Whitening(tuple(blocks), sigma)
+
+
+def whiten(whitening, values):
+    """White, unit-variance combinations of correlated observations: (n,) or (n, k) -> same shape."""
+    values = np.asarray(values, dtype=float)
+    values = values / whitening.sigma.reshape(-1, *[1] * (values.ndim - 1))
+    for part, filter in whitening.blocks:
+        values[part] = whiten_series(filter, values[part])
+    return values
+
+
+def colour(whitening, white):
+    """The inverse of whitening: (n,) or (n, k) -> same shape, in the units of the channels."""
+    result = np.empty_like(np.asarray(white, dtype=float))
+    for part, filter in whitening.blocks:
+        result[part] = colour_series(filter, white[part])
+    return result * whitening.sigma.reshape(-1, *[1] * (result.ndim - 1))

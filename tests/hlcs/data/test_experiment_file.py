@@ -1,0 +1,66 @@
+"""Experiment files: wrong keys and values are refused by line and key, trials override what the file says."""
+
+import numpy as np
+import pytest
+import trimesh
+from boxes import MESH, SIZE, thrown
+from experiments import TOML, experiment, refused
+
+import hlcs
+from hlcs.data.experiment_file import read_experiment_file
+from minibullet.errors import InputError, InputWarning
+
+
+@pytest.mark.parametrize(
+    ("toml", "words"),
+    [
+        (TOML.replace("radius", "raduis"), ("line 4", "raduis", "radius")),
+        (TOML.replace("[measurement]", "[measurment]"), ("measurment", "measurement", "line 6")),
+        (TOML.replace("position = 0.01", "positon = 0.01"), ("positon", "position", "line 7")),
+        (TOML.replace("0.05", "-1.0"), ("line 5", "mass", "greater than 0")),
+        (TOML.replace("0.03", "30.0"), ("density", "kg and m")),
+        (TOML.replace('"sphere"', '"spere"'), ("spere", "sphere")),
+        (TOML.replace('"trajectory"', '"trajectories"'), ("trajectory",)),
+        (TOML + "[model]\neffects = 3\n", ("effects", "list")),
+        (TOML.replace("{ position = 0.01 }", "0.01"), ("line 7", "noise", "{ position = 0.01 }")),
+        (TOML.replace("{ position", "{ outcome"), ("line 7", "outcome", "position [m]")),
+        (TOML + "[surroundings]\nfloor = 0.0\n", ("line 9", "floor", "{ height = 0.0 }")),
+        (TOML + "[placement]\nlayers = 5\n", ("line 8", "placement", "layers")),
+    ],
+)
+def test_wrong_keys_and_values_are_named(tmp_path, toml, words):
+    refused(experiment(tmp_path, toml=toml), *words)
+
+
+def test_overrides_of_a_trial(tmp_path):
+    file = read_experiment_file(experiment(tmp_path, trial='file = "a.csv"\nmass = 0.2\nradius = 0.05\ngravity = 9.8\n'))
+    assert file.trials[0].body.mass == 0.2 and file.trials[0].surroundings.gravity == 9.8 and file.body.mass == 0.05
+
+
+def test_a_noise_in_millimetres_is_told(tmp_path):
+    with pytest.warns(InputWarning, match=r"measurement.noise.position: 2 m is hardly meant.*not in mm"):
+        read_experiment_file(experiment(tmp_path, toml=TOML.replace("0.01", "2")))
+
+
+BAD = {
+    "missing": (None, 'shape = "mesh"\nmesh = "gone.stl"\n', "line 4: body.mesh: file 'gone.stl' is not there"),
+    "open": (b"solid a\nendsolid a\n", MESH, "line 4: body.mesh: mesh 'box.stl': no triangles; the file is empty"),
+    "not named": (None, 'shape = "mesh"\n', 'line 3: body.shape: "mesh" of which file. Add mesh = "unit.stl"'),
+    "folder": ("folder", MESH, "line 4: body.mesh: file 'box.stl' is not there"),
+    "millimetres": ("mm", MESH + "mass = 1.5\n", "line 5: body.mass: mass and size give a density of .*units are kg and m"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_mesh_is_refused_where_the_experiment_names_it(case, tmp_path):
+    content, body, words = BAD[case]
+    if content == "folder":
+        (tmp_path / "box.stl").mkdir()
+    elif content == "mm":
+        trimesh.creation.box(1000 * np.array(SIZE)).export(tmp_path / "box.stl")
+    elif content:
+        (tmp_path / "box.stl").write_bytes(content)
+    path = thrown(tmp_path, body)
+    with pytest.raises(InputError, match=f"thrown.toml, {words}") as refusal:
+        hlcs.compare(path)
+    assert "\n" not in str(refusal.value)

@@ -1,0 +1,86 @@
+"""Recordings: what cannot be used is refused by file, row and column; lines may end in any way."""
+
+import numpy as np
+import pytest
+from experiments import experiment, measured, refused
+
+from hlcs.data.recordings import read_recording
+from minibullet.errors import InputError
+
+
+def test_a_good_file_is_read(tmp_path):
+    measurement = measured(experiment(tmp_path))
+    assert measurement.trials[0].columns == ["z"] and measurement.file.body.mass == 0.05
+
+
+@pytest.mark.parametrize(
+    ("csv", "words"),
+    [
+        ("t_s,z_m\n0,1\n0.2,1\n0.1,1\n0.3,1\n", ("a.csv", "row 4", "t_s", "unsorted")),
+        ("t_s,z_m\n0,1\n0.1,1\n0.1,1\n0.3,1\n", ("row 4", "duplicate")),
+        ("t_s,z_m\n0,1\n0.1,nan\n0.2,1\n", ("row 3", "z_m", "not finite", "blank")),
+        ("t_s,z_m\n0,1\n0.1,inf\n0.2,1\n", ("row 3", "not finite")),
+        ("t_s,z_m\n0,1\n0.1,one\n0.2,1\n", ("row 3", "not a number")),
+        ("t_s,z_m\n0,1\n0.1\n", ("row 3", "cells")),
+        ("t_s,h_m\n0,1\n0.1,1\n", ("row 1", "h_m", "nearest")),
+        ("t_s,z_m\n0,1\n0.1,1\n0.2,0.9\n", ("3 samples", "4 are needed")),
+        ("t_s,qw,qx,qy,qz\n0,1,0,0,0\n0.1,0,0,0,0\n", ("row 3", "zero length")),
+        ("t_s,qw,qx,qy\n0,1,0,0\n", ("qw, qx, qy, qz",)),
+        ("t_s,z_m\n" + "".join(f"{0.1 * k},{1000 - 4905 * (0.1 * k) ** 2}\n" for k in range(9)), ("z_m", "units")),
+        ("t_s;z_m\n0;1\n0,1;0,9\n", ("row 1", "semicolons", "commas")),
+        ("t_s,z_m\n0,0,1,0\n0,1,0,9\n", ("row 2", "4 cells", "point")),
+        ('t_s,z_m\n0,1\n"0,1",1\n', ("row 3", "t_s", "0,1", "point")),
+        ("t_s,z_m,\n0,1,\n", ("row 1", "column 3", "comma")),
+        ("t_s,z\n0,1\n", ("row 1", "'z'", "'z_m'")),
+        ("t_s,z_m\n\0,1\n", ("not text",)),
+        ("t_s,y_m,z_m\n" + "".join(f"{0.1 * k},{9 - 0.049 * k * k},{0.2 * k}\n" for k in range(9)), ("y_m", "z_m", "mixed up")),
+        ("t_s,z_m\n" + "".join(f"{0.1 * k},{4.9 * (0.1 * k) ** 2}\n" for k in range(9)), ("z_m", "falls upwards")),
+        ("t_s,z_m\n" + "".join(f"{0.1 * k},{300 - 490 * (0.1 * k) ** 2}\n" for k in range(7)), ("z_m", "units")),
+    ],
+)
+def test_bad_recordings_are_refused_by_row_and_column(tmp_path, csv, words):
+    refused(experiment(tmp_path, csv=csv), *words)
+
+
+@pytest.mark.parametrize(
+    ("csv", "words"),
+    [
+        ('t_s,z_m\n0,1\n0.1,"1\n0.2,1\n', ("row 3", "quote", "not closed")),
+        ("t_s,z_m\n0,1\n0.1," + "9" * 400 + "\n", ("row 3", "z_m", "not finite")),
+        ("t_s,z_m\n0,1\n0.1," + "9" * 20_000 + "\n", ("row 3", "20,004 characters")),
+        ("t_s,z_m" + ",x" * 3000 + "\n0,1\n", ("row 1", "unknown column 'x'")),
+        ("t_s,z_m\n0,1\n0.1,\x1b[31m1\n", ("row 3", r"'\x1b[31m1' is not a number")),
+        ("\x1b[2Jt_s,z_m\n0,1\n", ("row 1", r"\x1b[2Jt_s")),
+        ("t_s,z_m\n" + "0,1\n" * 200_001, ("200,002 lines", "200,000 rows")),
+    ],
+)
+def test_what_is_no_table_is_refused_in_one_printable_line(tmp_path, csv, words):
+    with pytest.raises(InputError) as problem:
+        measured(experiment(tmp_path, csv=csv))
+    message = str(problem.value)
+    assert message.isprintable() and len(message) < 500 + len(str(tmp_path))
+    for word in words:
+        assert word in message, message
+
+
+def test_lines_may_end_in_any_way_and_rows_are_lines_of_the_file(tmp_path):
+    rows = ["# from the tracker", "t_s, z_m", "", '0,"1"', "0.1 , 1.1", "0.2,", ",", "0.3,0.9", "0.4,0.8"]
+    found = []
+    for end in ("\n", "\r\n", "\r"):
+        (tmp_path / "a.csv").write_bytes(end.join(rows).encode())
+        found.append(read_recording(tmp_path / "a.csv"))
+    for times, position, _, places in found:
+        assert times.tolist() == [0, 0.1, 0.2, 0.3, 0.4] and places.tolist() == [4, 5, 6, 8, 9]
+        assert np.array_equal(position[:, 2], [1, 1.1, np.nan, 0.9, 0.8], equal_nan=True)
+
+
+def test_an_experiment_holds_so_many_rows_in_all(tmp_path, monkeypatch):
+    monkeypatch.setattr("hlcs.data.recordings.MOST_ROWS", 15)
+    (tmp_path / "b.csv").write_text("t_s,z_m\n" + "".join(f"{0.1 * k:.1f},{1.1 - 0.05 * k * k:.4f}\n" for k in range(8)))
+    refused(experiment(tmp_path, trial='file = "a.csv"\n[[trial]]\nfile = "b.csv"\n'), "more than 15 rows", "b.csv")
+
+
+def test_a_number_with_an_underscore_is_not_another_number(tmp_path):
+    """Python reads 0_95 as 95; a whole file of them would be one of another unit."""
+    rows = "".join(f"{0.1 * k:.1f},{1 - 0.05 * k * k:.4f}\n" for k in range(8))
+    refused(experiment(tmp_path, csv="t_s,z_m\n" + rows.replace("0.95", "0_95")), "row 3", "column z_m", "0_95")

@@ -1,0 +1,85 @@
+"""Units, axes, floors, clocks, copies: what no body does is refused, what is odd is told."""
+
+import numpy as np
+import pytest
+from experiments import FLOOR, TOML, experiment, measured, refused
+from throws import write_throws
+
+import hlcs
+from minibullet.errors import InputError
+
+
+def test_units_are_checked_between_impacts_too(tmp_path):
+    """A ball bouncing on its floor, heights in cm: no parabola fits the whole, but one fits every piece between impacts."""
+    times = np.arange(120) / 60
+    since = np.minimum(times % 0.5, 0.5)
+    rows = "".join(f"{t:.5f},{100 * (0.03 + 4.905 * s * (0.5 - s)):.3f}\n" for t, s in zip(times, since, strict=True))
+    refused(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=FLOOR), "z_m", "acceleration", "units")
+
+
+def test_a_body_inside_its_floor_is_refused_or_described(tmp_path):
+    rows = "".join(f"{0.02 * k:.2f},{-0.5 + 0.003 * (k % 2):.4f}\n" for k in range(20))
+    refused(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=FLOOR), "below its floor", "floor.height")
+    rows = "".join(f"{0.02 * k:.2f},{max(0.3 - 4.9 * (0.02 * k) ** 2, 0.0):.4f}\n" for k in range(30))
+    notes = measured(experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=FLOOR)).notes
+    assert any("positions are of the centre" in note for note in notes)
+
+
+def test_a_scalar_that_stands_last_is_seen_under_a_box(tmp_path):
+    """A box 0.2 x 0.1 x 0.04 lies flat, turned by 45 degrees about z: with the scalar last it would stand on an edge."""
+    c, d = np.cos(np.pi / 8), np.sin(np.pi / 8)
+    toml = FLOOR.replace('"sphere"', '"box"').replace("radius = 0.03", "size = [0.2, 0.1, 0.04]")
+    for quaternion in (f"{c:.6f},0,0,{d:.6f}", f"0,0,{d:.6f},{c:.6f}"):
+        rows = "".join(f"{0.1 * k:.1f},{0.001 * k},0,0.02,{quaternion}\n" for k in range(9))
+        path = experiment(tmp_path, csv="t_s,x_m,y_m,z_m,qw,qx,qy,qz\n" + rows, toml=toml)
+        if quaternion.startswith("0,"):
+            refused(path, "qw..qz", "scalar")
+        else:
+            assert measured(path).trials
+
+
+def test_a_static_recording_that_drifts_is_refused(tmp_path):
+    path = experiment(tmp_path, toml=TOML.replace("noise = { position = 0.01 }", 'static = "rest.csv"'))
+    rows = "".join(f"{0.1 * k:.1f},{1 - 0.03 * k + 0.001 * (k % 3):.4f}\n" for k in range(40))
+    (tmp_path / "rest.csv").write_text("t_s,z_m\n" + rows)
+    refused(path, "rest.csv", "z_m", "at rest")
+
+
+def test_copies_are_refused_even_rotated(tmp_path):
+    times = np.arange(12) * 0.1
+    seen = np.column_stack([times, np.sin(times), -(times**2)])
+    for name, table in (("a.csv", seen), ("b.csv", seen[:, [1, 0, 2]] * [1, -1, 1] + 3)):
+        rows = "".join(f"{t:.2f},{x!r},{y!r},{z!r}\n" for t, (x, y, z) in zip(times, table.tolist(), strict=True))
+        (tmp_path / name).write_text("t_s,x_m,y_m,z_m\n" + rows)
+    path = tmp_path / "e.toml"
+    path.write_text(TOML + '[[trial]]\nfile = "a.csv"\n[[trial]]\nfile = "b.csv"\n')
+    refused(path, "b.csv", "rotated copy", "a.csv")
+    path.write_text(TOML + '[[trial]]\nfile = "a.csv"\n[[trial]]\nfile = "a.csv"\n')
+    refused(path, "duplicate trial")
+
+
+def test_oddities_are_told_not_dropped(tmp_path):
+    times = [0, 0.1, 0.2, 0.3, 0.4, 0.9, 1.0, 1.1, 1.2, 1.3]
+    lines = "".join(f"{t},{'' if k == 3 else 5 - 0.05 * k}\n" for k, t in enumerate(times))
+    measurement = measured(experiment(tmp_path, "t_s,z_m\n" + lines))
+    notes = " ".join(measurement.notes)
+    assert "gaps" in notes and "1 of 10 samples missing" in notes
+
+
+@pytest.mark.parametrize("clock, advice", [("frames", "frame numbers"), ("milliseconds", "milliseconds")])
+def test_times_that_are_not_seconds_are_refused(tmp_path, clock, advice):
+    """A drop of 2 m lasts 0.64 s; told in frames of a 60 Hz camera or in milliseconds it would hang in the air for minutes."""
+    seconds = np.arange(0, 0.6, 1 / 60)
+    told = np.arange(len(seconds)) if clock == "frames" else 1000.5 * seconds
+    lines = [f"{t:g},{2.0 - 0.5 * 9.81 * s * s:.4f}" for t, s in zip(told, seconds, strict=True)]
+    refused(experiment(tmp_path, "t_s,z_m\n" + "\n".join(lines) + "\n"), "a.csv, column t_s:", "in the air", advice)
+
+
+@pytest.mark.parametrize("unit_of_time, advice", [(60, "frame numbers"), (1000 / 7, "milliseconds")])
+def test_throws_whose_times_are_not_seconds_are_refused(tmp_path, unit_of_time, advice):
+    path = write_throws(tmp_path, static=False, noise="noise = { position = 0.004 }")
+    for file in tmp_path.glob("throw_*.csv"):
+        rows = [line.split(",", 1) for line in file.read_text().splitlines()]
+        file.write_text("\n".join([",".join(rows[0]), *(f"{float(t) * unit_of_time:.3f},{rest}" for t, rest in rows[1:])]) + "\n")
+    with pytest.raises(InputError, match=f"throw_0.csv, column t_s: .*{advice}"):
+        hlcs.compare(path)

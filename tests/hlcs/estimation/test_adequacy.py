@@ -1,0 +1,52 @@
+"""Adequacy: noise alone passes as often as its quantile says, a slow misfit does not, whatever the fit has absorbed."""
+
+import numpy as np
+
+from hlcs.estimation.adequacy import QUANTILE, adequacy, block_matrix, blocks_in_time
+from hlcs.estimation.least_squares import basis, project_out
+
+COUNT = 48
+ONES = np.ones((COUNT, 1))
+NONE = np.zeros((COUNT, 0))
+LABELS = blocks_in_time(np.zeros(COUNT, int), 8)
+
+
+def judged(values, generator, columns=ONES):
+    """Adequacy of one recording whose mean was fitted."""
+
+    def draw(index, count):
+        return generator.standard_normal((COUNT, count))
+
+    left = project_out(basis(columns), values)
+    return adequacy([left], [columns], [NONE], {"blocks": LABELS}, draw, draws=200)
+
+
+def test_noise_alone_passes_as_often_as_the_quantile_says(generator):
+    """At 2 % of false alarms more than eight in 100 happen once in 1,200 times; the mean square is 1 within five errors."""
+    verdicts = [judged(generator.standard_normal(COUNT), generator) for _ in range(100)]
+    assert QUANTILE == 0.98 and sum(not verdict.adequate for verdict in verdicts) <= 8
+    assert abs(np.mean([verdict.chi2 for verdict in verdicts]) - 1) < 5 * np.sqrt(2 / (100 * COUNT))
+
+
+def test_a_slow_misfit_of_one_sigma_shows_in_the_blocks(generator):
+    """A sine of one turn, amplitude 1: a block of eight sums to about 8 * 0.8 / sqrt(8) = 2.3 sigma, six of them to chi2 30."""
+    slow = np.sin(2 * np.pi * np.arange(COUNT) / COUNT)
+    verdict = judged(slow + generator.standard_normal(COUNT), generator)
+    assert not verdict.adequate and verdict.worst == "blocks" and verdict.p < 0.02
+
+
+def test_a_block_that_the_fit_has_fixed_says_nothing(generator):
+    """With a constant of its own for each block every block sum is zero: only the variance is left to test."""
+    own = (LABELS[:, None] == np.arange(6)) * 1.0
+    verdict = judged(5.0 + generator.standard_normal(COUNT), generator, own)
+    assert verdict.worst == "variance" and verdict.adequate
+
+
+def test_block_sums_are_divided_by_the_root_of_their_count():
+    matrix = block_matrix([0, 0, 0, 0, -1, 7]).toarray()
+    np.testing.assert_allclose(matrix @ np.ones(6), [2.0, 1.0])
+    assert matrix[:, 4].tolist() == [0.0, 0.0]
+
+
+def test_blocks_begin_anew_with_each_channel():
+    assert blocks_in_time([0, 0, 0, 1, 1, 1, 1], 2).tolist() == [0, 0, 1, 2, 2, 3, 3]

@@ -1,0 +1,40 @@
+"""Cross-validation: each half is predicted by the number of the other half, in closed form."""
+
+import numpy as np
+import pytest
+from linear_models import Line, model
+
+from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
+
+TIMES = [np.linspace(0.0, 1.0 + k, 6) for k in range(4)]
+SLOPES = (1.0, 2.0, 3.0, 4.0)
+
+
+def test_a_half_is_predicted_by_the_slope_of_the_other():
+    """Noiseless lines of other slopes: held-out residuals are (slope - slope of the other half) times the centred times.
+
+    The prior of a number within 10 counts 1e-2 beside Sxx of 2 to 12: the slope of a half is pulled to its fit by so much.
+    """
+    groups = ["a", "b", "a", "b"]
+    problem = Line(TIMES, [slope * t for slope, t in zip(SLOPES, TIMES, strict=True)], 1e-3, groups)
+    halves = CrossValidation(problem.trials, "group")
+    fit = problem.fit(model(1.0))
+    assert halves.possible and halves.half.tolist() == [0, 1, 0, 1]
+    centred = [t - t.mean() for t in TIMES]
+    weight = [t @ t for t in centred]
+    other = {half: np.average(SLOPES[1 - half :: 2], weights=weight[1 - half :: 2]) for half in (0, 1)}
+    for k, held_out in enumerate(halves.residuals(fit)):
+        expected = (SLOPES[k] - other[k % 2]) * centred[k] / 1e-3
+        np.testing.assert_allclose(held_out, expected, rtol=1e-6, atol=1e-3)
+
+
+def test_one_group_or_none_held_out_leaves_nothing_to_predict():
+    trials = Line(TIMES, TIMES, groups=["a"] * 4).trials
+    assert not CrossValidation(trials, "group").possible
+    assert not CrossValidation(Line(TIMES, TIMES).trials, "none").possible
+
+
+@pytest.mark.parametrize("count", [FEW_RECORDINGS - 1, FEW_RECORDINGS])
+def test_recordings_are_few_by_the_body_that_has_fewest(count):
+    trials = Line([TIMES[0]] * count, [TIMES[0]] * count).trials
+    assert CrossValidation(trials, "group").few == (count < FEW_RECORDINGS)

@@ -1,0 +1,11 @@
+"""The stand-in for the simulations of placement tests, with a store of its own for each test."""
+
+import pytest
+from layer_tables import emulate
+
+from hlcs.kinds.layers.model import Simulator
+
+
+@pytest.fixture
+def simulator(tmp_path):
+    return Simulator(tmp_path / "store" / "runs.sqlite", workers=1, function=emulate)

@@ -1,0 +1,51 @@
+"""Tables of layers as a user writes them: read, or refused by file, row and column."""
+
+import numpy as np
+import pytest
+from layer_tables import HEADER, PAPER, experiment, measured
+
+import hlcs
+from hlcs.kinds.layers.data import read_layer_sets, read_layers
+from hlcs.placement.printed_tables import laboratory
+
+
+def test_papers_tables_are_read_as_three_sets(tmp_path):
+    file = experiment(tmp_path, [laboratory(*names).to_dataframe() for names in PAPER], 'shape = "hull"')
+    data = read_layers(file)
+    assert [one.name for one in data.sets] == ["RPG flat", "TPG flat", "TPG 4 % slope"]
+    assert [one.layers for one in data.sets] == [5, 5, 5] and data.hold_out == "campaign"
+    assert data.test.shape == "hull" and data.sets[2].placed(data.test).bottom.grade == 0.04
+
+
+@pytest.mark.parametrize(
+    ("row", "what"),
+    [
+        ("TPG,1.58,1.27,0,1,1.3,0.01,5,a\nTPG,1.58,1.27,0,1,1.3,0.01,5,a", "row 3, column layer"),
+        ("TPG,1.58,1.27,0,1,1.3,0.01,5,a\nTPG,1.58,1.27,0,3,1.0,0.01,5,a", "has no layer 2"),
+        ("TPG,1.58,1.27,0,1,x,0.01,5,a", "row 2, column mean: 'x'"),
+        ("TPG,1.58,1.27,0,1,131.9,0.01,5,a", "row 2, column mean"),
+        ("TPG,1.58,1.27,0,1,1.3,1.4,5,a", "row 2, column cv: '1.4'"),
+        ("TPG,1.58,1.27,0,1,nan,0.01,5,a", "row 2, column mean"),
+        ("TPG,1.58,1.27,0,1,1.3,0.01,4.5,a", "row 2, column tests"),
+        ("TPG,1.58,1.27,4,1,1.3,0.01,5,a", "row 2, column bottom_slope"),
+        ("new,,1.27,0,1,1.3,0.01,5,a", "row 2, column spacing_x"),
+        (",1.58,1.27,0,1,1.3,0.01,5,a", "row 2, column grid"),
+        ("TPG,1.58,1.27,0,1,1.3,0.01,5,a,extra", "row 2"),
+        ("", "has no rows"),
+    ],
+)
+def test_bad_tables_are_refused_by_file_row_and_column(tmp_path, row, what):
+    path = tmp_path / "bad.csv"
+    path.write_text(f"{HEADER}\n{row}\n")
+    with pytest.raises(hlcs.InputError, match=what) as complaint:
+        read_layer_sets(path)
+    assert "bad.csv" in str(complaint.value) and "\n" not in str(complaint.value)
+
+
+def test_quick_settings_scale_with_the_unit(tmp_path):
+    large, small = (
+        read_layers(experiment(tmp_path, [measured("TPG", 1, "a")], f"nominal_diameter = {size}")).test for size in (1.0, 0.038)
+    )
+    assert large.time_step == pytest.approx(1 / 120) and small.time_step == pytest.approx(np.sqrt(0.038) / 120)
+    stated = read_layers(experiment(tmp_path, [measured("TPG", 1, "a")], "nominal_diameter = 0.038\ntime_step = 0.001")).test
+    assert stated.time_step == 0.001 and stated.settle_time == small.settle_time

@@ -1,0 +1,53 @@
+"""The model under test for layers, and its simulations."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from layer_tables import experiment, measured
+
+import hlcs
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.kinds.layers.data import read_layers
+from hlcs.kinds.layers.model import LayerModel, coefficients, default_store, model_of
+
+
+def test_a_model_of_layers_runs_its_own_placement():
+    model = LayerModel(hlcs.PlacementTest(layers=1, rows=2, columns=2))
+    assert model.run(seed=4).test == replace(model.placement, seed=4)
+
+
+@pytest.mark.parametrize(
+    ("entry", "words"),
+    [
+        ('{ name = "plate_bias", offse = 1.0 }', "plate_bias needs one number, offset"),
+        ('{ name = "plate_bias", offset = true }', "offset = .*it must be a finite number"),
+        ('{ name = "plate_bia" }', "'plate_bias'"),
+    ],
+)
+def test_stated_effects_that_cannot_be_are_refused_by_file_and_line(tmp_path, entry, words):
+    file = experiment(tmp_path, [measured("TPG", 1, "a")])
+    file.path.write_text(file.path.read_text() + f"[model]\neffects = [{entry}]\n")
+    with pytest.raises(hlcs.InputError, match=f"layers.toml, line .*{words}"):
+        model_of(read_layers(read_experiment_file(file.path)))
+
+
+def test_runs_come_back_by_model_set_and_seed_and_refused_ones_as_nan(tmp_path, simulator):
+    sets = read_layers(experiment(tmp_path, [measured("TPG", 1, "a"), measured("RPG", 2, "b")])).sets
+    models = [LayerModel(hlcs.PlacementTest(margin=margin)) for margin in (0.0, 0.01)]
+    tables = coefficients(simulator, models, sets, [1, 2, 3])
+    assert [[runs.shape for runs in of_model] for of_model in tables] == [[(3, 5), (3, 5)], [(3, 5), (3, 5)]]
+    np.testing.assert_allclose(tables[1][0][:, 0] - tables[0][0][:, 0], 0.02, rtol=1e-9)
+    assert simulator.ran == 12
+    coefficients(simulator, models, sets, [1, 2, 3])
+    assert simulator.ran == 12  # read back from the store
+    none = coefficients(lambda tests, label: [None] * len(tests), models[:1], sets[:1], [1, 2])
+    assert np.isnan(none[0][0]).all() and none[0][0].shape == (2, 5)
+
+
+def test_the_store_lies_where_the_user_says_or_in_a_folder_that_can_be_written(tmp_path, monkeypatch):
+    monkeypatch.setenv("HLCS_CACHE", str(tmp_path / "mine"))
+    assert default_store() == tmp_path / "mine" / "layers.sqlite"
+    monkeypatch.delenv("HLCS_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assert default_store() == tmp_path / "cache" / "hlcs" / "layers.sqlite"

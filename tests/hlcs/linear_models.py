@@ -1,0 +1,55 @@
+"""A problem in closed form for the tests of fits: values = number * time + the constant of each recording + noise."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from hlcs.data.experiment_file import Surroundings
+from hlcs.effects import Candidate, Free, class_named
+from hlcs.estimation.linearization import Linearization, Recording
+from hlcs.estimation.problem import Problem
+from hlcs.estimation.whitening import whiten, whitening_of
+from hlcs.simulation.model import Model, Term
+
+RATE = Candidate("linear_drag", class_named("linear_drag"), (Free("rate", "1/s", 0.0, 10.0, 0.0, 1.0),))
+
+
+COMMON = {"recording": "", "body": None, "surroundings": Surroundings()}  # of all trials
+
+
+def model(rate):
+    """The model with one number."""
+    return Model((Term(RATE, (("rate", rate),)),))
+
+
+class Line(Problem):
+    """Recordings of rate * t + c_k, c_k the only unknown of the initial state of recording k; white noise of sigma."""
+
+    def __init__(self, times, values, sigma=1.0, groups=None):
+        self.times, self.values, self.difference_steps = times, values, {}
+        names = groups or [str(k) for k in range(len(times))]
+        self.trials = [SimpleNamespace(group=name, name=name, **COMMON) for name in names]
+        self.simulator = SimpleNamespace(contact=False, body_steps=0.0)
+        unknown = ((0, np.array([1.0, 0.0, 0.0])),)
+        self.recordings = []
+        for t in times:
+            whitening = whitening_of(np.zeros(len(t), int), t, np.full(len(t), sigma), {0: (0.0, 0.0)}, t[1] - t[0])
+            self.recordings.append(Recording(np.zeros(len(t), int), np.arange(len(t)), t, whitening, unknown))
+
+    def initial_guess(self):
+        states = np.zeros((len(self.times), 13))
+        states[:, 6] = 1.0
+        return states
+
+    def residuals(self, model, initial_states):
+        rate = model.terms[0].numbers["rate"] if model.terms else 0.0
+        return [y - rate * t - state[0] for t, y, state in zip(self.times, self.values, initial_states, strict=True)]
+
+    def linearise(self, model, initial_states):
+        raw = self.residuals(model, initial_states)
+
+        def white(columns):
+            return [whiten(recording.whitening, part) for recording, part in zip(self.recordings, columns, strict=True)]
+
+        slopes = white([t[:, None] if model.terms else np.zeros((len(t), 0)) for t in self.times])
+        return Linearization(raw, white(raw), white([np.ones((len(t), 1)) for t in self.times]), slopes)

@@ -1,0 +1,60 @@
+"""Bodies on a floor: the faces they lie on."""
+
+import numpy as np
+import pytest
+from boxes import SIZE, write_box
+
+from hlcs.data.experiment_file import Body, Surroundings
+from hlcs.data.rigid_body import rigid_body
+from hlcs.simulation import contact_motion
+from hlcs.simulation.contact_motion import faces, flattened, lies_on_a_face
+from minibullet import rotations
+
+
+def test_a_box_that_lies_still_on_a_face_is_set_flat():
+    """Attitude noise of 0.005 rad does not lean it; a tilt of 0.05 rad, or one that grows at 1 rad/s, is no lying."""
+    generator = np.random.default_rng(5)
+    box, up, times = Body(shape="box", size=(0.1, 0.08, 0.04), mass=0.2), (0.0, 0.0, 1.0), np.arange(12) / 60
+    noise = rotations.exponential(0.005 * generator.standard_normal((12, 3)))
+    yaw = rotations.exponential(np.array([0.0, 0.0, 0.7]))
+    flat = rotations.product(noise, yaw)
+    assert contact_motion.lies_on_a_face(box, up, flat, 0.005)
+    for lean in (np.tile([0.05, 0, 0], (12, 1)), times[:, None] * [0.0, 1.0, 0.0]):
+        assert not contact_motion.lies_on_a_face(box, up, rotations.product(rotations.exponential(lean), flat), 0.005)
+    assert not contact_motion.lies_on_a_face(Body(shape="sphere", radius=0.1), up, flat, 0.005)
+    set_flat = contact_motion.flattened(flat[0], up)
+    assert rotations.rotate(set_flat, np.array(up)) == pytest.approx(np.array(up), abs=1e-12)
+    assert np.linalg.norm(rotations.logarithm(rotations.product(set_flat, rotations.conjugate(yaw)))) < 0.02
+
+
+def test_faces_of_a_mesh_on_which_it_can_lie_are_those_of_its_hull(tmp_path):
+    box, mesh = Body(shape="box", size=SIZE), Body(shape="mesh", mesh=str(write_box(tmp_path)))
+    assert {tuple(np.round(row)) for row in faces(mesh)} == {tuple(row) for row in faces(box)}
+    tilted = rotations.exponential(np.array([0.1, 0.0, 0.3]))
+    up = np.array([0.0, 0.0, 1.0])
+    np.testing.assert_allclose(flattened(tilted, up, faces(mesh)), flattened(tilted, up), atol=1e-6)
+    flat = np.tile(flattened(tilted, up), (12, 1))
+    assert lies_on_a_face(mesh, up, flat, 0.001) and not lies_on_a_face(mesh, up, np.tile(tilted, (12, 1)), 0.001)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.1])
+def test_a_box_put_on_a_floor_touches_it_and_keeps_only_its_speed_along_it(angle):
+    """On a floor that leans more than the file says the box turns with it, its gap is the margin."""
+    box = rigid_body(Body(shape="box", size=(0.1, 0.2, 0.04), mass=1.0)).shape
+    nominal = Surroundings(floor_height=0.0)
+    normal = np.array([np.sin(angle), 0.0, np.cos(angle)])
+    actual = Surroundings(floor_height=0.0, floor_normal=tuple(normal))
+    state = np.array([0.3, 0.1, 0.5, 1.0, 2.0, -3.0, 1, 0, 0, 0, 0, 0, 0])
+    assert contact_motion.gap(box, state[:3], state[6:10], nominal) == pytest.approx(0.48)
+    seated = contact_motion.seat(box, state, nominal, actual, 0.001)
+    assert contact_motion.gap(box, seated[:3], seated[6:10], actual) == pytest.approx(0.001, abs=1e-12)
+    assert seated[3:6] @ normal == pytest.approx(0.0, abs=1e-12) and seated[4] == 2.0
+    np.testing.assert_allclose(rotations.rotate(seated[6:10], np.array([0.0, 0.0, 1.0])), normal, atol=1e-12)
+    assert state[2] == 0.5  # the state that was given stays
+
+
+def test_a_body_off_its_centre_of_mass_has_its_vertices_about_that_centre():
+    box = rigid_body(Body(shape="box", size=(0.1, 0.2, 0.04), mass=1.0)).shape
+    moved = contact_motion.off_centre(box, (0.01, 0.0, 0.005))
+    np.testing.assert_allclose(moved.pieces[0].vertices, box.pieces[0].vertices - [0.01, 0.0, 0.005])
+    assert moved.volume == box.volume and contact_motion.off_centre(box, (0.01, 0.0, 0.005)) is moved

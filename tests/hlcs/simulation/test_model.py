@@ -1,0 +1,38 @@
+"""The model under test: a value that other models are made from, and what it hands to the engine."""
+
+import tomllib
+
+from hlcs.data.experiment_file import Surroundings
+from hlcs.effects import candidate
+from hlcs.effects.measurement import ClockOffset
+from hlcs.simulation.model import Model, Term
+from minibullet import effects
+
+SURROUNDINGS = Surroundings(gravity=9.8, fluid_density=2.0)
+DRAG, CLOCK = (
+    Term(candidate(kind, SURROUNDINGS, 0.1, True), ((name, value),))
+    for kind, name, value in ((effects.QuadraticDrag, "drag_coefficient", 0.4), (ClockOffset, "offset", 0.01))
+)
+BASE = Model(fixed=({"name": "magnus", "coefficient": 1.0},), time_step=0.005)
+
+
+def test_models_are_values_with_one_term_more_less_or_changed():
+    both = BASE.with_term(DRAG).with_term(CLOCK)
+    assert both.names == ("magnus", "quadratic_drag", "clock_offset") and BASE.names == ("magnus",)
+    assert both.kinds == (effects.Magnus, effects.QuadraticDrag, ClockOffset)
+    assert both.without(0) == BASE.with_term(CLOCK)
+    assert both.with_at(0, {"drag_coefficient": 0.5}).terms[0].numbers == {"drag_coefficient": 0.5}
+
+
+def test_effects_go_to_the_engine_with_gravity_first_and_changes_to_their_hooks():
+    acting, setups, looks = BASE.with_term(DRAG).with_term(CLOCK).changes(SURROUNDINGS)
+    assert acting == (effects.Gravity(9.8), effects.Magnus(1.0, fluid_density=2.0), effects.QuadraticDrag(0.4, fluid_density=2.0))
+    assert setups == [] and looks == [ClockOffset(0.01)]
+
+
+def test_a_model_is_written_as_the_section_it_was_read_from():
+    model = tomllib.loads(BASE.with_term(DRAG).to_toml())["model"]
+    entries = [{"name": "magnus", "coefficient": 1.0}, {"name": "quadratic_drag", "drag_coefficient": 0.4}]
+    assert model == {"effects": entries, "time_step": 0.005}
+    assert str(BASE.with_term(DRAG)) == "Model: gravity, magnus, quadratic_drag\n  quadratic_drag: drag_coefficient = 0.4"
+    assert str(Model()) == "Model: gravity alone"
