@@ -35,12 +35,12 @@ def delassus(problem, contacts=slice(None)):
     chosen, q = chosen_contacts(problem, contacts)
     count = len(chosen.bodies)
     used, place = np.unique(chosen.bodies, return_inverse=True)
-    J, answer = np.zeros((2, count, 3, len(used), 6))
+    J, inverse_mass_J = np.zeros((2, count, 3, len(used), 6))
     for side, sign in ((0, -1.0), (1, 1.0)):
         at = np.arange(count), slice(None), place.reshape(count, 2)[:, side]
         J[at] += sign * chosen.jacobian[:, side]
-        answer[at] += sign * chosen.inverse_mass_jacobian[:, side]
-    return J.reshape(3 * count, -1) @ answer.reshape(3 * count, -1).T, q
+        inverse_mass_J[at] += sign * chosen.inverse_mass_jacobian[:, side]
+    return J.reshape(3 * count, -1) @ inverse_mass_J.reshape(3 * count, -1).T, q
 
 
 def block_problem(problem, contacts):
@@ -110,16 +110,16 @@ def coupled_blocks(factors, first, member):
 
 
 @leaf
-def add_block(factors, one, other, block):
-    """Add to ``block`` what impulses of another contact do, through one body, to the velocity at this one (3, 3) [1/kg]. one,
-    other: contact and side of the body."""
-    rate, answer = factors.jacobian[one[0], one[1]], factors.inverse_mass_jacobian[other[0], other[1]]
-    sign = 1.0 if one[1] == other[1] else -1.0
+def add_block(factors, here, there, block):
+    """Add to ``block`` what impulses of another contact do, through one body, to the velocity at this one (3, 3) [1/kg]. here,
+    there: contact and side of the body."""
+    rows, twists = factors.jacobian[here[0], here[1]], factors.inverse_mass_jacobian[there[0], there[1]]
+    sign = 1.0 if here[1] == there[1] else -1.0
     for i in range(3):
         for k in range(3):
             value = 0.0
             for d in range(3):
-                value += rate[i, d] * answer[k, d] + rate[i, 3 + d] * answer[k, 3 + d]
+                value += rows[i, d] * twists[k, d] + rows[i, 3 + d] * twists[k, 3 + d]
             block[i, k] += sign * value
 
 

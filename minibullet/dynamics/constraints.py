@@ -41,7 +41,7 @@ def row_product(row, other):
 def contact_factors(bodies, arms, inverse_mass):
     """The DelassusFactors of contacts between body pairs (m, 2) with arm a, arm b, normal (m, 9)."""
     count = len(bodies)
-    jacobian, answer = np.empty((count, 2, 3, 6)), np.zeros((count, 2, 3, 6))
+    jacobian, inverse_mass_jacobian = np.empty((count, 2, 3, 6)), np.zeros((count, 2, 3, 6))
     block = np.empty((count, 3, 3))
     for c in range(count):
         normal = arms[c, 6], arms[c, 7], arms[c, 8]
@@ -54,16 +54,16 @@ def contact_factors(bodies, arms, inverse_mass):
                 rows[i, 3], rows[i, 4], rows[i, 5] = cross(arm, rows[i])
                 if mass[0, 0] != 0.0 or mass[3, 3] != 0.0:
                     for k in range(6):
-                        answer[c, side, i, k] = row_product(mass[k], rows[i])
+                        inverse_mass_jacobian[c, side, i, k] = row_product(mass[k], rows[i])
         for i in range(3):
             for k in range(3):
                 value = 0.0
                 for side in range(2):
-                    rate, twist = jacobian[c, side, i], answer[c, side, k]
+                    row, twist = jacobian[c, side, i], inverse_mass_jacobian[c, side, k]
                     for d in range(3):
-                        value += rate[d] * twist[d] + rate[3 + d] * twist[3 + d]
+                        value += row[d] * twist[d] + row[3 + d] * twist[3 + d]
                 block[c, i, k] = value
-    return DelassusFactors(bodies, inverse_mass, jacobian, answer, block)
+    return DelassusFactors(bodies, inverse_mass, jacobian, inverse_mass_jacobian, block)
 
 
 def describe(bodies, pair, arms, gap, factors, impulse, time_step):

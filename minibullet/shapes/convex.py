@@ -27,19 +27,18 @@ class ConvexPiece:
     radius: float = 0.0
 
     def __post_init__(self):
-        points = _points("hull", self.vertices)
+        points, faces = _points("hull", self.vertices), ()
         if self.radius == 0.0:
             corners, faces = polyhedra.convex_hull(points)
-            self._set(points[corners], faces)
-            self._refuse_unweighable()
-            return
-        check_lengths("hull", radius=self.radius)
-        if len(points) > 2 or (len(points) == 2 and np.array_equal(points[0], points[1])):
-            raise InputError(
-                f"hull: radius = {self.radius} with {len(points)} points; only one point (a ball) "
-                "or two different points (a capsule) can be rounded"
-            )
-        self._set(points, ())
+            points = points[corners]
+        else:
+            check_lengths("hull", radius=self.radius)
+            if len(points) > 2 or (len(points) == 2 and np.array_equal(points[0], points[1])):
+                raise InputError(
+                    f"hull: radius = {self.radius} with {len(points)} points; only one point (a ball) "
+                    "or two different points (a capsule) can be rounded"
+                )
+        self._set(points, faces)
         self._refuse_unweighable()
 
     def _set(self, vertices, faces):
@@ -98,13 +97,19 @@ class ConvexPiece:
         """(f,) the flat-faced solid is normals . x <= offsets [m]."""
         return self._planes[1]
 
+    @property
+    def _core_length(self):
+        """Length of the segment between the two vertices of a capsule; 0 of a ball [m]."""
+        core = self.vertices[-1] - self.vertices[0]
+        return sqrt(dot(core, core))
+
     @cached_property
     def _mass(self):
         if self.faces:
             return polyhedra.mass_properties(self.vertices, polyhedra.triangles_of(self.faces))
-        core = self.vertices[-1] - self.vertices[0]
-        length = sqrt(dot(core, core))
+        length = self._core_length
         volume, (along, across, _) = swept_ball(self.radius, length)
+        core = self.vertices[-1] - self.vertices[0]
         direction = core / length if length else core
         inertia = across * np.eye(3) + (along - across) * np.outer(direction, direction)
         return polyhedra.MassProperties(volume, polyhedra.middle(self.vertices), inertia)
@@ -125,8 +130,7 @@ class ConvexPiece:
     def surface_area(self):
         if self.faces:
             return polyhedra.area_of(self.vertices, polyhedra.triangles_of(self.faces))
-        core = self.vertices[-1] - self.vertices[0]
-        return 2.0 * pi * self.radius * (sqrt(dot(core, core)) + 2.0 * self.radius)
+        return swept_ball_area(self.radius, self._core_length)
 
     @cached_property
     def bounding_radius(self):
@@ -165,6 +169,11 @@ def _points(name, points):
 def farthest(vertices, centre):
     """Largest distance of the vertices (n, 3) from centre [m]."""
     return sqrt(np.max(np.sum(np.square(vertices - centre), axis=1)))
+
+
+def swept_ball_area(radius, length):
+    """Surface area of a ball swept along a segment: a capsule, or a ball [m2]."""
+    return 2.0 * pi * radius * (length + 2.0 * radius)
 
 
 def swept_ball(radius, length):

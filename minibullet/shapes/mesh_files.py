@@ -113,7 +113,7 @@ def _read_obj(data, name):
         elif words[0] in ("o", "g"):
             groups += 1
         elif words[0] == "f":
-            numbers, defined = mesh.numbers(words[1:], line), mesh.defined
+            numbers, defined = mesh.vertex_numbers(words[1:], line), mesh.defined
             mesh.face([k - 1 if k >= 0 else defined + k for k in numbers], line, groups, numbers)
     return mesh.surface()
 
@@ -123,11 +123,11 @@ def _read_obj(data, name):
 
 def _read_off(data, name):
     """The word OFF, how many vertices and faces, then a line for each: coordinates; how many corners, and their indices."""
-    mesh, rows = Indexed(name, first=0), lines(BytesIO(data), name)
-    line, words = next(rows, (1, [""]))
+    mesh, following = Indexed(name, first=0), lines(BytesIO(data), name)
+    line, words = next(following, (1, [""]))
     if words[0] not in ("OFF", "COFF", "NOFF", "CNOFF") or words[1:2] == ["BINARY"]:
         raise InputError(f"{name}: not a readable OFF file; it must begin with the word OFF and be of text")
-    counts = words[1:3] or next(rows, (line, []))[1][:2]
+    counts = words[1:3] or next(following, (line, []))[1][:2]
     if len(counts) < 2 or not all(count.isascii() and count.isdigit() for count in counts):
         raise InputError(
             f"{name}: not a readable OFF file; {quoted(counts)} follows OFF, the numbers of vertices and faces are needed"
@@ -136,7 +136,7 @@ def _read_off(data, name):
     refuse_many(vertices, name, mesh_text.MOST_VERTICES, "vertices")
     refuse_many(faces, name, mesh_text.MOST_TRIANGLES, "triangles")
     for number in range(vertices + faces):
-        line, words = next(rows, (line, None))
+        line, words = next(following, (line, None))
         if words is None:
             raise InputError(
                 f"{name}, line {line}: the file ends here, its header announces {vertices} vertices and {faces} "
@@ -148,5 +148,5 @@ def _read_off(data, name):
         corners = integer(words[0])
         if corners is None or not 0 <= corners < len(words):
             raise InputError(f"{name}, line {line}: face {quoted(words)}; the number of its corners must stand first, then they")
-        mesh.face(mesh.numbers(words[1 : 1 + corners], line), line)
+        mesh.face(mesh.vertex_numbers(words[1 : 1 + corners], line), line)
     return mesh.surface()

@@ -98,7 +98,7 @@ class Indexed:
         if len(self.vertices) > 3 * MOST_VERTICES:
             refuse_many(self.defined, self.name, MOST_VERTICES, "vertices")
 
-    def numbers(self, words, place):
+    def vertex_numbers(self, words, place):
         """The whole numbers of a face's corners such as 3, 3/1, 3//2 or -1; InputError where a word is none."""
         try:
             return [int(word.partition("/")[0]) for word in words]

@@ -50,7 +50,7 @@ def read_ply(data, name):
     """The Surface of the elements `vertex` and `face`; others before them are passed over, others behind not looked at."""
     text = BytesIO(data)
     line, order, elements = _header(text, name)
-    mesh, at, rows = Indexed(name, 0, "face" if order else "line"), text.tell(), lines(text, name, line)
+    mesh, at, following = Indexed(name, 0, "face" if order else "line"), text.tell(), lines(text, name, line)
     most = {"vertex": mesh_text.MOST_VERTICES, "face": mesh_text.MOST_TRIANGLES}
     for element in elements:
         # Each property takes so many bytes at least, in a text a digit and a blank.
@@ -59,7 +59,7 @@ def read_ply(data, name):
             raise _cut_off(name, element, len(data))
         refuse_many(element.count, name, most.pop(element.name, mesh_text.MOST_LINES), f"of {quoted([element.name])}")
         _check_properties(name, element)
-        at = _records(mesh, element, data, at) if order else _rows(mesh, element, rows, at, len(data))
+        at = _binary_element(mesh, element, data, at) if order else _text_element(mesh, element, following, at, len(data))
         if not most:
             break
     return mesh.surface()
@@ -71,9 +71,9 @@ def _cut_off(name, element, size):
 
 def _header(text, name):
     """(number of its last line, order of the bytes or None in a text, list of _Element)."""
-    line, order, elements, rows = 0, "", [], lines(text, name)
-    if next(rows, (0, []))[1] == ["ply"]:
-        for line, words in rows:
+    line, order, elements, following = 0, "", [], lines(text, name)
+    if next(following, (0, []))[1] == ["ply"]:
+        for line, words in following:
             if words == ["end_header"] and order != "":
                 return line, order, elements
             place = f"line {line}: {quoted(words)}"
@@ -112,11 +112,11 @@ def _check_properties(name, element):
         raise InputError(f"{name}, {element.place}: a vertex needs the properties x, y and z")
 
 
-def _rows(mesh, element, rows, at, size):
-    """Read an element of a text, one line each; -> at, the first byte behind the header."""
+def _text_element(mesh, element, following, at, size):
+    """Read an element of a text from the following lines, one each; -> at, the first byte behind the header."""
     names = [part.name for part in element.properties]
     for _ in range(element.count):
-        line, words = next(rows, (0, None))
+        line, words = next(following, (0, None))
         if words is None:
             raise _cut_off(mesh.name, element, size)
         if element.name == "vertex":
@@ -131,12 +131,12 @@ def _rows(mesh, element, rows, at, size):
                         f"{mesh.name}, line {line}: face {quoted(words)}; the number of corners must stand first, then they"
                     )
                 if part.name in CORNERS:
-                    mesh.face(mesh.numbers(words[place : place + length], line), line)
+                    mesh.face(mesh.vertex_numbers(words[place : place + length], line), line)
                 place += length
     return at
 
 
-def _records(mesh, element, data, at):
+def _binary_element(mesh, element, data, at):
     """Read an element of bytes from data[at]; -> the first byte behind it."""
     if element.name != "face":
         record = np.dtype([(str(k), part.kind) for k, part in enumerate(element.properties)])

@@ -66,7 +66,8 @@ def convex_hull(points, name="hull"):
             hull = ConvexHull(scaled[corners], qhull_options="Qt" if len(corners) <= MOST_MERGED else "QJ")
         except QhullError:
             raise _flat(name, len(points)) from None
-        triangles, normals = _outward(hull.simplices, hull.equations[:, :3], scaled[corners])
+        normals = hull.equations[:, :3]
+        triangles = _outward(hull.simplices, normals, scaled[corners])
         regions = _coplanar_regions(triangles, normals, hull.neighbors, scaled[corners], tolerance)
         # A true corner belongs to three faces at least; other points lie on an edge, within a face or inside.
         face = np.repeat(np.arange(len(regions)), [len(region) for region in regions])
@@ -88,10 +89,14 @@ def _flat(name, count):
 
 def _outward(triangles, normals, points):
     """Turn each triangle (t, 3) counter-clockwise about its outward normal (t, 3)."""
+    inward = np.einsum("ti,ti->t", _doubled_areas(points, triangles), normals) < 0
+    return np.where(inward[:, None], triangles[:, ::-1], triangles)
+
+
+def _doubled_areas(points, triangles):
+    """Vector across each triangle (t, 3), as long as twice its area."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
-    inward = np.einsum("ti,ti->t", np.cross(b - a, c - a), normals) < 0
-    triangles = np.where(inward[:, None], triangles[:, ::-1], triangles)
-    return triangles, normals
+    return np.cross(b - a, c - a)
 
 
 def _coplanar_regions(triangles, normals, neighbours, points, tolerance):
@@ -100,7 +105,7 @@ def _coplanar_regions(triangles, normals, neighbours, points, tolerance):
     The plane is the seed's, not the neighbour's, so that a finely faceted round surface is not swallowed step by step.
     """
     a, b, c = (points[triangles[:, k]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    area = np.linalg.norm(_doubled_areas(points, triangles), axis=1)
     longest = np.max(np.linalg.norm([b - a, c - b, a - c], axis=2), axis=0)
     sliver = (area <= tolerance * longest).tolist()  # rounding turns its normal anywhere
     free = [True] * len(triangles)
@@ -115,8 +120,8 @@ def _coplanar_regions(triangles, normals, neighbours, points, tolerance):
         offset = nx * x[a[seed]] + ny * y[a[seed]] + nz * z[a[seed]]
         free[seed] = False
         region = [seed]
-        for one in region:  # it grows while it is walked
-            for other in beside[3 * one : 3 * one + 3]:
+        for member in region:  # it grows while it is walked
+            for other in beside[3 * member : 3 * member + 3]:
                 if (
                     free[other]
                     and (sliver[other] or nx * u[other] + ny * v[other] + nz * w[other] > COPLANAR_COSINE)
@@ -179,8 +184,7 @@ def triangles_of(faces):
 
 def area_of(vertices, triangles):
     """Total area of triangles (t, 3) [m2]."""
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    return 0.5 * float(np.sum(np.sqrt(np.sum(np.cross(b - a, c - a) ** 2, axis=1))))
+    return 0.5 * float(np.sum(np.sqrt(np.sum(_doubled_areas(vertices, triangles) ** 2, axis=1))))
 
 
 def mass_properties(vertices, triangles):
@@ -230,8 +234,8 @@ def principal_axes(tensor):
             cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
             sine = tangent * cosine
             for columns in (a, a.T, axes):
-                one, two = columns[:, p].copy(), columns[:, q].copy()
-                columns[:, p], columns[:, q] = cosine * one - sine * two, sine * one + cosine * two
+                first, second = columns[:, p].copy(), columns[:, q].copy()
+                columns[:, p], columns[:, q] = cosine * first - sine * second, sine * first + cosine * second
     order = np.argsort(np.diag(a), kind="stable")
     axes = axes[:, order]
     axes[:, 2] = cross(axes[:, 0], axes[:, 1])
@@ -253,5 +257,5 @@ def common_ball(first, second):
     offsets = offsets - normals @ origin
     exponent = int(np.frexp(np.max(np.abs(offsets)))[1])
     planes = np.column_stack([normals, np.ones(len(normals))])
-    found = linprog([0, 0, 0, -1], planes, np.ldexp(offsets, -exponent), bounds=[(None, None)] * 3 + [(0, None)])
-    return float(np.ldexp(-found.fun, exponent)) if found.success else 0.0
+    solution = linprog([0, 0, 0, -1], planes, np.ldexp(offsets, -exponent), bounds=[(None, None)] * 3 + [(0, None)])
+    return float(np.ldexp(-solution.fun, exponent)) if solution.success else 0.0

@@ -19,7 +19,7 @@ import numpy as np
 from minibullet.errors import InputError, shown
 from minibullet.rotations import cosine_and_sine
 from minibullet.shapes import polyhedra
-from minibullet.shapes.convex import ConvexPiece, check_lengths, farthest, swept_ball
+from minibullet.shapes.convex import ConvexPiece, check_lengths, farthest, swept_ball, swept_ball_area
 
 # Parts of a compound may overlap by this part of their size: rounding in a file is no mistake of the user.
 OVERLAP = 1e-5
@@ -49,7 +49,7 @@ class SweptBall(Centred):
 
     @property
     def surface_area(self):
-        return 2.0 * pi * self.radius * (self.core + 2.0 * self.radius)
+        return swept_ball_area(self.radius, self.core)
 
     @property
     def bounding_radius(self):

@@ -104,8 +104,8 @@ def _connected(triangles, group):
     size = 1 + int(triangles.max(initial=0))
     keys = _keys(group, np.minimum(first, second), np.maximum(first, second), size)
     # Sorted by edge, the two triangles of each edge stand side by side.
-    one, other = (np.argsort(keys, kind="stable") % max(1, len(triangles))).reshape(-1, 2).T
-    graph = coo_array((np.ones(len(one)), (one, other)), shape=(len(triangles), len(triangles)))
+    first_side, second_side = (np.argsort(keys, kind="stable") % max(1, len(triangles))).reshape(-1, 2).T
+    graph = coo_array((np.ones(len(first_side)), (first_side, second_side)), shape=(len(triangles), len(triangles)))
     return connected_components(graph, directed=False) if len(triangles) else (0, np.zeros(0, dtype=int))
 
 
