@@ -33,6 +33,7 @@ HOMES = {
     "InputError": "minibullet.errors",
     "InputWarning": "minibullet.errors",
 }
+ROOMS = ("effects", "mystery")  # modules that users ask for
 __all__ = sorted(HOMES)
 
 
@@ -58,7 +59,7 @@ def __getattr__(name):
 
 
 def __dir__():
-    return [*globals(), *__all__]
+    return sorted([*__all__, *ROOMS, "__all__", "__doc__", "__file__", "__name__", "__path__"])
 
 
 sys.modules[__name__].__class__ = _Package

@@ -1,8 +1,7 @@
 """Compare: where, and by how much, does the model miss the measurement."""
 
-from hlcs.data.experiment_file import read_experiment_file
 from hlcs.effects import own_classes
-from hlcs.kinds import KINDS
+from hlcs.kinds import open_experiment
 from hlcs.kinds.protocol import Experiment, Options
 from hlcs.placement.comparison import compare_layers
 from hlcs.records import Comparison
@@ -18,9 +17,8 @@ def compare(path, *others, effects_file=None, seed=0, workers=None, progress=Fal
     """
     if others or not isinstance(path, str) and not hasattr(path, "__fspath__"):
         return compare_layers(path, *others)
-    file = read_experiment_file(path, allow_outside)
-    options = Options(own_classes(None, effects_file), seed, workers, progress)
-    return comparison_of(KINDS[file.kind](file, options))
+    _, experiment = open_experiment(path, Options(own_classes(None, effects_file), seed, workers, progress), allow_outside)
+    return comparison_of(experiment)
 
 
 def comparison_of(experiment: Experiment):

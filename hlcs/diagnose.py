@@ -2,9 +2,8 @@
 
 from dataclasses import fields
 
-from hlcs.data.experiment_file import read_experiment_file
 from hlcs.effects import own_classes
-from hlcs.kinds import KINDS
+from hlcs.kinds import open_experiment
 from hlcs.kinds.protocol import Experiment, Options
 from hlcs.records import Diagnosis, NextExperiment, untested
 from hlcs.selection.verdict import Selection
@@ -20,9 +19,9 @@ def diagnose(path, candidates=None, effects_file=None, seed=0, workers=None, pro
     progress: print what is being tried; allow_outside: let the experiment file name files outside its own folder. Raises
     InputError where the input is at fault.
     """
-    file = read_experiment_file(path, allow_outside)
     options = Options(own_classes(effects, effects_file), seed, workers, progress, _logger(progress))
-    return diagnosis_of(KINDS[file.kind](file, options), file.candidates if candidates is None else candidates)
+    file, experiment = open_experiment(path, options, allow_outside)
+    return diagnosis_of(experiment, file.candidates if candidates is None else candidates)
 
 
 def diagnosis_of(experiment: Experiment, candidates=None):

@@ -9,18 +9,19 @@ import numpy as np
 from minibullet import effects as effect_room
 from minibullet import rotations
 from minibullet.bodies import ContactLaw
-from minibullet.collision import manifolds
-from minibullet.contact import gauss_seidel, sequential_impulse
+from minibullet.collision.manifolds import NO_CONTACTS, WarmStart
+from minibullet.contact import exact, gauss_seidel, sequential_impulse
 from minibullet.contact import problem as problems
-from minibullet.dynamics import constraints, impacts, integration
+from minibullet.dynamics import constraints, depenetration, impacts, integrate, motion_bounds
+from minibullet.dynamics.free_motion import free_motion, inverse_mass
 from minibullet.errors import InputError, is_number, shown_value
 from minibullet.report.step_report import ContactTable, Step
+from minibullet.scene import overlaps
 from minibullet.scene.notices import Notices
 from minibullet.scene.registry import Registry
 from minibullet.settings import Settings
 
 MOST_STEPS = 1_000_000_000  # of one call: a day and more for the smallest world [-]
-NOTHING_KEPT = np.empty((0, 6)), np.empty((0, 3)), np.empty((0, 3))
 
 
 class World:
@@ -43,7 +44,7 @@ class World:
         self.last_step = None
         self._notices = Notices()
         self._past = deque(maxlen=100)  # (time, bodies) after the last steps, kept where there is a rescue file
-        self._kept = NOTHING_KEPT  # last step's contacts: points in body axes, normals and impulses in world axes
+        self._warm_start = NO_CONTACTS  # the contacts of the last step
 
     # ---- what stands in the world
     # ------------------------------------------------------------------------------------------------
@@ -100,21 +101,17 @@ class World:
         self.registry.freeze(self.registry.handles if bodies is None else bodies)
         scene = self.registry.scene
         fixed = ~np.isfinite(scene.bodies.mass)
-        for first, end in scene.collision.contact_range[fixed[scene.collision.rows[:, :2]].all(axis=1)]:
-            self._kept[2][first:end] = 0.0  # between two fixed bodies nothing would ever change last step's impulse
+        for first, end in scene.collision.cache.contacts[fixed[scene.collision.cache.bodies].all(axis=1)]:
+            self._warm_start.impulse[first:end] = 0.0  # between two fixed bodies nothing would ever change last step's impulse
 
-    def overlaps(self, tolerance=1e-9):
+    def overlaps(self, tolerance=overlaps.TOUCH):
         """Bodies that overlap where they stand, before any step: rows (handle a, handle b, depth [m]), deepest first.
 
         Depths below ``tolerance`` times the smaller body's radius are touch, not overlap.
         """
-        scene, depth = self.registry.enrol(), {}
-        rows = self._look()
-        for (a, b, _, _), gap in zip(rows, scene.collision.numbers[:, 0], strict=True):
-            if gap < 0.0 and gap < -tolerance * scene.contact_size(np.array([[a, b]]))[0]:
-                depth[a, b] = max(depth.get((a, b), 0.0), -float(gap))
+        scene = self.registry.commit()
         handle = {h._row: h for h in self.registry.handles}
-        return sorted(((handle[a], handle[b], d) for (a, b), d in depth.items()), key=lambda row: -row[2])
+        return [(handle[a], handle[b], depth) for a, b, depth in overlaps.list_overlaps(scene, tolerance)]
 
     def separate(self, bodies=None, most=200):
         """Push overlapping bodies apart without giving them velocity; only ``bodies`` (all moving ones by default) are moved,
@@ -122,53 +119,11 @@ class World:
 
         Returns the largest distance any of them was moved [m].
         """
-        scene = self.registry.enrol()
-        movable = np.zeros(len(scene.reach))
+        scene = self.registry.commit()
+        movable = np.zeros(len(scene.names))
         movable[[h._row for h in (self.registry.handles if bodies is None else bodies)]] = 1.0
-        movable[~np.isfinite(scene.bodies.mass)] = 0.0
-        inverse = np.zeros((len(movable), 6, 6))
-        inverse[:, :3, :3] = movable[:, None, None] * np.eye(3)
-        start = scene.bodies.position
-        for _ in range(most):
-            if not self.overlaps():
-                break
-            reach = 0.02 * scene.reach
-            pair, arms, gap, _, _ = manifolds.build(
-                scene.collision.pieces,
-                self._look(),
-                scene.collision.answers,
-                scene.collision.numbers,
-                np.zeros_like(scene.collision.contact_range),
-                scene.collision.polygons,
-                scene.bodies.position,
-                rotations.matrix(scene.bodies.orientation),
-                reach,
-                scene.margin,
-                *NOTHING_KEPT,
-            )
-            shift = gauss_seidel.separate(
-                pair, constraints.frames(pair, arms, inverse), gap, np.zeros(len(gap)), len(movable), 1.0, 50
-            )
-            scene.bodies = scene.bodies._replace(position=scene.bodies.position + shift[:, :3])
-            scene.moved = np.sqrt((shift[:, :3] ** 2).sum(axis=1))
-            scene.collision.numbers[:, 10] = np.inf  # last step's contact points have been left behind
-        return float(np.sqrt(((scene.bodies.position - start) ** 2).sum(axis=1)).max())
-
-    def _look(self):
-        """Bring the list of close pieces and its answers to where the bodies are now."""
-        scene = self.registry.scene
-        none = np.zeros(len(scene.reach))
-        rows = scene.collision.find(
-            scene.bodies,
-            rotations.matrix(scene.bodies.orientation),
-            scene.piece_ranges,
-            scene.group,
-            scene.margin,
-            scene.moved,
-            none,
-        )
-        scene.moved = none
-        return rows
+        movable[~scene.moving] = 0.0
+        return overlaps.separate(scene, movable, most)
 
     @property
     def bodies(self):
@@ -187,12 +142,12 @@ class World:
 
     def _advance(self):
         """One step; where it fails or is interrupted the world stays as it was, and is saved where ``rescue`` says."""
-        start, held = perf_counter(), self._hold()
+        start, checkpoint = perf_counter(), self._checkpoint()
         try:
             self._step()
             self.last_step.wall = perf_counter() - start
         except BaseException as error:
-            self._take_back(held)
+            self._roll_back(checkpoint)
             if not isinstance(error, InputError):
                 raise
             text = str(error)
@@ -209,72 +164,58 @@ class World:
                 text += f", the last {len(self._past)} states in {f'{self.rescue}.past.npz'!r}"
             raise InputError(text) from None
 
-    def _hold(self):
-        """All that a step changes, for ``_take_back``; what is changed in place is copied."""
-        scene = self.registry.enrol()
-        kept = self._kept[0].copy(), *self._kept[1:]
-        return (scene.bodies, scene.moved, scene.collision.hold(), kept, self.time, self.steps, self.unsolved_steps,
-                self.worst_residual, self.last_step)  # fmt: skip
+    def _checkpoint(self):
+        """All that a step changes, for ``_roll_back``; what is changed in place is copied."""
+        scene, warm_start = self.registry.commit(), self._warm_start
+        warm_start = warm_start._replace(on_a=warm_start.on_a.copy(), on_b=warm_start.on_b.copy())
+        return (scene.bodies, scene.past_motion, scene.collision.checkpoint(), warm_start, self.time, self.steps,
+                self.unsolved_steps, self.worst_residual, self.last_step)  # fmt: skip
 
-    def _take_back(self, held):
+    def _roll_back(self, checkpoint):
         scene = self.registry.scene
-        (scene.bodies, scene.moved, pairs, self._kept, self.time, self.steps, self.unsolved_steps, self.worst_residual,
-         self.last_step) = held  # fmt: skip
-        scene.collision.take_back(pairs)
+        (scene.bodies, scene.past_motion, pairs, self._warm_start, self.time, self.steps, self.unsolved_steps,
+         self.worst_residual, self.last_step) = checkpoint  # fmt: skip
+        scene.collision.roll_back(pairs)
 
     def _step(self):
         scene, settings, dt = self.registry.scene, self.settings, self.settings.time_step
         before = scene.bodies
-        rotation = integration.posture(before.orientation)
+        rotation = rotations.rotation_matrices(before.orientation)
 
         # what pulls: one wrench per effect, and the mass the contacts will feel
         wrenches = effect_room.wrenches(self._acting, before, self.time)
-        inverse_mass = integration.inverse_mass(before, rotation, effect_room.added_mass(self._acting, before))
-        free_twist, mean_twist, spun = integration.free(
-            before, inverse_mass, sum(wrenches, np.zeros_like(before.twist)), settings
-        )
+        inverse = inverse_mass(before, rotation, effect_room.added_mass(self._acting, before))
+        pull = sum(wrenches, np.zeros_like(before.twist))
+        free_twist, mean_twist, torque_free_rate = free_motion(before, inverse, pull, settings)
 
         # who touches whom, where, how hard last time
-        stride = integration.stride(before.twist, free_twist, scene.reach, dt)
-        pair, arms, gap, impulse, point = scene.touching(rotation, stride, self._kept)
-        axes, size = constraints.frames(pair, arms, inverse_mass), scene.contact_size(pair)
-        self._notices.look(self, pair, gap, size, stride)
-        touch = before, pair, arms, gap, axes, impulse, dt
-        law = self._law(scene, touch)
+        motion_bound = motion_bounds.motion_bound(before.twist, free_twist, scene.bounding_radius, dt)
+        points = scene.contact_points(scene.poses(rotation, motion_bound), self._warm_start)
+        pair, gap = points.bodies, points.gap
+        factors, size = constraints.contact_factors(pair, points.arms, inverse), scene.contact_size(pair)
+        self._notices.look(self, pair, gap, size, motion_bound)
+        law = self._law(scene, before, points, factors)
 
-        # blows with restitution first, each at its own moment; then the resting contact problem
-        blows, jump, lag = self._blows(scene, before, free_twist, pair, axes, gap, size, law)
-        free_twist, mean_twist = free_twist + jump, mean_twist + jump - lag / dt
-        problem = constraints.assemble(
-            scene, pair, axes, gap, law, free_twist, lag, inverse_mass, 1e-14 * stride.max(initial=0.0) / dt, dt
-        )
-        solution = self._solve(problem, problems.into_axes(axes, impulse))
+        # impacts with restitution first, each at its own moment; then the resting contact problem
+        contacts = impacts.ImpactContacts(factors, gap, size, law.restitution, law.friction)
+        impact_impulse, jump, correction = impacts.impact_impulses(contacts, scene.moving, before.twist, free_twist, dt)
+        free_twist, mean_twist = free_twist + jump, mean_twist + jump - correction / dt
+        rounding = 1e-14 * motion_bound.max(initial=0.0) / dt
+        problem = constraints.assemble(scene, factors, gap, law, free_twist, correction, rounding, dt)
+        solution = self._solve(problem, problems.into_axes(factors, points.impulse))
 
         # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity
         change = solution.twist - free_twist
-        motion = integration.admissible_motion(
-            pair, axes, gap, 1e-7 * size, mean_twist + 0.5 * change, solution.twist - lag / dt, dt
+        motion = integrate.admissible_motion(
+            factors, gap, 1e-7 * size, mean_twist + 0.5 * change, solution.twist - correction / dt, dt
         )
-        motion += gauss_seidel.undo_overlap(problem, gap, size, dt)
-        after = integration.move(before, motion, solution.twist, spun, dt)
-        self._finish(scene, before, after, motion, wrenches, touch, law, problem, solution, blows, point)
+        motion += depenetration.undo_overlap(problem, gap, size, dt)
+        after = integrate.integrate(before, motion, solution.twist, torque_free_rate, dt)
+        self._finish(scene, before, after, motion, wrenches, points, law, problem, solution, impact_impulse)
 
-    def _blows(self, scene, before, free_twist, pair, axes, gap, size, law):
-        """Impulses of the impacts of this step (m, 3), what they do to the twists, and their lag (sum of moment times jump),
-        (n, 6); zeros without impacts."""
-        if not np.count_nonzero(law.restitution):
-            return 0.0, 0.0, 0.0
-        dt, most = self.settings.time_step, 20 + np.count_nonzero(scene.moving)
-        twist, lag, acceleration = before.twist.copy(), np.zeros_like(before.twist), (free_twist - before.twist) / dt
-        blows, _ = impacts.resolve(
-            pair, axes, gap, size, scene.moving, law.restitution, law.friction, twist, acceleration, lag, dt, most
-        )
-        return blows, twist - before.twist, lag
-
-    def _law(self, scene, touch):
+    def _law(self, scene, before, points, factors):
         """The law at each contact: what the bodies say, changed by the effects that speak of contacts."""
-        pair = touch[1]
-        none = np.zeros(len(pair))
+        pair, none = points.bodies, np.zeros(len(points.gap))
         law = ContactLaw(
             scene.pair_value(scene.friction, pair, self.settings.friction),
             scene.pair_value(scene.restitution, pair, self.settings.restitution),
@@ -284,7 +225,8 @@ class World:
         )
         if not effect_room.changes_contact_law(self._acting):
             return law
-        return effect_room.contact_law(self._acting, constraints.describe(*touch), scene.bodies, law)
+        contacts = constraints.describe(before, pair, points.arms, points.gap, factors, points.impulse, self.settings.time_step)
+        return effect_room.contact_law(self._acting, contacts, before, law)
 
     def _solve(self, problem, impulse):
         settings = self.settings
@@ -293,18 +235,18 @@ class World:
             return sequential_impulse.solve(
                 problem, impulse, moment, iterations=settings.iterations, tolerance=settings.tolerance
             )
-        exact = settings.solver == "exact"
+        falls_back = settings.solver == "exact"
         # islands that just pass may miss together, by up to sqrt(3): |q|, |r| and |u| may peak in different ones
-        goal = 0.5 * settings.tolerance if exact else settings.tolerance
+        goal = 0.5 * settings.tolerance if falls_back else settings.tolerance
         solution = gauss_seidel.solve(problem, impulse, moment, iterations=settings.iterations, tolerance=goal)
-        if exact and len(solution.stalled):
-            solution = gauss_seidel.escalate(problem, solution, settings.tolerance)
+        if falls_back and len(solution.unconverged):
+            solution = exact.solve_unconverged(problem, solution, settings.tolerance)
         return solution
 
-    def _finish(self, scene, before, after, motion, wrenches, touch, law, problem, solution, blows, point):
+    def _finish(self, scene, before, after, motion, wrenches, points, law, problem, solution, impact_impulse):
         """Take over the state after the step and publish what happened."""
-        if not integration.finite(after.position, after.twist):
-            fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
+        fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
+        if not fine.all():
             # what is fixed cannot be the cause: it is named only where nothing that moves is
             bad = int(np.argmin(fine | (~scene.moving & ~fine[scene.moving].all())))
             raise InputError(
@@ -312,15 +254,17 @@ class World:
                 f"{scene.names[bad]!r} is not finite"
             )
         scene.bodies = after
-        scene.moved = integration.path_bound(motion, scene.reach, self.settings.time_step)
-        self._kept = point, problem.rows[:, :3].copy(), problems.into_world(problem.rows, solution.impulse)
+        scene.past_motion = motion_bounds.path_bound(motion, scene.bounding_radius, self.settings.time_step)
+        impulse = problems.into_world(problem.factors, solution.impulse)
+        normal = problem.factors.jacobian[:, 0, 0, :3].copy()
+        self._warm_start = WarmStart(points.on_a, points.on_b, normal, impulse)
         self.time += self.settings.time_step
         self.steps += 1
         if self.rescue is not None:
             self._past.append((self.time, after))
         self.unsolved_steps += solution.residual > self.settings.tolerance
         self.worst_residual = max(self.worst_residual, solution.residual)
-        self.last_step = Step(self, before, after, wrenches, touch, law, problem, solution, blows)
+        self.last_step = Step(self, before, after, wrenches, points, law, problem, solution, impact_impulse)
 
     # ---- running
     # -----------------------------------------------------------------------------------------------------------------
@@ -343,11 +287,11 @@ class World:
             )
         return round(steps)
 
-    def settle(self, max_time=10.0, *, watch=None, heed=None):
+    def settle(self, max_time=10.0, *, watch=None, select=None):
         """Advance until nothing moves, or for ``max_time`` seconds; returns "at_rest" or "time_limit".
 
         At rest: for as long as a free fall over its radius takes, every moving body was slower than 2e-3 sqrt(a R), with R
-        its bounding radius and a what effects accelerate it by. ``watch(world)`` is called after every step; ``heed(bodies)``
+        its bounding radius and a what effects accelerate it by. ``watch(world)`` is called after every step; ``select(bodies)``
         (the Bodies record) says which bodies must be at rest, boolean (n,), all moving ones if not given.
         """
         if not is_number(max_time) or not max_time > 0.0:
@@ -357,18 +301,18 @@ class World:
             self._advance()
             if watch is not None:
                 watch(self)
-            slow, wait = self._rest_scale(heed)
+            slow, wait = self._rest_scale(select)
             calm = calm + 1 if slow else 0
             if calm and calm * self.settings.time_step >= wait:
                 return "at_rest"
         return "time_limit"
 
-    def _rest_scale(self, heed=None):
-        """Whether every moving body that is heeded is slow now, and how long it must stay so [s]."""
+    def _rest_scale(self, select=None):
+        """Whether every moving selected body is slow now, and how long it must stay so [s]."""
         scene = self.registry.scene
-        chosen = scene.moving if heed is None else scene.moving & heed(scene.bodies)
+        chosen = scene.moving if select is None else scene.moving & select(scene.bodies)
         pull = sum(self.last_step.wrenches, np.zeros_like(scene.bodies.twist))
-        return integration.slow(scene.bodies.twist, pull, scene.bodies.mass, scene.reach, chosen)
+        return motion_bounds.is_slow(scene.bodies.twist, pull, scene.bodies.mass, scene.bounding_radius, chosen)
 
     def save(self, path):
         """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""

@@ -8,6 +8,11 @@ import pytest
 
 import hlcs
 import minibullet as mb
+from hlcs.data.experiment_file import Layout
+from hlcs.kinds import KINDS
+from hlcs.kinds.protocol import Observation, misfit
+from hlcs.records import Pictures
+from hlcs.selection.verdict import Selection
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = (ROOT / "docs" / "recipes.md").read_text(encoding="utf-8")
@@ -59,3 +64,56 @@ def test_the_recipe_of_an_effect_makes_one_that_is_found(tmp_path):
     push = found.parameters["side_wind"]["push"]
     half = (push["high"] - push["low"]) / 2  # 1.6 standard errors
     assert half < 0.02 and abs(push["value"] - 1.5) < 2.0 * half
+
+
+class Weighings:
+    """A kind of measurement that takes one column of masses: the model is one mass, what may be missing a zero offset."""
+
+    kind, measure, unit, layout = "weighings", "rms", "kg", Layout(False, {})
+    judgeable, advice, unjudged, notes = True, "", None, ()
+
+    def __init__(self, file, options):
+        self.title, self.mass = file.title, file.body.mass
+        self.measured = np.loadtxt(file.data_file, skiprows=1)
+        self.noise = {"source": "stated", "outcome": file.noise["outcome"]}
+
+    def _judged(self, model):
+        residual = self.measured - model
+        chi2 = float(np.mean((residual / self.noise["outcome"]) ** 2))
+        rows = {"measured": self.measured, "model": np.full(len(residual), model), "residual": residual}
+        table = rows | {"sigmas": residual / self.noise["outcome"], "row": np.arange(len(residual))}
+        return chi2 < 2.0, chi2, table | {"channel": np.zeros(len(residual), int)}
+
+    def observe(self):
+        adequate, chi2, table = self._judged(self.mass)
+        error = misfit(table["residual"], self.unit, self.noise["outcome"])
+        return Observation(adequate, chi2, 0.5, error, (), table, (), {"against": ("row",)})
+
+    def names(self, candidates):
+        return ("zero_offset",)
+
+    def search(self, candidates):
+        offset = float(np.mean(self.measured) - self.mass)
+        before, after = self._judged(self.mass), self._judged(self.mass + offset)
+        found = ("zero_offset",) if not before[0] else ()
+        number = {"value": offset, "low": offset - 0.01, "high": offset + 0.01, "unit": "kg"}
+        adequate = {"before": before[0], "after": after[0], "statistic": after[1], "p": 0.5}
+        numbers = {"zero_offset": {"offset": number}} if found else {}
+        error = {"measure": self.measure, "unit": self.unit, "fitted": None, "held_out": None}
+        pictures = Pictures(before[2], after[2], (), "row", "row")
+        return Selection(found, (), numbers, error, (), adequate, (), (), None, pictures, (), lambda verdict: None)
+
+
+def test_the_recipe_of_a_kind_needs_one_class_and_its_name(tmp_path, monkeypatch):
+    """Ten weighings 0.3 kg too high: compared, diagnosed, printed, drawn and saved by code that has never heard of them."""
+    monkeypatch.setitem(KINDS, "weighings", Weighings)
+    masses = 5.3 + 0.005 * np.random.default_rng(3).standard_normal(10)
+    np.savetxt(tmp_path / "scale.csv", masses, header="mass_kg", comments="")
+    text = 'kind = "weighings"\n[body]\nshape = "sphere"\nradius = 0.1\nmass = 5.0\n'
+    (tmp_path / "scale.toml").write_text(text + '[measurement]\nfile = "scale.csv"\nnoise = 0.01\n')
+    comparison, diagnosis = hlcs.compare(tmp_path / "scale.toml"), hlcs.diagnose(tmp_path / "scale.toml")
+    assert not comparison.adequate and comparison.error["bias"] == pytest.approx(-0.3, abs=0.01)
+    assert diagnosis.verdict == "effect" and diagnosis.effects == ("zero_offset",) and "zero_offset" in str(diagnosis)
+    comparison.save(tmp_path / "comparison")
+    assert {path.name for path in (tmp_path / "comparison").iterdir()} >= {"comparison.png", "residuals.csv", "comparison.json"}
+    diagnosis.plot()

@@ -35,17 +35,6 @@ SECTIONS = {
     "trial.start": ["position", "orientation", "velocity", "angular_velocity"],
 }
 SECTIONS["trial"] += SECTIONS["body"] + SECTIONS["surroundings"]
-KINDS = ("trajectory", "outcomes", "layers")
-FOREIGN = {
-    "trajectory": {"placement": '"layers"', "measurement.file": '"outcomes" or "layers"; here files stand in [[trial]]'},
-    "outcomes": {"placement": '"layers"', "trial": '"trajectory"', "measurement.static": '"trajectory"'},
-    "layers": {
-        "body": '"trajectory" or "outcomes"',
-        "trial": '"trajectory"',
-        "measurement.static": '"trajectory"',
-        "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV',
-    },
-}
 SHAPES = {"sphere": "radius", "box": "size", "cubipod": "side", "mesh": "mesh"}
 SIZES = dict(low=1e-6, high=1e3)  # lengths of a body: dust to a hill, so that volumes and inertias are numbers [m]
 AROUND = {
@@ -55,6 +44,31 @@ AROUND = {
     "friction": (0.0, 10.0),
     "restitution": (0.0, 1.0),
 }  # lowest and highest value of what surrounds a body, SI
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What the experiment file of a kind of measurement holds, beside what all of them hold."""
+
+    in_trials: bool  # what was measured stands in the files of [[trial]], else in one file under [measurement]
+    foreign: dict  # keys that have no place in it -> the kinds that they belong to
+
+
+LAYOUTS = {
+    "trajectory": Layout(
+        True, {"placement": '"layers"', "measurement.file": '"outcomes" or "layers"; here files stand in [[trial]]'}
+    ),
+    "outcomes": Layout(False, {"placement": '"layers"', "trial": '"trajectory"', "measurement.static": '"trajectory"'}),
+    "layers": Layout(
+        False,
+        {
+            "body": '"trajectory" or "outcomes"',
+            "trial": '"trajectory"',
+            "measurement.static": '"trajectory"',
+            "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV',
+        },
+    ),
+}
 START_LENGTHS = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}
 
 
@@ -122,17 +136,20 @@ class ExperimentFile:
         return f"{self.path}" + (f", line {self.lines[key]}" if self.lines.get(key) else "") + f": {key}"
 
 
-def read_experiment_file(path, allow_outside=False):
+def read_experiment_file(path, allow_outside=False, layouts=LAYOUTS):
     """Read and check an experiment file; raises InputError naming file, line, key, value and remedy.
 
-    allow_outside: let it name files outside its own folder; otherwise they are refused, links followed.
+    allow_outside: let it name files outside its own folder; otherwise they are refused, links followed; layouts: {kind: Layout}
+    of all kinds that it may be of.
     """
     reader = TomlFile(path, SECTIONS, allow_outside)
     values = reader.values
     reader.known(values, "")
     if "kind" not in values:
-        raise InputError(f'{reader.path}: kind is missing; add kind = "trajectory", "outcomes" or "layers"')
-    kind = reader.words(values, "kind", "", KINDS)
+        *others, last = (f'"{name}"' for name in layouts)
+        raise InputError(f"{reader.path}: kind is missing; add kind = {', '.join(others)} or {last}")
+    kind = reader.words(values, "kind", "", tuple(layouts))
+    layout = layouts[kind]
     for section in ("body", "surroundings", "model", "measurement", "diagnose"):
         reader.known(values.get(section, {}), section)
     body = _body(reader, values.get("body", {}), "body", Body())
@@ -144,11 +161,11 @@ def read_experiment_file(path, allow_outside=False):
         if used.shape == "mesh" and used.mesh is None:
             place = ("body",) if "shape" in values.get("body", {}) else ("trial", index)
             reader.fail("shape", '"mesh" of which file? Add mesh = "unit.stl" (.stl, .obj, .ply or .off, in m)', *place)
-    if kind == "trajectory" and not trials:
+    if layout.in_trials and not trials:
         raise InputError(f'{reader.path}: no [[trial]]; add one [[trial]] with file = "....csv" for each recording')
-    if kind != "trajectory" and "file" not in measurement:
+    if not layout.in_trials and "file" not in measurement:
         raise InputError(f'{reader.path}: measurement.file is missing; "{kind}" needs file = "....csv" in [measurement]')
-    _belongs(reader, values, kind)
+    _belongs(reader, values, kind, layout)
     return ExperimentFile(
         path=reader.path,
         kind=kind,
@@ -156,8 +173,8 @@ def read_experiment_file(path, allow_outside=False):
         body=body,
         surroundings=surroundings,
         effects=_effect_entries(reader, model),
-        noise=_noise(reader, measurement, kind),
-        time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1, default=1 / 240),
+        noise=_noise(reader, measurement, kind, layout.in_trials),
+        time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1) or 1 / 240,
         static=_path(reader, measurement, "static", "measurement"),
         data_file=_path(reader, measurement, "file", "measurement"),
         candidates=_candidates(reader, diagnose),
@@ -172,9 +189,9 @@ def read_experiment_file(path, allow_outside=False):
     )
 
 
-def _belongs(reader, values, kind):
+def _belongs(reader, values, kind, layout):
     """Refuse what another kind of experiment needs and this one would pass over in silence."""
-    for other, keys in FOREIGN[kind].items():
+    for other, keys in layout.foreign.items():
         section, _, key = other.rpartition(".")
         table = values.get(section, {}) if section else values
         if key in table:
@@ -265,7 +282,7 @@ def _surroundings(reader, table, section, base, index=None):
         length = float(np.linalg.norm(normal))
         if not length > 0:
             reader.fail("normal", "has zero length; give a direction such as [0, 0, 1]", f"{section}.floor", index)
-        changes["floor_height"] = reader.number(floor, "height", f"{section}.floor", default=0.0, index=index)
+        changes["floor_height"] = reader.number(floor, "height", f"{section}.floor", index=index) or 0.0
         changes["floor_normal"] = tuple(component / length for component in normal)
     return replace(base, **changes)
 
@@ -317,10 +334,10 @@ def _effect_entries(reader, model):
     return tuple(dict(entry) for entry in entries)
 
 
-def _noise(reader, measurement, kind):
+def _noise(reader, measurement, kind, of_poses):
     noise = measurement.get("noise", {})
     if isinstance(noise, int | float) and not isinstance(noise, bool):
-        if kind == "trajectory":
+        if of_poses:
             reader.fail(
                 "noise",
                 f"of what? Write noise = {{ position = {noise:g} }} [m], with orientation [rad] if measured",
@@ -329,8 +346,8 @@ def _noise(reader, measurement, kind):
         noise = {"outcome": noise}
     reader.known(noise, "measurement.noise")
     for key in noise:
-        if (key in ("position", "orientation")) != (kind == "trajectory"):
-            right = "position [m] and orientation [rad]" if kind == "trajectory" else "noise = 0.003, one sigma of the outcome"
+        if (key in ("position", "orientation")) != of_poses:
+            right = "position [m] and orientation [rad]" if of_poses else "noise = 0.003, one sigma of the outcome"
             reader.fail(key, f'has no place where kind = "{kind}"; write {right}', "measurement.noise")
     return {key: reader.number(noise, key, "measurement.noise", above=0.0, low=1e-12, high=1e6) for key in noise}
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from hlcs.data import validation
 from hlcs.data.experiment_file import AROUND
-from hlcs.files.csv_files import read_csv
+from hlcs.files.csv_files import CsvLayout, read_csv
 from minibullet.errors import InputError
 
 OUTCOMES = ("fall_time_s", "rebound_height_m", "stop_distance_m", "slide_time_s", "rest_height_m")
@@ -54,7 +54,7 @@ def read_outcomes(file):
 
 def read_table(path):
     """An OutcomeTable from a CSV of inputs and one outcome column."""
-    read = read_csv(path, (*LIMITS, "group", *OUTCOMES), words=("group",))
+    read = read_csv(path, CsvLayout((*LIMITS, "group", *OUTCOMES), words=("group",)))
     columns, rows = read.columns, read.rows
     outcomes = [name for name in columns if name in OUTCOMES]
     if len(outcomes) != 1:

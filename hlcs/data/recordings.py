@@ -10,7 +10,7 @@ import numpy as np
 
 from hlcs.data import validation
 from hlcs.data.experiment_file import Body, ExperimentFile, Surroundings
-from hlcs.files.csv_files import MOST_ROWS, read_csv
+from hlcs.files.csv_files import MOST_ROWS, CsvLayout, read_csv
 from minibullet.errors import InputError
 
 COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
@@ -104,7 +104,7 @@ def _static(file):
 
 def read_recording(path):
     """Times (n,), positions (n, 3), orientations (n, 4), NaN where blank or not recorded, and rows (n,) of one recording."""
-    table = read_csv(path, COLUMNS, ["t_s"], blank=COLUMNS[1:])
+    table = read_csv(path, CsvLayout(COLUMNS, ("t_s",), blank=COLUMNS[1:]))
     count, name = len(table.rows), table.name
     if len(table.columns) == 1:
         raise InputError(f"{name}: only times; at least one of {', '.join(COLUMNS[1:])} is needed")

@@ -41,6 +41,18 @@ def blocks_in_time(channel, length):
     return np.cumsum(first | ((np.arange(len(channel)) - start) % length == 0)) - 1
 
 
+def fit_adequacy(problem, fit, partitions):
+    """(Adequacy of a fit, its white residuals with the signatures of all its numbers projected out (n,)).
+
+    partitions: as for `adequacy`.
+    """
+    residuals, signatures = fit.linearization.projected
+    rest = project_out(basis(np.concatenate(signatures)), np.concatenate(residuals))
+    parts = np.split(rest, np.cumsum([len(part) for part in residuals])[:-1])
+    draw = problem.noise.drawer(problem.recordings)
+    return adequacy(parts, fit.linearization.state_columns, signatures, partitions, draw), rest
+
+
 def adequacy(residuals, columns, shared, partitions, draw, draws=600):
     """Adequacy of projected, whitened residuals against noise alone, through the same whitening and projection.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from hlcs.files.toml_files import nearest
 from minibullet.errors import InputError, shown
-from minibullet.files.user_files import read_text
+from minibullet.files.reading import read_text
 
 MOST_ROWS = 200_000  # of a file, and of all recordings of an experiment: what `hlcs compare` does in 2 GB of memory
 MOST_BYTES = 25 * 8 * MOST_ROWS  # eight columns of numbers with all their digits, 25 characters each with the comma
@@ -34,13 +34,23 @@ class CsvTable:
         return f"{self.name}, row {self.rows[index]}, column {column}"
 
 
-def read_csv(path, known, required=(), *, words=(), blank=(), name=None, others=False, short=False, most_rows=MOST_ROWS):
+@dataclass(frozen=True)
+class CsvLayout:
+    """What a file of some kind may hold."""
+
+    known: tuple[str, ...]  # names of the columns it may have
+    required: tuple[str, ...] = ()  # those it must have
+    words: tuple[str, ...] = ()  # columns of text; all others are numbers
+    blank: tuple[str, ...] = ()  # columns whose numbers may be blank
+    others: bool = False  # pass over columns that are not known, in place of refusing them
+    short: bool = False  # let rows leave out their last cells
+
+
+def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
     """Read a CSV file; returns a CsvTable.
 
-    known: names of the columns it may have; required: those it must have; words: columns of text, all others are numbers; blank:
-    columns whose numbers may be blank; name: what messages call the file (default: its path); others: pass over columns that are
-    not known, in place of refusing them; short: let rows leave out their last cells; most_rows: of the file.
-    Raises InputError that names file, row and column, and what to do.
+    layout: CsvLayout; name: what messages call the file (default: its path); most_rows: of the file. Raises InputError that names
+    file, row and column, and what to do.
     """
     name = shown(name or path, 255)
     most_bytes = MOST_BYTES * most_rows // MOST_ROWS
@@ -57,28 +67,29 @@ def read_csv(path, known, required=(), *, words=(), blank=(), name=None, others=
         )
     used = [k for k, line in enumerate(lines) if line.strip(" \t,") and not line.lstrip().startswith("#")]
     if not used:
-        raise InputError(f"{name}: is empty; the first row names the columns {','.join(known)}")
+        raise InputError(f"{name}: is empty; the first row names the columns {','.join(layout.known)}")
     first, *body = used
     header = _cells(name, first + 1, lines[first])
-    _check_header(f"{name}, row {first + 1}", header, known, required, others)
+    _check_header(f"{name}, row {first + 1}", header, layout)
     rows, table = [], []
     # Python reads 1_5 as 15: who writes it means something else
-    numeric = "_" not in "".join(lines[k] for k in body) and not any(column in words or column not in known for column in header)
+    plain = set(layout.known) - set(layout.words)
+    numeric = "_" not in "".join(lines[k] for k in body) and plain.issuperset(header)
     for k in body:
         try:
             values = [float(cell) for cell in lines[k].split(",")] if numeric else ()
         except ValueError:
             values = ()
         if len(values) != len(header) or not isfinite(sum(values)):  # a word, a blank, a quote, or a mistake: cell by cell
-            values = _row(name, k + 1, lines[k], header, known, words, blank, short)
+            values = _row(name, k + 1, lines[k], header, layout)
             if values is None:
                 continue
         rows.append(k + 1)
         table.append(values)
     columns = {
-        column: np.array([row[place] for row in table], dtype=str if column in words else float)
+        column: np.array([row[place] for row in table], dtype=str if column in layout.words else float)
         for place, column in enumerate(header)
-        if column in known
+        if column in layout.known
     }
     return CsvTable(name, first + 1, np.array(rows, dtype=int), columns)
 
@@ -93,7 +104,7 @@ def _cells(name, row, line):
     return [cell.strip() for cell in cells]
 
 
-def _check_header(place, header, known, required, others):
+def _check_header(place, header, layout):
     """Refuse a row of names with columns missing, unknown, without a name, or twice."""
     for sign, word in ((";", "semicolons"), ("\t", "tabs")):
         if any(sign in name for name in header):
@@ -101,25 +112,25 @@ def _check_header(place, header, known, required, others):
                 f"{place}: columns are separated by {word}; write commas between columns, and points, not commas, in decimals"
             )
     for number, name in enumerate(header, start=1):
-        if not name and not others:
+        if not name and not layout.others:
             raise InputError(f"{place}: column {number} has no name; is there a comma too many?")
-        if name not in known and not others:
+        if name not in layout.known and not layout.others:
             raise InputError(
-                f"{place}: unknown column '{shown(name)}'; the nearest known column is '{nearest(name[:60], known)}'"
+                f"{place}: unknown column '{shown(name)}'; the nearest known column is '{nearest(name[:60], layout.known)}'"
             )
-        if name in known and header.count(name) > 1:
+        if name in layout.known and header.count(name) > 1:
             raise InputError(f"{place}: column '{name}' stands twice; keep one")
-    for name in required:
+    for name in layout.required:
         if name not in header:
             raise InputError(f"{place}: column '{name}' is missing in '{shown(','.join(header))}'")
 
 
-def _row(name, row, line, header, known, words, blank, short):
+def _row(name, row, line, header, layout):
     """The values of a row, a list; None where all its cells are blank."""
     cells = _cells(name, row, line)
     if not any(cells):
         return None
-    if short and len(cells) < len(header):
+    if layout.short and len(cells) < len(header):
         cells += [""] * (len(header) - len(cells))
     if len(cells) != len(header):
         hint = "; decimals are written with a point, 0.5, not 0,5" if len(cells) == 2 * len(header) else ""
@@ -127,10 +138,10 @@ def _row(name, row, line, header, known, words, blank, short):
     values = []
     for column, cell in zip(header, cells, strict=True):
         place = f"{name}, row {row}, column {shown(column)}"
-        if column in words:
+        if column in layout.words:
             values.append(_word(place, cell))
         else:
-            values.append(_number(place, cell, column in blank) if column in known else nan)
+            values.append(_number(place, cell, column in layout.blank) if column in layout.known else nan)
     return values
 
 

@@ -16,8 +16,8 @@ from pathlib import Path, PurePosixPath
 from hlcs.files.documents import to_json, to_toml
 from hlcs.processes import interrupts
 from minibullet.errors import InputError, RunError
-from minibullet.files.user_files import read_text
-from minibullet.files.whole_files import refused, whole
+from minibullet.files.reading import read_text
+from minibullet.files.writing import refused, whole
 
 # in every result folder: hash, size and name of each file this program wrote, so that a later run replaces those and no others
 CONTENTS = ".hlcs"

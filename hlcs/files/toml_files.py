@@ -10,11 +10,9 @@ import tomllib
 import warnings
 from pathlib import Path
 
-import numpy as np
-
 from hlcs.files import limits
 from minibullet.errors import InputError, InputWarning, is_number, shown, shown_value
-from minibullet.files.user_files import read_text
+from minibullet.files.reading import read_text
 
 EXAMPLES = {
     "measurement.noise": "{ position = 0.002 }",
@@ -150,16 +148,15 @@ class TomlFile:
                 near = nearest(key, self.sections[section])
                 self.fail(key, f"unknown key; the nearest known key is '{near}'", section, index)
 
-    def number(self, table, key, section, *, low=None, high=None, above=None, default=None, index=None):
-        """A finite number within bounds, or the default where the key is left out."""
+    def number(self, table, key, section, *, low=-LARGEST, high=LARGEST, above=None, index=None):
+        """A finite number within bounds, None where the key is left out."""
         if key not in table:
-            return default
+            return None
         value = table[key]
         if not is_number(value):
             self.fail(key, f"must be a finite number, got {shown_value(value)}", section, index)
         if above is not None and not value > above:
             self.fail(key, f"must be greater than {above:g}, got {value:g}", section, index)
-        low, high = -LARGEST if low is None else low, LARGEST if high is None else high
         if not low <= value <= high:
             self.fail(key, f"must be between {low:g} and {high:g}, got {value:g}; units are SI (m, kg, s, rad)", section, index)
         if said := limits.unlikely(key, value):
@@ -171,12 +168,7 @@ class TomlFile:
         if key not in table:
             return None
         value = table[key]
-        good = (
-            isinstance(value, list)
-            and len(value) == length
-            and all(isinstance(v, int | float) and not isinstance(v, bool) and np.isfinite(v) for v in value)
-        )
-        if not good:
+        if not (isinstance(value, list) and len(value) == length and all(map(is_number, value))):
             self.fail(key, f"must be {length} finite numbers, got {shown_value(value)}", section, index)
         if not low <= min(value) <= max(value) <= high:
             bounds = f"between {low:g} and {high:g}"

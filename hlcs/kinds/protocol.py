@@ -10,6 +10,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from hlcs.data.experiment_file import Layout
+from hlcs.estimation.linearization import Fit
+from hlcs.estimation.noise_model import Noise
+from hlcs.estimation.problem import Problem
 from hlcs.records import Explanation
 from hlcs.selection.verdict import Selection
 
@@ -42,6 +46,7 @@ class Experiment(Protocol):
     """One experiment file of one kind of measurement."""
 
     kind: str  # its name in experiment files
+    layout: Layout  # what such a file holds
     title: str
     unit: str  # of the error
     measure: str  # of the error, "rms" or "mean relative error"
@@ -61,6 +66,24 @@ class Experiment(Protocol):
         """What the model under test is missing."""
 
 
+@dataclass(frozen=True)
+class Prepared:
+    """An experiment with a Problem that is ready to be compared or diagnosed."""
+
+    noise: Noise
+    problem: Problem | None  # None where the noise is unknown
+    base: Fit | None  # of the model under test
+    notes: tuple[str, ...]
+    contact: bool = False  # does the body touch anything?
+
+
 def misfit(residual, unit, noise):
     """The error of residuals (n,), measured - model, beside their noise."""
     return {"rms": float(np.sqrt(np.mean(residual**2))), "unit": unit, "noise": noise, "bias": float(np.mean(-residual))}
+
+
+def misses(table, inside):
+    """How far the model misses some observations of a table: in their unit, and in units of their noise."""
+    return {
+        name: float(np.sqrt(np.mean(table[column][inside] ** 2))) for name, column in (("rms", "residual"), ("sigma", "sigmas"))
+    }

@@ -205,7 +205,7 @@ def settle_layer(world, layer, handles, bottom, level, nominal_diameter, max_tim
     def in_layer(bodies):
         return height_above(bottom, bodies.position) > level
 
-    reason = world.settle(max_time, watch=watch, heed=in_layer)
+    reason = world.settle(max_time, watch=watch, select=in_layer)
     rest, loads, standing, unsettled = world.last_step.penetration, loads_on(world.last_step), [], 0
     heights = height_above(bottom, np.reshape([handle.position for handle in handles], (-1, 3)))
     inside = in_place(heights, level, nominal_diameter)

@@ -13,8 +13,8 @@ from hlcs.placement.placement_file import read_placement_file
 from hlcs.placement.placement_result import PlacementResult
 from hlcs.placement.settings_table import SURVEY_FILE, bottom_words, placement_table
 from minibullet.errors import InputError, is_number
-from minibullet.files.array_files import ArrayFile
-from minibullet.files.user_files import read_text
+from minibullet.files.arrays import ArrayFile
+from minibullet.files.reading import read_text
 
 RECORD_FIELDS = ("reason", "unsettled", "penetration", "transient_penetration", "steps", "unsolved_steps")
 LATER_FIELDS = ("lifted", "mean_lift", "pushed")  # which results of earlier versions lack

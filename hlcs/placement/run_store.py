@@ -22,7 +22,7 @@ from hlcs.files import folders
 from hlcs.files.versions import versions
 from hlcs.placement.code_hash import code_hash
 from minibullet.errors import InputError, RunError
-from minibullet.files.whole_files import refused
+from minibullet.files.writing import refused
 
 RUNS = """
 CREATE TABLE {runs} (

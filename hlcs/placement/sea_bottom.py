@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs.files.csv_files import decimal, read_csv
+from hlcs.files.csv_files import CsvLayout, decimal, read_csv
 from minibullet.errors import InputError
 from minibullet.shapes.primitives import ConvexPiece
 
@@ -204,7 +204,7 @@ def parse_bottom(text, folder="."):
 
 def _read_points(path):
     """The points (n, 3) of a survey and the row each stands in, checked number by number."""
-    table = read_csv(path, COLUMNS, COLUMNS, name=f"bottom '{path.name}'", others=True, most_rows=MOST_POINTS)
+    table = read_csv(path, CsvLayout(COLUMNS, COLUMNS, others=True), f"bottom '{path.name}'", MOST_POINTS)
     if not 4 <= len(table.rows) <= MOST_POINTS:
         raise InputError(f"{table.name}: {len(table.rows)} points; a survey has 4 to {MOST_POINTS} (thin it out, or add points)")
     return np.column_stack([table.columns[name] for name in COLUMNS]), table.rows

@@ -112,7 +112,8 @@ def error_panel(ax, diagnosis):
     ax.set_xticks(range(len(names[: len(steps)])), names[: len(steps)], fontsize=8)
     ax.set_xlim(-0.4, max(len(steps) - 0.6, 0.6))
     ax.set_ylim(bottom=0)
-    ax.legend(fontsize=8, frameon=False)
+    if ax.lines:
+        ax.legend(fontsize=8, frameon=False)
     _plain(ax, "The error falling", "", f"rms error [{diagnosis.error.get('unit') or ''}]")
 
 

@@ -40,22 +40,22 @@ class Selection:
         return "effect" if self.effects else "complete"
 
 
-def select(experiment, prepared, search, absent, told=lambda problem, fit: (problem, fit)):
+def select(experiment, prepared, search, absent, on_all=lambda problem, fit: (problem, fit)):
     """Run a search over candidates and return the Selection.
 
     experiment: has `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table) -> rows, `polished`
     (problem, fit) -> the final fit and `pictures`; prepared: has the problem and the fit of the model under test; absent: {name:
-    why it was not tried}; told: function (problem, fit) -> those whose verdict and numbers are told, where the search has fewer
-    rows.
+    why it was not tried}; on_all: function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the
+    search has fewer.
     """
     problem, base, unit = prepared.problem, prepared.base, prepared.problem.unit
-    before, table_before = experiment.judge(*told(problem, base))
+    before, table_before = experiment.judge(*on_all(problem, base))
     fits, rounds = try_stated_fluid(search, *try_other_first_effects(search, *try_other_forms(search, *search.run(base))))
     settled = len(fits[-1].model.terms) < 2 and not problem.simulator.contact  # else a term may stand where another belongs
     if not settled:
         fits, rounds = exchange_terms(search, fits, rounds)
     final, exact = fits[-1], experiment.polished(problem, fits[-1])  # rivals were, and are, fitted at the step of the search
-    judged, best = told(problem, exact)
+    judged, best = on_all(problem, exact)
     after, table_after = experiment.judge(judged, best)
     search.progress("rivals")
     others = competing_models(search, final, 1.0 if after.adequate else max(after.chi2, 1.0))

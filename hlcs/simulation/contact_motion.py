@@ -139,7 +139,7 @@ def simulate(runs, duration, step):
     )
     world = mb.World(effects=effects, settings=settings)
     _add(world, runs)
-    scene = world.registry.enrol()
+    scene = world.registry.commit()
     row_of = {name: row for row, name in enumerate(scene.names)}
     order = np.array([row_of[f"run {b}"] for b in range(len(runs))])
     if assignment is not None:

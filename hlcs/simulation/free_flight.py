@@ -10,10 +10,10 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.bodies import Bodies
-from minibullet.collision.geometry import turn, turn_back
-from minibullet.dynamics.integration import posture
 from minibullet.effects import AddedMass, contract
 from minibullet.kernels import leaf
+from minibullet.rotations import rotation_matrices
+from minibullet.vectors import turn, turn_back
 
 STIFF, SHORTEST = 1.0, 2e-3  # h |da/dv| above which steps are too long [-], and a step that is not cut any more [s]
 JUMP = 60.0  # a mean acceleration over one step that only an impact gives [m/s2]
@@ -75,11 +75,11 @@ def euler(rotation, spin, torque, inertia, faster):
     rotation: body axes to world axes (n, 3, 3); spin, torque, faster: along the world's axes (n, 3); inertia: principal (n, 3).
     """
     for n in range(len(spin)):
-        a, b, c = turn_back(rotation[n], spin[n, 0], spin[n, 1], spin[n, 2])
-        x, y, z = turn_back(rotation[n], torque[n, 0], torque[n, 1], torque[n, 2])
+        a, b, c = turn_back(rotation[n], spin[n])
+        x, y, z = turn_back(rotation[n], torque[n])
         i, j, k = inertia[n, 0], inertia[n, 1], inertia[n, 2]
         faster[n, 0], faster[n, 1], faster[n, 2] = turn(
-            rotation[n], (x + (j - k) * b * c) / i, (y + (k - i) * c * a) / j, (z + (i - j) * a * b) / k
+            rotation[n], ((x + (j - k) * b * c) / i, (y + (k - i) * c * a) / j, (z + (i - j) * a * b) / k)
         )
 
 
@@ -101,7 +101,7 @@ def accelerations(bodies: Bodies, effects):
             total += effect.forces(state, time)
         if added is None and isotropic:
             return total[:, :3] / mass, total[:, 3:] / bodies.inertia
-        axes = posture(q)
+        axes = rotation_matrices(q)
         if added is None:
             angular = np.empty((n, 3))
             euler(axes, w, total[:, 3:], bodies.inertia, angular)

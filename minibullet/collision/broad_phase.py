@@ -4,51 +4,51 @@ Bodies are swept along x by their bounding boxes, then pieces are compared by bo
 piece indices, so its order depends on the scene alone.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from minibullet.collision.geometry import FACES, VERTICES, turn
-from minibullet.kernels import kernel, leaf
+from minibullet.collision.geometry import FACES, HALF_SPACE, Pair, between_centres, vertices_of
+from minibullet.kernels import inlined, kernel, leaf
+from minibullet.vectors import at, dot, minus, turn
+
+
+class Poses(NamedTuple):
+    """Where n bodies are and how far they go, as collision sees it."""
+
+    position: np.ndarray  # centre of mass, world frame [m], (n, 3)
+    rotation: np.ndarray  # body axes to world axes, (n, 3, 3)
+    margin: np.ndarray  # layer around the body that contacts keep open [m], (n,)
+    past_motion: np.ndarray  # bound on the motion of any point of the body since the last look [m], (n,)
+    motion_bound: np.ndarray  # bound on the motion of any point of the body in this step [m], (n,)
 
 
 @kernel
-def bounds(pieces, piece_ranges, position, rotation, skin):
-    """Axis-aligned box of each body, world frame, grown by its skin: lower (n, 3), upper (n, 3) [m]. Planes are unbounded."""
-    count = len(position)
+def bounds(pieces, piece_ranges, poses, skin):
+    """Axis-aligned box of each body, world frame, grown by its skin: lower (n, 3), upper (n, 3) [m]. That of a half-space has no
+    bounds."""
+    count = len(skin)
     lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     for body in range(count):
         for piece in range(piece_ranges[body, 0], piece_ranges[body, 1]):
-            first, end = pieces.ranges[piece, VERTICES], pieces.ranges[piece, VERTICES + 1]
-            if first == end:
+            if pieces.kind[piece] == HALF_SPACE:
                 lower[body], upper[body] = -np.inf, np.inf
                 continue
-            grow = pieces.sizes[piece, 1] + skin[body]
-            for v in range(first, end):
-                x, y, z = turn(rotation[body], pieces.vertices[v, 0], pieces.vertices[v, 1], pieces.vertices[v, 2])
-                for axis, value in enumerate((x, y, z)):
-                    lower[body, axis] = min(lower[body, axis], value - grow + position[body, axis])
-                    upper[body, axis] = max(upper[body, axis], value + grow + position[body, axis])
+            grow = pieces.rounding[piece] + skin[body]
+            for v in vertices_of(pieces, piece):
+                for axis, value in enumerate(turn(poses.rotation[body], at(pieces.vertices, v))):
+                    lower[body, axis] = min(lower[body, axis], value - grow + poses.position[body, axis])
+                    upper[body, axis] = max(upper[body, axis], value + grow + poses.position[body, axis])
     return lower, upper
-
-
-@leaf
-def body_sizes(pieces, piece_ranges, sizes):
-    """Bounding radius of the largest piece of each body [m] into ``sizes`` (n,); 0 for planes."""
-    for body in range(len(piece_ranges)):
-        sizes[body] = 0.0
-        for piece in range(piece_ranges[body, 0], piece_ranges[body, 1]):
-            if pieces.sizes[piece, 0] < np.inf:
-                sizes[body] = max(sizes[body], pieces.sizes[piece, 0])
 
 
 def overlapping(lower, upper, moving, group):
     """Index pairs (a < b) of bodies whose boxes overlap, at least one of them moving, groups compatible; sorted, (k, 2)."""
-    order, room = np.argsort(lower[:, 0], kind="stable"), 8 * len(lower) + 64
-    while True:
-        found = np.empty((room, 2), dtype=np.int64)
-        count = sweep(lower, upper, moving, group, order, found)
-        if count <= room:
-            break
-        room = count
+    order, found = np.argsort(lower[:, 0], kind="stable"), np.empty((8 * len(lower) + 64, 2), dtype=np.int64)
+    count = sweep(lower, upper, moving, group, order, found)
+    if count > len(found):
+        found = np.empty((count, 2), dtype=np.int64)
+        sweep(lower, upper, moving, group, order, found)
     found = found[:count]
     return found[np.lexsort((found[:, 1], found[:, 0]))]
 
@@ -74,72 +74,42 @@ def sweep(lower, upper, moving, group, order, found):
     return count
 
 
-@kernel
-def close_pieces(body_pairs, pieces, piece_ranges, position, rotation, skin):
-    """Pairs of pieces whose bounding spheres are closer than the skins: rows (body a, body b, piece a, piece b), (k, 4).
+@inlined
+def pair_of(poses, a, b, i, j):
+    """Piece i of body a and piece j of body b, where they are."""
+    return Pair(i, j, poses.rotation[a], poses.rotation[b], minus(at(poses.position, b), at(poses.position, a)))
 
-    A plane always stands first in its pair and is measured along its normal.
+
+@inlined
+def may_touch(pieces, poses, a, b, i, j, skin):
+    """Whether the bounding spheres of piece i of body a and piece j of body b are closer than ``skin`` [m]; a half-space is
+    measured along its normal."""
+    pair = pair_of(poses, a, b, i, j)
+    apart, radius = between_centres(pieces, pair), pieces.bounding_radius[pair.b]
+    if pieces.kind[pair.a] == HALF_SPACE:
+        face = pieces.ranges[pair.a, FACES, 0]
+        return not dot(turn(pair.rotation_a, at(pieces.normals, face)), apart) - pieces.offsets[face] > skin + radius
+    distance = skin + pieces.bounding_radius[pair.a] + radius
+    return not dot(apart, apart) > distance * distance
+
+
+@kernel
+def close_pieces(body_pairs, pieces, piece_ranges, poses, skin):
+    """Pairs of pieces whose bounding spheres are closer than the skins: (body a, body b, piece a, piece b), (k, 4).
+
+    A half-space always stands first in its pair.
     """
     found = np.empty((256, 4), dtype=np.int64)
     count = 0
-    for pair in range(len(body_pairs)):
-        a, b = body_pairs[pair]
-        if pieces.ranges[piece_ranges[b, 0], VERTICES] == pieces.ranges[piece_ranges[b, 0], VERTICES + 1]:
+    for k in range(len(body_pairs)):
+        a, b = body_pairs[k]
+        if pieces.kind[piece_ranges[b, 0]] == HALF_SPACE:
             a, b = b, a
-        x, y, z = position[b, 0] - position[a, 0], position[b, 1] - position[a, 1], position[b, 2] - position[a, 2]
-        grow = skin[a] + skin[b]
         for i in range(piece_ranges[a, 0], piece_ranges[a, 1]):
-            plane = pieces.ranges[i, VERTICES] == pieces.ranges[i, VERTICES + 1]
-            ax, ay, az = turn(rotation[a], pieces.centres[i, 0], pieces.centres[i, 1], pieces.centres[i, 2])
             for j in range(piece_ranges[b, 0], piece_ranges[b, 1]):
-                bx, by, bz = turn(rotation[b], pieces.centres[j, 0], pieces.centres[j, 1], pieces.centres[j, 2])
-                dx, dy, dz = x + bx - ax, y + by - ay, z + bz - az
-                if plane:
-                    face = pieces.ranges[i, FACES]
-                    nx, ny, nz = turn(rotation[a], pieces.normals[face, 0], pieces.normals[face, 1], pieces.normals[face, 2])
-                    if nx * dx + ny * dy + nz * dz - pieces.offsets[face] > grow + pieces.sizes[j, 0]:
-                        continue
-                else:
-                    reach = grow + pieces.sizes[i, 0] + pieces.sizes[j, 0]
-                    if dx * dx + dy * dy + dz * dz > reach * reach:
-                        continue
-                if count == len(found):
-                    grown = np.empty((2 * count, 4), dtype=np.int64)
-                    grown[:count] = found
-                    found = grown
-                found[count, 0], found[count, 1], found[count, 2], found[count, 3] = a, b, i, j
-                count += 1
+                if may_touch(pieces, poses, a, b, i, j, skin[a] + skin[b]):
+                    if count == len(found):
+                        found = np.concatenate((found, np.empty_like(found)))
+                    found[count, 0], found[count, 1], found[count, 2], found[count, 3] = a, b, i, j
+                    count += 1
     return found[:count]
-
-
-@kernel
-def carry_over(old, new):
-    """For each row of ``new`` the index of the equal row of ``old``, or -1; a hash table of rows, (k,)."""
-    size = 16
-    while size < 2 * len(old):
-        size *= 2
-    table = np.full(size, -1, dtype=np.int64)
-    for row in range(len(old)):
-        slot = ((old[row, 0] * 73856093) ^ (old[row, 1] * 19349663) ^ (old[row, 2] * 83492791) ^ (old[row, 3] * 39916801)) & (
-            size - 1
-        )
-        while table[slot] >= 0:
-            slot = (slot + 1) & (size - 1)
-        table[slot] = row
-    match = np.full(len(new), -1, dtype=np.int64)
-    for row in range(len(new)):
-        slot = ((new[row, 0] * 73856093) ^ (new[row, 1] * 19349663) ^ (new[row, 2] * 83492791) ^ (new[row, 3] * 39916801)) & (
-            size - 1
-        )
-        while table[slot] >= 0:
-            candidate = table[slot]
-            if (
-                old[candidate, 0] == new[row, 0]
-                and old[candidate, 1] == new[row, 1]
-                and old[candidate, 2] == new[row, 2]
-                and old[candidate, 3] == new[row, 3]
-            ):
-                match[row] = candidate
-                break
-            slot = (slot + 1) & (size - 1)
-    return match

@@ -1,161 +1,158 @@
 """The convex pieces of a scene, packed into arrays that kernels read.
 
 A body is a range of pieces; bodies of equal shape share them. All coordinates are body axes about the centre of mass. A piece
-is the convex hull of its vertices, thickened by its rounding radius (a sphere is one vertex, a capsule two). A plane is a
+is the convex hull of its vertices, thickened by its rounding radius (a sphere is one vertex, a capsule two). A half-space is a
 piece without vertices and with one face.
 """
 
 from itertools import product
-from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from minibullet.kernels import leaf
-from minibullet.rotations import dot
+from minibullet import rotations
+from minibullet.kernels import inlined
+from minibullet.vectors import at, dot, minus, negative, plus, turn
+
+HALF_SPACE, SPHERE, CAPSULE, POLYTOPE = range(4)  # kinds of piece
+VERTICES, FACES, DIRECTIONS, EDGES = range(4)  # rows of Pieces.ranges
 
 
 class Pieces(NamedTuple):
     """Packed geometry of p convex pieces."""
 
+    kind: np.ndarray  # HALF_SPACE, SPHERE, CAPSULE or POLYTOPE, (p,)
     vertices: np.ndarray  # all vertices, body axes [m], (v, 3)
     normals: np.ndarray  # outward face normals, body axes [-], (f, 3)
     offsets: np.ndarray  # face planes: normal . x = offset [m], (f,)
     loops: np.ndarray  # vertex indices of the faces, counter-clockwise from outside, (l,)
+    loop_ranges: np.ndarray  # first and end of each face in loops, (f, 2)
     directions: np.ndarray  # distinct edge directions, unit, body axes [-], (d, 3)
     edges: np.ndarray  # first vertex, second vertex, direction of each edge, (e, 3)
-    ranges: np.ndarray  # per piece: first and end of vertices, faces, directions, edges, (p, 8)
-    face_ranges: np.ndarray  # first and end of each face in loops, (f, 2)
+    ranges: np.ndarray  # first and end of each piece's vertices, faces, directions, edges, (p, 4, 2)
     centres: np.ndarray  # centre of each piece's bounding sphere, body axes [m], (p, 3)
-    sizes: np.ndarray  # bounding radius, rounding radius, inner radius of each piece [m], (p, 3)
+    bounding_radius: np.ndarray  # about the centre, rounding included; infinite for a half-space [m], (p,)
+    rounding: np.ndarray  # radius by which the hull of the vertices is thickened [m], (p,)
+
+
+class Pair(NamedTuple):
+    """A piece of body a, a piece of body b, and how they stand to each other."""
+
+    a: int  # piece of a
+    b: int  # piece of b
+    rotation_a: np.ndarray  # body axes of a to world axes, (3, 3)
+    rotation_b: np.ndarray  # body axes of b to world axes, (3, 3)
+    offset: tuple  # from a's centre of mass to b's, world axes [m], (3,)
 
 
 PARALLEL = 1e-12  # 1 - |cos| below which two edges have one direction: rounding alone, an angle of 1.4e-6
 CELL = 4e-6  # more than twice the distance of the ends of two such unit vectors: what equals a line is within half a cell
-VERTICES, FACES, DIRECTIONS, EDGES = 0, 2, 4, 6  # columns of Pieces.ranges
 
 
 def edge_directions(vertices, edges):
     """Distinct directions of a polytope's edges (first, second vertex): unit vectors (d, 3) and the index of each edge's (e,)."""
     directions, index = [], []
     lines = np.array([vertices[second] - vertices[first] for first, second in edges]).reshape(-1, 3)
-    lines = lines / np.sqrt(dot(lines, lines))[:, None]
+    lines = lines / np.sqrt(rotations.dot(lines, lines))[:, None]
     ends = np.stack([lines, lines, -lines, -lines], axis=1) / CELL + np.array([[-0.5], [0.5], [-0.5], [0.5]])
-    own, reach = (list(map(tuple, np.floor(part).tolist())) for part in (lines / CELL, ends.reshape(-1, 3)))
+    own, touched = (list(map(tuple, np.floor(part).tolist())) for part in (lines / CELL, ends.reshape(-1, 3)))
     known = {}  # cell of the space of unit vectors -> indices, increasing, of the directions that a line in it may equal
     for k, line in enumerate(lines):
-        match = next((d for d in known.get(own[k], ()) if 1.0 - abs(dot(directions[d], line)) < PARALLEL), None)
+        match = next((d for d in known.get(own[k], ()) if 1.0 - abs(rotations.dot(directions[d], line)) < PARALLEL), None)
         if match is None:
             match = len(directions)
             directions.append(line)
-            for low, high in (reach[4 * k : 4 * k + 2], reach[4 * k + 2 : 4 * k + 4]):
+            for low, high in (touched[4 * k : 4 * k + 2], touched[4 * k + 2 : 4 * k + 4]):
                 for cell in {low} if low == high else set(product(*zip(low, high, strict=True))):
                     known.setdefault(cell, []).append(match)
         index.append(match)
     return np.array(directions).reshape(-1, 3), np.array(index, dtype=np.int64)
 
 
-def pack(pieces):
-    """Pack ConvexPiece and Plane objects, in order, into one Pieces record."""
-    vertices, normals, offsets, loops, directions, edges = [], [], [], [], [], []
-    ranges, face_ranges, centres, sizes = [], [], [], []
-    counts = np.zeros(5, dtype=np.int64)  # vertices, faces, directions, edges, loop entries
-    for piece in pieces:
-        own_vertices = np.asarray(piece.vertices, dtype=float).reshape(-1, 3)
-        own_edges = np.asarray(piece.edges, dtype=np.int64).reshape(-1, 2)
-        own_normals = np.asarray(piece.normals, dtype=float).reshape(-1, 3)
-        own_offsets = np.asarray(piece.offsets, dtype=float).reshape(-1)
-        own_directions, index = edge_directions(own_vertices, own_edges)
-        first = counts.copy()
-        for face in piece.faces:
-            face_ranges.append((counts[4], counts[4] + len(face)))
-            loops.extend(int(v) + first[0] for v in face)
-            counts[4] += len(face)
-        for _ in range(len(own_normals) - len(piece.faces)):  # a plane: a face without a loop
-            face_ranges.append((counts[4], counts[4]))
-        edges.extend((a + first[0], b + first[0], d + first[2]) for (a, b), d in zip(own_edges, index, strict=True))
-        vertices.append(own_vertices)
-        normals.append(own_normals)
-        offsets.append(own_offsets)
-        directions.append(own_directions)
-        counts[:4] += (len(own_vertices), len(own_normals), len(own_directions), len(own_edges))
-        ranges.append([x for pair in zip(first[:4], counts[:4], strict=True) for x in pair])
-        if len(own_vertices):
-            centre = 0.5 * (own_vertices.min(axis=0) + own_vertices.max(axis=0))
-            bound = np.sqrt(((own_vertices - centre) ** 2).sum(axis=1).max()) + piece.radius
-            inner = (own_offsets - dot(own_normals, centre)).min() if len(own_offsets) else piece.radius
-        else:
-            centre, bound, inner = np.zeros(3), np.inf, np.inf
-        centres.append(centre)
-        sizes.append((bound, piece.radius, inner))
-    stack = lambda rows, width, kind=float: np.ascontiguousarray(np.array(rows, dtype=kind).reshape(-1, width))  # noqa: E731
+def pack(shapes):
+    """Pack ConvexPiece and PlaneShape objects, in order, into one Pieces record."""
+    vertices, normals = ([np.reshape(getattr(s, key), (-1, 3)).astype(float) for s in shapes] for key in ("vertices", "normals"))
+    offsets = [np.reshape(shape.offsets, -1).astype(float) for shape in shapes]
+    edges = [np.reshape(shape.edges, (-1, 2)).astype(np.int64) for shape in shapes]
+    directions, index = zip(*map(edge_directions, vertices, edges), strict=True)
+    counts = np.array([list(map(len, lists)) for lists in zip(vertices, normals, directions, edges, strict=True)])
+    first = counts.cumsum(axis=0) - counts
+    # a half-space has a face without a loop
+    loops = [
+        np.array(loop, dtype=np.int64) + start
+        for shape, start, faces in zip(shapes, first[:, VERTICES], counts[:, FACES], strict=True)
+        for loop in (shape.faces or [()] * faces)
+    ]
+    loop_ends = np.cumsum([0, *map(len, loops)])
+    radius = np.array([float(shape.radius) for shape in shapes])
+    centres, bound = np.zeros((len(shapes), 3)), np.full(len(shapes), np.inf)
+    for k, own in enumerate(vertices):
+        if len(own):
+            centres[k] = 0.5 * (own.min(axis=0) + own.max(axis=0))
+            bound[k] = np.sqrt(((own - centres[k]) ** 2).sum(axis=1).max()) + radius[k]
     return Pieces(
+        np.minimum(counts[:, VERTICES], POLYTOPE),
         np.concatenate(vertices),
         np.concatenate(normals),
         np.concatenate(offsets),
-        np.array(loops, dtype=np.int64),
+        np.concatenate(loops),
+        np.stack([loop_ends[:-1], loop_ends[1:]], axis=1),
         np.concatenate(directions),
-        stack(edges, 3, np.int64),
-        stack(ranges, 8, np.int64),
-        stack(face_ranges, 2, np.int64),
-        stack(centres, 3),
-        stack(sizes, 3),
+        np.concatenate(
+            [np.column_stack([e + f[VERTICES], i + f[DIRECTIONS]]) for e, i, f in zip(edges, index, first, strict=True)]
+        ),
+        np.stack([first, first + counts], axis=2),
+        centres,
+        bound,
+        radius,
     )
 
 
-@leaf
-def support(pieces, piece, x, y, z):
-    """Largest value over the vertices of ``piece`` of (x, y, z) . vertex, direction in body axes, rounding not included [m]."""
-    best = -np.inf
-    for v in range(pieces.ranges[piece, VERTICES], pieces.ranges[piece, VERTICES + 1]):
-        value = x * pieces.vertices[v, 0] + y * pieces.vertices[v, 1] + z * pieces.vertices[v, 2]
-        if value > best:
-            best = value
-    return best
+@inlined
+def vertices_of(pieces, piece):
+    """Indices of the vertices of a piece."""
+    return range(pieces.ranges[piece, VERTICES, 0], pieces.ranges[piece, VERTICES, 1])
 
 
-@leaf
-def support_vertex(pieces, piece, x, y, z):
-    """Vertex of ``piece`` farthest along (x, y, z), body axes."""
+@inlined
+def faces_of(pieces, piece):
+    """Indices of the faces of a piece."""
+    return range(pieces.ranges[piece, FACES, 0], pieces.ranges[piece, FACES, 1])
+
+
+@inlined
+def edges_of(pieces, piece):
+    """Indices of the edges of a piece."""
+    return range(pieces.ranges[piece, EDGES, 0], pieces.ranges[piece, EDGES, 1])
+
+
+@inlined
+def support(pieces, piece, direction):
+    """The vertex of ``piece`` farthest along the direction (body axes), and how far that is, rounding not included [m]."""
     best, most = -1, -np.inf
-    for v in range(pieces.ranges[piece, VERTICES], pieces.ranges[piece, VERTICES + 1]):
-        value = x * pieces.vertices[v, 0] + y * pieces.vertices[v, 1] + z * pieces.vertices[v, 2]
+    for v in vertices_of(pieces, piece):
+        value = dot(direction, at(pieces.vertices, v))
         if value > most:
             best, most = v, value
-    return best
+    return best, most
 
 
-@leaf
-def edge_vector(pieces, v, w):
-    """From vertex v to vertex w, body axes [m]."""
-    return (
-        pieces.vertices[w, 0] - pieces.vertices[v, 0],
-        pieces.vertices[w, 1] - pieces.vertices[v, 1],
-        pieces.vertices[w, 2] - pieces.vertices[v, 2],
-    )
+@inlined
+def side(pieces, face, k):
+    """Side k of a face, from the vertex at place k of ``loops`` to the next one: start and vector, body axes [m]."""
+    first, end = pieces.loop_ranges[face, 0], pieces.loop_ranges[face, 1]
+    start = at(pieces.vertices, pieces.loops[k])
+    return start, minus(at(pieces.vertices, pieces.loops[k + 1 if k + 1 < end else first]), start)
 
 
-@leaf
-def turn(rotation, x, y, z):
-    """Body axes to world axes: R (x, y, z)."""
-    return (
-        rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z,
-        rotation[1, 0] * x + rotation[1, 1] * y + rotation[1, 2] * z,
-        rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z,
-    )
+@inlined
+def swapped(pair):
+    """The same pair as b sees it."""
+    return Pair(pair.b, pair.a, pair.rotation_b, pair.rotation_a, negative(pair.offset))
 
 
-@leaf
-def turn_back(rotation, x, y, z):
-    """World axes to body axes: R^T (x, y, z)."""
-    return (
-        rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z,
-        rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z,
-        rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z,
-    )
-
-
-@leaf
-def length(x, y, z):
-    """Euclidean length of a vector."""
-    return sqrt(x * x + y * y + z * z)
+@inlined
+def between_centres(pieces, pair):
+    """From the centre of a's piece to the centre of b's, world axes [m]."""
+    to_b = turn(pair.rotation_b, at(pieces.centres, pair.b))
+    return minus(plus(pair.offset, to_b), turn(pair.rotation_a, at(pieces.centres, pair.a)))

@@ -16,7 +16,7 @@ import numpy as np
 from minibullet.effects.check import check_effect
 from minibullet.effects.contract import Effect, EffectError, checked_answer, name_of, overrides, parameters
 from minibullet.errors import InputError
-from minibullet.files.user_files import read_text
+from minibullet.files.reading import read_text
 
 MOST_BYTES = 1_000_000  # of a file of effects: a thousand effects written by hand
 LIGHT = 3e8  # no body is faster [m/s, rad/s]

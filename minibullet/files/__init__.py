@@ -1,1 +1,1 @@
-"""Files: bounded reading, whole writing, arrays."""
+"""Files of users: bounded reading, writing whole or not at all, arrays."""

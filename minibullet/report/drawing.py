@@ -13,7 +13,7 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.errors import InputError
-from minibullet.files.whole_files import whole
+from minibullet.files.writing import whole
 from minibullet.report.rendering import Solid, render
 from minibullet.shapes import polyhedra
 from minibullet.shapes.convex import ConvexPiece

@@ -33,7 +33,7 @@ class Journal:
 
     def write(self, path):
         """The steps as CSV, whole or not at all; InputError where the file cannot be written."""
-        from minibullet.scene.saving import replace_file
+        from minibullet.files.writing import replace_file  # what only writes files is not needed to compute
 
         rows, text = [_flat(row) for row in self.rows], io.StringIO()
         names = dict.fromkeys(name for row in rows for name in row)

@@ -6,6 +6,7 @@ import numpy as np
 
 from minibullet.bodies import Bodies
 from minibullet.collision import manifolds
+from minibullet.collision.broad_phase import Poses
 from minibullet.collision.geometry import pack
 from minibullet.collision.narrow_phase import Collision
 from minibullet.kernels import leaf
@@ -26,14 +27,14 @@ class Scene:
     def __init__(self):
         self.bodies = Bodies(*(np.empty((0, *shape)) for shape in ((3,), (4,), (6,), (), (3,), (), (), ())))
         self.friction, self.restitution = np.empty(0), np.empty(0)  # NaN = the world's, (n,)
-        self.reach = np.empty(0)  # radius about the centre of mass [m], (n,)
+        self.bounding_radius = np.empty(0)  # about the centre of mass, 0 for a plane [m], (n,)
         self.margin = np.empty(0)  # layer around the body that contacts keep open [m], (n,)
-        self.moved = np.empty(0)  # bound on the motion of any point of the body in the last step [m], (n,)
+        self.past_motion = np.empty(0)  # bound on the motion of any point of the body since collision looked [m], (n,)
         self.group = np.empty(0, dtype=np.int64)
         self.piece_ranges = np.empty((0, 2), dtype=np.int64)
         self.frame = np.empty((0, 4))  # principal axes in the user's body axes, (n, 4)
         self.names = []
-        self._counted = (None, None, None)
+        self._census_of = None, None, None
         self.collision = Collision(pack([PlaneShape((0.0, 0.0, 1.0))]))
 
     @property
@@ -47,28 +48,31 @@ class Scene:
         return self._census()[2]
 
     def _census(self):
-        """The masses, who can move, the median mass; counted again only when the masses are others."""
+        """The masses, who can move, the median mass; found again only when the masses are others."""
         mass = self.bodies.mass
-        if self._counted[0] is not mass:
+        if self._census_of[0] is not mass:
             moving = np.isfinite(mass)
             finite = np.sort(mass[moving])
-            self._counted = mass, moving, float(finite[len(finite) // 2]) if len(finite) else 1.0
-        return self._counted
+            self._census_of = mass, moving, float(finite[len(finite) // 2]) if len(finite) else 1.0
+        return self._census_of
 
-    def touching(self, rotation, stride, kept):
-        """The contacts of a step, as ``manifolds.build`` gives them: who touches whom by ``Collision.find``, and where."""
-        collision, bodies = self.collision, self.bodies
-        rows = collision.find(bodies, rotation, self.piece_ranges, self.group, self.margin, self.moved, stride)
-        answers, numbers, ranges = collision.answers, collision.numbers, collision.contact_range
-        return manifolds.build(
-            collision.pieces, rows, answers, numbers, ranges, collision.polygons,
-            bodies.position, rotation, stride, self.margin, *kept,
-        )  # fmt: skip
+    def poses(self, rotation, motion_bound):
+        """Where the bodies are, as collision sees it; rotation matrices (n, 3, 3), bound on the motion in this step [m], (n,)."""
+        return Poses(self.bodies.position, rotation, self.margin, self.past_motion, motion_bound)
+
+    def update_pairs(self, poses):
+        """Bring the pairs of close pieces, and the features that separate them, to where the bodies are now."""
+        return self.collision.update(poses, self.piece_ranges, self.moving, self.group)
+
+    def contact_points(self, poses, warm_start):
+        """The ContactPoints of a step: who touches whom, and where; ``warm_start``, of the step before, is used up."""
+        cache = self.update_pairs(poses)
+        return manifolds.build(self.collision.pieces, cache, poses, self.collision.polygons, warm_start)
 
     def contact_size(self, pair):
         """Bounding radius of the smaller body of each pair (m, 2), planes left out [m], (m,)."""
         size = np.empty(len(pair))
-        smaller(self.reach, pair, size)
+        smaller(self.bounding_radius, pair, size)
         return size
 
     def pair_value(self, values, pair, default):
@@ -79,17 +83,17 @@ class Scene:
 
 
 @leaf
-def smaller(reach, pair, size):
-    """The smaller reach of each pair (m, 2) that is not zero, into ``size`` (m,)."""
+def smaller(radius, pair, size):
+    """The smaller radius of each pair (m, 2) that is not zero, into ``size`` (m,)."""
     for c in range(len(pair)):
-        one, two = reach[pair[c, 0]], reach[pair[c, 1]]
-        size[c] = min(one if one > 0.0 else np.inf, two if two > 0.0 else np.inf)
+        a, b = radius[pair[c, 0]], radius[pair[c, 1]]
+        size[c] = min(a if a > 0.0 else np.inf, b if b > 0.0 else np.inf)
 
 
 @leaf
 def combined(values, pair, default, value):
     """``Scene.pair_value`` into ``value`` (m,)."""
     for c in range(len(pair)):
-        one, two = values[pair[c, 0]], values[pair[c, 1]]
-        one, two = two if isnan(one) else one, one if isnan(two) else two
-        value[c] = default if isnan(one) else sqrt(one * two)
+        a, b = values[pair[c, 0]], values[pair[c, 1]]
+        a, b = b if isnan(a) else a, a if isnan(b) else b
+        value[c] = default if isnan(a) else sqrt(a * b)

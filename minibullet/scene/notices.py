@@ -16,13 +16,13 @@ class SceneWarning(UserWarning):
 
 
 @leaf
-def sights(gap, size, stride, reach):
+def count_notable(gap, size, motion_bound, bounding_radius):
     """How many contacts (m,) overlap deeply, and how many bodies (n,) may go farther than their radius in this step."""
     deep = hasty = 0
     for c in range(len(gap)):
         deep += gap[c] < -DEEP * size[c]
-    for n in range(len(reach)):
-        hasty += stride[n] > 2.0 * reach[n]  # twice the way: see ``integration.stride``
+    for n in range(len(bounding_radius)):
+        hasty += motion_bound[n] > 2.0 * bounding_radius[n]  # twice the way: see ``motion_bounds.motion_bound``
     return deep, hasty
 
 
@@ -32,18 +32,18 @@ class Notices:
     def __init__(self):
         self.texts, self._pairs, self._hasty = [], set(), False
 
-    def look(self, world, pair, gap, size, stride):
+    def look(self, world, pair, gap, size, motion_bound):
         """Tell what the contacts (m,) with which a step begins, and the bound on every body's way in it (n,), show for the first
         time."""
         scene = world.registry.scene
-        deep, hasty = sights(gap, size, stride, scene.reach)
+        deep, hasty = count_notable(gap, size, motion_bound, scene.bounding_radius)
         if not deep and (not hasty or self._hasty):
             return
         when = f"step {world.steps + 1}, t = {world.time + world.settings.time_step:.6g} s"
         if deep:
             self._overlaps(when, scene, pair, gap, gap < -DEEP * size)
         if hasty and not self._hasty:
-            self._haste(when, scene, pair, stride, world.settings.time_step)
+            self._haste(when, scene, pair, motion_bound, world.settings.time_step)
 
     def _overlaps(self, when, scene, pair, gap, deep):
         depth = {}
@@ -61,18 +61,20 @@ class Notices:
             "so, put them apart or call World.separate(), else give a shorter time_step or more iterations"
         )
 
-    def _haste(self, when, scene, pair, stride, time_step):
-        others = pair[(scene.reach[pair] > 0.0).all(axis=1)]  # a half-space cannot be passed
-        share = np.divide(stride, 2.0 * scene.reach, out=np.zeros(len(stride)), where=scene.reach > 0.0)
+    def _haste(self, when, scene, pair, motion_bound, time_step):
+        others = pair[(scene.bounding_radius[pair] > 0.0).all(axis=1)]  # a half-space cannot be passed
+        share = np.divide(
+            motion_bound, 2.0 * scene.bounding_radius, out=np.zeros(len(motion_bound)), where=scene.bounding_radius > 0.0
+        )
         if not len(others) or share[others].max() <= 1.0:
             return
         self._hasty = True
         contact, side = np.unravel_index(share[others].argmax(), others.shape)
         body, other = others[contact, side], others[contact, 1 - side]
         self._tell(
-            f"{when}: body {scene.names[body]!r} may move by {0.5 * stride[body]:.3g} m in one step, its radius is "
-            f"{scene.reach[body]:.3g} m, and {scene.names[other]!r} is in its way: they may pass or miss each other wrongly; "
-            f"a time_step of {time_step / share[body]:.2g} s would do"
+            f"{when}: body {scene.names[body]!r} may move by {0.5 * motion_bound[body]:.3g} m in one step, its radius is "
+            f"{scene.bounding_radius[body]:.3g} m, and {scene.names[other]!r} is in its way: they may pass or miss each other "
+            f"wrongly; a time_step of {time_step / share[body]:.2g} s would do"
         )
 
     def _tell(self, text):

@@ -14,6 +14,8 @@ from minibullet.scene import records
 from minibullet.scene.building import PlaneShape, Scene
 from minibullet.scene.records import STATE
 
+COLUMNS = (*STATE, "mass", "inertia", "friction", "restitution", "margin", "frame")  # of a record that become arrays of the scene
+
 
 class Body:
     """Handle of one body: live position, orientation, velocity, angular_velocity (world frame); each can be set.
@@ -75,7 +77,7 @@ class Registry:
         self.waiting.append(handle)
         return handle
 
-    def enrol(self, order=None):
+    def commit(self, order=None):
         """Bring waiting bodies into the scene, sorted by place (or as in ``order``), and return the scene."""
         if not self.waiting:
             return self.scene
@@ -85,29 +87,15 @@ class Registry:
         ranges = np.array([self.pieces_of(handle) for handle in order], dtype=np.int64).reshape(-1, 2)
         if len(self._pieces) > before:
             scene.collision.pieces = pack(self._pieces)
-        columns = {
-            key: np.array([handle._record[key] for handle in order], dtype=float)
-            for key in (
-                "position",
-                "orientation",
-                "velocity",
-                "angular_velocity",
-                "mass",
-                "inertia",
-                "friction",
-                "restitution",
-                "margin",
-                "frame",
-            )
-        }
+        column = {key: np.array([handle._record[key] for handle in order], dtype=float) for key in COLUMNS}
         shapes = [handle._record["shape"] for handle in order]
         volume = np.array([shape.volume if shape else np.inf for shape in shapes])
         new = Bodies(
-            columns["position"],
-            rotations.normalised(rotations.product(columns["orientation"], columns["frame"])),
-            np.concatenate([columns["velocity"], columns["angular_velocity"]], axis=1),
-            columns["mass"],
-            columns["inertia"],
+            column["position"],
+            rotations.normalised(rotations.product(column["orientation"], column["frame"])),
+            np.concatenate([column["velocity"], column["angular_velocity"]], axis=1),
+            column["mass"],
+            column["inertia"],
             volume,
             np.array([shape.surface_area / 4.0 if shape else np.inf for shape in shapes]),
             np.cbrt(3.0 * volume / (4.0 * np.pi)),
@@ -116,14 +104,14 @@ class Registry:
             handle._row = len(scene.names) + row
         scene.names.extend(handle._record["name"] for handle in order)
         scene.bodies = Bodies(*(np.concatenate(pair) for pair in zip(scene.bodies, new, strict=True)))
-        scene.friction = np.concatenate([scene.friction, columns["friction"]])
-        scene.restitution = np.concatenate([scene.restitution, columns["restitution"]])
-        scene.margin = np.concatenate([scene.margin, columns["margin"]])
-        scene.frame = np.concatenate([scene.frame, columns["frame"]])
-        scene.reach = np.concatenate([scene.reach, [shape.bounding_radius if shape else 0.0 for shape in shapes]])
-        scene.moved = np.concatenate([scene.moved, np.zeros(len(order))])
-        scene.group = np.concatenate([scene.group, np.array([handle._record["group"] for handle in order], dtype=np.int64)])
-        scene.piece_ranges = np.concatenate([scene.piece_ranges, ranges])
+        for name, more in {
+            **{key: column[key] for key in ("friction", "restitution", "margin", "frame")},
+            "bounding_radius": [shape.bounding_radius if shape else 0.0 for shape in shapes],
+            "past_motion": np.zeros(len(order)),
+            "group": np.array([handle._record["group"] for handle in order], dtype=np.int64),
+            "piece_ranges": ranges,
+        }.items():
+            setattr(scene, name, np.concatenate([getattr(scene, name), more]))
         self.waiting = []
         return scene
 
@@ -175,17 +163,17 @@ class Registry:
             twist[row, slice(0, 3) if name == "velocity" else slice(3, 6)] = value
         scene.bodies = scene.bodies._replace(position=position, orientation=orientation, twist=twist)
         if name in ("position", "orientation"):
-            scene.moved[row] = np.inf  # every kept answer about this body is void
+            scene.past_motion[row] = np.inf  # nothing cached about this body holds
 
     def freeze(self, handles):
-        scene = self.enrol()
+        scene = self.commit()
         if any(handle._registry is not self for handle in handles):
             raise InputError("freeze: one of the bodies belongs to another world")
         rows = [handle._row for handle in handles]
         mass, twist = scene.bodies.mass.copy(), scene.bodies.twist.copy()
         mass[rows], twist[rows] = np.inf, 0.0
         scene.bodies = scene.bodies._replace(mass=mass, twist=twist)
-        scene.moved[rows] = 0.0
+        scene.past_motion[rows] = 0.0
         for handle in handles:
             handle._record.update(mass=np.inf, fixed=True)
 

@@ -13,13 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from minibullet.collision.geometry import DIRECTIONS, FACES, VERTICES
-from minibullet.collision.separation import DIRECTION, EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, UNKNOWN
+from minibullet.collision.feature_cache import DIRECTION, EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, UNKNOWN, FeatureCache
+from minibullet.collision.geometry import CAPSULE, DIRECTIONS, FACES, HALF_SPACE, SPHERE
+from minibullet.collision.manifolds import WarmStart
 from minibullet.effects import library
 from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError, is_number, shown_value
-from minibullet.files.array_files import ArrayFile
-from minibullet.files.whole_files import refused, whole
+from minibullet.files.arrays import ArrayFile
+from minibullet.files.writing import replace_file
 from minibullet.scene import records
 from minibullet.scene.registry import Body, Plane
 from minibullet.settings import Settings
@@ -80,7 +81,7 @@ def shape_from_dict(data):
 
 def save(world, path):
     """Write the world to ``path`` whole or not at all."""
-    scene = world.registry.enrol()
+    scene = world.registry.commit()
     distinct, items = {}, []
     for handle in world.registry.handles:
         shape = handle._record["shape"]
@@ -109,10 +110,21 @@ def save(world, path):
 def _arrays(world):
     """What the file keeps of a world's arrays, in the order of ARRAYS."""
     scene, bodies, collision = world.registry.scene, world.registry.scene.bodies, world.registry.scene.collision
+    cache, last = collision.cache, world._warm_start
     return (
-        bodies.position, bodies.orientation, bodies.twist, scene.moved, collision.rows, collision.answers, collision.numbers,
-        collision.contact_range, collision.travel, collision.allowance, *world._kept,
+        bodies.position, bodies.orientation, bodies.twist, scene.past_motion,
+        np.column_stack([cache.bodies, cache.pieces]), np.column_stack([cache.kind, cache.features, cache.best_faces]),
+        np.column_stack([cache.gap, cache.since_search, cache.lead, cache.direction, cache.normal, cache.since_query,
+                         cache.since_points]),
+        cache.contacts, collision.travel, collision.allowance, np.column_stack([last.on_a, last.on_b]), last.normal, last.impulse,
     )  # fmt: skip
+
+
+def _feature_cache(rows, answers, numbers, contacts):
+    """The feature cache that ``_arrays`` took apart."""
+    columns = (rows[:, :2], rows[:, 2:], answers[:, 0], answers[:, 1:3], answers[:, 3:], numbers[:, 0], numbers[:, 2],
+               numbers[:, 3:6], numbers[:, 6:9], numbers[:, 1], numbers[:, 9], numbers[:, 10], contacts)  # fmt: skip
+    return FeatureCache(*map(np.ascontiguousarray, columns))
 
 
 def checksum(text, arrays):
@@ -133,15 +145,6 @@ def save_past(past, path):
     buffer = io.BytesIO()
     np.savez(buffer, time=np.array([time for time, _ in kept]), **columns)
     replace_file(path, buffer.getvalue())
-
-
-def replace_file(path, content):
-    """Bytes into a file, whole or not at all; InputError or RunError where it cannot be written."""
-    try:
-        with whole(path) as partial:
-            partial.write_bytes(content)
-    except (OSError, ValueError) as error:  # ValueError: a zero byte
-        raise refused(error, f"world: cannot be saved as {str(path)!r}") from None
 
 
 def _numbers(effect):
@@ -219,15 +222,14 @@ def _restore(world, header, arrays):
     for handle, row in _handles(registry, header, arrays):
         registry.wait(handle)
         handle._row = row
-    registry.enrol(sorted(registry.handles, key=lambda handle: handle._row))
+    registry.commit(sorted(registry.handles, key=lambda handle: handle._row))
     _check_arrays(arrays, scene)
     _check_pairs(arrays, scene)
-    position, orientation, twist, scene.moved, *pairs = (arrays[key] for key in ARRAYS)
+    position, orientation, twist, scene.past_motion, *cached, travel, allowance, points, normal, impulse = map(arrays.get, ARRAYS)
     scene.bodies = scene.bodies._replace(position=position, orientation=orientation, twist=twist)
-    collision, kept = scene.collision, pairs[-3:]
-    collision.rows, collision.answers, collision.numbers, collision.contact_range = pairs[:4]
-    collision.travel, collision.allowance, collision.calls = *pairs[4:6], header["calls"]
-    world._kept = tuple(kept)
+    collision, (on_a, on_b) = scene.collision, map(np.ascontiguousarray, np.split(points, 2, axis=1))
+    collision.cache, collision.travel, collision.allowance = _feature_cache(*cached), travel, allowance
+    collision.calls, world._warm_start = header["calls"], WarmStart(on_a, on_b, normal, impulse)
 
 
 def _list(name, value):
@@ -295,13 +297,13 @@ def _check_pairs(arrays, scene):
     a, b, i, j = rows.T
     refuse("rows", (a < len(own)) & (b < len(own)) & (a != b), f"a and b must be two of {len(own)} bodies")
     refuse("rows", (own[a, 0] <= i) & (i < own[a, 1]) & (own[b, 0] <= j) & (j < own[b, 1]), "no such pieces of these bodies")
-    corners = pieces.ranges[:, VERTICES + 1] - pieces.ranges[:, VERTICES]
-    refuse("rows", corners[j] > 0, "a plane stands first in its pair")
+    refuse("rows", pieces.kind[j] != HALF_SPACE, "a plane stands first in its pair")
 
     kind, first, second = answers[:, 0], answers[:, 1], answers[:, 2]
-    within = lambda index, piece, what: (pieces.ranges[piece, what] <= index) & (index < pieces.ranges[piece, what + 1])  # noqa: E731
-    plane = corners[i] == 0
-    closed = ~plane & ((np.minimum(corners[i], corners[j]) == 1) | (np.maximum(corners[i], corners[j]) <= 2))
+    within = lambda index, piece, what: (pieces.ranges[piece, what, 0] <= index) & (index < pieces.ranges[piece, what, 1])  # noqa: E731
+    kind_a, kind_b = pieces.kind[i], pieces.kind[j]
+    plane = kind_a == HALF_SPACE
+    closed = ~plane & ((kind_a == SPHERE) | (kind_b == SPHERE) | ((kind_a <= CAPSULE) & (kind_b <= CAPSULE)))
     flat = ~plane & ~closed
     refuse(
         "answers",

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from minibullet.errors import InputError, is_number, shown
-from minibullet.files.user_files import read_bytes
+from minibullet.files.reading import read_bytes
 from minibullet.shapes import mesh_text, surfaces
 from minibullet.shapes.mesh_text import Indexed, Surface, integer, lines, quoted, refuse_many
 from minibullet.shapes.ply_files import read_ply

@@ -8,9 +8,8 @@ from scipy.optimize import nnls
 import minibullet as mb
 from minibullet.bodies import ContactLaw
 from minibullet.collision import manifolds
-from minibullet.dynamics import constraints, integration
-
-NOTHING = np.empty((0, 6)), np.empty((0, 3)), np.empty((0, 3))
+from minibullet.dynamics import constraints
+from minibullet.dynamics.free_motion import inverse_mass
 
 
 def polytope(generator, count=12, size=0.5):
@@ -52,44 +51,58 @@ def axis_separation(a, b):
     return ((axes @ two.T).min(axis=1) - (axes @ one.T).max(axis=1)).max()
 
 
+def poses(scene, reach):
+    """Where the bodies of a scene are; each may move by ``reach`` [m]."""
+    return scene.poses(mb.rotations.matrix(scene.bodies.orientation), np.full(len(scene.names), reach))
+
+
 def look(world, reach=1.0):
-    """Rows (body a, body b, piece a, piece b) and numbers of all pairs within ``reach`` [m], looked at afresh where bodies
-    moved."""
-    scene = world.registry.enrol()
-    none = np.zeros(len(scene.reach))
-    rows = scene.collision.find(
-        scene.bodies, integration.posture(scene.bodies.orientation), scene.piece_ranges, scene.group, scene.margin,
-        scene.moved, none + reach,
-    )  # fmt: skip
-    scene.moved = none
-    scene.collision.numbers[:, 10] = np.inf  # no contact points are kept from look to look
-    return rows, scene.collision.numbers
+    """The feature cache of all pairs within ``reach`` [m], looked at afresh where bodies moved."""
+    scene = world.registry.commit()
+    cache = scene.update_pairs(poses(scene, reach))
+    scene.past_motion = np.zeros(len(scene.names))
+    cache.since_points[:] = np.inf  # no contact points are kept from look to look
+    return cache
+
+
+def random_pair(generator, low, high):
+    """Two random polytopes at a random distance of centres, and their world."""
+    world = mb.World()
+    direction = generator.normal(size=3)
+    direction *= generator.uniform(low, high) / np.linalg.norm(direction)
+    turns = mb.rotations.random(generator, 2)
+    one = world.add(polytope(generator), density=1.0, orientation=turns[0])
+    two = world.add(polytope(generator), density=1.0, position=direction, orientation=turns[1])
+    return world, one, two
+
+
+def separation(world, one, reach=1.0):
+    """The one pair's separation and normal from ``one`` to the other body."""
+    cache = look(world, reach)
+    assert len(cache.gap) == 1
+    return cache.gap[0], cache.normal[0] if cache.bodies[0, 0] == one._row else -cache.normal[0]
 
 
 def touch(world, reach=0.01):
     """Contacts of a world where it stands: a record of pair, arm_a, arm_b, normal, gap, point (midway, world)."""
-    rows, numbers = look(world, reach)
-    scene = world.registry.scene
-    pair, arms, gap, _, _ = manifolds.build(
-        scene.collision.pieces, rows, scene.collision.answers, numbers, scene.collision.contact_range.copy(),
-        scene.collision.polygons,
-        scene.bodies.position, integration.posture(scene.bodies.orientation), np.full(len(scene.reach), reach), scene.margin,
-        *NOTHING,
-    )  # fmt: skip
+    cache, scene = look(world, reach), world.registry.scene
+    fresh, collision = cache._replace(contacts=cache.contacts.copy()), scene.collision
+    points = manifolds.build(collision.pieces, fresh, poses(scene, reach), collision.polygons, manifolds.NO_CONTACTS)
+    pair, arms, gap = points.bodies, points.arms, points.gap
     on_a = scene.bodies.position[pair[:, 0]] + arms[:, :3]
     on_b = scene.bodies.position[pair[:, 1]] + arms[:, 3:6]
-    return SimpleNamespace(pair=pair, arms=arms, normal=arms[:, 6:], gap=gap, on_a=on_a, on_b=on_b, deepest=numbers[:, 0])
+    return SimpleNamespace(pair=pair, arms=arms, normal=arms[:, 6:], gap=gap, on_a=on_a, on_b=on_b, deepest=cache.gap)
 
 
 def problem(world, friction=0.5, twist=None, reach=0.01):
     """The contact problem of a world where it stands, free twist and friction as given."""
     found = touch(world, reach)
     scene = world.registry.scene
-    inverse = integration.inverse_mass(scene.bodies, integration.posture(scene.bodies.orientation), None)
-    axes, none = constraints.frames(found.pair, found.arms, inverse), np.zeros(len(found.gap))
+    inverse = inverse_mass(scene.bodies, mb.rotations.rotation_matrices(scene.bodies.orientation), None)
+    factors, none = constraints.contact_factors(found.pair, found.arms, inverse), np.zeros(len(found.gap))
     law = ContactLaw(np.full(len(none), friction), none, none, none, none)
     twist = scene.bodies.twist if twist is None else twist
-    return constraints.assemble(scene, found.pair, axes, found.gap, law, twist, np.zeros_like(twist), inverse, 0.0, 1 / 240)
+    return constraints.assemble(scene, factors, found.gap, law, twist, np.zeros_like(twist), 0.0, 1 / 240)
 
 
 def block_on_floor(velocity=(0.0, 0.0, 0.0), size=(1.0, 1.0, 1.0), **settings):
@@ -100,7 +113,7 @@ def block_on_floor(velocity=(0.0, 0.0, 0.0), size=(1.0, 1.0, 1.0), **settings):
 
 
 def compress(W):
-    """Dense W (3m, 3m) as block rows (start (m + 1,), column (b,), block (b, 3, 3)); diagonal blocks are always kept."""
+    """Start, column, block of a dense W (3m, 3m) as block rows; diagonal blocks are always kept."""
     m = len(W) // 3
     blocks = W.reshape(m, 3, m, 3).swapaxes(1, 2)
     filled = (blocks != 0.0).any(axis=(2, 3)) | np.eye(m, dtype=bool)

@@ -80,7 +80,7 @@ def test_only_effects_files_are_executed():
     """One `exec` in both packages, in the reader of effects files; no `eval`, no pickle and nothing built on it."""
     assert where(calls, {"exec", "eval", "__import__"}) == {"minibullet/effects/catalogue.py": {"exec"}}
     assert not where(imports, {"pickle", "dill", "cloudpickle", "shelve", "marshal", "joblib", "yaml", "runpy", "code"})
-    assert not where(calls, {"np.load", "np.lib.format.read_array"})  # `array_files` reads arrays from bytes
+    assert not where(calls, {"np.load", "np.lib.format.read_array"})  # `files.arrays` reads arrays from bytes
     assert not where(calls, {"pd.read_pickle", "np.fromregex", "pd.eval", "pd.read_hdf"})
 
 

@@ -10,7 +10,7 @@ from math import isfinite, nan
 import numpy as np
 
 from hlcs.data.experiment_file import SECTIONS, ExperimentFile
-from hlcs.files.csv_files import read_csv
+from hlcs.files.csv_files import CsvLayout, read_csv
 from hlcs.files.toml_files import TomlFile
 from hlcs.placement.grids import RPG, TPG, WIDEST, Grid
 from hlcs.placement.placement_file import KEYS, checked_table, make_placement
@@ -32,6 +32,7 @@ LIMITS = {  # lowest and highest value, and what the number is
 PLACED = COLUMNS[:4] + ("campaign",)  # rows that agree in these are the layers of one set
 GRIDS = {"TPG": TPG, "RPG": RPG}
 MAY_BE_BLANK = ("spacing_x", "spacing_y", "bottom_slope", "cv", "tests", "campaign")
+LAYOUT = CsvLayout(COLUMNS, ("grid", "layer", "mean"), words=("grid", "campaign"), blank=MAY_BE_BLANK, short=True)
 NOT_USED = ("grid", "bottom", "seed")  # of [placement]: they come with a measured set and the command
 # settings of the simulations of a unit of Dn = 1 m where the file states none, smaller ones as the root of their size: coarser
 # than those of a single test, which changes no layer coefficient by more than the scatter between seeds; a finer step and more
@@ -107,7 +108,7 @@ def read_layers(file):
 
 def read_layer_sets(path):
     """The LayerSets of a CSV, in the order of their first rows, with names that tell them apart."""
-    table = read_csv(path, COLUMNS, ("grid", "layer", "mean"), words=("grid", "campaign"), blank=MAY_BE_BLANK, short=True)
+    table = read_csv(path, LAYOUT)
     if not len(table.rows):
         raise InputError(f"{table.name}: has no rows; write one row a layer")
     placed = {}  # what places a set -> {layer: (row of the file, its values)}
@@ -140,8 +141,8 @@ def _layer_set(path, name, spacing_x, spacing_y, bottom_slope, campaign, layers)
     sample = Sample(*(np.array([values[column] for values in ordered], dtype=float) for column in ("mean", "cv", "tests")))
     known, triangular = GRIDS.get(name.upper()), name.upper() == "TPG" or name.lower().startswith("tri")
     try:
-        own = known is None or (spacing_x, spacing_y) != (known.spacing_x, known.spacing_y)
-        grid = Grid(name, spacing_x, spacing_y, triangular) if own else known
+        as_known = known is not None and (spacing_x, spacing_y) == (known.spacing_x, known.spacing_y)
+        grid = known if as_known else Grid(name, spacing_x, spacing_y, triangular)
     except InputError as problem:
         raise InputError(f"{path}, row {first_row}: {problem}") from None
     bottom = f"{100 * bottom_slope:g} % slope" if bottom_slope else "flat"

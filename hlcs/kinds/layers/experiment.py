@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 
+from hlcs.data.experiment_file import LAYOUTS
 from hlcs.kinds.layers import least_squares
 from hlcs.kinds.layers.candidates import library, named
 from hlcs.kinds.layers.data import read_layers
@@ -28,6 +29,7 @@ class Layers:
     """
 
     kind, measure, unit = "layers", "mean relative error", "1"
+    layout = LAYOUTS[kind]
     unjudged = Reason.NOT_TRIED(why="the number of tests, or their scatter, is unknown")
     advice = (
         "state in the columns cv and tests how many tests each mean stands for (two at least) and how they scatter between tests "

@@ -22,7 +22,7 @@ from hlcs.placement.settings_table import placement_table, settings_of
 from hlcs.placement.single_run import simulate
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError, is_number
-from minibullet.files.user_files import read_bytes, shown
+from minibullet.files.reading import read_bytes, shown
 
 MEASURED = "measured.csv"  # copy of the data in a folder of results
 MOST_BYTES = 10_000_000  # of such a copy; a table of layers has some kilobytes

@@ -1,5 +1,6 @@
 """Outcome tables as a kind of measurement: read, compared with the model under test, searched for what it is missing."""
 
+from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.outcome_tables import read_outcomes
 from hlcs.effects import check_names
 from hlcs.estimation.cross_validation import CrossValidation
@@ -16,6 +17,7 @@ class Outcomes:
     """An Experiment (`kinds.protocol`) of an outcome table: one row, one experiment, one number."""
 
     kind, measure = "outcomes", "rms"
+    layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
     advice = "repeat some rows with equal inputs (replicates), or state measurement.noise"
     judge, where = staticmethod(judge_table), staticmethod(where_in_table)
@@ -35,7 +37,7 @@ class Outcomes:
         adequacy, table = judge_table(problem, self._prepared.base)
         error = misfit(table["residual"], self.unit, self._prepared.noise.position)
         shown = {
-            "trials": tuple(unit.name for unit in problem.trials),
+            "trials": tuple(group.name for group in problem.trials),
             "channels": (self.table.outcome,),
             "against": tuple(self.table.inputs),
         }
@@ -43,16 +45,16 @@ class Outcomes:
         return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, self.notes, shown)
 
     def names(self, candidates):
-        return tuple(entry.name for entry in self._candidates(candidates)[0])
+        return tuple(candidate.name for candidate in self._candidates(candidates)[0])
 
     def _candidates(self, names):
         return table_candidates(self.file, self.table, names, self.options.user_effects)
 
     def search(self, candidates):
-        entries, absent = self._candidates(candidates)
+        chosen, absent = self._candidates(candidates)
         cross_validation = CrossValidation(self._prepared.problem.trials, self.file.hold_out)
         cross_validation.few = len(self.table.values) < FEW
-        return select(self, self._prepared, Search(self._prepared.problem, entries, cross_validation, self.options.log), absent)
+        return select(self, self._prepared, Search(self._prepared.problem, chosen, cross_validation, self.options.log), absent)
 
     @staticmethod
     def polished(problem, fit):
@@ -62,5 +64,5 @@ class Outcomes:
     @staticmethod
     def pictures(problem, before, after):
         """What the figure of a Diagnosis draws."""
-        names = tuple(unit.name for unit in problem.trials)
+        names = tuple(group.name for group in problem.trials)
         return Pictures(before, after, names, "input", next(iter(problem.table.inputs), "row"))

@@ -11,13 +11,13 @@ from hlcs.effects import wanted
 from hlcs.effects.body import MassOffset, SizeError
 from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
 from hlcs.effects.numerics import MarginOffset
-from hlcs.estimation.adequacy import adequacy
+from hlcs.estimation.adequacy import fit_adequacy
 from hlcs.estimation.correlated_noise import CorrelatedNoise
-from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.linearization import Linearization, Recording
 from hlcs.estimation.noise_model import Noise
 from hlcs.estimation.problem import Problem, difference_step
 from hlcs.estimation.whitening import whiten
+from hlcs.kinds.protocol import Prepared, misses
 from hlcs.selection.eligibility import NEEDS, eligible, known_body, stated
 from hlcs.simulation import outcome_motion
 from hlcs.simulation.model import Model
@@ -65,7 +65,7 @@ PLAUSIBLE = {
 
 
 @dataclass(frozen=True)
-class Unit:
+class RowGroup:
     """What is held out together: rows of one group or block."""
 
     name: str
@@ -90,29 +90,30 @@ class TableProblem(Problem):
         _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
         self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
         self.distinct = {name: values[first] for name, values in table.inputs.items()}
-        self.trials = units(file, table)
-        self.recordings = [self._record(unit) for unit in self.trials]
+        self.trials = row_groups(file, table)
+        self.recordings = [self._record(group) for group in self.trials]
         self.unit = table.outcome.rsplit("_", 1)[1]
-        self.kept, self.difference_steps = {}, {}
+        self.predicted, self.difference_steps = {}, {}
 
-    def _record(self, unit):
-        count = len(unit.rows)
+    def _record(self, group):
+        count = len(group.rows)
         whitening = self.noise.whitening(np.zeros(count, int), np.arange(count) * 1.0)
-        return Recording(np.zeros(count, int), unit.rows, np.arange(count) * 1.0, whitening, ())
+        return Recording(np.zeros(count, int), group.rows, np.arange(count) * 1.0, whitening, ())
 
     def initial_guess(self):
         return np.zeros((len(self.trials), 13))
 
     def predict(self, model):
         """Outcomes of all rows, (n,)."""
-        if model.terms not in self.kept:  # the rest of the model is the file's and stays
+        if model.terms not in self.predicted:  # the rest of the model is the file's and stays
             with np.errstate(all="ignore"):
-                self.kept[model.terms] = outcome_motion.outcomes(model, self.setups, self.distinct, self.table.outcome)[self.back]
-        return self.kept[model.terms]
+                distinct = outcome_motion.outcomes(model, self.setups, self.distinct, self.table.outcome)
+            self.predicted[model.terms] = distinct[self.back]
+        return self.predicted[model.terms]
 
     def residuals(self, model, initial_states):
         difference = self.table.values - self.predict(model)
-        return [difference[unit.rows] for unit in self.trials]
+        return [difference[group.rows] for group in self.trials]
 
     def linearise(self, model, initial_states):
         raw = self.residuals(model, initial_states)
@@ -123,16 +124,16 @@ class TableProblem(Problem):
                 step = difference_step(free, value)
                 if value + step > free.high:
                     step = -step
-                moved = model.with_at(index, term.numbers | {free.name: value + step})
-                for k, residual in enumerate(self.residuals(moved, initial_states)):
+                changed = model.with_at(index, term.numbers | {free.name: value + step})
+                for k, residual in enumerate(self.residuals(changed, initial_states)):
                     s[k].append(whiten(self.recordings[k].whitening, (raw[k] - residual) / step))
         empty = [np.zeros((len(part), 0)) for part in raw]
         r = [whiten(recording.whitening, part) for recording, part in zip(self.recordings, raw, strict=True)]
         return Linearization(raw, r, empty, [np.column_stack(columns) if columns else empty[k] for k, columns in enumerate(s)])
 
 
-def units(file, table):
-    """Groups of rows, or contiguous blocks of the main input where the table has none: tuple of Unit."""
+def row_groups(file, table):
+    """Groups of rows, or contiguous blocks of the main input where the table has none: tuple of RowGroup."""
     names = np.unique(table.groups)
     if not 2 <= len(names) < len(table.values):
         main = next(iter(table.inputs.values())) if table.inputs else np.arange(len(table.values))
@@ -145,7 +146,7 @@ def units(file, table):
         names = np.unique(groups)
     else:
         groups = table.groups
-    return tuple(Unit(str(name), str(name), file.body, file.surroundings, np.flatnonzero(groups == name)) for name in names)
+    return tuple(RowGroup(str(name), str(name), file.body, file.surroundings, np.flatnonzero(groups == name)) for name in names)
 
 
 def table_noise(file, table):
@@ -181,11 +182,11 @@ def check_table(file, table):
     for row in range(len(table.values)):
         setup = outcome_motion.row_setup(file, table.inputs, row)
         rigid_body(setup.body)
-        said = impossible_density(setup.body)
+        complaint = impossible_density(setup.body)
         if not setup.surroundings.gravity > 0:
-            said = "gravity is 0; nothing falls, slides or stops without it: give gravity in m/s2, 9.81 on Earth"
-        if said:
-            raise InputError(f"{table.file}, row {table.rows[row]}: {said}")
+            complaint = "gravity is 0; nothing falls, slides or stops without it: give gravity in m/s2, 9.81 on Earth"
+        if complaint:
+            raise InputError(f"{table.file}, row {table.rows[row]}: {complaint}")
 
 
 def check_magnitude(problem, model):
@@ -226,46 +227,33 @@ def table_candidates(file, table, names, own):
     return eligible(why, file.body, file.surroundings, known, own)
 
 
-@dataclass(frozen=True)
-class PreparedTable:
-    """An outcome table ready to be compared or diagnosed."""
-
-    noise: Noise
-    problem: TableProblem | None
-    base: object
-    notes: tuple[str, ...]
-
-
 def prepare_table(file, table, own=()):
-    """Noise, problem, and the residuals of the model under test."""
+    """The table Prepared: its noise, its problem and the fit of the model under test."""
     check_table(file, table)
     noise = table_noise(file, table)
     model = Model(fixed=file.effects, own=tuple(own))
     model.changes(file.surroundings)
     if noise.position is None:
-        return PreparedTable(noise, None, None, table.notes)
+        return Prepared(noise, None, None, table.notes)
     problem = TableProblem(file, table, noise)
     check_magnitude(problem, model)
-    return PreparedTable(noise, problem, problem.fit(model), table.notes)
+    return Prepared(noise, problem, problem.fit(model), table.notes)
 
 
 def judge_table(problem, fit):
     """Adequacy of a fit (lack of fit by setting, slow misfit along the main input) and the table of observations."""
-    table, rows = problem.table, np.concatenate([unit.rows for unit in problem.trials])
+    table, rows = problem.table, np.concatenate([group.rows for group in problem.trials])
     main = next(iter(table.inputs.values())) if table.inputs else np.zeros(len(table.values))
-    r, s = fit.linearization.projected
     order = np.argsort(np.argsort(main[rows], kind="stable"), kind="stable")
     settings = len(np.unique(table.setting))
-    cuts = {"lack of fit by setting": table.setting[rows]}
+    partitions = {"lack of fit by setting": table.setting[rows]}
     for count in (3, 6):
         if settings >= 2 * count:
-            cuts[f"{count} ranges of the main input"] = order * count // len(order)
-    flat = project_out(basis(np.concatenate(s)), np.concatenate(r))
-    parts = np.split(flat, np.cumsum([len(part) for part in r])[:-1])
-    verdict = adequacy(parts, fit.linearization.state_columns, s, cuts, problem.noise.drawer(problem.recordings))
+            partitions[f"{count} ranges of the main input"] = order * count // len(order)
+    judged, white = fit_adequacy(problem, fit, partitions)
     raw = np.concatenate(fit.linearization.raw)
     columns = {
-        "trial": np.concatenate([np.full(len(unit.rows), k) for k, unit in enumerate(problem.trials)]),
+        "trial": np.concatenate([np.full(len(group.rows), k) for k, group in enumerate(problem.trials)]),
         "channel": np.zeros(len(rows), int),
         "row": rows + 2,
         "input": main[rows],
@@ -273,25 +261,18 @@ def judge_table(problem, fit):
         "model": table.values[rows] - raw,
         "residual": raw,
         "sigmas": raw / problem.noise.position,
-        "white": flat,
+        "white": white,
     }
-    return verdict, {**{name: values[rows] for name, values in table.inputs.items()}, **columns}
+    return judged, {**{name: values[rows] for name, values in table.inputs.items()}, **columns}
 
 
 def where_in_table(problem, table):
     """Rows {trial, channel, phase, rms, sigma, ...} by group and by value of the main input, the worst first."""
     name = next(iter(problem.table.inputs), "row")
-    found = []
+    where = []
     for value in np.unique(table["input"]):
-        here = table["input"] == value
-        found.append(
-            {
-                "trial": f"{name} = {value:g}",
-                "channel": problem.table.outcome,
-                "phase": "table",
-                "rms": float(np.sqrt(np.mean(table["residual"][here] ** 2))),
-                "sigma": float(np.sqrt(np.mean(table["sigmas"][here] ** 2))),
-                "mean": float(np.mean(table["residual"][here])),
-            }
-        )
-    return tuple(sorted(found, key=lambda row: (-row["sigma"], row["trial"])))
+        inside = table["input"] == value
+        mean = float(np.mean(table["residual"][inside]))
+        row = {"trial": f"{name} = {value:g}", "channel": problem.table.outcome, "phase": "table"}
+        where.append({**row, **misses(table, inside), "mean": mean})
+    return tuple(sorted(where, key=lambda row: (-row["sigma"], row["trial"])))

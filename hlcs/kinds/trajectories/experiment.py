@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.impacts import differing_from_model, read_impacts
 from hlcs.data.recordings import read_recordings
 from hlcs.effects import check_names
@@ -23,6 +24,7 @@ class Trajectories:
     """An Experiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
 
     kind, measure, unit = "trajectory", "rms", "m"
+    layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
     judge, where, polished = staticmethod(judge), staticmethod(where_it_fails), staticmethod(polished)
 
@@ -70,7 +72,7 @@ class Trajectories:
 
     def names(self, candidates):
         contact = touches(self.measurement.trials, self._noise)
-        return tuple(entry.name for entry in self._candidates(self.measurement, contact, candidates)[0])
+        return tuple(candidate.name for candidate in self._candidates(self.measurement, contact, candidates)[0])
 
     def _candidates(self, measurement, contact, names):
         return candidates_for(measurement, contact, names, self.options.user_effects)
@@ -83,30 +85,29 @@ class Trajectories:
         if few is not many and not prepared.problem.segmented:  # cheaper than feared
             few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
             prepared = prepare(few, own, noise)
-        entries, absent = self._candidates(few, prepared.contact, candidates)
+        chosen, absent = self._candidates(few, prepared.contact, candidates)
         screening = {trial.name for trial in few.trials}
         seen = replace(self.measurement, trials=tuple(trial for trial in self.measurement.trials if trial.name in screening))
         impacts = differing_from_model(read_impacts(seen, noise), few.trials[0].surroundings)
-        told = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
+        on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
-        def searched(prepared, entries, absent):
+        def searched(prepared, chosen, absent):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
-            return select(
-                self, prepared, Search(prepared.problem, entries, cross_validation, self.options.log, impacts), absent, *told
-            )
+            search = Search(prepared.problem, chosen, cross_validation, self.options.log, impacts)
+            return select(self, prepared, search, absent, *on_all)
 
-        found = searched(prepared, entries, absent)
+        first = searched(prepared, chosen, absent)
         if few is many:
-            return found
+            return first
         self.options.log("fitting more recordings")
-        kept = {*found.effects, *(name for members in found.ambiguous for name in members)}
-        confirmed = searched(prepare(many, own, noise), [entry for entry in entries if entry.name in kept], {})
+        kept = {*first.effects, *(name for members in first.ambiguous for name in members)}
+        confirmed = searched(prepare(many, own, noise), [candidate for candidate in chosen if candidate.name in kept], {})
         others = tuple(
             replace(finding, **Reason.ON_FEWER_RECORDINGS(count=len(few.trials), why=finding.why)._asdict())
-            for finding in found.candidates
+            for finding in first.candidates
             if finding.effect not in kept
         )
-        left_out = tuple(note for note in found.left_out if note not in confirmed.left_out)
+        left_out = tuple(note for note in first.left_out if note not in confirmed.left_out)
         return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
 
     @staticmethod

@@ -3,9 +3,9 @@
 import numpy as np
 
 from hlcs.data.rigid_body import rigid_body
-from hlcs.estimation.adequacy import adequacy, blocks_in_time
-from hlcs.estimation.least_squares import basis, project_out
+from hlcs.estimation.adequacy import blocks_in_time, fit_adequacy
 from hlcs.estimation.trajectory_problem import CHANNELS
+from hlcs.kinds.protocol import misses
 from hlcs.simulation.regimes import REGIMES, classify_regimes
 from minibullet import rotations
 
@@ -17,32 +17,32 @@ def recording_scale(recording):
 
 def observations(problem, fit):
     """Table of all observations as arrays: trial, channel, phase, time, height, speed, residual, in sigma, white (n,) each."""
-    answers = fit.linearization.trajectories or problem.simulator.simulate(
+    trajectories = fit.linearization.trajectories or problem.simulator.simulate(
         fit.model, fit.initial_states, np.arange(len(problem.trials))
     )
     white = fit.linearization.projected[0]
     columns = {}
-    for k, (recording, (position, orientation)) in enumerate(zip(problem.recordings, answers, strict=True)):
+    for k, (recording, (position, orientation)) in enumerate(zip(problem.recordings, trajectories, strict=True)):
         times = problem.trials[k].times
         speed = np.linalg.norm(np.gradient(position, times, axis=0), axis=1)
         raw = fit.linearization.raw[k]
         turn = rotations.logarithm(orientation)
-        table = np.concatenate([position, turn], axis=1)[recording.sample, recording.channel]
-        doing = classify_regimes(problem.trials[k], rigid_body(problem.trials[k].body).shape, position, orientation)
-        rows = {
+        model = np.concatenate([position, turn], axis=1)[recording.sample, recording.channel]
+        regimes = classify_regimes(problem.trials[k], rigid_body(problem.trials[k].body).shape, position, orientation)
+        parts = {
             "trial": np.full(len(raw), k),
             "channel": recording.channel,
             "time": recording.times,
-            "phase": np.array(REGIMES)[doing[recording.sample]],
+            "phase": np.array(REGIMES)[regimes[recording.sample]],
             "height": position[recording.sample, 2],
             "speed": speed[recording.sample],
-            "measured": table + raw,
-            "model": table,
+            "measured": model + raw,
+            "model": model,
             "residual": raw,
             "sigmas": raw * recording_scale(recording),
             "white": white[k],
         }
-        for name, values in rows.items():
+        for name, values in parts.items():
             columns.setdefault(name, []).append(values)
     return {name: np.concatenate(parts) for name, parts in columns.items()}
 
@@ -50,25 +50,19 @@ def observations(problem, fit):
 def partitions(table):
     """Ways to cut the observations into blocks whose sums would show a slow or a common misfit: name -> labels (n,)."""
     chain = table["trial"] * 6 + table["channel"]
-    found = {f"blocks of {length} samples": blocks_in_time(chain, length) for length in (4, 12, 36)}
+    labels = {f"blocks of {length} samples": blocks_in_time(chain, length) for length in (4, 12, 36)}
     if len(np.unique(table["trial"])) >= 3:
         for name in ("time", "height", "speed"):
             values = table[name]
             edges = np.quantile(values, np.linspace(0, 1, 13)[1:-1])
-            found[f"common to all recordings against {name}"] = table["channel"] * 100 + np.searchsorted(edges, values)
-    return found
+            labels[f"common to all recordings against {name}"] = table["channel"] * 100 + np.searchsorted(edges, values)
+    return labels
 
 
 def judge(problem, fit):
     """Adequacy of a fit and its table of observations."""
     table = observations(problem, fit)
-    r, s = fit.linearization.projected
-    s_all = np.concatenate(s)
-    r_all = project_out(basis(s_all), np.concatenate(r))
-    cuts = np.cumsum([len(part) for part in r])[:-1]
-    draw = problem.noise.drawer(problem.recordings)
-    verdict = adequacy(np.split(r_all, cuts), fit.linearization.state_columns, s, partitions(table), draw)
-    return verdict, table
+    return fit_adequacy(problem, fit, partitions(table))[0], table
 
 
 def where_it_fails(problem, table):
@@ -76,23 +70,18 @@ def where_it_fails(problem, table):
 
     sigma: root mean square of the residual in units of the noise; height, speed and time where the residual is largest.
     """
-    found = []
+    where = []
     regimes = table.get("phase", np.full(len(table["trial"]), "flight"))
     names, kind = np.unique(regimes, return_inverse=True)
     label = (table["trial"] * 6 + table["channel"]) * len(names) + kind
     order = np.argsort(label, kind="stable")
-    for here in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
-        worst = here[np.argmax(np.abs(table["sigmas"][here]))]
-        found.append(
-            {
-                "trial": problem.trials[table["trial"][worst]].name,
-                "channel": CHANNELS[table["channel"][worst]],
-                "phase": str(regimes[worst]),
-                "rms": float(np.sqrt(np.mean(table["residual"][here] ** 2))),
-                "sigma": float(np.sqrt(np.mean(table["sigmas"][here] ** 2))),
-                "time": float(table["time"][worst]),
-                "height": float(table["height"][worst]),
-                "speed": float(table["speed"][worst]),
-            }
-        )
-    return tuple(sorted(found, key=lambda row: (-row["sigma"], row["trial"], row["channel"], row["phase"])))
+    for inside in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
+        worst = inside[np.argmax(np.abs(table["sigmas"][inside]))]
+        row = {
+            "trial": problem.trials[table["trial"][worst]].name,
+            "channel": CHANNELS[table["channel"][worst]],
+            "phase": str(regimes[worst]),
+        }
+        at_worst = {name: float(table[name][worst]) for name in ("time", "height", "speed")}
+        where.append(row | misses(table, inside) | at_worst)
+    return tuple(sorted(where, key=lambda row: (-row["sigma"], row["trial"], row["channel"], row["phase"])))

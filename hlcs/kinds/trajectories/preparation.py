@@ -1,17 +1,16 @@
 """From the recordings of an experiment file to a fitted model: the problem set up, the noise known, odd samples set aside."""
 
 import warnings
-from dataclasses import dataclass
 
 import numpy as np
 
 from hlcs.data.recordings import Recordings
 from hlcs.data.rigid_body import rigid_body
-from hlcs.estimation.linearization import Fit
 from hlcs.estimation.multiple_shooting import refit_initial_states
-from hlcs.estimation.noise_model import Noise, estimate_noise, isolated_outliers
+from hlcs.estimation.noise_model import estimate_noise, isolated_outliers
 from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
 from hlcs.estimation.trajectory_problem import CHANNELS, TrajectoryProblem
+from hlcs.kinds.protocol import Prepared
 from hlcs.kinds.trajectories.observations import recording_scale
 from hlcs.simulation.contact_motion import gap
 from hlcs.simulation.model import Model
@@ -28,31 +27,18 @@ RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a co
 A_STEP = 1e-4  # what a step of such runs costs [s]
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """A trajectory experiment ready to be compared or diagnosed."""
-
-    measurement: Recordings
-    noise: Noise
-    problem: TrajectoryProblem | None  # None where the noise is unknown
-    base: Fit | None
-    contact: bool
-    notes: tuple[str, ...]
-    numerics: float = 0.0  # RMS change of the prediction when the step is halved, in sigma
-
-
 def start_times(trials):
     """The moment each stated or fitted start belongs to, (trials,) [s].
 
     Time zero of the recording where something of the start is stated and the first sample follows within ten steps
     (dropped first frames); otherwise the first sample.
     """
-    found = []
+    starts = []
     for trial in trials:
         first, step = trial.times[0], float(np.median(np.diff(trial.times)))
         at_zero = bool(trial.start) and 0 <= first <= 10 * step
-        found.append(0.0 if at_zero else first)
-    return np.array(found)
+        starts.append(0.0 if at_zero else first)
+    return np.array(starts)
 
 
 def seen_from_above(trial):
@@ -127,7 +113,7 @@ def prepare(measurement: Recordings, own=(), noise=None):
     trials = measurement.trials
     contact = touches(trials, noise)
     if noise.position is None and noise.orientation is None:
-        return Prepared(measurement, noise, None, None, contact, tuple(notes))
+        return Prepared(noise, None, None, tuple(notes), contact)
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     for trial in trials[:1]:
         model.changes(trial.surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
@@ -139,7 +125,7 @@ def prepare(measurement: Recordings, own=(), noise=None):
         problem, base, shift, sentences = fitted(posed(measurement, noise, model, contact), model)
     if shift > 0.1:
         sentences.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
-    return Prepared(measurement, noise, problem, base, contact, (*notes, *sentences), shift)
+    return Prepared(noise, problem, base, (*notes, *sentences), contact)
 
 
 def posed(measurement, noise, model, contact, step=None):
@@ -164,7 +150,7 @@ def in_long_steps(measurement, noise, model):
     try:
         problem, base, shift, sentences = fitted(posed(measurement, noise, model, True, step), model)
         if shift < STILL and not problem.segmented:
-            steps = " and ".join(f"{one:.3g} s" for one in problem.simulator.extrapolation_steps or (step,))
+            steps = " and ".join(f"{step:.3g} s" for step in problem.simulator.extrapolation_steps or (step,))
             sentences.append(
                 f"numerics: motion of {span:.3g} s is computed in steps of {steps} where the file says "
                 f"{model.time_step:.3g} s: shorter ones move the prediction by {shift:.1g} sigma only"
@@ -186,7 +172,7 @@ def in_long_steps(measurement, noise, model):
 def fitted(problem, model):
     """(Problem, its fit, by how much halving the step still moves it [sigma], sentences) of the model under test.
 
-    The Problem is another where recordings were cut into pieces, rest at the end or isolated samples left out.
+    The Problem is another where recordings were split into segments, rest at the end or isolated samples left out.
     """
     notes = []
     if problem.simulator.contact:
@@ -205,7 +191,7 @@ def fitted(problem, model):
 
 def without_isolated(problem, fit):
     """(fit without the samples that stand alone, sentences); the problem drops them for every model alike."""
-    trials = problem.trials  # pieces of those that were read, or those without their rest at the end
+    trials = problem.trials  # segments of those that were read, or those without their rest at the end
     flags = [
         isolated(trial, recording, raw)
         for trial, recording, raw in zip(trials, problem.recordings, fit.linearization.raw, strict=True)
@@ -227,51 +213,45 @@ def isolated(trial, recording, raw):
 
 def set_aside(trials, flags):
     """Sentences, one for each recording as it was read, on the samples set aside."""
-    rows = {}  # recording -> {channel: rows of its file}
+    rows_of = {}  # recording -> {channel: rows of its file}
     for trial, flag in zip(trials, flags, strict=True):
         for row, channel in zip(*np.nonzero(flag), strict=True):
-            mine = rows.setdefault(trial.recording or trial.name, {})
-            mine.setdefault(CHANNELS[channel], []).append(int(trial.rows[row]))
-    found = []
-    for name, mine in rows.items():
+            channels = rows_of.setdefault(trial.recording or trial.name, {})
+            channels.setdefault(CHANNELS[channel], []).append(int(trial.rows[row]))
+    notes = []
+    for name, channels in rows_of.items():
         parts = [
-            f"{channel} row{'s' * (len(its) > 1)} " + ", ".join(map(str, its[:4])) + " .." * (len(its) > 4)
-            for channel, its in mine.items()
+            f"{channel} row{'s' * (len(rows) > 1)} " + ", ".join(map(str, rows[:4])) + " .." * (len(rows) > 4)
+            for channel, rows in channels.items()
         ]
-        found.append(f"{name}: {sum(map(len, mine.values()))} isolated samples set aside for all models: " + "; ".join(parts))
-    return found
+        count = sum(map(len, channels.values()))
+        notes.append(f"{name}: {count} isolated samples set aside for all models: " + "; ".join(parts))
+    return notes
+
+
+def prediction_shift(problem, first, second):
+    """RMS difference of two simulations of all recordings [sigma]."""
+    differences = [
+        (problem.residual(k, a) - problem.residual(k, b)) * recording_scale(problem.recordings[k])
+        for k, (a, b) in enumerate(zip(first, second, strict=True))
+    ]
+    return float(np.sqrt(np.mean(np.concatenate(differences) ** 2)))
 
 
 def refine(problem, base):
     """Take the error of the time step out of the prediction; (fit, by how much halving the step still moves it [sigma]).
 
     In flight the step is halved until the prediction stands still to 0.02 sigma. With contacts, where halving moves it by more
-    than that, two steps are carried on to zero if that stands still.
+    than that, the results of two steps are extrapolated to a step of zero (Richardson) if that stands still.
     """
     simulator = problem.simulator
     owner = np.arange(len(problem.trials))
-
-    def moved(one, other):
-        return float(
-            np.sqrt(
-                np.mean(
-                    np.concatenate(
-                        [
-                            (problem.residual(k, a) - problem.residual(k, b)) * recording_scale(problem.recordings[k])
-                            for k, (a, b) in enumerate(zip(one, other, strict=True))
-                        ]
-                    )
-                    ** 2
-                )
-            )
-        )
-
     while True:
         runs = {
             1: base.linearization.trajectories,
             0.5: simulator.simulate(base.model, base.initial_states, owner, time_step=simulator.time_step / 2),
         }
-        shift = moved(runs[1], runs[0.5])
+        shift = prediction_shift(problem, runs[1], runs[0.5])
         if shift < STILL or not simulator.contact and simulator.time_step / 2 < FINEST:
             return base, shift
         if simulator.contact:
@@ -282,7 +262,7 @@ def refine(problem, base):
         runs[share] = simulator.simulate(base.model, base.initial_states, owner, time_step=simulator.time_step * share)
     best = richardson(runs[0.5], runs[0.25])
     for coarse in (2, 1):
-        left = moved(richardson(runs[coarse], runs[coarse / 2]), best)
+        left = prediction_shift(problem, richardson(runs[coarse], runs[coarse / 2]), best)
         if left < STILL:
             simulator.extrapolation_steps = (simulator.time_step * coarse, simulator.time_step * coarse / 2)
             return problem.fit(base.model, base.initial_states), left
@@ -303,7 +283,7 @@ def polished(problem, fit):
         for share in SHORTER:
             if share * step < FINEST:
                 break
-            simulator.time_step, simulator.extrapolation_steps = share * step, tuple(share * one for one in pair)
+            simulator.time_step, simulator.extrapolation_steps = share * step, tuple(share * long for long in pair)
             finer = problem.fit(fit.model, fit.initial_states)
             if finer.chi2 > fit.chi2 + WORSE:  # a path that another step leads elsewhere: no step is the true one
                 break

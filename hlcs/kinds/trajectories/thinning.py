@@ -34,51 +34,51 @@ def thinned(measurement, noise):
     impacts = {}
     for impact in seen[: MOST_SEARCHED // (2 * AROUND)]:  # the slowest of very many tell no more than other samples do
         impacts.setdefault(impact.trial, []).append(impact.time)
-    found = []
+    thin = []
     for trial in trials:
         keep = np.arange(len(trial.times)) % every == 0
         keep[:BEGINNING] = keep[-1] = True
         for place in np.searchsorted(trial.times, impacts.get(trial.name, ())):
             keep[max(place - AROUND, 0) : place + AROUND] = True
-        found.append(trial.at(np.flatnonzero(keep)))
-    kept, step = sum(len(trial.times) for trial in found), every * noise.step
+        thin.append(trial.at(np.flatnonzero(keep)))
+    kept, step = sum(len(trial.times) for trial in thin), every * noise.step
     note = (
         f"{total:,} rows: the search uses {kept:,} of them, every {every}th (one in {step:.3g} s) and all around the "
         f"{sum(map(len, impacts.values()))} fastest of {len(seen)} impacts seen, to tell candidates apart; noise, impacts, "
         "the numbers of what was found and the verdict are of all rows"
     )
-    return replace(measurement, trials=tuple(found), notes=(*measurement.notes, note))
+    return replace(measurement, trials=tuple(thin), notes=(*measurement.notes, note))
 
 
 def on_all_rows(measurement):
     """Function (problem, fit) of thinned recordings -> (problem, fit) of the same on all rows of the measurement.
 
-    Recordings end, are cut and are simulated in the steps as in the search; isolated samples are looked for among all rows.
+    Recordings end, are split and are simulated in the steps as in the search; isolated samples are looked for among all rows.
     """
-    found = {}  # problem of a search -> its problem on all rows
+    whole = {}  # problem of a search -> its problem on all rows
 
-    def whole(problem, fit):
-        simulator, first = problem.simulator, problem not in found
+    def on_all(problem, fit):
+        simulator, first = problem.simulator, problem not in whole
         if first:
             trials = [_filled(trial, measurement.trials) for trial in problem.trials]
-            found[problem] = TrajectoryProblem(
+            whole[problem] = TrajectoryProblem(
                 trials,
                 problem.noise,
                 Simulator(fit.model, trials, simulator.start_time, simulator.contact, simulator.time_step, simulator.seated),
             )
-        full = found[problem]
+        full = whole[problem]
         full.simulator.extrapolation_steps = simulator.extrapolation_steps
         fit = full.fit(fit.model, fit.initial_states)
         if first:
             fit, _ = without_isolated(full, fit)
         return full, polished(full, fit)
 
-    return whole
+    return on_all
 
 
 def _filled(trial, trials):
-    """A thinned recording, or a piece of one, with all rows between its first and its last."""
-    (source,) = (one for one in trials if one.name == (trial.recording or trial.name))
+    """A thinned recording, or a segment of one, with all rows between its first and its last."""
+    (source,) = (read for read in trials if read.name == (trial.recording or trial.name))
     begin, end = np.searchsorted(source.times, trial.times[[0, -1]])
     return source.at(
         slice(begin, end + 1), name=trial.name, start=trial.start, recording=trial.recording, first_row=trial.first_row

@@ -8,8 +8,9 @@ from hlcs.kinds.trajectories.preparation import prepare
 
 
 def test_a_tumble_is_cut_and_every_piece_is_followed(tmp_path):
-    prepared = prepare(measured(write_tosses(tmp_path, [1.8, 1.5])))
-    problem, whole = prepared.problem, prepared.measurement.trials
+    recordings = measured(write_tosses(tmp_path, [1.8, 1.5]))
+    prepared = prepare(recordings)
+    problem, whole = prepared.problem, recordings.trials
     assert len(problem.trials) > len(whole) and any("split into" in note for note in prepared.notes)
     for trial in whole:
         its = [piece for piece in problem.trials if (piece.recording or piece.name) == trial.name]

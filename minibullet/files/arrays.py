@@ -12,7 +12,7 @@ import zlib
 import numpy as np
 
 from minibullet.errors import InputError
-from minibullet.files.user_files import read_bytes
+from minibullet.files.reading import read_bytes
 
 HEADER = 10_000  # most characters of an array's header: NumPy's own limit [-]
 BROKEN = (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError, RuntimeError, SyntaxError,

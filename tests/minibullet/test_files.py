@@ -5,9 +5,8 @@ import os
 import pytest
 
 from minibullet.errors import InputError, shown
-from minibullet.files.user_files import read_bytes, read_text
-from minibullet.files.whole_files import whole
-from minibullet.scene.saving import replace_file
+from minibullet.files.reading import read_bytes, read_text
+from minibullet.files.writing import replace_file, whole
 
 
 def read(path, most=100):

@@ -23,15 +23,6 @@ def test_overlapping_boxes_are_found_exactly(generator):
     assert [tuple(pair) for pair in broad_phase.overlapping(low, high, moving, group)] == expected
 
 
-def test_rows_keep_what_they_knew_when_the_list_is_made_anew(generator):
-    """carry_over finds each row's old place, -1 where it is new, as a dictionary does."""
-    old, new = (np.unique(generator.integers(0, 6, (300, 4)), axis=0) for _ in range(2))
-    place = {tuple(row): k for k, row in enumerate(old)}
-    expected = [place.get(tuple(row), -1) for row in new]
-    assert min(expected) == -1 and max(expected) > 0
-    assert list(broad_phase.carry_over(old, new)) == expected
-
-
 def test_no_contact_is_missed_while_bodies_fly_about(generator):
     """The list is kept while bodies move less than its skin: each pair of spheres whose free paths end in touch within a step is
     among the contacts of that step."""

@@ -56,3 +56,12 @@ def refused(error, what):
     opened = os.name == "nt" and isinstance(error, PermissionError)  # so Windows protects a file that a program holds open
     words = f"{what}: {getattr(error, 'strerror', None) or error}" + ("; is it open in another program?" if opened else "")
     return InputError(words) if at_fault and not opened else RunError(words)
+
+
+def replace_file(path, content):
+    """Bytes into a file, whole or not at all; InputError or RunError where it cannot be written."""
+    try:
+        with whole(path) as partial:
+            partial.write_bytes(content)
+    except (OSError, ValueError) as error:  # ValueError: a zero byte
+        raise refused(error, f"world: cannot be saved as {str(path)!r}") from None

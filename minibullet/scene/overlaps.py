@@ -1,0 +1,45 @@
+"""Bodies that overlap where they stand: listed, and pushed apart without giving them velocity."""
+
+import numpy as np
+
+from minibullet import rotations
+from minibullet.collision import manifolds
+from minibullet.dynamics import constraints
+from minibullet.dynamics.depenetration import separation_displacement
+
+TOUCH = 1e-9  # depth, in radii of the smaller body, below which bodies touch and do not overlap [-]
+PLAY = 0.02  # gap, in radii of each body, up to which a pair is watched while bodies are pushed apart [-]
+
+
+def list_overlaps(scene, tolerance=TOUCH):
+    """Rows (index a, index b, depth [m]), deepest first; see ``World.overlaps``."""
+    depth, cache = {}, scene.update_pairs(_poses(scene, 0.0))
+    scene.past_motion = np.zeros(len(scene.past_motion))
+    for (a, b), gap in zip(cache.bodies, cache.gap, strict=True):
+        if gap < 0.0 and gap < -tolerance * scene.contact_size(np.array([[a, b]]))[0]:
+            depth[a, b] = max(depth.get((a, b), 0.0), -float(gap))
+    return sorted(((*pair, d) for pair, d in depth.items()), key=lambda row: -row[2])
+
+
+def separate(scene, movable, most):
+    """Push overlapping bodies apart, none but the ``movable`` ones (n,), in so many rounds at most; the largest distance that any
+    was moved [m]."""
+    inverse = np.zeros((len(movable), 6, 6))
+    inverse[:, :3, :3] = movable[:, None, None] * np.eye(3)
+    start, collision = scene.bodies.position, scene.collision
+    for _ in range(most):
+        if not list_overlaps(scene):
+            break
+        cache = collision.cache._replace(contacts=np.zeros_like(collision.cache.contacts))
+        points = manifolds.build(collision.pieces, cache, _poses(scene, PLAY), collision.polygons, manifolds.NO_CONTACTS)
+        factors = constraints.contact_factors(points.bodies, points.arms, inverse)
+        shift = separation_displacement(factors, points.gap, np.zeros(len(points.gap)), share=1.0, sweeps=50)
+        scene.bodies = scene.bodies._replace(position=scene.bodies.position + shift[:, :3])
+        scene.past_motion = np.sqrt((shift[:, :3] ** 2).sum(axis=1))
+        collision.cache.since_points[:] = np.inf  # last step's contact points have been left behind
+    return float(np.sqrt(((scene.bodies.position - start) ** 2).sum(axis=1)).max())
+
+
+def _poses(scene, play):
+    """Where the bodies are; all may move by ``play`` radii."""
+    return scene.poses(rotations.matrix(scene.bodies.orientation), play * scene.bounding_radius)

@@ -1,0 +1,87 @@
+"""Outcome tables as problems: what is held out, what their noise is, what is refused, where the model misses."""
+
+import numpy as np
+import pytest
+
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.data.outcome_tables import read_outcomes
+from hlcs.kinds.outcomes.problem import TableProblem, judge_table, prepare_table, row_groups, table_candidates, where_in_table
+from hlcs.simulation.model import Model
+from minibullet.errors import InputError
+
+BALL = '[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n'
+HEIGHTS = np.repeat([0.5, 1.0, 1.5, 2.0, 2.5, 3.0], 3)
+
+
+def table(folder, columns, extra="", body=BALL):
+    """(ExperimentFile, OutcomeTable) of columns name -> values."""
+    rows = zip(*columns.values(), strict=True)
+    lines = [",".join(columns), *(",".join(str(value) for value in row) for row in rows)]
+    (folder / "t.csv").write_text("\n".join(lines) + "\n")
+    (folder / "e.toml").write_text(f'kind = "outcomes"\n{body}[measurement]\nfile = "t.csv"\n{extra}')
+    file = read_experiment_file(folder / "e.toml")
+    return file, read_outcomes(file)
+
+
+def falls(scale=1.0, scatter=0.002):
+    """Times of free falls, in the lightest of airs none at all."""
+    wave = scatter * np.tile([-1.0, 0.0, 1.0], 6)  # known scatter: standard deviation `scatter` in each triple
+    return {"height_m": HEIGHTS, "fall_time_s": (np.sqrt(2 * scale * HEIGHTS / 9.81) + wave).round(9)}
+
+
+def test_replicates_say_what_the_noise_is_and_a_stated_one_wins(tmp_path):
+    file, read = table(tmp_path, falls())
+    prepared = prepare_table(file, read)
+    assert prepared.noise.position == pytest.approx(0.002, rel=1e-6) and prepared.noise.source == "replicates"
+    file, read = table(tmp_path, falls(), "noise = { fall_time_s = 0.004 }\n")
+    assert prepare_table(file, read).noise.position == 0.004
+    single = {name: values[::3] for name, values in falls().items()}
+    assert prepare_table(*table(tmp_path, single)).problem is None  # nothing was repeated and nothing is stated
+
+
+def test_without_groups_contiguous_blocks_of_the_main_input_are_held_out(tmp_path):
+    blocks = row_groups(*table(tmp_path, falls()))
+    assert [len(block.rows) for block in blocks] == [3] * 6 and blocks[0].name == "block 1"
+    assert all(len(set(HEIGHTS[block.rows])) == 1 for block in blocks)  # replicates stay together
+    named = row_groups(*table(tmp_path, {**falls(), "group": ["a", "b"] * 9}))
+    assert [group.name for group in named] == ["a", "b"] and list(named[0].rows) == list(range(0, 18, 2))
+
+
+def test_a_model_that_agrees_is_adequate_and_the_worst_height_comes_first(tmp_path):
+    prepared = prepare_table(*table(tmp_path, falls()))
+    judged, observations = judge_table(prepared.problem, prepared.base)
+    assert judged.adequate and observations["row"][0] == 2  # of the file, its header is row 1
+    np.testing.assert_allclose(observations["measured"] - observations["model"], observations["residual"])
+    prepared = prepare_table(*table(tmp_path, falls(scale=1.05)))
+    judged, observations = judge_table(prepared.problem, prepared.base)
+    where = where_in_table(prepared.problem, observations)
+    assert not judged.adequate and where[0]["trial"] == "height_m = 3" and where[0]["sigma"] > where[-1]["sigma"]
+    assert where[0]["mean"] == pytest.approx(np.sqrt(6 / 9.81) * (np.sqrt(1.05) - 1), rel=1e-3)
+
+
+def test_a_model_is_asked_once_for_rows_with_equal_inputs(tmp_path):
+    file, read = table(tmp_path, falls())
+    problem = TableProblem(file, read, prepare_table(file, read).noise)
+    assert len(problem.setups) == 6 and problem.predict(Model()).shape == (18,)
+    assert problem.predict(Model()) is problem.predict(Model())
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        ({"heigth_m": [1.0, 2.0, 3.0], "fall_time_s": [0.45, 0.64, 0.78]}, "heigth_m"),
+        ({"speed_m_s": [1.0, 2.0, 3.0], "fall_time_s": [0.45, 0.64, 0.78]}, "needs the column 'height_m'"),
+        ({"friction": [0.1, 0.2, 0.3], "slide_time_s": [0.45, 0.64, 0.78]}, "'distance_m' .* or 'speed_m_s'"),
+    ],
+)
+def test_a_table_without_the_inputs_of_its_outcome_is_refused(tmp_path, columns, words):
+    with pytest.raises(InputError, match=words):
+        prepare_table(*table(tmp_path, columns))
+
+
+def test_candidates_that_do_not_act_on_an_outcome_are_left_out_with_the_reason(tmp_path):
+    chosen, absent = table_candidates(*table(tmp_path, falls()), None, ())
+    assert {"quadratic_drag", "clock_offset"} <= {candidate.name for candidate in chosen}
+    assert absent["friction"] == "does not act on fall_time_s"
+    _, absent = table_candidates(*table(tmp_path, falls(), body='[body]\nshape = "sphere"\nradius = 0.03\n'), ["buoyancy"], ())
+    assert absent == {"buoyancy": "mass and size of the body are not stated"}

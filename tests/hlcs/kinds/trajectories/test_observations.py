@@ -1,0 +1,44 @@
+"""Observations of recordings beside a fitted model: how they are judged, and where they miss."""
+
+import numpy as np
+import pytest
+from experiments import TOML, experiment, measured
+
+from hlcs.kinds.trajectories.observations import judge, observations, partitions, where_it_fails
+from hlcs.kinds.trajectories.preparation import prepare
+
+TIMES = np.arange(40) / 50
+
+
+@pytest.fixture
+def prepared(tmp_path, generator):
+    """A ball in free fall whose camera leans: 1 cm per metre are added to its height below one metre."""
+
+    def of(lean):
+        z = 3.0 - 0.5 * 9.81 * TIMES**2
+        z += 0.01 * generator.standard_normal(len(z)) + lean * np.maximum(1.0 - z, 0.0)
+        lines = "".join(f"{t:.3f},{height:.6f}\n" for t, height in zip(TIMES, z, strict=True))
+        return prepare(measured(experiment(tmp_path, "t_s,z_m\n" + lines, TOML)))
+
+    return of
+
+
+def test_the_table_holds_measured_and_model_and_their_difference(prepared):
+    ready = prepared(0.0)
+    adequacy, table = judge(ready.problem, ready.base)
+    assert adequacy.adequate and {len(values) for values in table.values()} == {len(TIMES)}
+    np.testing.assert_allclose(table["measured"] - table["model"], table["residual"], atol=1e-12)
+    np.testing.assert_allclose(table["residual"] / table["sigmas"], 0.01)
+    assert set(partitions(table)) == {f"blocks of {length} samples" for length in (4, 12, 36)}  # one recording is no crowd
+
+
+def test_where_it_fails_names_the_worst_sample(prepared):
+    ready = prepared(0.5)
+    adequacy, table = judge(ready.problem, ready.base)
+    worst, *_ = where_it_fails(ready.problem, table)
+    assert not adequacy.adequate
+    assert worst["sigma"] == pytest.approx(np.sqrt(np.mean(table["sigmas"] ** 2)))
+    assert worst["time"] == table["time"][np.argmax(np.abs(table["sigmas"]))] and worst["rms"] == pytest.approx(
+        0.01 * worst["sigma"]
+    )
+    assert observations(ready.problem, ready.base)["trial"].tolist() == table["trial"].tolist()
