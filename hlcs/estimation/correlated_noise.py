@@ -17,7 +17,6 @@ class CorrelatedNoise(NamedTuple):
     sigma: float  # standard deviation [unit of the series]
     rho: float  # correlation of the AR(1) part at one step [-]
     white: float  # share of the variance that is not correlated: rounding, pixels [-]
-    freedom: float  # degrees of freedom that fixed them
     covariance: np.ndarray  # of (log sigma, rho, white), (3, 3)
 
 
@@ -118,7 +117,7 @@ def fit_correlated_noise(series, step, sigma=None, white=None):
         sigma = float(np.sqrt(likelihood.terms(rho, share)[0] / likelihood.freedom))
     free = [log_sigma is None, True, white is None and rho > 0.0]
     covariance = likelihood.covariance(np.array([np.log(sigma), rho, share]), free)
-    return CorrelatedNoise(float(sigma), rho, share, likelihood.freedom, covariance)
+    return CorrelatedNoise(float(sigma), rho, share, covariance)
 
 
 def lower_factor(covariance):

@@ -103,7 +103,6 @@ class CandidateTrial:
     gain: float = 0.0  # fall of chi2 after the refit
     required_gain: float = 0.0  # fall of chi2 that its complexity asks for
     fit: Fit | None = None
-    held_out: float | None = None  # RMS over sigma on data not used
     p: float = 1.0  # one-sided, of being no better on held-out data
     holm: float = 1.0
     directions: tuple[float, ...] = ()  # relative fall of the held-out error in each direction

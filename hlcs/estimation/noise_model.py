@@ -62,7 +62,7 @@ class Noise:
     def drawer(self, recordings):
         """Function (index, count) -> white noise of a recording (n, count) as it may be, given what is not known of the noise."""
         generator = np.random.default_rng(12345)  # a fixed stream of its own: the verdict never depends on the user's seed
-        known = [noise or CorrelatedNoise(1.0, 0.0, 0.0, 1.0, np.zeros((3, 3))) for noise in (self.positions, self.orientations)]
+        known = [noise or CorrelatedNoise(1.0, 0.0, 0.0, np.zeros((3, 3))) for noise in (self.positions, self.orientations)]
         shifts = [generator.standard_normal((PERTURBATIONS, 3)) @ lower_factor(noise.covariance).T for noise in known]
         drawn = {}  # index of a recording -> draws that were made of it: each takes the next set of noise parameters
 
@@ -138,7 +138,7 @@ def estimate_noise(measurement):
 def _with_sigma(base, sigma):
     """Noise of a stated sigma, which is certain, with the correlation of another, None = none is known."""
     if base is None:
-        return CorrelatedNoise(sigma, 0.0, 0.0, 0.0, np.zeros((3, 3)))
+        return CorrelatedNoise(sigma, 0.0, 0.0, np.zeros((3, 3)))
     covariance = base.covariance.copy()
     covariance[0], covariance[:, 0] = 0.0, 0.0
     return base._replace(sigma=sigma, covariance=covariance)

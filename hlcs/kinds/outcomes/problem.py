@@ -156,12 +156,12 @@ def table_noise(file, table):
     within = float(np.sum((table.values - means) ** 2))
     freedom = len(table.values) - len(np.unique(table.setting))
     if stated is not None:
-        return Noise(CorrelatedNoise(stated, 0.0, 0.0, float(freedom), np.zeros((3, 3))), None, 1.0, "stated")
+        return Noise(CorrelatedNoise(stated, 0.0, 0.0, np.zeros((3, 3))), None, 1.0, "stated")
     if freedom < 3 or within == 0:
         return Noise(None, None, 1.0, "unknown")
     covariance = np.zeros((3, 3))
     covariance[0, 0] = 1 / (2 * freedom)
-    return Noise(CorrelatedNoise(float(np.sqrt(within / freedom)), 0.0, 0.0, float(freedom), covariance), None, 1.0, "replicates")
+    return Noise(CorrelatedNoise(float(np.sqrt(within / freedom)), 0.0, 0.0, covariance), None, 1.0, "replicates")
 
 
 def check_table(file, table):

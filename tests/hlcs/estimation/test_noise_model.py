@@ -25,7 +25,7 @@ def test_draws_of_noise_follow_its_covariance_to_the_last_bit():
     channel, times = np.zeros(40, int), np.arange(40) / 60.0
 
     def draws(matrix):
-        kind = CorrelatedNoise(0.002, 0.5, 0.1, 900.0, matrix)
+        kind = CorrelatedNoise(0.002, 0.5, 0.1, matrix)
         noise = Noise(kind, None, 1 / 60, "stated")
         return noise.drawer([Recording(channel, np.arange(40), times, noise.whitening(channel, times), ())])(0, 250)
 
@@ -35,7 +35,7 @@ def test_draws_of_noise_follow_its_covariance_to_the_last_bit():
 
 def test_draws_made_some_at_a_time_take_every_set_of_noise_parameters():
     """With noise as good as certain of its sigma save for one very uncertain log sigma, every column has a size of its own."""
-    kind = CorrelatedNoise(0.002, 0.0, 0.0, 900.0, np.diag([1.0, 0.0, 0.0]))
+    kind = CorrelatedNoise(0.002, 0.0, 0.0, np.diag([1.0, 0.0, 0.0]))
     noise, channel, times = Noise(kind, None, 1 / 60, "stated"), np.zeros(4000, int), np.arange(4000) / 60.0
     draw = noise.drawer([Recording(channel, np.arange(4000), times, noise.whitening(channel, times), ())])
     sizes = np.concatenate([draw(0, 50) for _ in range(8)], axis=1).std(axis=0)

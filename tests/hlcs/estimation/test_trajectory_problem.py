@@ -13,7 +13,7 @@ from hlcs.simulation.simulator import Simulator
 
 SIGMA, STEP = 0.01, 0.05
 TIMES = STEP * np.arange(12)
-NOISE = Noise(CorrelatedNoise(SIGMA, 0.0, 0.0, 100.0, np.zeros((3, 3))), None, STEP, "stated")
+NOISE = Noise(CorrelatedNoise(SIGMA, 0.0, 0.0, np.zeros((3, 3))), None, STEP, "stated")
 
 
 def problem_of(position, **changes):
