@@ -1,4 +1,4 @@
-"""`hlcs` and `python -m hlcs`. Nothing but the net is imported before it hangs."""
+"""`hlcs` and `python -m hlcs`. Nothing but the handling of errors is imported before it is in place."""
 
 import os
 import sys
@@ -19,7 +19,7 @@ def main():
     """Run the command; returns the exit status."""
     ended = []
     atexit.register(_end, ended)  # what registers first runs last
-    ended.append(error_handling.under(_command))
+    ended.append(error_handling.handled(_command))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is done and said
     if any(not thread.daemon for thread in threading.enumerate() if thread is not threading.main_thread()):
         # Python would wait for them, and one that an effects file started may never end

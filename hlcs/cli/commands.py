@@ -42,5 +42,5 @@ def run(arguments=None):
 
 
 def main(arguments=None):
-    """Run the command under the net; returns the exit status."""
-    return error_handling.under(lambda: run(arguments))
+    """Run the command, its errors handled; returns the exit status."""
+    return error_handling.handled(lambda: run(arguments))

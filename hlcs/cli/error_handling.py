@@ -1,8 +1,9 @@
-"""The net under the command: whatever happens in it ends in one line on stderr and an exit status, never in a traceback.
+"""The outermost handling of errors: whatever happens in the command ends in one line on stderr and an exit status, never in a
+traceback.
 
 Exit status: 0 done, 2 the user's input is at fault, 1 anything else. What nobody foresaw is written, with its traceback, to a
-report. Nothing heavy is imported here: the net hangs before NumPy and the compiler are loaded. All that the command prints goes
-through `say`.
+report. Nothing heavy is imported here: errors are handled before NumPy and the compiler are loaded. All that the command
+prints goes through `say`.
 """
 
 import os
@@ -17,25 +18,25 @@ from hlcs.processes import interrupts
 STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 LONGEST = 1000  # letters of a complaint: a screen of a terminal, whatever the file holds
 
-_kept = []  # what stays, whatever happens from now on, in words
+_lasting = []  # what stays, whatever happens from now on, in words
 
 
-def under(work):
-    """work() and its exit status (None is 0); everything it raises is told in one line."""
+def handled(command):
+    """command() and its exit status (None is 0); everything it raises is reported in one line."""
     with warnings.catch_warnings():
         try:
             interrupts.listen()
-            _kept.clear()
+            _lasting.clear()
             _open_streams()
-            warnings.showwarning = _teller()
+            warnings.showwarning = _warning_printer()
             if _folder_is_gone():
                 return _complain("the current folder is not there any more; go to another one: cd", 2)
-            status = work()
+            status = command()
             sys.stdout.flush()
             return status if isinstance(status, int) else 0
         except BaseException as problem:
             with interrupts.held_off():
-                return _told(problem)
+                return _report_line(problem)
 
 
 def say(text, stream=None):
@@ -54,28 +55,28 @@ def flush():
             pass
 
 
-def keep(what):
+def remember(what):
     """Remember for the last line what stays whatever happens from now on, such as "out is written"."""
-    _kept.append(what)
+    _lasting.append(what)
 
 
-def _told(problem):
+def _report_line(problem):
     """The exit status of what was raised, after its one line."""
     if _is(problem, "click.exceptions", "Abort"):  # which stands for Ctrl-C, and for any file that ended too early
         problem = problem.__cause__ or problem
     if interrupts.seen() or isinstance(problem, KeyboardInterrupt):
-        return _complain("interrupted; nothing half done was left behind" + _stays(), 1)
+        return _complain("interrupted; nothing half done was left behind" + _lasts(), 1)
     if _lost_output(problem):
         _to_nowhere(sys.stdout)
         if isinstance(problem, BrokenPipeError):  # the reader went away, as `head` does
             return 1
-        return _complain(f"standard output cannot be written ({problem.strerror}); give it a place, or --quiet" + _stays(), 1)
+        return _complain(f"standard output cannot be written ({problem.strerror}); give it a place, or --quiet" + _lasts(), 1)
     if _is(problem, "minibullet.errors", "InputError"):
-        return _complain(f"{problem}" + _stays(), 2)
+        return _complain(f"{problem}" + _lasts(), 2)
     if _is(problem, "minibullet.errors", "RunError"):
         if problem.result is not None:  # what could be written nowhere
             say(problem.result)
-        return _complain(f"{problem}" + _stays(), 1)
+        return _complain(f"{problem}" + _lasts(), 1)
     if _is(problem, "click.exceptions", "NoArgsIsHelpError"):
         say(problem.format_message())
         return 2
@@ -83,10 +84,10 @@ def _told(problem):
         command = getattr(getattr(problem, "ctx", None), "command_path", None)
         return _complain(problem.format_message() + (f" (see: {command} --help)" if command else ""), 2)
     if isinstance(problem, MemoryError):
-        return _complain("not enough memory; take fewer units, rows, repeats or workers" + _stays("nothing was written"), 1)
+        return _complain("not enough memory; take fewer units, rows, repeats or workers" + _lasts("nothing was written"), 1)
     what = f"{type(problem).__name__}: {problem}".rstrip(": ")
     return _complain(
-        f"unexpected {what[:300]}; not foreseen, please report it; {_report(problem)}" + _stays("nothing was written"), 1
+        f"unexpected {what[:300]}; not foreseen, please report it; {_report(problem)}" + _lasts("nothing was written"), 1
     )
 
 
@@ -102,20 +103,20 @@ def _complain(what, status):
     return status
 
 
-def _teller():
+def _warning_printer():
     """What shows a warning: one line, each text once."""
-    told = set()
+    printed = set()
 
-    def tell(message, *_, **__):
-        if str(message) not in told:
-            told.add(str(message))
+    def show(message, *_, **__):
+        if str(message) not in printed:
+            printed.add(str(message))
             _complain(f"warning: {message}", 0)
 
-    return tell
+    return show
 
 
-def _stays(nothing=""):
-    words = "; ".join(_kept) or nothing
+def _lasts(nothing=""):
+    words = "; ".join(_lasting) or nothing
     return f"; {words}" if words else ""
 
 
@@ -179,7 +180,7 @@ def _lost_output(problem):
     while last.tb_next:
         last = last.tb_next
     echo = getattr(sys.modules.get("click"), "echo", say)  # the texts of --help
-    return last.tb_frame.f_code in (say.__code__, under.__code__, echo.__code__)
+    return last.tb_frame.f_code in (say.__code__, handled.__code__, echo.__code__)
 
 
 def _to_nowhere(stream):

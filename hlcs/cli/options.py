@@ -134,13 +134,13 @@ def publish(document, text, json_file, out, quiet):
     json_file: name of a file, a stream, or None; out: the folder that was written, or None.
     """
     if out:
-        error_handling.keep(f"{out} is written")
+        error_handling.remember(f"{out} is written")
     try:
         if hasattr(json_file, "write"):  # in ASCII: the same on every terminal, and nothing in it steers one
             error_handling.say(json.dumps(json.loads(folders.to_json(document)), indent=1).replace("\x7f", "\\u007f"), json_file)
         elif json_file:
             folders.write_json(json_file, document)
-            error_handling.keep(f"{json_file} is written")
+            error_handling.remember(f"{json_file} is written")
     finally:
         words = text + (f"\n\nwritten to {out}" if out else "")
         if words and not quiet:

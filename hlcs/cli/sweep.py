@@ -32,7 +32,7 @@ def sweep(file, store, workers, allow_outside, dask, out, json_file, quiet):
     """
     plan = parameter_sweep.read_sweep_file(file, allow_outside)
     parameter_sweep.check_store(store)  # before it is said that anything is kept there
-    error_handling.keep(f"finished runs are kept in {store}: the same command goes on from there")
+    error_handling.remember(f"finished runs are kept in {store}: the same command goes on from there")
     with out_folder(out) as folder:
         with ProgressBar("runs", None, quiet) as bar:
             outcome = parameter_sweep.run_sweep(plan, store, workers, dask, bar.start)

@@ -66,12 +66,9 @@ def table3(plan, progress=None):
 def blind(plan, progress=None):
     """Section 4: layer reference against blind reference, on a horizontal bottom and on a 4 % slope."""
     cases = [(bottom, reference) for bottom in (Flat(), Slope(0.04)) for reference in ("layer", "blind")]
-    seeds = plan.seeds("blind")
-    tests = [plan.test(grid=TPG, bottom=bottom, reference=reference, seed=seed) for bottom, reference in cases for seed in seeds]
-    results = _run(tests, plan, progress)
+    tests = [plan.test(grid=TPG, bottom=bottom, reference=reference) for bottom, reference in cases]
     rows = []
-    for number, (bottom, reference) in enumerate(cases):
-        own = results[number * len(seeds) : (number + 1) * len(seeds)]
+    for (bottom, reference), own in zip(cases, _repeated_runs("blind", tests, plan, progress), strict=True):
         far = [int((np.linalg.norm(layer, axis=1) > 0.5).sum()) for result in own for layer in result.misses]
         rows.append(
             {
@@ -84,7 +81,7 @@ def blind(plan, progress=None):
                 **_counts(own),
             }
         )
-    return _document("blind", plan, seeds) | {"cases": rows}
+    return _document("blind", plan) | {"cases": rows}
 
 
 def table1(plan, progress=None):
@@ -94,18 +91,14 @@ def table1(plan, progress=None):
     values["side"] = (*values["side"], 2.0)  # the printed Dn = 2.14 m belongs to L = 2.0 m, the printed L = 1.5 m to 1.60 m
     values["margin"] = tuple(sorted({0.0, *values["margin"]}))
     values["friction"] = tuple(sorted({*values["friction"], *(round(friction**2, 4) for friction in values["friction"])}))
-    seeds = plan.seeds("table1")
     cases = [(name, value) for name in values for value in values[name]]
-    tests = [replace(base, **{name: value, "seed": seed}) for name, value in cases for seed in seeds]
-    unique = list(dict.fromkeys(tests))  # the calibrated values stand once in every parameter
-    found = dict(zip(unique, _run(unique, plan, progress), strict=True))
-    measured, rows = laboratory("table2", grid="RPG"), []
-    for name, value in cases:
-        own = [found[replace(base, **{name: value, "seed": seed})] for seed in seeds]
-        summary = _summary(own, measured)
-        rows.append({"parameter": name, "value": value, **summary})
+    runs = _repeated_runs("table1", [replace(base, **{name: value}) for name, value in cases], plan, progress)
+    measured = laboratory("table2", grid="RPG")
+    rows = [
+        {"parameter": name, "value": value, **_summary(own, measured)} for (name, value), own in zip(cases, runs, strict=True)
+    ]
     errors = [row["mean_relative_error"] for row in rows if np.isfinite(row["mean_relative_error"])] or [np.nan]
-    return _document("table1", plan, seeds) | {
+    return _document("table1", plan) | {
         "rows": rows,
         "lowest_error": min(errors),
         "highest_error": max(errors),
@@ -118,35 +111,28 @@ def figures(plan, progress=None):
 
     Returns the document and the first result on TPG, to be drawn.
     """
-    seeds = plan.seeds("figures")
     cases = [(grid, shape) for grid in (RPG, TPG) for shape in ("pieces", "hull")]
-    results = _run([plan.test(grid=grid, shape=shape, seed=seed) for grid, shape in cases for seed in seeds], plan, progress)
+    runs = _repeated_runs("figures", [plan.test(grid=grid, shape=shape) for grid, shape in cases], plan, progress)
     shapes = {"pieces": {}, "hull": {}}
-    for number, (grid, shape) in enumerate(cases):
-        own = results[number * len(seeds) : (number + 1) * len(seeds)]
+    for (grid, shape), own in zip(cases, runs, strict=True):
         shapes[shape][grid.name] = _summary(own, laboratory("table2", grid=grid))
-    return _document("figures", plan, seeds) | {"shapes": shapes}, results[2 * len(seeds)]
+    return _document("figures", plan) | {"shapes": shapes}, runs[cases.index((TPG, "pieces"))][0]
 
 
 # -------------------------------------------------------------------------------------------------------------- pieces
 def _table(name, grids, plan, progress):
     """The document of a table; beside the first friction stands, under "other_frictions", every other one."""
-    seeds, frictions = plan.seeds(name), plan.frictions
-    tests = [
-        plan.test(friction=friction, seed=seed, **case) for friction in frictions for case in grids.values() for seed in seeds
-    ]
-    results = iter(_run(tests, plan, progress))
-    by_friction = [
-        {grid: _summary([next(results) for _ in seeds], laboratory(name, grid=grid)) for grid in grids} for _ in frictions
-    ]
-    document = _document(name, plan, seeds) | {"grids": by_friction[0]}
-    document["other_frictions"] = [
-        {"friction": friction, "grids": found} for friction, found in zip(frictions[1:], by_friction[1:], strict=True)
-    ]
-    return document
+    tests = [plan.test(friction=friction, **case) for friction in plan.frictions for case in grids.values()]
+    runs = iter(_repeated_runs(name, tests, plan, progress))
+    first, *others = (
+        {"friction": friction, "grids": {grid: _summary(next(runs), laboratory(name, grid=grid)) for grid in grids}}
+        for friction in plan.frictions
+    )
+    return _document(name, plan) | {"grids": first["grids"], "other_frictions": others}
 
 
-def _document(name, plan, seeds):
+def _document(name, plan):
+    seeds = plan.seeds(name)
     settings = {key: value for key, value in placement_table(plan.test()).items() if key not in VARIED}
     return {"format": 1, "table": name, "repeats": len(seeds), "seeds": seeds, "settings": settings, "versions": versions()}
 
@@ -207,6 +193,11 @@ def run_test(test):
     return test.run()
 
 
-def _run(tests, plan, progress):
-    """Results of tests, in their order; ``progress(total)`` gives the function to be called as each one ends."""
-    return parallel.in_order(run_test, tests, plan.workers, progress(len(tests)) if progress else None)
+def _repeated_runs(name, cases, plan, progress):
+    """The results of each case, a PlacementTest, with all seeds of a table; ``progress(total)`` gives the function to be called
+    as each run ends."""
+    tests = [replace(case, seed=seed) for case in cases for seed in plan.seeds(name)]
+    unique = list(dict.fromkeys(tests))  # the calibrated values stand once in every parameter of Table 1
+    results = parallel.in_order(run_test, unique, plan.workers, progress(len(unique)) if progress else None)
+    found = dict(zip(unique, results, strict=True))
+    return [[found[replace(case, seed=seed)] for seed in plan.seeds(name)] for case in cases]

@@ -3,8 +3,10 @@
 import numpy as np
 
 from hlcs.placement import statistics
+from hlcs.placement.comparison import compare_layers
 from hlcs.placement.number_text import or_dash, percent
 from hlcs.placement.printed_tables import laboratory, paper_numerical
+from hlcs.placement.statistics import Sample
 
 FRICTION_NOTE = """\
 Two contact frictions stand side by side. Bullet multiplies the values of two bodies, so the 0.6 that the paper calibrated,
@@ -118,41 +120,43 @@ def table1_text(document):
 
 def _block(title, table, grid, columns, tests):
     """Layers down, then the errors; physical, the paper's numerical, ours across."""
-    physical, numerical = laboratory(table, grid=grid), paper_numerical(table, grid=grid)
-    layers = [len(found["layers"]) for _, found in columns][0]
-    names = ["laboratory", "paper, numerical", *(name for name, _ in columns)]
-    lines = [f"{title}: layer coefficients (CV), {tests} test(s) of the model", _row("", names)]
+    layers = len(columns[0][1]["layers"])
+    physical, numerical = (_first(printed(table, grid=grid), layers) for printed in (laboratory, paper_numerical))
+    paper, ours = compare_layers(numerical, physical), [found for _, found in columns]
+    failed = [_failed(found, tests) for found in ours]
+    means = [np.array([row["mean"] for row in found["layers"]], dtype=float) for found in ours]
+    to_paper = [statistics.mean_relative_error(numerical.mean, mean) if np.isfinite(mean).all() else None for mean in means]
+    lines = [f"{title}: layer coefficients (CV), {tests} test(s) of the model"]
+    lines.append(_row("", ["laboratory", "paper, numerical", *(name for name, _ in columns)]))
     for j in range(layers):
-        cells = [_cell(physical.mean[j], physical.cv[j]), _cell(numerical.mean[j], numerical.cv[j])]
-        cells += [_cell(found["layers"][j]["mean"], found["layers"][j]["cv"]) for _, found in columns]
-        lines.append(_row(f"k{j + 1}", cells))
-    heights = [physical.mean[:layers].sum(), numerical.mean[:layers].sum(), *(found["height_over_dn"] for _, found in columns)]
+        printed = [_cell(sample.mean[j], sample.cv[j]) for sample in (physical, numerical)]
+        lines.append(
+            _row(f"k{j + 1}", [*printed, *(_cell(found["layers"][j]["mean"], found["layers"][j]["cv"]) for found in ours)])
+        )
+    heights = [physical.mean.sum(), numerical.mean.sum(), *(found["height_over_dn"] for found in ours)]
     lines.append(_row("height / Dn", [or_dash(value, ".3f") for value in heights]))
-    error = statistics.mean_relative_error(physical.mean[:layers], numerical.mean[:layers])
-    bias = statistics.signed_bias(physical.mean[:layers], numerical.mean[:layers])
-    height = statistics.height_error(physical.mean[:layers], numerical.mean[:layers])
-    for label, own, key in (
-        ("eps_R %", error, "mean_relative_error"),
-        ("bias %", bias, "signed_bias"),
-        ("height error %", height, "height_error"),
+    for label, measure, form in (
+        ("eps_R %", "mean_relative_error", ".2f"),
+        ("bias %", "signed_bias", "+.2f"),
+        ("height error %", "height_error", "+.2f"),
     ):
-        form = ".2f" if key == "mean_relative_error" else "+.2f"
-        lines.append(_row(label, ["", percent(own, form), *(percent(found[key], form) for _, found in columns)]))
-    means = [np.array([row["mean"] for row in found["layers"]], dtype=float) for _, found in columns]
-    to_paper = [
-        statistics.mean_relative_error(numerical.mean[:layers], mean) if np.isfinite(mean).all() else None for mean in means
-    ]
-    lines.append(_row("to paper %", ["", "", *(percent(value) for value in to_paper)]))
-    failed = [_failed(found, tests) for _, found in columns]
-    if any(failed):
-        lines.append(_row(NO_STRUCTURE, ["", "", *(f"{count} of {tests}" for count in failed)]))
-    lines.append(_row("units lost", ["", "", *(f"{found['lost_units']} of {found['units'] * tests}" for _, found in columns)]))
-    lines.append(_row("unsettled", ["", "", *(str(found["unsettled_units"]) for _, found in columns)]))
-    lines.append(_row("overlap / Dn", ["", "", *(f"{found['max_penetration_over_dn']:.1e}" for _, found in columns)]))
-    lines.append(_row("seconds a test", ["", "", *(f"{found['wall_seconds_per_test']:.1f}" for _, found in columns)]))
-    if any(failed):
-        lines.append(f"{NO_STRUCTURE}: {WHAT_IS_NONE}")
-    return "\n".join(lines)
+        errors = [getattr(paper, measure), *(found[measure] for found in ours)]
+        lines.append(_row(label, ["", *(percent(error, form) for error in errors)]))
+    rows = {
+        "to paper %": [percent(value) for value in to_paper],
+        NO_STRUCTURE: [f"{count} of {tests}" for count in failed] if any(failed) else None,
+        "units lost": [f"{found['lost_units']} of {found['units'] * tests}" for found in ours],
+        "unsettled": [str(found["unsettled_units"]) for found in ours],
+        "overlap / Dn": [f"{found['max_penetration_over_dn']:.1e}" for found in ours],
+        "seconds a test": [f"{found['wall_seconds_per_test']:.1f}" for found in ours],
+    }
+    lines += [_row(label, ["", "", *cells]) for label, cells in rows.items() if cells]
+    return "\n".join([*lines, *([f"{NO_STRUCTURE}: {WHAT_IS_NONE}"] if any(failed) else [])])
+
+
+def _first(table, layers):
+    """The Sample of the first layers of a LayerTable."""
+    return Sample(table.mean[:layers], table.cv[:layers], table.tests[:layers])
 
 
 def _failed(found, tests):

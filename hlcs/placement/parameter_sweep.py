@@ -23,7 +23,7 @@ from hlcs.placement.placement_file import KEYS, check_value, checked_table, make
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.run_store import Store, key_of
 from hlcs.placement.settings_table import settings_of
-from hlcs.placement.single_run import run_one
+from hlcs.placement.single_run import result_of
 from minibullet.errors import InputError, shown_value
 
 MOST_RUNS = 100_000
@@ -91,13 +91,13 @@ def run_sweep(sweep, store_path, workers=None, dask=None, progress=None):
     tests = {key_of(settings_of(test)): test for test in sweep.tests}
     with Store(store_path, _row) as store:
         missing = {key: test for key, test in tests.items() if key not in store}
-        told = run_queue.told(store, missing)
-        held = len(tests) - len(missing)
-        done = progress(len(tests), held) if progress else None
-        ran = run_queue.finish(store, missing, run_one, settings_of, workers, dask, done, held)
-        found = run_queue.results(store, [key_of(settings_of(test)) for test in sweep.tests])
-    rows = [dict(zip(sweep.names, values, strict=True)) | row for values, row in zip(sweep.values, found, strict=True)]
-    return {"rows": rows, "ran": ran, "kept": len(tests) - ran, "told": told}
+        unused = run_queue.unused_rows(store, missing)
+        finished = len(tests) - len(missing)
+        done = progress(len(tests), finished) if progress else None
+        ran = run_queue.finish(store, missing, result_of, settings_of, workers, dask, done, finished)
+        results = run_queue.results(store, [key_of(settings_of(test)) for test in sweep.tests])
+    rows = [dict(zip(sweep.names, values, strict=True)) | row for values, row in zip(sweep.values, results, strict=True)]
+    return {"rows": rows, "ran": ran, "kept": len(tests) - ran, "told": unused}
 
 
 def summary_rows(sweep, rows):
@@ -108,7 +108,7 @@ def summary_rows(sweep, rows):
     for row, test in zip(rows, sweep.tests, strict=True):
         if "error" not in row:
             cases.setdefault(tuple(map(repr, (row[name] for name in names))), []).append((row, test))
-    found = []
+    summaries = []
     for members in cases.values():
         first, test = members[0]
         runs = np.array([[row[f"k{j + 1}"] for j in range(test.layers)] for row, _ in members], dtype=float)
@@ -126,8 +126,8 @@ def summary_rows(sweep, rows):
                 "signed_bias": comparison.signed_bias if whole else np.nan,
             }
         summary |= {"lost": sum(row["lost"] for row, _ in members), "unsettled": sum(row["unsettled"] for row, _ in members)}
-        found.append(summary)
-    return found
+        summaries.append(summary)
+    return summaries
 
 
 def summary_text(sweep, outcome):
@@ -163,11 +163,11 @@ def write_sweep(sweep, outcome, folder):
     """runs.csv, summary.csv and sweep.json into an existing folder."""
     import pandas as pd
 
-    found = document(sweep, outcome)
+    content = document(sweep, outcome)
     texts = {
-        "runs.csv": csv_text(pd.DataFrame(found["runs"]).to_dict("list")),
-        "summary.csv": csv_text(pd.DataFrame(found["summary"]).to_dict("list")),
-        "sweep.json": folders.to_json(found),
+        "runs.csv": csv_text(pd.DataFrame(content["runs"]).to_dict("list")),
+        "summary.csv": csv_text(pd.DataFrame(content["summary"]).to_dict("list")),
+        "sweep.json": folders.to_json(content),
     }
 
     def write(place):

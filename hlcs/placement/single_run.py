@@ -18,7 +18,7 @@ LIMIT = 40.0
 AGAIN = 0.1  # after which the limit strikes again: what it raised may be lost in a callback, where nobody can pass it on [s]
 
 
-def run_one(test):
+def result_of(test):
     """The result of one run as a dictionary; a run that physics refuses gives its complaint under "error"."""
     try:
         return test.run().to_dict()
@@ -26,7 +26,7 @@ def run_one(test):
         return {"error": str(problem)}
 
 
-def simulate(test):
+def layer_coefficients_of(test):
     """Layer coefficients (nan where no plate found support) and lost units of one test, or the complaint of the physics: plain
     values for the store."""
     _warm()

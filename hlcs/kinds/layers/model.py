@@ -19,7 +19,7 @@ from hlcs.placement import run_queue
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.run_store import Store, key_of
 from hlcs.placement.settings_table import placement_table, settings_of
-from hlcs.placement.single_run import simulate
+from hlcs.placement.single_run import layer_coefficients_of
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError, is_number
 from minibullet.files.reading import read_bytes, shown
@@ -141,10 +141,10 @@ class Simulator:
     """Runs tests that are not yet in the store.
 
     store: file of finished runs, None = `default_store()`; workers: processes; progress: show a bar on a terminal; function:
-    the simulation of one test (must be importable), `simulate` unless tests want something quicker.
+    the simulation of one test (must be importable), `layer_coefficients_of` unless tests want something quicker.
     """
 
-    def __init__(self, store=None, workers=None, progress=False, function=simulate):
+    def __init__(self, store=None, workers=None, progress=False, function=layer_coefficients_of):
         self.store, self.workers, self.progress, self.function = store or default_store(), workers, progress, function
         self.ran = 0  # how many tests were run
         self.refused = ""  # why the physics refused the first of the last tests that it refused
@@ -160,13 +160,15 @@ class Simulator:
         self.refused = next((result["error"] for result in results if result["error"]), "")
         return [result["k"] for result in results]
 
-    def _run(self, missing, store, label, held):
+    def _run(self, missing, store, label, finished):
         from tqdm import tqdm
 
-        if self.progress and (unused := run_queue.told(store, missing)):
+        if self.progress and (unused := run_queue.unused_rows(store, missing)):
             tqdm.write(unused, file=sys.stderr)
         with tqdm(total=len(missing), desc=label, unit="test", leave=False, disable=None if self.progress else True) as bar:
-            self.ran += run_queue.finish(store, missing, self.function, self._settings, self.workers, done=bar.update, held=held)
+            self.ran += run_queue.finish(
+                store, missing, self.function, self._settings, self.workers, done=bar.update, finished=finished
+            )
 
     def _settings(self, test):
         return {**settings_of(test), "made_by": f"{self.function.__module__}.{self.function.__name__}"}

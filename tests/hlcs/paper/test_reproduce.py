@@ -78,11 +78,11 @@ def test_sensitivity_runs_every_value_of_table_1_once(monkeypatch):
     class Done(Exception):
         pass
 
-    def stop(tests, plan, progress):
+    def stop(function, tests, workers, done):
         asked.extend(tests)
         raise Done
 
-    monkeypatch.setattr(reproduce, "_run", stop)
+    monkeypatch.setattr(reproduce.parallel, "in_order", stop)
     with pytest.raises(Done):
         reproduce.table1(Plan({}))
     base = Plan({}).test(grid="RPG", layers=3, rows=10, columns=10)

@@ -38,7 +38,7 @@ def test_every_combination_stands_once_in_the_order_of_the_file(plan):
 
 def test_a_sweep_that_was_killed_goes_on_with_what_is_missing(plan, tmp_path, monkeypatch):
     whole = parameter_sweep.run_sweep(plan, tmp_path / "whole.sqlite", workers=1)
-    run, count = parameter_sweep.run_one, []
+    run, count = parameter_sweep.result_of, []
 
     def killed_at_the_third(test):
         count.append(test)
@@ -46,10 +46,10 @@ def test_a_sweep_that_was_killed_goes_on_with_what_is_missing(plan, tmp_path, mo
             raise KeyboardInterrupt
         return run(test)
 
-    monkeypatch.setattr(parameter_sweep, "run_one", killed_at_the_third)
+    monkeypatch.setattr(parameter_sweep, "result_of", killed_at_the_third)
     with pytest.raises(KeyboardInterrupt):
         parameter_sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
-    monkeypatch.setattr(parameter_sweep, "run_one", run)
+    monkeypatch.setattr(parameter_sweep, "result_of", run)
     again = parameter_sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
     assert (again["ran"], again["kept"]) == (2, 2)
     numbers = [

@@ -9,13 +9,13 @@ import hlcs
 import minibullet as mb
 from hlcs import PlacementResult, PlacementTest
 from hlcs.files import folders
-from hlcs.kinds.layers.model import simulate
 from hlcs.paper import reproduce
 from hlcs.paper.reproduce_text import text_of
 from hlcs.placement import plate_readings
 from hlcs.placement.comparison import compare_layers, repeated
 from hlcs.placement.printed_tables import laboratory
 from hlcs.placement.sea_bottom import Flat
+from hlcs.placement.single_run import layer_coefficients_of
 from hlcs.placement.units import Cube
 
 CUBE = Cube(side=1.0)
@@ -166,9 +166,9 @@ def test_a_run_without_structure_stays_out_of_means_and_ranges(small_result):
 def test_table_1_shows_no_structure_and_keeps_it_out_of_its_range(monkeypatch, small_result):
     failed = without_second_layer(small_result)
     monkeypatch.setattr(
-        reproduce,
-        "_run",
-        lambda tests, plan, progress: [failed if test.linear_damping == 1.0 else small_result for test in tests],
+        reproduce.parallel,
+        "in_order",
+        lambda function, tests, workers, done: [failed if test.linear_damping == 1.0 else small_result for test in tests],
     )
     document = reproduce.table1(reproduce.Plan({}, workers=1))
     error = reproduce._summary([small_result], laboratory("table2", grid="RPG"))["mean_relative_error"]
@@ -182,7 +182,7 @@ def test_table_1_shows_no_structure_and_keeps_it_out_of_its_range(monkeypatch, s
 
 
 def test_a_simulated_layer_that_is_absent_is_null_in_the_store(monkeypatch):
-    result = simulate(PlacementTest(layers=2, **HANGING))
+    result = layer_coefficients_of(PlacementTest(layers=2, **HANGING))
     assert "error" not in result and np.isnan(result["k"][1])
     assert folders.to_json(result).count("null") == 1
 

@@ -231,7 +231,7 @@ def test_a_full_disk_while_a_row_is_written_prints_the_run_and_keeps_the_others(
         ours._connection.execute("PRAGMA max_page_count = 5")  # of 4 kB: room for the tables and a run or two
         tests = {key_of(settings_of(test)): test for test in plan.tests}
         with pytest.raises(RunError, match="full.*of 6 runs are kept in .*runs.sqlite") as refusal:
-            run_queue.finish(ours, tests, parameter_sweep.run_one, settings_of, workers=1)
+            run_queue.finish(ours, tests, parameter_sweep.result_of, settings_of, workers=1)
     assert json.loads(refusal.value.result)["layers"][0]["k"] == pytest.approx(1.298, abs=1e-3)
     again = parameter_sweep.run_sweep(plan, path, workers=1)
     assert again["kept"] >= 1 and again["ran"] + again["kept"] == 6

@@ -4,23 +4,25 @@ import pytest
 
 import hlcs
 from hlcs.placement import single_run
-from hlcs.placement.single_run import simulate
+from hlcs.placement.single_run import layer_coefficients_of
 from minibullet.errors import InputError
 
 
 def test_a_refused_placement_leaves_a_complaint_not_a_crash():
     # 15 degrees of friction angle cannot hold five layers on a grid this wide: no plate finds a bed
     test = hlcs.PlacementTest(grid="3.5,3.5", layers=2, rows=2, columns=2, friction=0.0, time_step=1 / 60, settle_time=2.0)
-    result = simulate(test)
+    result = layer_coefficients_of(test)
     assert set(result) in ({"error"}, {"k", "lost"})
 
 
 def test_a_simulation_that_stalls_is_given_up_with_a_complaint(monkeypatch):
     monkeypatch.setattr(single_run, "LIMIT", 0.05)
-    result = simulate(hlcs.PlacementTest(layers=3, rows=6, columns=6, time_step=1 / 480))
+    result = layer_coefficients_of(hlcs.PlacementTest(layers=3, rows=6, columns=6, time_step=1 / 480))
     assert "processor time" in result["error"]
     monkeypatch.setattr(single_run, "LIMIT", 60.0)
-    assert len(simulate(hlcs.PlacementTest(layers=1, rows=2, columns=2))["k"]) == 1  # no clock of the last one is running
+    assert (
+        len(layer_coefficients_of(hlcs.PlacementTest(layers=1, rows=2, columns=2))["k"]) == 1
+    )  # no clock of the last one is running
 
 
 def test_a_limit_that_strikes_inside_compiled_code_is_the_same_complaint():
