@@ -15,7 +15,7 @@ from hlcs.files.spreadsheets import csv_text
 from hlcs.files.versions import versions
 from hlcs.kinds.layers import Layers
 from hlcs.kinds.layers.data import read_layer_sets
-from hlcs.kinds.layers.model import LayerModel, Simulator, coefficients
+from hlcs.kinds.layers.model import LayerModel, PlacementSimulator, coefficients
 from hlcs.kinds.protocol import Options
 from hlcs.placement import statistics
 from hlcs.placement.comparison import repeated
@@ -49,7 +49,7 @@ def ladder(plan, folder, progress=False, simulator=None):
     """(document, Diagnosis of flat.toml) of a `reproduce.Plan`, whose settings win over NAIVE; the files go into `folder`, which
     may be moved afterwards."""
     write_case(folder, plan.settings)
-    simulator, seeds = simulator or Simulator(workers=plan.workers, progress=progress), plan.repeats or SEEDS
+    simulator, seeds = simulator or PlacementSimulator(workers=plan.workers, progress=progress), plan.repeats or SEEDS
     file = read_experiment_file(folder / "flat.toml")
     diagnosis = diagnosis_of(Layers(file, Options(seed=plan.seed - 1), simulator, seeds))
     (slope,) = read_layer_sets(folder / "slope.csv")

@@ -45,15 +45,16 @@ def findings(names, alternatives, described):
     cosines = {effect: {rival: round(cosine, 4) for rival, cosine in rivals.items()} for effect, rivals in alternatives.items()}
     partners = {rival: {effect: cosine} for effect, rivals in cosines.items() for rival, cosine in rivals.items()}
     sets = [{effect, *rivals} for effect, rivals in alternatives.items()]
-    found = []
+    unsorted = []
     for name in names:
         same = tuple(sorted(set().union(*(members for members in sets if name in members)) - {name}))
         known = {"accepted": name in alternatives, "same_as": same, "cosines": partners.get(name) or cosines.get(name, {})}
-        found.append(Finding(name, **known, **described(name, same)))
-    least = -1e9  # of what has no evidence
-    return tuple(
-        sorted(found, key=lambda one: (not one.accepted, -(least if one.evidence is None else one.evidence), one.effect))
-    )
+        unsorted.append(Finding(name, **known, **described(name, same)))
+
+    def order(finding):
+        return not finding.accepted, -(-1e9 if finding.evidence is None else finding.evidence), finding.effect
+
+    return tuple(sorted(unsorted, key=order))
 
 
 def accepted_reason(gain, price, falls, same, error="error", at="", label=""):

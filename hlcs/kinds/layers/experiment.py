@@ -10,7 +10,7 @@ from hlcs.kinds.layers.candidates import library, named
 from hlcs.kinds.layers.data import read_layers
 from hlcs.kinds.layers.experiment_design import next_experiment
 from hlcs.kinds.layers.findings import intervals, layer_findings
-from hlcs.kinds.layers.model import Simulator, model_of
+from hlcs.kinds.layers.model import PlacementSimulator, model_of
 from hlcs.kinds.layers.notes import campaign_notes, left_out, noise_floor, samples, search_notes, set_notes
 from hlcs.kinds.layers.search import SEEDS, LayerSearch
 from hlcs.kinds.protocol import Observation
@@ -43,7 +43,7 @@ class Layers:
         self.sets = tuple(measured_set for measured_set in measurement.sets if measured_set.judgeable)
         self.measurement, self.judgeable = measurement, bool(self.sets)
         self.notes = (*measurement.notes, *left_out(measurement, self.sets))
-        simulator = simulator or Simulator(workers=options.workers, progress=options.progress)
+        simulator = simulator or PlacementSimulator(workers=options.workers, progress=options.progress)
         self._searching = partial(LayerSearch, measurement, self.sets, simulator, options.seed, seeds)
 
     @property

@@ -11,12 +11,12 @@ NOTHING_PAYS = "the misfit is too small, or the numbers too few, to pay for any"
 
 def intervals(accepted):
     """{effect: {number: {value, low, high, unit}}} of the accepted trials; 90 % intervals inside their bounds."""
-    found = {}
+    effects = {}
     for trial in accepted:
         candidate, error = trial.candidate, 0.0 if trial.candidate.switch else QUANTILE * trial.deviation
         free, campaign = candidate.number, {"campaign": candidate.campaign} if candidate.campaign else {}
-        found[trial.name] = {free.name: interval(free, trial.value, error) | campaign}
-    return found
+        effects[trial.name] = {free.name: interval(free, trial.value, error) | campaign}
+    return effects
 
 
 def layer_findings(candidates, accepted, rounds, alternatives):

@@ -11,8 +11,8 @@ from hlcs.kinds.layers.least_squares import FORMS
 from hlcs.kinds.layers.model import LayerModel
 from hlcs.placement import statistics
 from hlcs.selection.reasons import Rule
+from hlcs.selection.screening import MARGIN, MARGIN_ALONE
 
-MARGIN, MARGIN_ALONE = 6.0, 12.0  # of chi2 beyond the complexity penalty; where nothing can be held out
 QUANTILE = 1.645  # of 90 % intervals
 
 

@@ -137,7 +137,7 @@ def _stated(entry, test, sets):
 
 
 # -------------------------------------------------------------------------------------------------------- simulations
-class Simulator:
+class PlacementSimulator:
     """Runs tests that are not yet in the store.
 
     store: file of finished runs, None = `default_store()`; workers: processes; progress: show a bar on a terminal; function:

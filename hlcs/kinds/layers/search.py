@@ -28,7 +28,7 @@ RESCREEN = 5  # candidates that are simulated again once an effect is in; for th
 
 
 class LayerSearch(LayerJudge):
-    """One search over candidates; simulations by a `Simulator`."""
+    """One search over candidates; simulations by a `PlacementSimulator`."""
 
     def __init__(self, measurement, sets, simulator, seed=0, seeds=SEEDS, pairs=PAIRS):
         super().__init__(measurement, sets)

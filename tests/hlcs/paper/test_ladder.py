@@ -5,13 +5,13 @@ from layer_tables import compare_layers, emulate
 
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.kinds.layers.data import read_layers
-from hlcs.kinds.layers.model import Simulator
+from hlcs.kinds.layers.model import PlacementSimulator
 from hlcs.paper import ladder
 from hlcs.paper.reproduce import Plan
 
 
 def test_the_ladder_leads_from_the_naive_model_and_holds_the_slope_out(tmp_path):
-    simulator = Simulator(tmp_path / "store" / "runs.sqlite", workers=1, function=emulate)
+    simulator = PlacementSimulator(tmp_path / "store" / "runs.sqlite", workers=1, function=emulate)
     document, diagnosis = ladder.ladder(Plan({}, repeats=4), tmp_path, simulator=simulator)
     steps = document["steps"]
     assert diagnosis.title == "Table 2 against the naive model" and set(steps[0]["by_table"]) == {"RPG flat", "TPG flat"}

@@ -3,9 +3,9 @@
 import pytest
 from layer_tables import emulate
 
-from hlcs.kinds.layers.model import Simulator
+from hlcs.kinds.layers.model import PlacementSimulator
 
 
 @pytest.fixture
 def simulator(tmp_path):
-    return Simulator(tmp_path / "store" / "runs.sqlite", workers=1, function=emulate)
+    return PlacementSimulator(tmp_path / "store" / "runs.sqlite", workers=1, function=emulate)

@@ -9,7 +9,7 @@ from layer_tables import HEADER, PAPER, compare_layers, diagnose_layers, emulate
 import hlcs
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.kinds.layers.data import read_layer_sets, read_layers
-from hlcs.kinds.layers.model import Simulator
+from hlcs.kinds.layers.model import PlacementSimulator
 from hlcs.placement.printed_tables import laboratory, paper_numerical
 from minibullet.errors import InputError
 
@@ -50,7 +50,7 @@ def paper_model(test):
 
 def test_gate_on_the_papers_own_columns(tmp_path):
     # discovery of the paper's misfits: RPG L2, TPG L1 and slope L2 stand out; with a campaign term of 1.25 % only slope L2 does
-    simulator = Simulator(tmp_path / "s.sqlite", workers=1, function=paper_model)
+    simulator = PlacementSimulator(tmp_path / "s.sqlite", workers=1, function=paper_model)
     file = experiment(tmp_path, [laboratory(*names).to_dataframe() for names in PAPER])
     found = compare_layers(file, simulator=simulator, seeds=5)
     rows = {(row["trial"], row["layer"]): row for row in found.where}
@@ -113,7 +113,7 @@ def test_a_number_far_from_the_first_guess_is_found_where_units_still_stand(tmp_
     found = diagnose_layers(
         experiment(tmp_path, frames, "friction = 0.6"),
         candidates=["friction", "settlement"],
-        simulator=Simulator(tmp_path / "runs.sqlite", workers=1, function=bent),
+        simulator=PlacementSimulator(tmp_path / "runs.sqlite", workers=1, function=bent),
     )
     number = found.parameters["friction"]["coefficient"]
     assert found.effects == ("friction",) and number["low"] < 0.271 < number["high"] < 0.36
@@ -167,7 +167,7 @@ def test_report_and_files(tmp_path, simulator):
 @pytest.mark.slow
 def test_small_real_simulation(tmp_path):
     # 16 units, two layers, laid by the engine itself: the first layer of a margin-free model stands 1.298 Dn high
-    simulator = Simulator(tmp_path / "s.sqlite", workers=1)
+    simulator = PlacementSimulator(tmp_path / "s.sqlite", workers=1)
     frame = measured("TPG", 2, "a").iloc[:2]
     found = compare_layers(experiment(tmp_path, [frame], "rows = 4\ncolumns = 4"), simulator=simulator)
     first = next(row for row in found.where if row["layer"] == 1)
@@ -180,4 +180,4 @@ def test_a_model_that_cannot_be_placed_on_a_measured_grid_says_why(tmp_path):
         'kind = "layers"\n[placement]\nrows = 3\ncolumns = 3\nlayers = 2\n[measurement]\nfile = "layers.csv"\n'
     )
     with pytest.raises(InputError, match="smallest feasible spacing"):
-        compare_layers(read_experiment_file(tmp_path / "e.toml"), simulator=Simulator(tmp_path / "s.sqlite", workers=1))
+        compare_layers(read_experiment_file(tmp_path / "e.toml"), simulator=PlacementSimulator(tmp_path / "s.sqlite", workers=1))
