@@ -9,7 +9,7 @@ from math import cos, sin
 
 import numpy as np
 
-from minibullet.kernels import kernel
+from minibullet.kernels import kernel, leaf
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 IDENTITY.setflags(write=False)
@@ -46,13 +46,27 @@ def normalised(q):
 
 def matrix(q):
     """Rotation matrix R with R v = rotate(q, v); columns are the body axes in the world. (..., 4) -> (..., 3, 3)."""
-    w, x, y, z = _components(q)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    q = np.array(q, dtype=float)
+    return rotation_matrices(q.reshape(-1, 4)).reshape(*q.shape[:-1], 3, 3)
+
+
+@leaf
+def quaternion(orientation, n):
+    """Row n of an array of quaternions (n, 4), as a tuple."""
+    return orientation[n, 0], orientation[n, 1], orientation[n, 2], orientation[n, 3]
+
+
+@kernel
+def rotation_matrices(orientation):
+    """The same of an array of quaternions (n, 4): (n, 3, 3)."""
+    result = np.empty((len(orientation), 3, 3))
+    for n in range(len(orientation)):
+        w, x, y, z = quaternion(orientation, n)
+        R = result[n]
+        R[0, 0], R[0, 1], R[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)
+        R[1, 0], R[1, 1], R[1, 2] = 2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)
+        R[2, 0], R[2, 1], R[2, 2] = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
+    return result
 
 
 def from_matrix(rotation):

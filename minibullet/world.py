@@ -7,11 +7,13 @@ from time import perf_counter
 import numpy as np
 
 from minibullet import effects as effect_room
+from minibullet import rotations
 from minibullet.bodies import ContactLaw
 from minibullet.collision.manifolds import NO_CONTACTS, WarmStart
-from minibullet.contact import gauss_seidel, sequential_impulse
+from minibullet.contact import exact, gauss_seidel, sequential_impulse
 from minibullet.contact import problem as problems
-from minibullet.dynamics import constraints, impacts, integration
+from minibullet.dynamics import constraints, depenetration, impacts, integrate, motion_bounds
+from minibullet.dynamics.free_motion import free_motion, inverse_mass
 from minibullet.errors import InputError, is_number, shown_value
 from minibullet.report.step_report import ContactTable, Step
 from minibullet.scene import overlaps
@@ -178,53 +180,40 @@ class World:
     def _step(self):
         scene, settings, dt = self.registry.scene, self.settings, self.settings.time_step
         before = scene.bodies
-        rotation = integration.posture(before.orientation)
+        rotation = rotations.rotation_matrices(before.orientation)
 
         # what pulls: one wrench per effect, and the mass the contacts will feel
         wrenches = effect_room.wrenches(self._acting, before, self.time)
-        inverse_mass = integration.inverse_mass(before, rotation, effect_room.added_mass(self._acting, before))
-        free_twist, mean_twist, spun = integration.free(
-            before, inverse_mass, sum(wrenches, np.zeros_like(before.twist)), settings
-        )
+        inverse = inverse_mass(before, rotation, effect_room.added_mass(self._acting, before))
+        pull = sum(wrenches, np.zeros_like(before.twist))
+        free_twist, mean_twist, torque_free_rate = free_motion(before, inverse, pull, settings)
 
         # who touches whom, where, how hard last time
-        motion_bound = integration.stride(before.twist, free_twist, scene.bounding_radius, dt)
+        motion_bound = motion_bounds.motion_bound(before.twist, free_twist, scene.bounding_radius, dt)
         points = scene.contact_points(scene.poses(rotation, motion_bound), self._warm_start)
-        pair, gap = points.bodies, points.gap
-        axes, size = constraints.frames(pair, points.arms, inverse_mass), scene.contact_size(pair)
-        self._notices.look(self, pair, gap, size, motion_bound)
-        law = self._law(scene, before, points, axes)
+        gap, size = points.gap, scene.contact_size(points.bodies)
+        factors = constraints.contact_factors(points.bodies, points.arms, inverse)
+        self._notices.look(self, points.bodies, gap, size, motion_bound)
+        law = self._law(scene, before, points, factors)
 
-        # blows with restitution first, each at its own moment; then the resting contact problem
-        blows, jump, lag = self._blows(scene, before, free_twist, pair, axes, gap, size, law)
-        free_twist, mean_twist = free_twist + jump, mean_twist + jump - lag / dt
-        problem = constraints.assemble(
-            scene, pair, axes, gap, law, free_twist, lag, inverse_mass, 1e-14 * motion_bound.max(initial=0.0) / dt, dt
-        )
-        solution = self._solve(problem, problems.into_axes(axes, points.impulse))
+        # impacts with restitution first, each at its own moment; then the resting contact problem
+        contacts = impacts.ImpactContacts(factors, gap, size, law.restitution, law.friction)
+        impact_impulse, jump, correction = impacts.impact_impulses(contacts, scene.moving, before.twist, free_twist, dt)
+        free_twist, mean_twist = free_twist + jump, mean_twist + jump - correction / dt
+        rounding = 1e-14 * motion_bound.max(initial=0.0) / dt
+        problem = constraints.assemble(scene, factors, gap, law, free_twist, correction, rounding, dt)
+        solution = self._solve(problem, problems.into_axes(factors, points.impulse))
 
         # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity
         change = solution.twist - free_twist
-        motion = integration.admissible_motion(
-            pair, axes, gap, 1e-7 * size, mean_twist + 0.5 * change, solution.twist - lag / dt, dt
+        motion = integrate.admissible_motion(
+            factors, gap, 1e-7 * size, mean_twist + 0.5 * change, solution.twist - correction / dt, dt
         )
-        motion += gauss_seidel.undo_overlap(problem, gap, size, dt)
-        after = integration.move(before, motion, solution.twist, spun, dt)
-        self._finish(scene, before, after, motion, wrenches, points, law, problem, solution, blows)
+        motion += depenetration.undo_overlap(problem, gap, size, dt)
+        after = integrate.integrate(before, motion, solution.twist, torque_free_rate, dt)
+        self._finish(scene, before, after, motion, wrenches, points, law, problem, solution, impact_impulse)
 
-    def _blows(self, scene, before, free_twist, pair, axes, gap, size, law):
-        """Impulses of the impacts of this step (m, 3), what they do to the twists, and their lag (sum of moment times jump),
-        (n, 6); zeros without impacts."""
-        if not np.count_nonzero(law.restitution):
-            return 0.0, 0.0, 0.0
-        dt, most = self.settings.time_step, 20 + np.count_nonzero(scene.moving)
-        twist, lag, acceleration = before.twist.copy(), np.zeros_like(before.twist), (free_twist - before.twist) / dt
-        blows, _ = impacts.resolve(
-            pair, axes, gap, size, scene.moving, law.restitution, law.friction, twist, acceleration, lag, dt, most
-        )
-        return blows, twist - before.twist, lag
-
-    def _law(self, scene, before, points, axes):
+    def _law(self, scene, before, points, factors):
         """The law at each contact: what the bodies say, changed by the effects that speak of contacts."""
         pair, none = points.bodies, np.zeros(len(points.gap))
         law = ContactLaw(
@@ -236,7 +225,7 @@ class World:
         )
         if not effect_room.changes_contact_law(self._acting):
             return law
-        contacts = constraints.describe(before, pair, points.arms, points.gap, axes, points.impulse, self.settings.time_step)
+        contacts = constraints.describe(before, pair, points.arms, points.gap, factors, points.impulse, self.settings.time_step)
         return effect_room.contact_law(self._acting, contacts, before, law)
 
     def _solve(self, problem, impulse):
@@ -246,18 +235,18 @@ class World:
             return sequential_impulse.solve(
                 problem, impulse, moment, iterations=settings.iterations, tolerance=settings.tolerance
             )
-        exact = settings.solver == "exact"
+        falls_back = settings.solver == "exact"
         # islands that just pass may miss together, by up to sqrt(3): |q|, |r| and |u| may peak in different ones
-        goal = 0.5 * settings.tolerance if exact else settings.tolerance
+        goal = 0.5 * settings.tolerance if falls_back else settings.tolerance
         solution = gauss_seidel.solve(problem, impulse, moment, iterations=settings.iterations, tolerance=goal)
-        if exact and len(solution.stalled):
-            solution = gauss_seidel.escalate(problem, solution, settings.tolerance)
+        if falls_back and len(solution.unconverged):
+            solution = exact.solve_unconverged(problem, solution, settings.tolerance)
         return solution
 
-    def _finish(self, scene, before, after, motion, wrenches, points, law, problem, solution, blows):
+    def _finish(self, scene, before, after, motion, wrenches, points, law, problem, solution, impact_impulse):
         """Take over the state after the step and publish what happened."""
-        if not integration.finite(after.position, after.twist):
-            fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
+        fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
+        if not fine.all():
             # what is fixed cannot be the cause: it is named only where nothing that moves is
             bad = int(np.argmin(fine | (~scene.moving & ~fine[scene.moving].all())))
             raise InputError(
@@ -265,16 +254,16 @@ class World:
                 f"{scene.names[bad]!r} is not finite"
             )
         scene.bodies = after
-        scene.past_motion = integration.path_bound(motion, scene.bounding_radius, self.settings.time_step)
-        impulse = problems.into_world(problem.rows, solution.impulse)
-        self._warm_start = WarmStart(points.on_a, points.on_b, problem.rows[:, :3].copy(), impulse)
+        scene.past_motion = motion_bounds.path_bound(motion, scene.bounding_radius, self.settings.time_step)
+        normal, impulse = points.arms[:, 6:].copy(), problems.into_world(problem.factors, solution.impulse)
+        self._warm_start = WarmStart(points.on_a, points.on_b, normal, impulse)
         self.time += self.settings.time_step
         self.steps += 1
         if self.rescue is not None:
             self._past.append((self.time, after))
         self.unsolved_steps += solution.residual > self.settings.tolerance
         self.worst_residual = max(self.worst_residual, solution.residual)
-        self.last_step = Step(self, before, after, wrenches, points, law, problem, solution, blows)
+        self.last_step = Step(self, before, after, wrenches, points, law, problem, solution, impact_impulse)
 
     # ---- running
     # -----------------------------------------------------------------------------------------------------------------
@@ -322,7 +311,7 @@ class World:
         scene = self.registry.scene
         chosen = scene.moving if select is None else scene.moving & select(scene.bodies)
         pull = sum(self.last_step.wrenches, np.zeros_like(scene.bodies.twist))
-        return integration.slow(scene.bodies.twist, pull, scene.bodies.mass, scene.bounding_radius, chosen)
+        return motion_bounds.is_slow(scene.bodies.twist, pull, scene.bodies.mass, scene.bounding_radius, chosen)
 
     def save(self, path):
         """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""

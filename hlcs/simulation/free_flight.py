@@ -10,9 +10,9 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.bodies import Bodies
-from minibullet.dynamics.integration import posture
 from minibullet.effects import AddedMass, contract
 from minibullet.kernels import leaf
+from minibullet.rotations import rotation_matrices
 from minibullet.vectors import turn, turn_back
 
 STIFF, SHORTEST = 1.0, 2e-3  # h |da/dv| above which steps are too long [-], and a step that is not cut any more [s]
@@ -101,7 +101,7 @@ def accelerations(bodies: Bodies, effects):
             total += effect.forces(state, time)
         if added is None and isotropic:
             return total[:, :3] / mass, total[:, 3:] / bodies.inertia
-        axes = posture(q)
+        axes = rotation_matrices(q)
         if added is None:
             angular = np.empty((n, 3))
             euler(axes, w, total[:, 3:], bodies.inertia, angular)

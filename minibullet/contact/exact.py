@@ -19,16 +19,19 @@ import scipy.sparse as sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import norm
 
-from minibullet.contact.coulomb import gauss_seidel, into_cone, natural_map_residual
+from minibullet.contact.block_rows import BlockProblem, block_problem, gauss_seidel, into_cone, natural_map_residual
 from minibullet.contact.newton import solve_scaled
+from minibullet.contact.problem import Iterate, apply_impulses
+from minibullet.contact.residual import residual_of
 from minibullet.errors import InputError
 
-# most Newton steps and most numbers in their factors, 20 million a second. Most problems take tens of steps, the hardest known
-# one (a rock pile, mu = 1) 9000; a problem of 2000 contacts has a million numbers in its factors.
+# most Newton steps and most entries of their factors, 20 million a second. Most problems take tens of steps, the hardest known
+# one (a rock pile, mu = 1) 9000; a problem of 2000 contacts has a million entries in its factors.
 EFFORT = (10_000, 800_000_000)
 STEP_EFFORT = (1_000, 200_000_000)  # the same inside a simulation, which would rather report a residual than wait
 # and where rounding hides the solution: between masses of 1 and 1e8 kg nothing got better after 60 steps, in 1000
 VAIN_EFFORT = (100, 20_000_000)
+MOST_CONTACTS = 2000  # of an island in a simulation: a larger one keeps what Gauss-Seidel found [-]
 
 SYMMETRY = 0.1  # outside problems are unsymmetric by up to 0.25 %; ten per cent is another matrix
 
@@ -41,39 +44,59 @@ class ContactSolution(NamedTuple):
     iterations: int  # Gauss-Seidel sweeps plus Newton steps, summed over the islands
 
 
-def solve_rows(rows, q, mu, r0, tolerance, reference_mass=1.0, effort=STEP_EFFORT, sweeps=200):
-    """One island as block rows (start, column, block), unchecked: returns (impulse, residual, iterations, effort left).
+def solve_blocks(problem, start, tolerance, reference_mass=1.0, effort=STEP_EFFORT, sweeps=200):
+    """One island as a BlockProblem, unchecked, from a starting impulse: (impulse, residual, iterations, effort left).
 
-    Where the effort (steps, numbers) ends before a solution is found, the best impulse comes back with its true residual.
+    Where the effort (steps, entries) ends before a solution is found, the best impulse comes back with its true residual.
     """
-    impulse = into_cone(mu, r0) if q.any() else np.zeros_like(q)
-    residual = natural_map_residual(*rows, q, mu, impulse, reference_mass)
+    q, mu = problem.q, problem.friction
+    impulse = into_cone(mu, start) if q.any() else np.zeros_like(q)
+    residual = natural_map_residual(problem, impulse, reference_mass)
     used = 0
     while residual > tolerance and used < sweeps:
-        gauss_seidel(*rows, q, mu, impulse, 10)
+        gauss_seidel(problem, impulse, 10)
         used += 10
-        residual = natural_map_residual(*rows, q, mu, impulse, reference_mass)
+        residual = natural_map_residual(problem, impulse, reference_mass)
     if residual <= tolerance:
         return impulse, residual, used, effort
 
     # one factor per contact keeps the cones; afterwards the diagonal of W and the velocities are about 1 in any units
-    start, column, block = rows
-    row = np.repeat(np.arange(len(mu)), np.diff(start))
-    length = 1.0 / np.sqrt(np.trace(block[row == column], axis1=1, axis2=2) / 3.0)
-    scaled_rows = (start, column, block * (length[row] * length[column])[:, None, None])
+    row = np.repeat(np.arange(len(mu)), np.diff(problem.start))
+    length = 1.0 / np.sqrt(np.trace(problem.block[row == problem.column], axis1=1, axis2=2) / 3.0)
     scaled_q = np.repeat(length, 3) * q
     speed = np.linalg.norm(scaled_q) / np.sqrt(len(q))
     unit = speed * np.repeat(length, 3)
+    scaled = problem._replace(block=problem.block * (length[row] * length[problem.column])[:, None, None], q=scaled_q / speed)
 
-    def true_residual(scaled):
-        return natural_map_residual(*rows, q, mu, into_cone(mu, unit * scaled), reference_mass)
+    def true_residual(scaled_impulse):
+        return natural_map_residual(problem, into_cone(mu, unit * scaled_impulse), reference_mass)
 
-    progress = solve_scaled(scaled_rows, scaled_q / speed, mu, impulse / unit, true_residual, tolerance, effort)
-    left = effort[0] - progress.spent, effort[1] - progress.used
-    return into_cone(mu, unit * progress.impulse), progress.best, used + progress.spent, left
+    progress = solve_scaled(scaled, impulse / unit, true_residual, tolerance, effort)
+    left = effort[0] - progress.steps, effort[1] - progress.entries
+    return into_cone(mu, unit * progress.impulse), progress.best, used + progress.steps, left
 
 
-def numbers(name, value):
+def solve_unconverged(problem, solution, tolerance):
+    """Inside a step: solve the unconverged islands of a Solution, those of at most ``MOST_CONTACTS``, from where Gauss-Seidel
+    ended."""
+    impulse, outer = solution.impulse.copy(), 0
+    for island in solution.unconverged:
+        contacts = problem.order[problem.islands[island] : problem.islands[island + 1]]
+        if problem.rolling[contacts].any() or len(contacts) > MOST_CONTACTS:
+            continue  # rolling moments are solved by Gauss-Seidel alone
+        # what a light body does is a small difference of impulses that heavy ones hand it: their rounding over its mass
+        light = problem.factors.inverse_mass[np.unique(problem.factors.bodies[contacts]), 0, 0]
+        light = light[light > 0.0]
+        effort = VAIN_EFFORT if np.finfo(float).eps * light.max() > 0.5 * tolerance * light.min() else STEP_EFFORT
+        blocks, start = block_problem(problem, contacts), impulse[contacts].reshape(-1)
+        solved, _, used, _ = solve_blocks(blocks, start, 0.5 * tolerance, problem.reference_mass, effort, sweeps=0)
+        impulse[contacts], outer = solved.reshape(-1, 3), outer + used
+    iterate = Iterate(impulse, solution.moment, solution.twist.copy())
+    apply_impulses(problem.factors, impulse - solution.impulse, iterate.twist)
+    return solution._replace(**iterate._asdict(), residual=residual_of(problem, iterate), outer=outer)
+
+
+def float_array(name, value):
     """An array of floats, or InputError."""
     try:
         return np.array(value, dtype=float)
@@ -82,18 +105,18 @@ def numbers(name, value):
 
 
 def checked(W, q, mu, impulse):
-    """The problem as sparse rows, q (3m,), mu (m,), impulse (3m,); InputError with one line where it cannot be used."""
-    q, mu = numbers("q", q), numbers("mu", mu)
+    """W in compressed sparse rows, q (3m,), mu (m,), impulse (3m,); InputError with one line where they cannot be used."""
+    q, mu = float_array("q", q), float_array("mu", mu)
     if q.ndim != 1 or len(q) % 3:
         raise InputError(f"contact problem: q has shape {q.shape}; it needs three values per contact")
     m = len(q) // 3
-    W = W if sparse.issparse(W) else numbers("W", W)
+    W = W if sparse.issparse(W) else float_array("W", W)
     if W.shape != (3 * m, 3 * m):
         raise InputError(f"contact problem: W has shape {W.shape}; q with {3 * m} values needs ({3 * m}, {3 * m})")
     if mu.ndim not in (0, 1) or mu.size not in (1, m):
         raise InputError(f"contact problem: mu has {mu.size} values for {m} contacts; give one value or one per contact")
     mu = np.broadcast_to(mu, (m,)).copy()
-    impulse = np.zeros(3 * m) if impulse is None else numbers("impulse", impulse)
+    impulse = np.zeros(3 * m) if impulse is None else float_array("impulse", impulse)
     if impulse.shape != (3 * m,):
         raise InputError(f"contact problem: impulse has shape {impulse.shape}; q with {3 * m} values needs ({3 * m},)")
     W = sparse.csr_array(W, dtype=float)
@@ -141,24 +164,25 @@ def solve_contacts(W, q, mu, tolerance=1e-8, *, impulse=None, reference_mass=1.0
         return ContactSolution(np.zeros(0), 0.0, 0)
     blocks = sparse.bsr_array(W, blocksize=(3, 3))
     blocks.sort_indices()
-    start, column, block = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64), blocks.data
-    pattern = sparse.csr_array((np.ones(len(column)), column, start), shape=(m, m))
+    whole = BlockProblem(blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64), blocks.data, q, mu)
+    pattern = sparse.csr_array((np.ones(len(whole.column)), whole.column, whole.start), shape=(m, m))
     count, island = connected_components(pattern, directed=False)
     total, iterations, effort = np.zeros(3 * m), 0, EFFORT
     # with several islands |q|, |r| and |u| may peak in different ones, which costs at most a factor of sqrt(3)
     goal = tolerance if count == 1 else 0.5 * tolerance
     for contacts in np.split(np.argsort(island, kind="stable"), np.cumsum(np.bincount(island))[:-1]):
         own = (3 * contacts[:, None] + np.arange(3)).ravel()
-        rows = rows_of(contacts, start, column, block)
-        total[own], _, used, effort = solve_rows(rows, q[own], mu[contacts], impulse[own], goal, reference_mass, effort)
+        part = part_of(whole, contacts, own)
+        total[own], _, used, effort = solve_blocks(part, impulse[own], goal, reference_mass, effort)
         iterations += used
-    residual = natural_map_residual(start, column, block, q, mu, total, reference_mass)
+    residual = natural_map_residual(whole, total, reference_mass)
     return ContactSolution(total, float(residual), int(iterations))
 
 
-def rows_of(contacts, start, column, block):
-    """The block rows of one island: its contacts (ascending), renumbered."""
-    length = np.diff(start)[contacts]
-    first = np.concatenate([[0], np.cumsum(length)])
-    taken = np.arange(first[-1]) + np.repeat(start[contacts] - first[:-1], length)
-    return first, np.searchsorted(contacts, column[taken]), block[taken]
+def part_of(problem, contacts, own):
+    """The BlockProblem of one island: its contacts (ascending), renumbered; own: their places in q."""
+    length = np.diff(problem.start)[contacts]
+    start = np.concatenate([[0], np.cumsum(length)])
+    taken = np.arange(start[-1]) + np.repeat(problem.start[contacts] - start[:-1], length)
+    column = np.searchsorted(contacts, problem.column[taken])
+    return BlockProblem(start, column, problem.block[taken], problem.q[own], problem.friction[contacts])

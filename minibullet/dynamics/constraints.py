@@ -5,62 +5,68 @@ import numpy as np
 
 from minibullet.bodies import Contacts
 from minibullet.contact.problem import (
-    ANSWER_A,
-    ARM_A,
-    AXES,
-    BLOCK,
-    WIDTH,
     ContactProblem,
+    DelassusFactors,
     apply_impulses,
     find_islands,
     into_axes,
     into_world,
     relative_velocity,
-    tangents,
 )
-from minibullet.kernels import kernel
+from minibullet.kernels import kernel, leaf
+from minibullet.vectors import cross
+
+
+@leaf
+def tangents(normal):
+    """Two unit tangents that make a right-handed frame with the unit normal, smooth but at one point (Frisvad, J. Graphics
+    Tools 16, 2012)."""
+    x, y, z = normal
+    if z < -0.9999999:  # the same from the other pole, where the formula below divides by almost zero
+        a = 1.0 / (1.0 - z)
+        b = x * y * a
+        return (b, y * y * a - 1.0, -y), (x * x * a - 1.0, b, -x)
+    a = 1.0 / (1.0 + z)
+    b = -x * y * a
+    return (1.0 - x * x * a, b, -x), (b, 1.0 - y * y * a, -y)
+
+
+@leaf
+def row_product(row, other):
+    """Scalar product of two rows of six numbers."""
+    return row[0] * other[0] + row[1] * other[1] + row[2] * other[2] + row[3] * other[3] + row[4] * other[4] + row[5] * other[5]
 
 
 @kernel
-def frames(bodies, vectors, inverse_mass):
-    """Rows of the contact problem from body pairs (m, 2) and arm a, arm b, normal (m, 9): (m, 72)."""
+def contact_factors(bodies, arms, inverse_mass):
+    """The DelassusFactors of contacts between body pairs (m, 2) with arm a, arm b, normal (m, 9)."""
     count = len(bodies)
-    rows = np.zeros((count, WIDTH))
-    axes = np.empty((3, 3))
+    jacobian, answer = np.empty((count, 2, 3, 6)), np.zeros((count, 2, 3, 6))
+    block = np.empty((count, 3, 3))
     for c in range(count):
-        nx, ny, nz = vectors[c, 6], vectors[c, 7], vectors[c, 8]
-        axes[0, 0], axes[0, 1], axes[0, 2] = nx, ny, nz
-        axes[1, 0], axes[1, 1], axes[1, 2], axes[2, 0], axes[2, 1], axes[2, 2] = tangents(nx, ny, nz)
+        normal = arms[c, 6], arms[c, 7], arms[c, 8]
+        first, second = tangents(normal)
         for side in range(2):
-            body = bodies[c, side]
-            x, y, z = vectors[c, 3 * side], vectors[c, 3 * side + 1], vectors[c, 3 * side + 2]
-            mass = inverse_mass[body]
-            fixed = mass[0, 0] == 0.0 and mass[3, 3] == 0.0
-            arm, answer = ARM_A + 9 * side, ANSWER_A + 18 * side
+            arm, mass, rows = arms[c, 3 * side : 3 * side + 3], inverse_mass[bodies[c, side]], jacobian[c, side]
+            for d in range(3):
+                rows[0, d], rows[1, d], rows[2, d] = normal[d], first[d], second[d]
             for i in range(3):
-                e, f, g = axes[i, 0], axes[i, 1], axes[i, 2]
-                p, q, r = y * g - z * f, z * e - x * g, x * f - y * e
-                rows[c, arm + 3 * i], rows[c, arm + 3 * i + 1], rows[c, arm + 3 * i + 2] = p, q, r
-                if not fixed:
+                rows[i, 3], rows[i, 4], rows[i, 5] = cross(arm, rows[i])
+                if mass[0, 0] != 0.0 or mass[3, 3] != 0.0:
                     for k in range(6):
-                        rows[c, answer + 6 * i + k] = (
-                            mass[k, 0] * e + mass[k, 1] * f + mass[k, 2] * g + mass[k, 3] * p + mass[k, 4] * q + mass[k, 5] * r
-                        )
+                        answer[c, side, i, k] = row_product(mass[k], rows[i])
         for i in range(3):
             for k in range(3):
-                rows[c, AXES + 3 * i + k] = axes[i, k]
                 value = 0.0
                 for side in range(2):
-                    arm, answer = ARM_A + 9 * side, ANSWER_A + 18 * side
+                    rate, twist = jacobian[c, side, i], answer[c, side, k]
                     for d in range(3):
-                        value += (
-                            axes[i, d] * rows[c, answer + 6 * k + d] + rows[c, arm + 3 * i + d] * rows[c, answer + 6 * k + 3 + d]
-                        )
-                rows[c, BLOCK + 3 * i + k] = value
-    return rows
+                        value += rate[d] * twist[d] + rate[3 + d] * twist[3 + d]
+                block[c, i, k] = value
+    return DelassusFactors(bodies, inverse_mass, jacobian, answer, block)
 
 
-def describe(bodies, pair, arms, gap, rows, impulse, time_step):
+def describe(bodies, pair, arms, gap, factors, impulse, time_step):
     """The Contacts record of a step; ``impulse`` (m, 3) is last step's, world axes."""
     normal = arms[:, 6:9]
     return Contacts(
@@ -69,36 +75,33 @@ def describe(bodies, pair, arms, gap, rows, impulse, time_step):
         bodies.position[pair[:, 0]] + arms[:, :3],
         normal,
         gap,
-        into_world(rows, relative_velocity(pair, rows, bodies.twist)),
-        into_axes(rows, impulse)[:, 0] / time_step,
+        into_world(factors, relative_velocity(factors, bodies.twist)),
+        into_axes(factors, impulse)[:, 0] / time_step,
     )
 
 
-def assemble(scene, pair, rows, gap, law, free_twist, lag, inverse_mass, rounding, time_step):
+def assemble(scene, factors, gap, law, free_twist, correction, rounding, time_step):
     """The contact problem of the step: contacts may close by their gap and no more, u_N+ >= -gap/dt; an overlap asks for no
-    velocity. ``lag``: how much farther apart impacts have left the bodies, (n, 6), or 0.0.
+    velocity. correction: impact position correction, how much farther back impacts leave the bodies, (n, 6), or 0.0;
+    rounding: of velocities [m/s].
 
     Adhesion is a pull along the normal that acts while the surfaces touch, so it belongs to the free twist.
     """
-    left = gap if isinstance(lag, float) else gap - relative_velocity(pair, rows, lag)[:, 0]
+    left = gap if isinstance(correction, float) else gap - relative_velocity(factors, correction)[:, 0]
     if np.count_nonzero(law.adhesion):
         free_twist = free_twist.copy()
-        pull = np.zeros((len(pair), 3))
-        pull[:, 0] = np.where(gap <= 1e-4 * scene.contact_size(pair), -time_step * law.adhesion, 0.0)
-        apply_impulses(pair, rows, pull, free_twist)
-    rolling = np.empty((len(pair), 2))
-    rolling[:, 0], rolling[:, 1] = law.rolling_arm, law.spinning_arm
-    order, islands = find_islands(pair, scene.moving)
+        pull = np.zeros((len(gap), 3))
+        pull[:, 0] = np.where(gap <= 1e-4 * scene.contact_size(factors.bodies), -time_step * law.adhesion, 0.0)
+        apply_impulses(factors, pull, free_twist)
+    order, islands = find_islands(factors.bodies, scene.moving)
     return ContactProblem(
-        pair,
-        rows,
-        -np.maximum(left, 0.0) / time_step,
-        law.friction,
-        rolling,
-        free_twist,
-        inverse_mass,
-        order,
-        islands,
-        rounding,
-        scene.reference_mass,
+        factors=factors,
+        target=-np.maximum(left, 0.0) / time_step,
+        friction=law.friction,
+        rolling=np.column_stack([law.rolling_arm, law.spinning_arm]),
+        free_twist=free_twist,
+        order=order,
+        islands=islands,
+        rounding=rounding,
+        reference_mass=scene.reference_mass,
     )

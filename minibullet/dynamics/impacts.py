@@ -5,20 +5,39 @@ every bounce gains or loses energy of the order of the step. With the geometry o
 is a parabola in time; the earliest impact is found, all contacts that touch at that moment are solved together with Coulomb
 friction, and the search goes on with the new velocities. Contacts whose rebound gravity would undo before the step ends are
 left to the resting contact law, and so are those whose rebound is slower than half of what pulls the two bodies makes of them
-in a step: units that lie side by side would hand such blows on without end. Touching bodies struck together share the blow
+in a step: units that lie side by side would hand such impacts on without end. Touching bodies struck together share the impact
 as Newton's law with all touching contacts at once has it.
 """
 
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 
-from minibullet.contact.gauss_seidel import visit
-from minibullet.contact.problem import normal_velocity
+from minibullet.contact.gauss_seidel import solve_contact
+from minibullet.contact.problem import DelassusFactors, normal_velocity
 from minibullet.kernels import kernel, leaf
 from minibullet.vectors import length
 
 REBOUND = 0.5  # rebound speed, over acceleration times step, below which a contact rests [-]
+
+
+class ImpactContacts(NamedTuple):
+    """The m contacts of a step as impacts see them."""
+
+    factors: DelassusFactors
+    gap: np.ndarray  # when the step begins [m], (m,)
+    size: np.ndarray  # radius of the smaller body [m], (m,)
+    restitution: np.ndarray  # normal speed after / before the impact [-], (m,)
+    friction: np.ndarray  # Coulomb coefficient [-], (m,)
+
+
+class Flight(NamedTuple):
+    """How n bodies move between impacts: at time t of the step they have moved by twist t + acceleration t^2/2 - correction."""
+
+    twist: np.ndarray  # twist when the step begins plus the velocity jumps so far [m/s, rad/s], (n, 6)
+    acceleration: np.ndarray  # constant over the step [m/s2, rad/s2], (n, 6)
+    correction: np.ndarray  # impact position correction: sum of impact time times velocity jump [m, rad], (n, 6)
 
 
 @leaf
@@ -39,18 +58,38 @@ def first_touch(gap, rate, acceleration, now, end):
 
 
 @leaf
-def pulled(c, bodies, acceleration):
-    """The larger of what pulls at the two bodies of contact c, acceleration of their centres [m/s2]."""
-    most = 0.0
-    for side in range(2):
-        a = acceleration[bodies[c, side]]
-        most = max(most, length(a))
-    return most
+def next_impact(contacts, flight, now, time_step):
+    """Time of the earliest impact from ``now`` on whose rebound is not left to the resting contact law, and its contact;
+    -1 if none."""
+    moment, trigger = np.inf, -1
+    for c in range(len(contacts.gap)):
+        if contacts.restitution[c] <= 0.0:
+            continue
+        pull = normal_velocity(c, contacts.factors, flight.acceleration)
+        rate = normal_velocity(c, contacts.factors, flight.twist)
+        gap = contacts.gap[c] - normal_velocity(c, contacts.factors, flight.correction)
+        touch = first_touch(gap, rate, pull, now, time_step)
+        if touch < moment:
+            a, b = contacts.factors.bodies[c, 0], contacts.factors.bodies[c, 1]
+            pulled = max(length(flight.acceleration[a]), length(flight.acceleration[b]))
+            undone = max(-pull * (time_step - touch), REBOUND * time_step * pulled)
+            if -contacts.restitution[c] * (rate + pull * touch) > undone:
+                moment, trigger = touch, c
+    return moment, trigger
+
+
+@leaf
+def is_touching(c, contacts, flight, now):
+    """Whether the gap of contact c is closed at this time of the step."""
+    rate = normal_velocity(c, contacts.factors, flight.twist)
+    pull = normal_velocity(c, contacts.factors, flight.acceleration)
+    gap = contacts.gap[c] - normal_velocity(c, contacts.factors, flight.correction) + now * (rate + 0.5 * now * pull)
+    return gap <= 1e-9 * contacts.size[c]
 
 
 @kernel
-def linked(trigger, bodies, touching, moving):
-    """The touching contacts that a blow at contact ``trigger`` can reach from body to moving body, in order, (k,)."""
+def struck_together(trigger, bodies, touching, moving):
+    """The touching contacts that an impact at contact ``trigger`` can reach from body to moving body, in order, (k,)."""
     reached = np.zeros(len(moving), dtype=np.bool_)
     struck = np.zeros(len(bodies), dtype=np.bool_)
     reached[bodies[trigger, 0]], reached[bodies[trigger, 1]] = moving[bodies[trigger, 0]], moving[bodies[trigger, 1]]
@@ -65,59 +104,56 @@ def linked(trigger, bodies, touching, moving):
     return np.flatnonzero(struck)
 
 
-@kernel
-def resolve(bodies, rows, gap, size, moving, restitution, friction, twist, acceleration, lag, time_step, most):
-    """All impacts of a step. ``twist`` (n, 6) at its beginning and ``lag`` (n, 6), the sum of impact time times velocity
-    change, are brought up to date in place; returns the impulses (m, 3) [N s, contact axes] and how many impacts there were.
+@leaf
+def solve_impact(struck, contacts, target, impulse, twist):
+    """Coulomb's law with Newton's rebound ``target`` (m,) at the struck contacts, all together, by Gauss-Seidel; impulse (m, 3)
+    and twist (n, 6) in place."""
+    for _ in range(200):
+        change, total = 0.0, 0.0
+        for c in struck:
+            change += solve_contact(c, contacts.factors, target, contacts.friction, impulse, twist)
+            total += impulse[c, 0] ** 2
+        if change <= 1e-24 * total:
+            return
 
-    A body's place at time t is x + twist t + acceleration t^2/2 - lag.
-    """
-    count = len(bodies)
-    impulse = np.zeros((count, 3))
-    target, part = np.zeros(count), np.zeros((count, 3))
-    now, impacts = 0.0, 0
-    while impacts < most:
-        moment, trigger = np.inf, -1
-        for c in range(count):
-            if restitution[c] <= 0.0:
-                continue
-            pull = normal_velocity(c, bodies, rows, acceleration)
-            rate = normal_velocity(c, bodies, rows, twist)
-            touch = first_touch(gap[c] - normal_velocity(c, bodies, rows, lag), rate, pull, now, time_step)
-            if touch < moment:
-                undone = max(-pull * (time_step - touch), REBOUND * time_step * pulled(c, bodies, acceleration))
-                if -restitution[c] * (rate + pull * touch) > undone:
-                    moment, trigger = touch, c
+
+@kernel
+def resolve(contacts, flight, moving, time_step, most):
+    """All impacts of a step, at most so many. The Flight is brought up to date in place; returns the sum of the impulses (m, 3)
+    [N s, contact axes]."""
+    count = len(contacts.gap)
+    total, impulse, target = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
+    now = 0.0
+    for _ in range(most):
+        moment, trigger = next_impact(contacts, flight, now, time_step)
         if trigger < 0:
             break
         now = moment
-        before = twist + now * acceleration
+        before = flight.twist + now * flight.acceleration
         after = before.copy()
         touching = np.zeros(count, dtype=np.bool_)
         for c in range(count):
-            here = (
-                gap[c]
-                - normal_velocity(c, bodies, rows, lag)
-                + now * (normal_velocity(c, bodies, rows, twist) + 0.5 * now * normal_velocity(c, bodies, rows, acceleration))
-            )
-            touching[c] = c == trigger or here <= 1e-9 * size[c]
-        struck = linked(trigger, bodies, touching, moving)
+            touching[c] = c == trigger or is_touching(c, contacts, flight, now)
+        struck = struck_together(trigger, contacts.factors.bodies, touching, moving)
         for c in struck:
-            target[c] = max(-restitution[c] * normal_velocity(c, bodies, rows, before), 0.0)
-            part[c] = 0.0
-        for _ in range(200):
-            change, total = 0.0, 0.0
-            for c in struck:
-                change += visit(c, bodies, rows, target, friction, part, after)
-                total += part[c, 0] ** 2
-            if change <= 1e-24 * total:
-                break
+            target[c] = max(-contacts.restitution[c] * normal_velocity(c, contacts.factors, before), 0.0)
+            impulse[c] = 0.0
+        solve_impact(struck, contacts, target, impulse, after)
         for c in struck:
-            impulse[c] += part[c]
-        for n in range(len(twist)):
+            total[c] += impulse[c]
+        for n in range(len(after)):
             for k in range(6):
-                step = after[n, k] - before[n, k]
-                twist[n, k] += step
-                lag[n, k] += now * step
-        impacts += 1
-    return impulse, impacts
+                jump = after[n, k] - before[n, k]
+                flight.twist[n, k] += jump
+                flight.correction[n, k] += now * jump
+    return total
+
+
+def impact_impulses(contacts, moving, twist, free_twist, time_step):
+    """The impulses of the impacts of a step (m, 3), the velocity jump that they give each body and their impact position
+    correction (n, 6); zeros without restitution."""
+    if not np.count_nonzero(contacts.restitution):
+        return 0.0, 0.0, 0.0
+    flight = Flight(twist.copy(), (free_twist - twist) / time_step, np.zeros_like(twist))
+    impulse = resolve(contacts, flight, moving, time_step, 20 + np.count_nonzero(moving))
+    return impulse, flight.twist - twist, flight.correction

@@ -11,7 +11,7 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.contact import problem
-from minibullet.contact.coulomb import natural_map_error
+from minibullet.contact.residual import natural_map_error
 from minibullet.dynamics import constraints
 from minibullet.effects.contract import name_of
 
@@ -19,11 +19,11 @@ from minibullet.effects.contract import name_of
 class Step:
     """What one step did. Attributes are plain numbers; ``to_dict()`` has them all under the names of the documentation."""
 
-    def __init__(self, world, before, after, wrenches, points, law, problem, solution, blows):
+    def __init__(self, world, before, after, wrenches, points, law, problem, solution, impact_impulse):
         self.step, self.time, self.time_step = world.steps, world.time, world.settings.time_step
         self.effects, self.names, self.tolerance = world.effects, tuple(world.registry.scene.names), world.settings.tolerance
         self.before, self.after, self.wrenches, self.points, self.law = before, after, wrenches, points, law
-        self.problem, self.solution, self.blows = problem, solution, blows
+        self.problem, self.solution, self.impact_impulse = problem, solution, impact_impulse
         self.residual, self.iterations = solution.residual, solution.iterations
         self.converged = solution.residual <= world.settings.tolerance
         self.fcl_calls = world.registry.scene.collision.calls
@@ -32,28 +32,25 @@ class Step:
     @cached_property
     def contacts(self):
         """The Contacts record of the step: who touched whom when it began."""
-        points, rows = self.points, self.problem.rows
-        return constraints.describe(self.before, points.bodies, points.arms, points.gap, rows, points.impulse, self.time_step)
+        points, factors = self.points, self.problem.factors
+        return constraints.describe(self.before, points.bodies, points.arms, points.gap, factors, points.impulse, self.time_step)
 
     @property
     def impulse(self):
-        """Impulse on body b of each contact, world axes [N s], (m, 3); blows of this step included."""
-        return problem.into_world(self.problem.rows, self.solution.impulse + self.blows)
+        """Impulse on body b of each contact, world axes [N s], (m, 3); those of impacts included."""
+        return problem.into_world(self.problem.factors, self.solution.impulse + self.impact_impulse)
 
     @cached_property
     def final_velocity(self):
         """Relative velocity of each contact at the end of the contact solve, contact axes, the target taken off [m/s], (m, 3)."""
-        velocity = problem.relative_velocity(self.problem.bodies, self.problem.rows, self.solution.twist)
-        velocity[:, 0] -= self.problem.target
-        return velocity
+        return problem.velocity_beyond_target(self.problem, self.solution.twist)
 
     @cached_property
     def components(self):
         """cone, dual, signorini, slip: which part of the law fails, relative to the largest impulse and velocity (0 for an
         exact solution)."""
         r, u, mu = self.solution.impulse, self.final_velocity, self.problem.friction
-        q = problem.relative_velocity(self.problem.bodies, self.problem.rows, self.problem.free_twist)
-        q[:, 0] -= self.problem.target
+        q = problem.velocity_beyond_target(self.problem, self.problem.free_twist)
         r_ref = np.abs(r).max(initial=0.0)
         u_ref = max(np.abs(u).max(initial=0.0), np.abs(q).max(initial=0.0))
         if r_ref == 0.0 or u_ref == 0.0:
@@ -70,13 +67,12 @@ class Step:
     def _errors(self, reference_mass):
         """Squared error of the natural map of each contact, impulses over ``reference_mass``, (m,)."""
         rows = zip(self.solution.impulse / reference_mass, self.final_velocity, self.problem.friction, strict=True)
-        return np.array([natural_map_error(*r, *u, mu, 1.0) for r, u, mu in rows])
+        return np.array([natural_map_error(r, u, mu) for r, u, mu in rows])
 
     @cached_property
     def residual_rho1(self):
         """The relative residual as other codes publish it, impulses in N s (a reference mass of 1 kg); rolling left out."""
-        q = problem.relative_velocity(self.problem.bodies, self.problem.rows, self.problem.free_twist)
-        q[:, 0] -= self.problem.target
+        q = problem.velocity_beyond_target(self.problem, self.problem.free_twist)
         size = max(np.linalg.norm(q), np.linalg.norm(self.solution.impulse), np.linalg.norm(self.final_velocity))
         return float(np.sqrt(self._errors(1.0).sum()) / size) if size > 0.0 else 0.0
 
@@ -116,8 +112,8 @@ class Step:
         for effect, wrench in zip(self.effects, self.wrenches, strict=True):
             name = name_of(effect)
             lines[name] = lines.get(name, 0.0) + float(self.time_step * (wrench * mean).sum())
-        impulse = self.solution.impulse + self.blows
-        speed = problem.relative_velocity(self.problem.bodies, self.problem.rows, mean)
+        impulse = self.solution.impulse + self.impact_impulse
+        speed = problem.relative_velocity(self.problem.factors, mean)
         lines["contact_normal"] = float((impulse[:, 0] * speed[:, 0]).sum())
         lines["contact_friction"] = float((impulse[:, 1:] * speed[:, 1:]).sum() + self._rolling_work(mean))
         change = self.kinetic_energy - self._kinetic(self.before)
@@ -129,8 +125,8 @@ class Step:
         for side, sign in ((0, -1.0), (1, 1.0)):
             np.add.at(
                 total,
-                self.problem.bodies[:, side],
-                sign * np.einsum("mi,mik->mk", impulse, problem.jacobian(self.problem.rows, side)),
+                self.problem.factors.bodies[:, side],
+                sign * np.einsum("mi,mik->mk", impulse, self.problem.factors.jacobian[:, side]),
             )
         momentum = np.concatenate(
             [
@@ -146,8 +142,8 @@ class Step:
         return lines
 
     def _rolling_work(self, mean):
-        rate = mean[self.problem.bodies[:, 1], 3:] - mean[self.problem.bodies[:, 0], 3:]
-        return float((problem.into_world(self.problem.rows, self.solution.moment) * rate).sum())
+        rate = mean[self.problem.factors.bodies[:, 1], 3:] - mean[self.problem.factors.bodies[:, 0], 3:]
+        return float((problem.into_world(self.problem.factors, self.solution.moment) * rate).sum())
 
     def _angular(self, bodies):
         """Angular momentum of each body about its own centre [kg m2/s], (n, 3); zero if fixed."""
@@ -165,7 +161,7 @@ class Step:
         moving = np.isfinite(self.before.mass)
         gained = (self.before.mass[moving, None] * (self.after.twist - self.before.twist)[moving, :3]).sum(axis=0)
         pulled = self.time_step * sum((w[moving, :3].sum(axis=0) for w in self.wrenches), np.zeros(3))
-        a, b = self.problem.bodies[:, 0], self.problem.bodies[:, 1]
+        a, b = self.problem.factors.bodies[:, 0], self.problem.factors.bodies[:, 1]
         world = self.impulse
         given = world[~moving[a]].sum(axis=0) - world[~moving[b]].sum(axis=0)
         size = max(np.abs(gained).max(), np.abs(pulled).max(), np.abs(given).max())
@@ -245,7 +241,7 @@ class ContactTable:
         )
         if self._step is None:
             return pd.DataFrame({name: [] for name in names})
-        contacts, force = self._step.contacts, (self._step.solution.impulse + self._step.blows) / self._step.time_step
+        contacts, force = self._step.contacts, (self._step.solution.impulse + self._step.impact_impulse) / self._step.time_step
         columns = (
             [self._step.names[a] for a in contacts.body_a],
             [self._step.names[b] for b in contacts.body_b],

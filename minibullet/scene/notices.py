@@ -22,7 +22,7 @@ def count_notable(gap, size, motion_bound, bounding_radius):
     for c in range(len(gap)):
         deep += gap[c] < -DEEP * size[c]
     for n in range(len(bounding_radius)):
-        hasty += motion_bound[n] > 2.0 * bounding_radius[n]  # the bound is twice the way
+        hasty += motion_bound[n] > 2.0 * bounding_radius[n]  # twice the way: see ``motion_bounds.motion_bound``
     return deep, hasty
 
 

@@ -34,34 +34,41 @@ class Centred:
         return np.zeros(3)
 
 
+class SweptBall(Centred):
+    """A ball of ``radius`` swept along a segment of the x axis as long as ``core`` [m]."""
+
+    core = 0.0
+
+    @property
+    def volume(self):
+        return swept_ball(self.radius, self.core)[0]
+
+    @cached_property
+    def inertia(self):
+        return np.diag(swept_ball(self.radius, self.core)[1])
+
+    @property
+    def surface_area(self):
+        return 2.0 * pi * self.radius * (self.core + 2.0 * self.radius)
+
+    @property
+    def bounding_radius(self):
+        return 0.5 * self.core + self.radius
+
+    @cached_property
+    def pieces(self):
+        ends = (-0.5 * self.core, 0.5 * self.core) if self.core else (0.0,)
+        return (ConvexPiece(np.array([(x, 0.0, 0.0) for x in ends]), self.radius),)
+
+
 @dataclass(frozen=True)
-class Sphere(Centred):
+class Sphere(SweptBall):
     """A ball of the given radius [m]."""
 
     radius: float
 
     def __post_init__(self):
         check_lengths("sphere", radius=self.radius)
-
-    @cached_property
-    def volume(self):
-        return swept_ball(self.radius, 0.0)[0]
-
-    @cached_property
-    def inertia(self):
-        return np.diag(swept_ball(self.radius, 0.0)[1])
-
-    @property
-    def surface_area(self):
-        return 4.0 * pi * self.radius * self.radius
-
-    @property
-    def bounding_radius(self):
-        return self.radius
-
-    @cached_property
-    def pieces(self):
-        return (ConvexPiece(np.zeros((1, 3)), self.radius),)
 
 
 @dataclass(frozen=True)
@@ -99,7 +106,7 @@ class Box(Centred):
 
 
 @dataclass(frozen=True)
-class Capsule(Centred):
+class Capsule(SweptBall):
     """A ball of the given radius swept along a segment of the given length on the x axis [m]."""
 
     radius: float
@@ -108,25 +115,9 @@ class Capsule(Centred):
     def __post_init__(self):
         check_lengths("capsule", radius=self.radius, length=self.length)
 
-    @cached_property
-    def volume(self):
-        return swept_ball(self.radius, self.length)[0]
-
-    @cached_property
-    def inertia(self):
-        return np.diag(swept_ball(self.radius, self.length)[1])
-
     @property
-    def surface_area(self):
-        return 2.0 * pi * self.radius * (self.length + 2.0 * self.radius)
-
-    @property
-    def bounding_radius(self):
-        return 0.5 * self.length + self.radius
-
-    @cached_property
-    def pieces(self):
-        return (ConvexPiece(np.array([(-0.5 * self.length, 0, 0), (0.5 * self.length, 0, 0)]), self.radius),)
+    def core(self):
+        return self.length
 
 
 @dataclass(frozen=True)

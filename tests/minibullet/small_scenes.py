@@ -8,7 +8,8 @@ from scipy.optimize import nnls
 import minibullet as mb
 from minibullet.bodies import ContactLaw
 from minibullet.collision import manifolds
-from minibullet.dynamics import constraints, integration
+from minibullet.dynamics import constraints
+from minibullet.dynamics.free_motion import inverse_mass
 
 
 def polytope(generator, count=12, size=0.5):
@@ -97,11 +98,11 @@ def problem(world, friction=0.5, twist=None, reach=0.01):
     """The contact problem of a world where it stands, free twist and friction as given."""
     found = touch(world, reach)
     scene = world.registry.scene
-    inverse = integration.inverse_mass(scene.bodies, integration.posture(scene.bodies.orientation), None)
-    axes, none = constraints.frames(found.pair, found.arms, inverse), np.zeros(len(found.gap))
+    inverse = inverse_mass(scene.bodies, mb.rotations.rotation_matrices(scene.bodies.orientation), None)
+    factors, none = constraints.contact_factors(found.pair, found.arms, inverse), np.zeros(len(found.gap))
     law = ContactLaw(np.full(len(none), friction), none, none, none, none)
     twist = scene.bodies.twist if twist is None else twist
-    return constraints.assemble(scene, found.pair, axes, found.gap, law, twist, np.zeros_like(twist), inverse, 0.0, 1 / 240)
+    return constraints.assemble(scene, factors, found.gap, law, twist, np.zeros_like(twist), 0.0, 1 / 240)
 
 
 def block_on_floor(velocity=(0.0, 0.0, 0.0), size=(1.0, 1.0, 1.0), **settings):
@@ -112,7 +113,7 @@ def block_on_floor(velocity=(0.0, 0.0, 0.0), size=(1.0, 1.0, 1.0), **settings):
 
 
 def compress(W):
-    """Dense W (3m, 3m) as block rows (start (m + 1,), column (b,), block (b, 3, 3)); diagonal blocks are always kept."""
+    """Start, column, block of a dense W (3m, 3m) as block rows; diagonal blocks are always kept."""
     m = len(W) // 3
     blocks = W.reshape(m, 3, m, 3).swapaxes(1, 2)
     filled = (blocks != 0.0).any(axis=(2, 3)) | np.eye(m, dtype=bool)

@@ -14,7 +14,7 @@ def test_every_arrow_of_the_tour_can_be_printed():
     block = re.search(r"```python\n(.+?)```", TOUR.read_text(encoding="utf-8"), re.DOTALL).group(1)
     scope = {}
     exec(block, scope)  # a page of this repository, not a user's file
-    step, delassus = scope["step"], scope["mb"].problem.delassus
+    step, delassus = scope["step"], scope["mb"].contact.block_rows.delassus
     assert len(step.wrenches) == 1 and step.wrenches[0][1, 2] == pytest.approx(-19.62)
     assert len(step.contacts.gap) == 4 and set(step.law.friction) == {0.6}
     assert step.problem.free_twist[1, 2] == pytest.approx(-9.81 / 240)

@@ -6,7 +6,7 @@ import scenes
 import small_worlds as sw
 
 import minibullet as mb
-from minibullet.contact import problem as problems
+from minibullet.contact.block_rows import delassus
 
 
 def settled(build, friction=0.5, seconds=2.0):
@@ -110,8 +110,8 @@ def variants(problem, generator):
 
     Unsymmetric as turning bodies make it: x . W x, the energy of an impulse, is what it was, and so is the rank.
     """
-    (W, q), struck = problems.delassus(problem), blown(problem, generator)
-    count = len(problem.bodies)
+    (W, q), struck = delassus(problem), blown(problem, generator)
+    count = len(problem.target)
     for friction in (0.0, 0.3, 1.0, 1.5):
         mu = np.full(count, friction)
         yield f"mu {friction:g}", W, q, mu
@@ -123,16 +123,16 @@ def variants(problem, generator):
 
 def blown(problem, generator):
     """q (3m,) after every moving body was struck: random twists of 0.3 m/s and 0.3 rad/s on top."""
-    moving = problem.inverse_mass[:, 0, 0] > 0.0
+    moving = problem.factors.inverse_mass[:, 0, 0] > 0.0
     blow = 0.3 * generator.normal(size=problem.free_twist.shape) * moving[:, None]
-    return problems.delassus(problem._replace(free_twist=problem.free_twist + blow))[1]
+    return delassus(problem._replace(free_twist=problem.free_twist + blow))[1]
 
 
 def rounded(problem, generator):
     """(W, q, mu) with every entry of W off by up to 0.25 %: no operator of any bodies, and not positive if W was singular."""
-    W, _ = problems.delassus(problem)
+    W, _ = delassus(problem)
     noisy = W * (1 + 2.5e-3 * generator.uniform(-1, 1, W.shape))
-    return noisy, blown(problem, generator), np.full(len(problem.bodies), 0.5)
+    return noisy, blown(problem, generator), np.full(len(problem.target), 0.5)
 
 
 def random_problem(generator, contacts, freedoms, mu, spread=1.0):

@@ -96,7 +96,7 @@ def test_no_code_runs_in_a_simulation_that_its_hash_does_not_know(compiled, sett
     } <= entered
     assert (
         settings
-        or {"hlcs.placement.placement_result", "minibullet.contact.gauss_seidel", "minibullet.dynamics.integration"} <= entered
+        or {"hlcs.placement.placement_result", "minibullet.contact.gauss_seidel", "minibullet.dynamics.integrate"} <= entered
     )
     assert entered <= set(code_hash.closure("hlcs.placement.single_run")[0])
 

@@ -6,8 +6,8 @@ import small_scenes as scenes
 
 import minibullet as mb
 from minibullet.bodies import ContactLaw
-from minibullet.contact import problem as problems
-from minibullet.dynamics import constraints, integration
+from minibullet.contact.block_rows import delassus
+from minibullet.dynamics import constraints
 
 
 def leaning_pair(generator):
@@ -28,8 +28,8 @@ def test_delassus_is_the_answer_of_the_contact_velocities_to_impulses(generator)
     world = leaning_pair(generator)
     found, problem = scenes.touch(world), scenes.problem(world)
     bodies = world.registry.scene.bodies
-    turn = integration.posture(bodies.orientation)
-    axes = problem.rows[:, :9].reshape(-1, 3, 3)
+    turn = mb.rotations.matrix(bodies.orientation)
+    axes = problem.factors.jacobian[:, 0, :, :3]
 
     def velocities(twist):
         at_a = twist[found.pair[:, 0], :3] + np.cross(twist[found.pair[:, 0], 3:], found.arms[:, :3])
@@ -46,7 +46,7 @@ def test_delassus_is_the_answer_of_the_contact_velocities_to_impulses(generator)
                 twist[body, 3:] += np.linalg.solve(inertia, np.cross(arm, push))
         return twist
 
-    W, q = problems.delassus(problem)
+    W, q = delassus(problem)
     free = velocities(problem.free_twist)
     columns = np.stack([velocities(struck(c, i)) - free for c in range(len(found.gap)) for i in range(3)], axis=1)
     np.testing.assert_allclose(W, columns, atol=1e-12 * np.abs(W).max())
@@ -71,8 +71,8 @@ def test_frames_are_orthonormal_and_right_handed(generator):
     normal /= np.sqrt((normal**2).sum(axis=1))[:, None]
     normal[:3] = (0, 0, -1), (0, 0, 1), (1e-5, 0, -np.sqrt(1 - 1e-10))
     vectors = np.concatenate([generator.normal(size=(50, 6)), normal], axis=1)
-    rows = constraints.frames(np.tile([0, 1], (50, 1)), vectors, np.zeros((2, 6, 6)))
-    axes = rows[:, :9].reshape(-1, 3, 3)
+    factors = constraints.contact_factors(np.tile([0, 1], (50, 1)), vectors, np.zeros((2, 6, 6)))
+    axes = factors.jacobian[:, 0, :, :3]
     np.testing.assert_allclose(axes[:, 0], normal, atol=1e-15)
     np.testing.assert_allclose(axes @ axes.transpose(0, 2, 1), np.tile(np.eye(3), (50, 1, 1)), atol=2e-9)
     np.testing.assert_allclose(np.linalg.det(axes), 1.0, atol=2e-9)
@@ -88,8 +88,6 @@ def test_adhesion_pulls_only_where_surfaces_touch():
         none = np.zeros(4)
         law = ContactLaw(none, none, none, none, none + 3.0)
         still = np.zeros_like(plain.free_twist)
-        problem = constraints.assemble(
-            scene, found.pair, plain.rows, found.gap, law, still, still, plain.inverse_mass, 0.0, 1 / 240
-        )
+        problem = constraints.assemble(scene, plain.factors, found.gap, law, still, still, 0.0, 1 / 240)
         np.testing.assert_allclose(problem.free_twist[box._row], (0, 0, speed, 0, 0, 0), atol=1e-15)
         assert problem.reference_mass == pytest.approx(2.0)

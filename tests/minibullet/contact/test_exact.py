@@ -7,10 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import scipy.sparse as sparse
+import small_scenes as scenes
 from small_scenes import compress
 
+import minibullet as mb
+from minibullet.contact import gauss_seidel
+from minibullet.contact.block_rows import BlockProblem
 from minibullet.contact.coulomb import project_cone
-from minibullet.contact.exact import solve_contacts, solve_rows
+from minibullet.contact.exact import solve_blocks, solve_contacts, solve_unconverged
 from minibullet.errors import InputError
 
 # the makers live beside this file, in a script that is run by its path
@@ -30,7 +34,7 @@ def residual(W, q, mu, r):
     for c in range(len(mu)):
         n = slice(3 * c, 3 * c + 3)
         y = r[n] - u[n] - (mu[c] * np.hypot(*u[n][1:]), 0.0, 0.0)
-        error += np.sum((r[n] - project_cone(*y, mu[c])) ** 2)
+        error += np.sum((r[n] - project_cone(y, mu[c])) ** 2)
     return np.sqrt(error) / max(np.linalg.norm(q), np.linalg.norm(r), np.linalg.norm(u))
 
 
@@ -120,7 +124,7 @@ def test_warm_start_at_the_solution_costs_nothing():
     again = solve_contacts(W, q, mu, impulse=first.impulse)
     assert again.iterations == 0
     assert again.impulse == pytest.approx(first.impulse, rel=1e-14)
-    lean = solve_rows(compress(W), q, mu, np.zeros_like(q), TOLERANCE)
+    lean = solve_blocks(BlockProblem(*compress(W), q, mu), np.zeros_like(q), TOLERANCE)
     assert np.array_equal(lean[0], first.impulse)
 
 
@@ -158,10 +162,10 @@ def test_a_problem_without_solution_ends_with_its_residual():
 def test_effort_is_bounded_and_what_was_reached_is_told():
     """A jammed heap with three Newton steps allowed: an impulse inside its cones comes back with its true residual."""
     W, q, mu = contact_problems.rubble(np.random.default_rng(10), 30, mu=1.0)
-    impulse, reached, used, _ = solve_rows(compress(W), q, mu, np.zeros_like(q), TOLERANCE, effort=(3, 10**9))
+    impulse, reached, used, _ = solve_blocks(BlockProblem(*compress(W), q, mu), np.zeros_like(q), TOLERANCE, effort=(3, 10**9))
     assert reached > TOLERANCE and used <= 200 + 6
     assert residual(W, q, mu, impulse) == pytest.approx(reached, rel=1e-6)
-    few = solve_rows(compress(W), q, mu, np.zeros_like(q), TOLERANCE, effort=(10_000, 10**5))
+    few = solve_blocks(BlockProblem(*compress(W), q, mu), np.zeros_like(q), TOLERANCE, effort=(10_000, 10**5))
     assert few[2] < 240
 
 
@@ -211,3 +215,18 @@ def test_bad_input_is_refused_in_one_line(change, words):
     with pytest.raises(InputError, match=words) as refusal:
         solve_contacts(**{"W": np.eye(3), "q": [-1.0, 0.0, 0.0], "mu": 0.5, **change})
     assert "\n" not in str(refusal.value)
+
+
+def test_unconverged_islands_are_handed_to_newton():
+    """Ten thousand kilograms on one kilogram: Gauss-Seidel stalls after 20 sweeps, Newton's method meets the tolerance."""
+    world = mb.World()
+    world.add_plane()
+    world.add(mb.Box(1, 1, 1), mass=1.0, position=(0, 0, 0.5))
+    world.add(mb.Box(1, 1, 1), mass=1e4, position=(0, 0, 1.5))
+    still = np.zeros((3, 6))
+    still[1:, 2] = -9.81 / 240
+    problem = scenes.problem(world, 0.5, still)
+    none = np.zeros((len(problem.target), 3))
+    first = gauss_seidel.solve(problem, none, none, iterations=20, tolerance=1e-8)
+    assert first.residual > 1e-8 and len(first.unconverged) == 1
+    assert solve_unconverged(problem, first, 1e-8).residual <= 1e-8

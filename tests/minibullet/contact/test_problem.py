@@ -32,7 +32,7 @@ def test_two_stacks_on_one_floor_are_two_islands():
         for z in (0.5, 1.5):
             world.add(mb.Box(1, 1, 1), mass=1.0, position=(x, 0, z))
     problem = scenes.problem(world)
-    assert len(problem.bodies) == 16 and list(np.diff(problem.islands)) == [8, 8]
+    assert len(problem.target) == 16 and list(np.diff(problem.islands)) == [8, 8]
 
 
 def test_impulses_act_on_both_bodies_at_one_point_and_keep_momentum(generator):
@@ -41,8 +41,8 @@ def test_impulses_act_on_both_bodies_at_one_point_and_keep_momentum(generator):
     for k in range(2):
         world.add(mb.Box(1.0, 0.8, 0.6), mass=1.0 + k, position=(0.1 * k, 0, 0.6 * k))
     problem, bodies = scenes.problem(world), world.registry.scene.bodies
-    impulse, twist = generator.normal(size=(len(problem.bodies), 3)), np.zeros((2, 6))
-    problems.apply_impulses(problem.bodies, problem.rows, impulse, twist)
+    impulse, twist = generator.normal(size=(len(problem.target), 3)), np.zeros((2, 6))
+    problems.apply_impulses(problem.factors, impulse, twist)
     momentum = bodies.mass[:, None] * twist[:, :3]
     spin = bodies.inertia * twist[:, 3:] + np.cross(bodies.position, momentum)
     np.testing.assert_allclose(momentum.sum(axis=0), 0.0, atol=1e-13)
@@ -52,24 +52,7 @@ def test_impulses_act_on_both_bodies_at_one_point_and_keep_momentum(generator):
 def test_vectors_come_back_from_contact_axes(generator):
     """into_world undoes into_axes to rounding."""
     problem = scenes.problem(scenes.block_on_floor()[0])
-    vector = generator.normal(size=(len(problem.bodies), 3))
-    np.testing.assert_allclose(problems.into_world(problem.rows, problems.into_axes(problem.rows, vector)), vector, atol=1e-14)
-
-
-def test_coupled_blocks_are_the_delassus_operator_without_its_zeros(generator):
-    """A heap of touching boxes, two of them fixed: block rows filled into a matrix give W to rounding, columns ascend."""
-    world = mb.World()
-    world.add_plane()
-    for k in range(9):
-        place = 0.95 * np.array([k % 3, k // 3, 0.0]) + (0, 0, 0.5 + 0.02 * k)
-        world.add(mb.Box(1, 1, 1), **({"fixed": True} if k in (2, 7) else {"mass": 1.0 + k}), position=place)
-    problem = scenes.problem(world)
-    contacts = generator.permutation(len(problem.bodies))[:-3]
-    (start, column, block), free = problems.block_rows(problem, contacts)
-    matrix, expected_free = problems.delassus(problem, contacts)
-    filled = np.zeros((len(contacts), 3, len(contacts), 3))
-    filled[np.repeat(np.arange(len(contacts)), np.diff(start)), :, column] = block
-    np.testing.assert_allclose(filled.reshape(matrix.shape), matrix, atol=1e-13 * np.abs(matrix).max())
-    np.testing.assert_array_equal(free, expected_free)
-    assert all(np.all(np.diff(column[a:b]) > 0) for a, b in zip(start, start[1:], strict=False))
-    assert len(block) < 0.9 * len(contacts) ** 2
+    vector = generator.normal(size=(len(problem.target), 3))
+    np.testing.assert_allclose(
+        problems.into_world(problem.factors, problems.into_axes(problem.factors, vector)), vector, atol=1e-14
+    )
