@@ -15,7 +15,7 @@ from minibullet.contact import problem as problems
 from minibullet.dynamics import constraints, depenetration, impacts, integrate, motion_bounds
 from minibullet.dynamics.free_motion import free_motion, inverse_mass
 from minibullet.errors import InputError, is_number, shown_value
-from minibullet.report.step_report import ContactTable, Step
+from minibullet.report.step_report import ContactTable, Step, StepValues
 from minibullet.scene import overlaps
 from minibullet.scene.notices import Notices
 from minibullet.scene.registry import Registry
@@ -211,7 +211,8 @@ class World:
         )
         motion += depenetration.undo_overlap(problem, gap, size, dt)
         after = integrate.integrate(before, motion, solution.twist, torque_free_rate, dt)
-        self._finish(scene, before, after, motion, wrenches, points, law, problem, solution, impact_impulse)
+        values = StepValues(before, after, wrenches, points, law, problem, solution, impact_impulse)
+        self._finish(scene, motion, values)
 
     def _law(self, scene, before, points, factors):
         """The law at each contact: what the bodies say, changed by the effects that speak of contacts."""
@@ -243,8 +244,9 @@ class World:
             solution = exact.solve_unconverged(problem, solution, settings.tolerance)
         return solution
 
-    def _finish(self, scene, before, after, motion, wrenches, points, law, problem, solution, impact_impulse):
+    def _finish(self, scene, motion, values):
         """Take over the state after the step and publish what happened."""
+        after, points, problem, solution = values.after, values.points, values.problem, values.solution
         fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
         if not fine.all():
             # what is fixed cannot be the cause: it is named only where nothing that moves is
@@ -263,7 +265,7 @@ class World:
             self._past.append((self.time, after))
         self.unsolved_steps += solution.residual > self.settings.tolerance
         self.worst_residual = max(self.worst_residual, solution.residual)
-        self.last_step = Step(self, before, after, wrenches, points, law, problem, solution, impact_impulse)
+        self.last_step = Step(self, values)
 
     # ---- running
     # -----------------------------------------------------------------------------------------------------------------
