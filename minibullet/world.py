@@ -15,7 +15,7 @@ from minibullet.contact import problem as problems
 from minibullet.dynamics import constraints, depenetration, impacts, integrate, motion_bounds
 from minibullet.dynamics.free_motion import free_motion, inverse_mass
 from minibullet.errors import InputError, is_number, shown_value
-from minibullet.report.step_report import ContactTable, Step
+from minibullet.report.step_report import ContactTable, Step, StepValues
 from minibullet.scene import overlaps
 from minibullet.scene.notices import Notices
 from minibullet.scene.registry import Registry
@@ -191,9 +191,9 @@ class World:
         # who touches whom, where, how hard last time
         motion_bound = motion_bounds.motion_bound(before.twist, free_twist, scene.bounding_radius, dt)
         points = scene.contact_points(scene.poses(rotation, motion_bound), self._warm_start)
-        pair, gap = points.bodies, points.gap
-        factors, size = constraints.contact_factors(pair, points.arms, inverse), scene.contact_size(pair)
-        self._notices.look(self, pair, gap, size, motion_bound)
+        gap, size = points.gap, scene.contact_size(points.bodies)
+        factors = constraints.contact_factors(points.bodies, points.arms, inverse)
+        self._notices.look(self, points.bodies, gap, size, motion_bound)
         law = self._law(scene, before, points, factors)
 
         # impacts with restitution first, each at its own moment; then the resting contact problem
@@ -211,7 +211,8 @@ class World:
         )
         motion += depenetration.undo_overlap(problem, gap, size, dt)
         after = integrate.integrate(before, motion, solution.twist, torque_free_rate, dt)
-        self._finish(scene, before, after, motion, wrenches, points, law, problem, solution, impact_impulse)
+        values = StepValues(before, after, wrenches, points, law, problem, solution, impact_impulse)
+        self._finish(scene, motion, values)
 
     def _law(self, scene, before, points, factors):
         """The law at each contact: what the bodies say, changed by the effects that speak of contacts."""
@@ -243,8 +244,9 @@ class World:
             solution = exact.solve_unconverged(problem, solution, settings.tolerance)
         return solution
 
-    def _finish(self, scene, before, after, motion, wrenches, points, law, problem, solution, impact_impulse):
+    def _finish(self, scene, motion, values):
         """Take over the state after the step and publish what happened."""
+        after, points, problem, solution = values.after, values.points, values.problem, values.solution
         fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
         if not fine.all():
             # what is fixed cannot be the cause: it is named only where nothing that moves is
@@ -255,8 +257,7 @@ class World:
             )
         scene.bodies = after
         scene.past_motion = motion_bounds.path_bound(motion, scene.bounding_radius, self.settings.time_step)
-        impulse = problems.into_world(problem.factors, solution.impulse)
-        normal = problem.factors.jacobian[:, 0, 0, :3].copy()
+        normal, impulse = points.arms[:, 6:].copy(), problems.into_world(problem.factors, solution.impulse)
         self._warm_start = WarmStart(points.on_a, points.on_b, normal, impulse)
         self.time += self.settings.time_step
         self.steps += 1
@@ -264,7 +265,7 @@ class World:
             self._past.append((self.time, after))
         self.unsolved_steps += solution.residual > self.settings.tolerance
         self.worst_residual = max(self.worst_residual, solution.residual)
-        self.last_step = Step(self, before, after, wrenches, points, law, problem, solution, impact_impulse)
+        self.last_step = Step(self, values)
 
     # ---- running
     # -----------------------------------------------------------------------------------------------------------------

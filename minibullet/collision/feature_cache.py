@@ -177,12 +177,15 @@ def farthest(points, count, direction):
 
 
 @inlined
-def try_edges(pieces, pair, guess, everywhere, near, count_a, count_b, preference, work):
-    """Enter the pairs of the first edge directions of ``work`` that look the way of ``guess``; ``near``: from a point of a to one
-    of b, which no direction parts by more than it parts the bodies."""
+def try_edges(pieces, pair, guess, near, counts, preference, work):
+    """Enter the pairs of the first edge directions of ``work`` (so many of a, of b) that look the way of ``guess``.
+
+    near: from a point of a to one of b, which no direction parts by more than it parts the bodies.
+    """
     centres, rounding = between_centres(pieces, pair), pieces.rounding[pair.a] + pieces.rounding[pair.b]
-    for first in range(count_a):
-        for second in range(count_b):
+    everywhere = guess == NOWHERE
+    for first in range(counts[0]):
+        for second in range(counts[1]):
             normal = cross(at(work.line[0], first), at(work.line[1], second))
             if dot(normal, centres) < 0.0:
                 normal = negative(normal)
@@ -195,8 +198,8 @@ def try_edges(pieces, pair, guess, everywhere, near, count_a, count_b, preferenc
             least = (work.value[1] + rounding + preference) * sine
             if dot(normal, near) <= least:
                 continue
-            most = dot(normal, pair.offset) - farthest(work.end[0], count_a, normal)
-            if most - farthest(work.end[1], count_b, negative(normal)) <= least:
+            most = dot(normal, pair.offset) - farthest(work.end[0], counts[0], normal)
+            if most - farthest(work.end[1], counts[1], negative(normal)) <= least:
                 continue
             normal = divided(normal, sine)
             apart = separation(pieces, pair, normal) - preference
@@ -234,7 +237,7 @@ def search(pieces, cache, k, pair, margin, guess, work):
     limit_a, limit_b = (-np.inf, -np.inf) if everywhere else (reach_a - slab_a, reach_b - slab_b)
     count_a = near_lines(pieces, pair.a, pair.rotation_a, toward_b, limit_a, work.lines[0], work.line[0], work.end[0])
     count_b = near_lines(pieces, pair.b, pair.rotation_b, toward_a, limit_b, work.lines[1], work.line[1], work.end[1])
-    try_edges(pieces, pair, guess, everywhere, near, count_a, count_b, EDGE * size, work)
+    try_edges(pieces, pair, guess, near, (count_a, count_b), EDGE * size, work)
     kind, best = work.feature[0, 0], work.value[0]
     preference = 0.0 if kind < EDGE_EDGE else (EDGE * size if kind == EDGE_EDGE else CORNER * size)
     cache.kind[k], cache.features[k, 0], cache.features[k, 1] = at(work.feature, 0)

@@ -6,28 +6,49 @@ not explain is the ledger defect.
 """
 
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from minibullet import rotations
+from minibullet.bodies import Bodies, ContactLaw
+from minibullet.collision.manifolds import ContactPoints
 from minibullet.contact import problem
+from minibullet.contact.gauss_seidel import Solution
+from minibullet.contact.problem import ContactProblem
 from minibullet.contact.residual import natural_map_error
 from minibullet.dynamics import constraints
 from minibullet.effects.contract import name_of
 
 
+class StepValues(NamedTuple):
+    """The values that one step passes on from part to part."""
+
+    before: Bodies  # when the step began
+    after: Bodies  # when it ended
+    wrenches: tuple  # one (n, 6) array per effect, world frame [N, N m]
+    points: ContactPoints  # who touched whom, and where, when the step began
+    law: ContactLaw  # what holds at each of these contacts
+    problem: ContactProblem
+    solution: Solution
+    impact_impulse: np.ndarray  # impulses of impacts, contact axes [N s], (m, 3); 0.0 without impacts
+
+
 class Step:
     """What one step did. Attributes are plain numbers; ``to_dict()`` has them all under the names of the documentation."""
 
-    def __init__(self, world, before, after, wrenches, points, law, problem, solution, impact_impulse):
+    def __init__(self, world, values):
         self.step, self.time, self.time_step = world.steps, world.time, world.settings.time_step
         self.effects, self.names, self.tolerance = world.effects, tuple(world.registry.scene.names), world.settings.tolerance
-        self.before, self.after, self.wrenches, self.points, self.law = before, after, wrenches, points, law
-        self.problem, self.solution, self.impact_impulse = problem, solution, impact_impulse
-        self.residual, self.iterations = solution.residual, solution.iterations
-        self.converged = solution.residual <= world.settings.tolerance
+        self.before, self.after, self.wrenches, self.points, self.law = values[:5]
+        self.problem, self.solution, self.impact_impulse = values[5:]
+        self.residual, self.iterations = self.solution.residual, self.solution.iterations
+        self.converged = self.solution.residual <= world.settings.tolerance
         self.fcl_calls = world.registry.scene.collision.calls
-        self.reference_mass, self.wall = problem.reference_mass, 0.0  # the world, which has the clock, says how long it took [s]
+        self.reference_mass, self.wall = (
+            self.problem.reference_mass,
+            0.0,
+        )  # the world, which has the clock, says how long it took [s]
 
     @cached_property
     def contacts(self):

@@ -4,8 +4,7 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.collision import manifolds
-from minibullet.dynamics import constraints
-from minibullet.dynamics.depenetration import separation_displacement
+from minibullet.dynamics import constraints, depenetration
 
 TOUCH = 1e-9  # depth, in radii of the smaller body, below which bodies touch and do not overlap [-]
 PLAY = 0.02  # gap, in radii of each body, up to which a pair is watched while bodies are pushed apart [-]
@@ -33,7 +32,7 @@ def separate(scene, movable, most):
         cache = collision.cache._replace(contacts=np.zeros_like(collision.cache.contacts))
         points = manifolds.build(collision.pieces, cache, _poses(scene, PLAY), collision.polygons, manifolds.NO_CONTACTS)
         factors = constraints.contact_factors(points.bodies, points.arms, inverse)
-        shift = separation_displacement(factors, points.gap, np.zeros(len(points.gap)), share=1.0, sweeps=50)
+        shift = depenetration.separation_displacement(factors, points.gap, np.zeros(len(points.gap)), share=1.0, sweeps=50)
         scene.bodies = scene.bodies._replace(position=scene.bodies.position + shift[:, :3])
         scene.past_motion = np.sqrt((shift[:, :3] ** 2).sum(axis=1))
         collision.cache.since_points[:] = np.inf  # last step's contact points have been left behind

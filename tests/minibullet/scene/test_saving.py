@@ -1,12 +1,12 @@
 """A world on disk: it goes on bit for bit, a broken write leaves the old file, a foreign file is refused in one line."""
 
 import copy
-import importlib
 import io
 import json
 import os
 import zipfile
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -340,22 +340,22 @@ def test_a_shape_of_the_users_own_cannot_be_saved(tmp_path):
 # ---- steps that do not end ---------------------------------------------------------------------------------------------------
 
 
-PARTS = (
-    "collision.manifolds.build",
-    "contact.gauss_seidel.solve",
-    "dynamics.depenetration.undo_overlap",
-    "dynamics.integrate.integrate",
+@pytest.mark.parametrize(
+    "where",
+    [
+        "collision.manifolds.build",
+        "contact.gauss_seidel.solve",
+        "dynamics.depenetration.undo_overlap",
+        "dynamics.integrate.integrate",
+    ],
 )
-
-
-@pytest.mark.parametrize("where", PARTS)
 def test_an_interrupted_step_changes_nothing(generator, monkeypatch, where):
     """Ctrl-C between any two parts of a step: the world is that of the step before, and goes on bit for bit."""
     world, twin = falling(np.random.default_rng(3)), falling(np.random.default_rng(3))
     world.step(70)
     twin.step(70)
-    room, _, name = where.rpartition(".")
-    room = importlib.import_module(f"minibullet.{room}")
+    room, name = where.rsplit(".", 1)
+    room = import_module(f"minibullet.{room}")
     done = getattr(room, name)
 
     def interrupted(*given, **named):
