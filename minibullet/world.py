@@ -202,7 +202,7 @@ class World:
         free_twist, mean_twist = free_twist + jump, mean_twist + jump - correction / dt
         rounding = 1e-14 * motion_bound.max(initial=0.0) / dt
         problem = constraints.assemble(scene, factors, gap, law, free_twist, correction, rounding, dt)
-        solution = self._solve(problem, problems.into_axes(factors, points.impulse))
+        solution = self._solve(problem, problems.into_axes(factors.jacobian, points.impulse))
 
         # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity
         change = solution.twist - free_twist
@@ -257,7 +257,7 @@ class World:
             )
         scene.bodies = after
         scene.past_motion = motion_bounds.path_bound(motion, scene.bounding_radius, self.settings.time_step)
-        normal, impulse = points.arms[:, 6:].copy(), problems.into_world(problem.factors, solution.impulse)
+        normal, impulse = points.arms[:, 6:].copy(), problems.into_world(problem.factors.jacobian, solution.impulse)
         self._warm_start = WarmStart(points.on_a, points.on_b, normal, impulse)
         self.time += self.settings.time_step
         self.steps += 1

@@ -70,12 +70,15 @@ def unknown(close):
 
 def carried_over(cache, close):
     """A cache for these close pieces with all that ``cache`` knows of them."""
-    new = unknown(close)
-    place = {key: k for k, key in enumerate(zip(*cache.bodies.T.tolist(), *cache.pieces.T.tolist(), strict=True))}
-    match = np.array([place.get(tuple(key), -1) for key in close.tolist()], dtype=np.int64)
-    known = match >= 0
-    for array, old in zip(new, cache, strict=True):
-        array[known] = old[match[known]]
+    new, before = unknown(close), np.hstack([cache.bodies, cache.pieces])
+    if len(before) and len(close):
+        most = np.maximum(before.max(axis=0), close.max(axis=0)) + 1
+        old_key, key = (np.ravel_multi_index(tuple(pairs.T), most) for pairs in (before, close))
+        order = np.argsort(old_key)
+        match = order[np.minimum(np.searchsorted(old_key, key, sorter=order), len(order) - 1)]
+        known = old_key[match] == key
+        for array, old in zip(new, cache, strict=True):
+            array[known] = old[match[known]]
     return new
 
 

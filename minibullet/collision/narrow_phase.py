@@ -49,9 +49,8 @@ class Collision:
         if len(queries):
             orientation, place = np.empty((len(queries), 3, 3)), np.empty((len(queries), 3))
             relative_poses(self.cache, poses, queries, orientation, place)
-            directions = np.array(
-                [self._query(*both) for both in zip(self.cache.pieces[queries], orientation, place, strict=True)]
-            )
+            pieces = self.cache.pieces[queries].tolist()
+            directions = np.array([self._query(*pair) for pair in zip(pieces, orientation, place, strict=True)])
             revalidate_all(self.pieces, self.cache, poses, queries, directions, self._workspace)
         return self.cache
 
@@ -99,10 +98,11 @@ class Collision:
         FCL's tolerances are absolute lengths, so it sees everything scaled by a power of two to about unit size. It is not
         needed where one piece is a capsule: the segment's point that lies nearest says the direction.
         """
-        if self.pieces.kind[both].min() <= CAPSULE:
+        i, j = both
+        if self.pieces.kind[i] <= CAPSULE or self.pieces.kind[j] <= CAPSULE:
             return capsule_direction(self.pieces, Pair(*both, np.eye(3), orientation, tuple(place)))
-        exponent = frexp(self.pieces.bounding_radius[both].max())[1]
-        a, b = (self._hull(piece, exponent, role) for role, piece in enumerate(both.tolist()))
+        exponent = frexp(max(self.pieces.bounding_radius[i], self.pieces.bounding_radius[j]))[1]
+        a, b = self._hull(i, exponent, "a"), self._hull(j, exponent, "b")
         b.setTransform(fcl.Transform(orientation, place * 2.0**-exponent))
         result = fcl.DistanceResult()
         self.calls += 1

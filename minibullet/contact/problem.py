@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet.kernels import kernel, leaf
+from minibullet.vectors import at, put, turn, turn_back
 
 
 class DelassusFactors(NamedTuple):
@@ -131,13 +132,19 @@ def find_islands(bodies, moving):
     return order, islands[: filled + 1]
 
 
-def into_axes(factors, vector):
+@kernel
+def into_axes(jacobian, vector):
     """World vectors (m, 3) in the axes of their contacts (m, 3)."""
-    axes = factors.jacobian[:, 0, :, :3]
-    return axes[:, :, 0] * vector[:, :1] + axes[:, :, 1] * vector[:, 1:2] + axes[:, :, 2] * vector[:, 2:]
+    result = np.empty_like(vector)
+    for c in range(len(result)):
+        put(result, c, turn(jacobian[c, 0, :, :3], at(vector, c)))
+    return result
 
 
-def into_world(factors, vector):
+@kernel
+def into_world(jacobian, vector):
     """Vectors in contact axes (m, 3) in world axes (m, 3)."""
-    axes = factors.jacobian[:, 0, :, :3]
-    return axes[:, 0] * vector[:, :1] + axes[:, 1] * vector[:, 1:2] + axes[:, 2] * vector[:, 2:]
+    result = np.empty_like(vector)
+    for c in range(len(result)):
+        put(result, c, turn_back(jacobian[c, 0, :, :3], at(vector, c)))
+    return result

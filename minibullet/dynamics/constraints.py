@@ -75,8 +75,8 @@ def describe(bodies, pair, arms, gap, factors, impulse, time_step):
         bodies.position[pair[:, 0]] + arms[:, :3],
         normal,
         gap,
-        into_world(factors, relative_velocity(factors, bodies.twist)),
-        into_axes(factors, impulse)[:, 0] / time_step,
+        into_world(factors.jacobian, relative_velocity(factors, bodies.twist)),
+        into_axes(factors.jacobian, impulse)[:, 0] / time_step,
     )
 
 

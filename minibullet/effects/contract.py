@@ -165,8 +165,10 @@ def wrench(effect: Effect, bodies: Bodies, time: float) -> np.ndarray:
 def added_mass(effects, bodies: Bodies) -> np.ndarray | None:
     """The added mass of all effects together, zero for fixed bodies, (n, 6, 6), or None where no effect adds any."""
     effects = [effect for effect in effects if overrides(effect, "added_mass")]
+    if not effects:
+        return None
     rows, movable = _movable(bodies)
-    if not effects or not len(movable.mass):
+    if not len(movable.mass):
         return None
     return reduce(np.add, (_spread(effect, rows, movable, effect.added_mass(movable), bodies, (6, 6)) for effect in effects))
 

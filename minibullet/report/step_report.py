@@ -59,7 +59,7 @@ class Step:
     @property
     def impulse(self):
         """Impulse on body b of each contact, world axes [N s], (m, 3); those of impacts included."""
-        return problem.into_world(self.problem.factors, self.solution.impulse + self.impact_impulse)
+        return problem.into_world(self.problem.factors.jacobian, self.solution.impulse + self.impact_impulse)
 
     @cached_property
     def final_velocity(self):
@@ -164,7 +164,7 @@ class Step:
 
     def _rolling_work(self, mean):
         rate = mean[self.problem.factors.bodies[:, 1], 3:] - mean[self.problem.factors.bodies[:, 0], 3:]
-        return float((problem.into_world(self.problem.factors, self.solution.moment) * rate).sum())
+        return float((problem.into_world(self.problem.factors.jacobian, self.solution.moment) * rate).sum())
 
     def _angular(self, bodies):
         """Angular momentum of each body about its own centre [kg m2/s], (n, 3); zero if fixed."""

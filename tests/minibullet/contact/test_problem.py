@@ -54,5 +54,5 @@ def test_vectors_come_back_from_contact_axes(generator):
     problem = scenes.problem(scenes.block_on_floor()[0])
     vector = generator.normal(size=(len(problem.target), 3))
     np.testing.assert_allclose(
-        problems.into_world(problem.factors, problems.into_axes(problem.factors, vector)), vector, atol=1e-14
+        problems.into_world(problem.factors.jacobian, problems.into_axes(problem.factors.jacobian, vector)), vector, atol=1e-14
     )
