@@ -247,8 +247,8 @@ class World:
     def _finish(self, scene, motion, values):
         """Take over the state after the step and publish what happened."""
         after, points, problem, solution = values.after, values.points, values.problem, values.solution
-        fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
-        if not fine.all():
+        if not integrate.is_finite(after.position, after.twist):
+            fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
             # what is fixed cannot be the cause: it is named only where nothing that moves is
             bad = int(np.argmin(fine | (~scene.moving & ~fine[scene.moving].all())))
             raise InputError(

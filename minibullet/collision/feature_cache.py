@@ -272,9 +272,9 @@ def margins(cache, k, poses):
 
 
 @inlined
-def largest_gap(poses, a, b, size):
+def largest_gap(motion_bound, a, b, size):
     """Gap beyond which pieces of bodies a and b, the smaller of them of this size, get no contacts in this step [m]."""
-    return poses.motion_bound[a] + poses.motion_bound[b] + DETECTION * size
+    return motion_bound[a] + motion_bound[b] + DETECTION * size
 
 
 @inlined
@@ -332,7 +332,7 @@ def update(pieces, cache, poses, work, queries):
     count = 0
     for k in range(len(cache.kind)):
         a, b, size = cache.bodies[k, 0], cache.bodies[k, 1], smaller_radius(pieces, cache.pieces[k, 0], cache.pieces[k, 1])
-        motion, most = poses.past_motion[a] + poses.past_motion[b], largest_gap(poses, a, b, size)
+        motion, most = poses.past_motion[a] + poses.past_motion[b], largest_gap(poses.motion_bound, a, b, size)
         cache.gap[k] -= motion
         cache.since_search[k] += motion
         cache.since_query[k] += motion

@@ -58,19 +58,19 @@ NO_CONTACTS = WarmStart(*np.empty((4, 0, 3)))
 def build(pieces, cache, poses, scratch, last):
     """All contacts of the step, ContactPoints. ``last`` (WarmStart) is used up; ``cache.contacts`` and ``cache.since_points`` are
     brought up to date. ``scratch``: of ``clipping.polygons``."""
-    most = MOST * count_near(pieces, cache, poses) + len(last.normal)
+    most = MOST * count_near(pieces.bounding_radius, cache.pieces, cache.bodies, cache.gap, poses.motion_bound) + len(last.normal)
     points = ContactPoints(np.empty((most, 2), dtype=np.int64), np.empty((most, 9)), np.empty(most), *np.empty((3, most, 3)))
     total = fill(pieces, cache, poses, scratch, last, points)
     return ContactPoints(*(array[:total] for array in points))
 
 
 @leaf
-def count_near(pieces, cache, poses):
-    """How many pairs may touch in this step."""
+def count_near(bounding_radius, pieces, bodies, gap, motion_bound):
+    """How many pairs may touch in this step. Single arrays, as whole records cost more to hand over than the work."""
     count = 0
-    for k in range(len(cache.gap)):
-        size = smaller_radius(pieces, cache.pieces[k, 0], cache.pieces[k, 1])
-        count += not cache.gap[k] > largest_gap(poses, cache.bodies[k, 0], cache.bodies[k, 1], size)  # as in ``fill``, NaN counts
+    for k in range(len(gap)):
+        size = min(bounding_radius[pieces[k, 0]], bounding_radius[pieces[k, 1]])
+        count += not gap[k] > largest_gap(motion_bound, bodies[k, 0], bodies[k, 1], size)  # as in ``fill``, NaN counts
     return count
 
 
@@ -82,7 +82,7 @@ def fill(pieces, cache, poses, scratch, last, points):
         first, end = cache.contacts[k, 0], cache.contacts[k, 1]
         cache.contacts[k, 0] = total
         size = smaller_radius(pieces, cache.pieces[k, 0], cache.pieces[k, 1])
-        most = largest_gap(poses, cache.bodies[k, 0], cache.bodies[k, 1], size)
+        most = largest_gap(poses.motion_bound, cache.bodies[k, 0], cache.bodies[k, 1], size)
         if cache.gap[k] > most or at(cache.normal, k) == (0.0, 0.0, 0.0):
             cache.since_points[k] = np.inf
         elif cache.since_points[k] <= SAME_POINTS * size:

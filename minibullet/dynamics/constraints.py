@@ -93,12 +93,14 @@ def assemble(scene, factors, gap, law, free_twist, correction, rounding, time_st
         pull = np.zeros((len(gap), 3))
         pull[:, 0] = np.where(gap <= 1e-4 * scene.contact_size(factors.bodies), -time_step * law.adhesion, 0.0)
         apply_impulses(factors, pull, free_twist)
+    rolling = np.empty((len(gap), 2))
+    rolling[:, 0], rolling[:, 1] = law.rolling_arm, law.spinning_arm
     order, islands = find_islands(factors.bodies, scene.moving)
     return ContactProblem(
         factors=factors,
         target=-np.maximum(left, 0.0) / time_step,
         friction=law.friction,
-        rolling=np.column_stack([law.rolling_arm, law.spinning_arm]),
+        rolling=rolling,
         free_twist=free_twist,
         order=order,
         islands=islands,

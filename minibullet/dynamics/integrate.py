@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 
 from minibullet.dynamics.rigid_rotation import keep_angular_momentum
-from minibullet.kernels import kernel
+from minibullet.kernels import kernel, leaf
 from minibullet.rotations import quaternion
 
 
@@ -26,12 +26,12 @@ def admissible_motion(factors, gap, tolerance, mean, final, time_step):
             a, b = factors.bodies[c, 0], factors.bodies[c, 1]
             if settled[a] and settled[b]:
                 continue
-            normal_a, normal_b, approach = factors.jacobian[c, 0, 0], factors.jacobian[c, 1, 0], 0.0
+            approach = 0.0
             for d in range(3):
                 approach += (
-                    normal_a[d] * (motion[b, d] - motion[a, d])
-                    + normal_b[3 + d] * motion[b, 3 + d]
-                    - normal_a[3 + d] * motion[a, 3 + d]
+                    factors.jacobian[c, 0, 0, d] * (motion[b, d] - motion[a, d])
+                    + factors.jacobian[c, 1, 0, 3 + d] * motion[b, 3 + d]
+                    - factors.jacobian[c, 0, 0, 3 + d] * motion[a, 3 + d]
                 )
             if gap[c] + time_step * approach < -tolerance[c] and time_step * approach < 0.0:
                 for body in (a, b):
@@ -71,3 +71,13 @@ def integrate(bodies, motion, twist, torque_free_rate, time_step):
     before = bodies.orientation, bodies.twist[:, 3:], bodies.inertia
     keep_angular_momentum(before, orientation, torque_free_rate, twist[:, 3:])
     return bodies._replace(position=position, orientation=orientation, twist=twist)
+
+
+@leaf
+def is_finite(position, twist):
+    """Whether every body's place (n, 3) and velocity (n, 6) are numbers."""
+    total = 0.0  # stays zero only with finite numbers: 0 inf and 0 NaN are NaN
+    for n in range(len(twist)):
+        for k in range(3):
+            total += 0.0 * position[n, k] + 0.0 * twist[n, k] + 0.0 * twist[n, 3 + k]
+    return total == 0.0
