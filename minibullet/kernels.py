@@ -42,6 +42,12 @@ def inlined(function):
     return register_jitable(_nrt=False, forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
 
 
+def cold():
+    """Is no code of this version compiled yet, as far as one can know? Then a first step waits for the compiler."""
+    folder = None if numba.config.DISABLE_JIT else _folder(numba.config.CACHE_DIR)
+    return bool(folder) and not any(Path(folder).rglob("*.nbi"))
+
+
 @cache
 def _folder(chosen):
     """Where compiled code is kept: in the folder that NUMBA_CACHE_DIR chose; else beside this file or, where nothing can be

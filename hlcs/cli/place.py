@@ -8,6 +8,7 @@ from hlcs.placement import report
 from hlcs.placement.comparison import compare_layers, laboratory_for
 from hlcs.placement.placement_file import make_placement, read_placement_file
 from hlcs.placement.procedure import PlacementTest
+from hlcs.processes.compilation import compile_engine
 
 
 @click.command()
@@ -43,6 +44,7 @@ def _place(test, out, json_file, quiet):
     """Run a test, print it beside the laboratory's, write its files."""
     measured = laboratory_for(test)
     with out_folder(out) as folder:
+        compile_engine(quiet)
         with ProgressBar("layers", test.layers, quiet) as bar:
             result = test.run(progress=lambda layer: bar.update())
         if folder:

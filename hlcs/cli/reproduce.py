@@ -6,6 +6,7 @@ from hlcs.cli import error_handling
 from hlcs.cli.options import SEED, ProgressBar, example, out_folder, output_options, publish, workers_option
 from hlcs.paper import reproduce_files
 from hlcs.paper.reproduce import TABLES, Plan
+from hlcs.processes.compilation import compile_engine
 
 
 @click.command()
@@ -31,6 +32,7 @@ def reproduce(table, repeats, workers, seed, out, json_file, quiet, **settings):
     plan = Plan({name: value for name, value in settings.items() if value is not None}, repeats, seed, workers)
     documents, texts = {}, []
     with out_folder(out) as folder:
+        compile_engine(quiet)
         for name in TABLES if table == "all" else (table,):
             with ProgressBar(name, None, quiet) as bar:
                 documents[name], text = reproduce_files.run(name, plan, folder, None if quiet else bar.start)

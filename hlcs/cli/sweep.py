@@ -14,6 +14,7 @@ from hlcs.cli.options import (
     workers_option,
 )
 from hlcs.placement import parameter_sweep
+from hlcs.processes.compilation import compile_engine
 
 
 @click.command()
@@ -34,6 +35,8 @@ def sweep(file, store, workers, allow_outside, dask, out, json_file, quiet):
     parameter_sweep.check_store(store)  # before it is said that anything is kept there
     error_handling.remember(f"finished runs are kept in {store}: the same command goes on from there")
     with out_folder(out) as folder:
+        if not dask:
+            compile_engine(quiet)
         with ProgressBar("runs", None, quiet) as bar:
             outcome = parameter_sweep.run_sweep(plan, store, workers, dask, bar.start)
         if folder:
