@@ -47,7 +47,6 @@ LONG = {
     "minibullet.world.World.add": "public: every property of a body has its name, most of them a default",
     "minibullet.scene.records.body": "takes what World.add was given",
     "hlcs.cli.experiments.diagnose": "to be shortened",
-    "hlcs.files.csv_files.read_csv": "to be shortened",
 }
 
 
