@@ -237,7 +237,7 @@ def test_place_that_takes_no_files_is_refused():
 def test_killed_process_leaves_no_result(tmp_path):
     """kill -9 in the middle of a run: no folder under the final name."""
     script = (
-        "import os, signal\nfrom hlcs.files import folders as files\nwith files.result_folder('out') as folder:\n"
+        "import os, signal\nfrom hlcs.files import folders\nwith folders.result_folder('out') as folder:\n"
         "    (folder / 'result.json').write_text('{')\n    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(Path(folders.__file__).parents[2])}
