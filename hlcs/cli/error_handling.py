@@ -1,5 +1,5 @@
-"""The outermost handling of errors: whatever happens in the command ends in one line on stderr and an exit status, never in a
-traceback.
+"""The outermost handling of errors: whatever happens in the command
+ends in one line on stderr and an exit status, never in a traceback.
 
 Exit status: 0 done, 2 the user's input is at fault, 1 anything else. What nobody foresaw is written, with its traceback, to a
 report. Nothing heavy is imported here: errors are handled before NumPy and the compiler are loaded. All that the command

@@ -1,5 +1,5 @@
-"""What a fit is made of: which numbers are observations, the linearisation at one point, the fitted model, and what became of
-a candidate."""
+"""What a fit is made of: which numbers are observations, the linearisation
+at one point, the fitted model, and what became of a candidate."""
 
 from dataclasses import dataclass, field
 from functools import cached_property

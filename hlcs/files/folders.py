@@ -289,8 +289,8 @@ def runs(process):
 def _put_in_place(partial, target):
     """Rename `partial` to `target`, an earlier result stepping aside first and coming back if that fails.
 
-    Aside, where no other program finds it, it is looked at once more: minutes have gone by, and somebody may have put his own
-    file there.
+    Aside, where no other program finds it, it is looked at once more:
+    minutes have gone by, and somebody may have put his own file there.
     """
     if not target.exists():
         os.rename(partial, target)

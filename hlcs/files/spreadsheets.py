@@ -7,8 +7,8 @@ STARTS = ("=", "+", "-", "@", "\t", "\r")  # what spreadsheets take for the begi
 
 
 def csv_text(columns):
-    """The CSV text of columns {name: values}, missing values (None, NaN) blank; a text that would be a formula gets an apostrophe
-    before it."""
+    """The CSV text of columns {name: values}, missing values (None, NaN)
+    blank; a text that would be a formula gets an apostrophe before it."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(map(_shown, columns))

@@ -27,8 +27,8 @@ SIDES = {  # neighbours of a unit, in spacings; those on the other side mirror t
 
 
 def first_headings(test, centres):
-    """Headings [rad] that the units of a PlacementTest's first layer can have side by side; centres: (n, 2) where they are
-    aimed [m].
+    """Headings [rad] that the units of a PlacementTest's first layer
+    can have side by side; centres: (n, 2) where they are aimed [m].
 
     InputError that names the narrowest spacings where they cannot stand with any heading.
     """

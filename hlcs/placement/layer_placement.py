@@ -246,17 +246,17 @@ def level_of(heights, level, nominal_diameter):
 
 
 def shake(world, handles, acceleration, nominal_diameter):
-    """Shake the bottom to and fro along x: what the units feel on it, as blows in turn, each of half a period of the sine.
+    """Shake the bottom to and fro along x: what the units feel on it, as velocity jumps, one every half period of the sine.
 
     acceleration: peak [g]; two periods pass while a stone falls from rest over Dn / 2. A sine of peak a and frequency f gives
-    a speed of a / (pi f) in half a period; the blows start and end with half a blow, so that none stays.
+    a speed of a / (pi f) in half a period; the first and the last jump are half of that, so that no speed stays.
     """
     frequency = 2.0 * np.sqrt(9.81 / nominal_diameter)
-    blow = np.array([9.81 * acceleration / (np.pi * frequency), 0.0, 0.0])
+    jump = np.array([9.81 * acceleration / (np.pi * frequency), 0.0, 0.0])
     for half in range(2 * SHAKES + 1):
         size = 0.5 if half in (0, 2 * SHAKES) else 1.0
         for handle in handles:
-            handle.velocity = handle.velocity + size * (-1.0) ** half * blow
+            handle.velocity = handle.velocity + size * (-1.0) ** half * jump
         world.run(0.5 / frequency)
 
 

@@ -53,8 +53,8 @@ class PlacementResult(Result):
 
     @cached_property
     def fallen_layers(self):
-        """Numbers of the layers that are none: they carry no plate, and of their units fewer than half stand in them, at rest and
-        carried."""
+        """Numbers of the layers that are none: they carry no plate, and of
+        their units fewer than half stand in them, at rest and carried."""
         units = np.array([len(poses) for poses in self.poses])
         stand = units - self.lost - [record.unsettled for record in self.records]
         return (np.flatnonzero(np.isnan(self.heights) & (2 * stand < np.maximum(units, 1))) + 1).tolist()

@@ -31,8 +31,8 @@ class Readings(NamedTuple):
 
 
 def plate_centres(centres, nominal_diameter, per_side=3):
-    """Where plates are laid on a layer: per_side x per_side places, evenly over the inner part of its units' centres, (k, 2)
-    [m].
+    """Where plates are laid on a layer: per_side x per_side places,
+    evenly over the inner part of its units' centres, (k, 2) [m].
 
     The outermost plates reach a quarter of Dn beyond the outermost centres, so that edge units do not tilt them.
     """
@@ -118,8 +118,8 @@ def top(unit):
 
 
 def _carriers(load, kind):
-    """What bears more than NO_LOAD of a plate, sorted; load: {name: impulse}; kind: {name: word}, "the bed" where there is
-    none."""
+    """What bears more than NO_LOAD of a plate, sorted; load: {name: impulse};
+    kind: {name: word}, "the bed" where there is none."""
     shares = {}
     for name, impulse in load.items():
         word = kind.get(name, "the bed")

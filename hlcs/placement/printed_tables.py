@@ -86,8 +86,8 @@ def laboratory(table, grid=None):
 
 
 def paper_numerical(table, grid=None, study="numerical"):
-    """The layer coefficients of the paper's own Bullet model as a `LayerTable`; `study="centi"` gives Centi (2020), of
-    unknown N.
+    """The layer coefficients of the paper's own Bullet model as a
+    `LayerTable`; `study="centi"` gives Centi (2020), of unknown N.
     """
     if study not in ("numerical", "centi"):
         raise InputError(f"study = {study!r}; known studies are 'numerical' and 'centi'")

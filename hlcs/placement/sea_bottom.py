@@ -164,8 +164,8 @@ class Survey:
 
 
 def height_above(bottom, position):
-    """Height of points (.., 3) above the bottom [m]; beyond a survey its rim counts, so that what rolls off it is only far
-    down."""
+    """Height of points (.., 3) above the bottom [m]; beyond a survey
+    its rim counts, so that what rolls off it is only far down."""
     x, y, z = np.moveaxis(np.asarray(position, dtype=float), -1, 0)
     if isinstance(bottom, Survey):
         x, y = np.clip(x, bottom.x[0], bottom.x[-1]), np.clip(y, bottom.y[0], bottom.y[-1])

@@ -101,8 +101,8 @@ def welch(measured, model):
 
 
 def holm(p):
-    """Holm's adjusted p-values (n,): multiple comparisons, no assumption of independence. S. Holm, Scand. J. Statist. 6
-    (1979).
+    """Holm's adjusted p-values (n,): multiple comparisons, no
+    assumption of independence. S. Holm, Scand. J. Statist. 6 (1979).
     """
     p = np.asarray(p, dtype=float)
     order = np.argsort(p)
@@ -142,8 +142,8 @@ def perfect_model_error(measured, model, draws=200_000, seed=0):
 def detectable_shift(standard_error, layers=5, significance=0.05, power=0.8):
     """Smallest shift of one layer among `layers` that is found with the given power, (z_(1 - a/2M) + z_power) * standard error.
 
-    `standard_error` (M,) or scalar is that of the difference model - measured; Bonferroni over the layers, two-sided: 3.42
-    standard errors.
+    `standard_error` (M,) or scalar is that of the difference
+    model - measured; Bonferroni over the layers, two-sided: 3.42 standard errors.
     """
     return (special.ndtri(1.0 - 0.5 * significance / layers) + special.ndtri(power)) * np.asarray(standard_error)
 

@@ -7,7 +7,7 @@ from hlcs.files.limits import MOST_STEPS, unlikely
 from minibullet.errors import InputError, InputWarning
 
 MOST_UNITS = 100_000  # of a test: 1,500 units take a minute or more, so a day
-STRIDE = 0.5  # of its size that a body may fall through in a step: beyond that two can pass through each other unseen
+MOST_FALL = 0.5  # of its size that a body may fall in a step: beyond that two can pass through each other unseen
 
 
 def tell_unlikely(test):
@@ -34,9 +34,9 @@ def check_effort(test):
         )
     size = test.side
     speed = sqrt(2 * 9.81 * (test.falling_distance + 1) * size)  # after its fall, and down into a gap of its own size
-    if speed * test.time_step > STRIDE * size:
+    if speed * test.time_step > MOST_FALL * size:
         raise InputError(
             f"placement: a unit of side = {size:g} m falls by {speed * test.time_step:.2g} m in one time_step = "
             f"{test.time_step:g} s, more than half its size, and would pass through others; take time_step <= "
-            f"{STRIDE * size / speed:.2g} s"
+            f"{MOST_FALL * size / speed:.2g} s"
         )

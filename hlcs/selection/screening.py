@@ -75,8 +75,8 @@ class Screening:
     def likeness(self, fit, index, entry):
         """How well a candidate stands in for term `index` right at a fit: (cosine, numbers that imitate the term) or None.
 
-        The linear gain from the null value misjudges strong effects through contacts; here both laws are compared where the
-        data are.
+        The linear gain from the null value misjudges strong effects
+        through contacts; here both laws are compared where the data are.
         """
         views = None if entry.absent is None else self.views(fit, entry, anew=True)
         if views is None:

@@ -40,8 +40,8 @@ def distance(one, two, weight=1e3):
 
 
 def axis_separation(a, b):
-    """Largest separation over all face normals and all cross products of edges (the separating-axis theorem); exact where
-    negative."""
+    """Largest separation over all face normals and all cross products
+    of edges (the separating-axis theorem); exact where negative."""
     one, two = corners(a), corners(b)
     lines = [[points[w] - points[v] for v, w in body.shape.pieces[0].edges] for body, points in ((a, one), (b, two))]
     crossed = np.cross(np.array(lines[0])[:, None], np.array(lines[1])[None]).reshape(-1, 3)

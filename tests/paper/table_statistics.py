@@ -57,11 +57,11 @@ def fisher(p):
 
 
 def campaign_term(mean, standard_error):
-    """Relative standard deviation between campaigns that measured the same thing [-], 0 where their scatter explains the
-    differences.
+    """Relative standard deviation between campaigns that measured the
+    same thing [-], 0 where their scatter explains the differences.
 
-    `mean` and `standard_error` (C,) of C >= 2 campaigns. Method of moments: variance of the means less their mean squared
-    standard error.
+    `mean` and `standard_error` (C,) of C >= 2 campaigns. Method of
+    moments: variance of the means less their mean squared standard error.
     """
     mean, standard_error = np.asarray(mean, dtype=float), np.asarray(standard_error, dtype=float)
     if mean.size < 2:

@@ -14,8 +14,8 @@ def test_fisher_closed_form():
 
 
 def test_chi_squared_bootstrap_has_the_right_size(generator):
-    """Among tables without any difference, p below 0.1 in about a tenth: 0.1 -+ 3 standard deviations of 200 tables is
-    0.036-0.164.
+    """Among tables without any difference, p below 0.1 in about a
+    tenth: 0.1 -+ 3 standard deviations of 200 tables is 0.036-0.164.
     """
     low = 0
     for _ in range(200):

@@ -75,8 +75,8 @@ def test_the_slope_is_biased_one_way():
 
 
 def test_campaigns_of_the_laboratory_differ():
-    """First layers on flat floors, RPG and TPG: 1.9 % and 4.5 sigma apart; TPG flat and slope: t 2.4. Hence a term of 1 to
-    1.5 %.
+    """First layers on flat floors, RPG and TPG: 1.9 % and 4.5 sigma
+    apart; TPG flat and slope: t 2.4. Hence a term of 1 to 1.5 %.
     """
     rpg, tpg, slope = (PAIRS[name][0] for name in ("RPG", "TPG", "slope"))
     error = {lab.campaign: statistics.standard_error(lab)[0] for lab in (rpg, tpg, slope)}
@@ -102,8 +102,8 @@ def test_second_layer_drops_on_the_slope_in_the_laboratory_only():
     ("name", "layer", "low", "high"), [("RPG", 2, 1.66, 2.25), ("slope", 2, 2.62, 3.00), ("TPG", 1, 1.15, 1.67)]
 )
 def test_what_survives_the_campaign_term(name, layer, low, high):
-    """Marginal z of the flagged layers with a term of 1.5 % (low) and 1 % (high): only the slope's second layer stays above
-    2.6.
+    """Marginal z of the flagged layers with a term of 1.5 % (low)
+    and 1 % (high): only the slope's second layer stays above 2.6.
     """
     lab, model = PAIRS[name]
     for term, expected in ((0.015, low), (0.010, high)):
@@ -161,8 +161,8 @@ def test_subtracting_two_margins_per_layer_does_not_mend_all():
 
 
 def test_reference_runs_score_what_is_recorded():
-    """eps_R of the runs in reference.csv against laboratory and against the paper's model; their k are printed to 0.001, so
-    0.1 %.
+    """eps_R of the runs in reference.csv against laboratory and
+    against the paper's model; their k are printed to 0.001, so 0.1 %.
     """
     for _, run in table_statistics.reference_runs().dropna(subset="k1").iterrows():
         lab, model = PAIRS["slope" if run.bottom_slope else run.grid]

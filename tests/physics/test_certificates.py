@@ -1,7 +1,7 @@
 """Sections 2.2 to 2.5: what every step publishes about itself, on a heap that falls, slides, strikes and comes to rest.
 
-Certificate: natural map, cone, dual, Signorini, slip. Ledger: energy and momentum. A step that is not solved says so and is
-counted.
+Certificate: natural map, cone, dual, Signorini, slip. Ledger: energy
+and momentum. A step that is not solved says so and is counted.
 """
 
 import invariant

@@ -83,8 +83,8 @@ class LayerSearch(LayerJudge):
         return fits, rounds
 
     def _round(self, fit, candidates):
-        """Trials of all candidates on a fit: a quick look at all of them, or their earlier signatures, says which are worth all
-        pairs."""
+        """Trials of all candidates on a fit: a quick look at all of them,
+        or their earlier signatures, says which are worth all pairs."""
         most = RESCREEN if self.signatures else FINALISTS
         if not self.signatures:
             self.sign(fit, candidates, SCREEN)

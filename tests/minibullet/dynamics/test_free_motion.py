@@ -18,8 +18,8 @@ def test_damping_takes_the_share_that_its_law_names(law, left):
 
 
 def test_the_inverse_mass_is_that_of_the_library(generator):
-    """Gauss-Jordan against NumPy on 100 masses with added mass and coupling, moments apart by up to 1e6: to rounding times the
-    condition number."""
+    """Gauss-Jordan against NumPy on 100 masses with added mass and coupling,
+    moments apart by up to 1e6: to rounding times the condition number."""
     root = generator.normal(size=(100, 6, 6)) * 10.0 ** generator.uniform(-1.5, 1.5, (100, 6, 1))
     matrices = root @ root.swapaxes(1, 2)
     found = matrices.copy()

@@ -4,9 +4,8 @@ import os
 
 import pytest
 
-from minibullet.errors import InputError, shown
+from minibullet.errors import InputError
 from minibullet.files.reading import read_bytes, read_text
-from minibullet.files.writing import replace_file, whole
 
 
 def read(path, most=100):
@@ -53,39 +52,3 @@ def test_the_mark_before_the_text_is_left_out(tmp_path):
     path = tmp_path / "a.txt"
     path.write_bytes("\ufeffµ".encode())
     assert read_text(path, "a.txt", 100, "") == "µ"
-
-
-@pytest.mark.parametrize("text", ["\x1b[31mred", "a\nb", "\u202eabc", "\x9b2J", "\ud800", "\x07"])
-def test_what_is_quoted_of_a_file_gives_a_terminal_nothing_to_obey(text):
-    assert shown(text).isprintable() and "\\" in shown(text)
-
-
-def test_what_is_quoted_is_cut_and_plain_text_stays():
-    assert shown("x" * 10**6, 20) == "x" * 20 + ".." and shown("µ = 3 °C") == "µ = 3 °C"
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
-def test_what_is_no_regular_file_is_not_replaced_by_one(tmp_path):
-    """A rename puts a file in the place of a pipe or, for the superuser, of a device such as /dev/null."""
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    (tmp_path / "link").symlink_to(pipe)
-    for name in (pipe, tmp_path / "link"):
-        with pytest.raises(OSError, match="no regular file"), whole(name) as partial:
-            partial.write_bytes(b"new")
-        with pytest.raises(InputError, match="cannot be saved"):
-            replace_file(name, b"new")
-    assert pipe.is_fifo() and (tmp_path / "link").is_symlink() and len(list(tmp_path.iterdir())) == 2
-
-
-def test_a_link_is_followed_as_by_every_program(tmp_path):
-    (tmp_path / "there").write_bytes(b"old")
-    (tmp_path / "link").symlink_to(tmp_path / "there")
-    replace_file(tmp_path / "link", b"new")
-    assert (tmp_path / "link").is_symlink() and (tmp_path / "there").read_bytes() == b"new"
-
-
-@pytest.mark.parametrize("name", ["", ".", "a\0b"])
-def test_names_that_no_file_has_are_input_errors(name):
-    with pytest.raises(InputError, match="cannot be saved"):
-        replace_file(name, b"new")
