@@ -9,7 +9,7 @@ import numpy as np
 from minibullet import effects as effect_room
 from minibullet import rotations
 from minibullet.bodies import ContactLaw
-from minibullet.collision.manifolds import NO_CONTACTS, WarmStart
+from minibullet.collision.warm_start import NO_CONTACTS, WarmStart
 from minibullet.contact import exact, gauss_seidel, sequential_impulse
 from minibullet.contact import problem as problems
 from minibullet.dynamics import constraints, depenetration, impacts, integrate, motion_bounds

@@ -13,9 +13,10 @@ import numpy as np
 
 from minibullet.collision import broad_phase
 from minibullet.collision.clipping import polygons
-from minibullet.collision.feature_cache import carried_over, relative_poses, revalidate_all, unknown, update, workspace
+from minibullet.collision.feature_cache import carried_over, relative_poses, revalidate_all, unknown, update
 from minibullet.collision.geometry import CAPSULE, FACES, VERTICES, Pair
 from minibullet.collision.round_bodies import capsule_direction
+from minibullet.collision.separation import workspace
 
 INSET = 0.01  # share of its size by which a hull is shrunk before FCL sees it: [-]
 OVERLAP = 0.0, 0.0, 0.0  # in place of a direction

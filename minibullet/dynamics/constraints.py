@@ -4,15 +4,8 @@ adhesion."""
 import numpy as np
 
 from minibullet.bodies import Contacts
-from minibullet.contact.problem import (
-    ContactProblem,
-    DelassusFactors,
-    apply_impulses,
-    find_islands,
-    into_axes,
-    into_world,
-    relative_velocity,
-)
+from minibullet.contact.islands import find_islands
+from minibullet.contact.problem import ContactProblem, DelassusFactors, apply_impulses, into_axes, into_world, relative_velocity
 from minibullet.kernels import kernel, leaf
 from minibullet.vectors import cross
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.collision import manifolds
+from minibullet.collision.warm_start import NO_CONTACTS
 from minibullet.dynamics import constraints, depenetration
 
 TOUCH = 1e-9  # depth, in radii of the smaller body, below which bodies touch and do not overlap [-]
@@ -30,7 +31,7 @@ def separate(scene, movable, most):
         if not list_overlaps(scene):
             break
         cache = collision.cache._replace(contacts=np.zeros_like(collision.cache.contacts))
-        points = manifolds.build(collision.pieces, cache, _poses(scene, PLAY), collision.polygons, manifolds.NO_CONTACTS)
+        points = manifolds.build(collision.pieces, cache, _poses(scene, PLAY), collision.polygons, NO_CONTACTS)
         factors = constraints.contact_factors(points.bodies, points.arms, inverse)
         shift = depenetration.separation_displacement(factors, points.gap, np.zeros(len(points.gap)), share=1.0, sweeps=50)
         scene.bodies = scene.bodies._replace(position=scene.bodies.position + shift[:, :3])
