@@ -13,7 +13,8 @@ from minibullet.collision.warm_start import NO_CONTACTS, WarmStart
 from minibullet.contact import exact, gauss_seidel, sequential_impulse
 from minibullet.contact import problem as problems
 from minibullet.dynamics import constraints, depenetration, impacts, integrate, motion_bounds
-from minibullet.dynamics.free_motion import free_motion, inverse_mass
+from minibullet.dynamics.free_motion import free_motion
+from minibullet.dynamics.inverse_mass import inverse_mass
 from minibullet.errors import InputError, is_number, shown_value
 from minibullet.report.step_report import ContactTable, Step, StepValues
 from minibullet.scene import overlaps, running, saving

@@ -10,7 +10,7 @@ from minibullet.bodies import ContactLaw
 from minibullet.collision import manifolds
 from minibullet.collision.warm_start import NO_CONTACTS
 from minibullet.dynamics import constraints
-from minibullet.dynamics.free_motion import inverse_mass
+from minibullet.dynamics.inverse_mass import inverse_mass
 
 
 def polytope(generator, count=12, size=0.5):
