@@ -118,10 +118,7 @@ class World:
         Returns the largest distance any of them was moved [m].
         """
         scene = self.registry.commit()
-        movable = np.zeros(len(scene.names))
-        movable[[h._row for h in (self.registry.handles if bodies is None else bodies)]] = 1.0
-        movable[~scene.moving] = 0.0
-        return overlaps.separate(scene, movable, most)
+        return overlaps.separate(scene, [h._row for h in (self.registry.handles if bodies is None else bodies)], most)
 
     @property
     def bodies(self):
@@ -151,11 +148,13 @@ class World:
             raise
 
     def _step(self):
+        """One step, in physical order. n bodies, m contacts; a twist is a velocity and an angular velocity, a wrench a force and
+        a moment. ``free_twist`` is the twist at the end of the step if nothing touched, ``mean_twist`` the mean on the way."""
         scene, settings, dt = self.registry.scene, self.settings, self.settings.time_step
         before = scene.bodies
         rotation = rotations.rotation_matrices(before.orientation)
 
-        # what pulls: one wrench per effect, and the mass the contacts will feel
+        # what acts on the bodies: one wrench per effect, and their inverse mass with the mass that fluids add
         wrenches = effect_room.wrenches(self._acting, before, self.time)
         inverse = inverse_mass(before, rotation, effect_room.added_mass(self._acting, before))
         pull = sum(wrenches, np.zeros_like(before.twist))
@@ -173,11 +172,12 @@ class World:
         contacts = impacts.ImpactContacts(factors, gap, size, law.restitution, law.friction)
         impact_impulse, jump, correction = impacts.impact_impulses(contacts, scene.moving, before.twist, free_twist, dt)
         free_twist, mean_twist = free_twist + jump, mean_twist + jump - correction / dt
-        rounding = 1e-14 * motion_bound.max(initial=0.0) / dt
+        rounding = 1e-14 * motion_bound.max(initial=0.0) / dt  # of the largest speed: what double precision leaves
         problem = constraints.assemble(scene, factors, gap, law, free_twist, correction, rounding, dt)
-        solution = self._solve(problem, problems.into_axes(factors.jacobian, points.impulse))
+        solution = self._solve(problem, problems.into_axes(factors.jacobian, points.impulse))  # from last step's impulses
 
-        # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity
+        # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity.
+        # contact forces act during the whole step, so half of the change that they make counts in the mean
         change = solution.twist - free_twist
         motion = integrate.admissible_motion(
             factors, gap, 1e-7 * size, mean_twist + 0.5 * change, solution.twist - correction / dt, dt
@@ -203,6 +203,7 @@ class World:
         return effect_room.contact_law(self._acting, contacts, before, law)
 
     def _solve(self, problem, impulse):
+        """The Solution of the contact problem by the solver that the settings name, starting from these impulses (m, 3)."""
         settings = self.settings
         moment = np.zeros_like(impulse)
         if settings.solver == "sequential_impulse":
@@ -210,7 +211,8 @@ class World:
                 problem, impulse, moment, iterations=settings.iterations, tolerance=settings.tolerance
             )
         falls_back = settings.solver == "exact"
-        # islands that just pass may miss together, by up to sqrt(3): |q|, |r| and |u| may peak in different ones
+        # islands that each just pass may fail together, by up to sqrt(3), because each was measured against its own largest
+        # of |q|, |r| and |u|: where a second solver can help, Gauss-Seidel has to do better than the tolerance
         goal = 0.5 * settings.tolerance if falls_back else settings.tolerance
         solution = gauss_seidel.solve(problem, impulse, moment, iterations=settings.iterations, tolerance=goal)
         if falls_back and len(solution.unconverged):

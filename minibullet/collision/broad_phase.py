@@ -1,5 +1,6 @@
 """Which pieces may soon touch: a list that stays valid while bodies move less than its skin (Verlet list).
 
+The skin is a layer around each body: pieces whose layers overlap are listed, although they may not touch in this step.
 Bodies are swept along x by their bounding boxes, then pieces are compared by bounding spheres. The list is sorted by body and
 piece indices, so its order depends on the scene alone.
 """

@@ -141,7 +141,10 @@ def side_points(pieces, face, pair, of_b, least, most, scratch, first):
 @inlined
 def face_points(pieces, face, pair, least, most, scratch, first):
     """Contacts of b's piece on a face of a's with gaps from ``least`` to ``most``, from place ``first`` of ``scratch`` on: points
-    midway between the surfaces, body axes of a; returns the new count."""
+    midway between the surfaces, body axes of a; returns the new count.
+
+    The face of b that looks at it most squarely (the incident face) is clipped by the outline of the face of a.
+    """
     normal, points = at(pieces.normals, face), scratch.points[first:]
     offset = turn_back(pair.rotation_a, pair.offset)
     is_plane = pieces.loop_ranges[face, 0] == pieces.loop_ranges[face, 1]

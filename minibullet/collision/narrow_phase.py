@@ -74,7 +74,8 @@ class Collision:
         radius = np.append(np.where(np.isfinite(self.pieces.bounding_radius), self.pieces.bounding_radius, 0.0), 0.0)
         size = np.maximum.reduceat(radius, piece_ranges.reshape(-1))[::2] if len(piece_ranges) else np.empty(0)
         self.travel = np.zeros(len(bound))
-        # a fast body gets a thicker skin: about eight steps of its motion, or its list would be made anew at every step
+        # the allowance is a twentieth of the body's size, so that a resting heap keeps its list for many steps; a fast body gets
+        # about eight steps of its motion more, or the list would be made anew at every step
         self.allowance = np.where(moving, 0.05 * size + np.minimum(8.0 * bound, 0.3 * size) + 1.5 * bound, bound)
         skin = self.allowance + 0.005 * size + poses.margin
         lower, upper = broad_phase.bounds(self.pieces, piece_ranges, poses, skin)

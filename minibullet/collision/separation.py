@@ -189,6 +189,9 @@ def search(pieces, cache, k, pair, margin, guess, work):
     The guess is FCL's, or the direction cached so far, which the bodies' small motion can only have turned a little. Where
     there is none (zero), all faces and edge pairs are tried. No direction separates the bodies by more than it separates two
     of their points: the two points that lie nearest along the guess spare most candidates the search for their own.
+
+    Row k of ``cache`` (``feature_cache.FeatureCache``) takes the result: kind and indices of the feature, its direction, the
+    gap, and its lead over the second-best direction, which says how far the bodies may move before another can be better.
     """
     size = smaller_radius(pieces, pair.a, pair.b)
     everywhere = guess == NOWHERE

@@ -5,6 +5,9 @@ contact, b the velocity without its own impulse r) and the modified velocity of 
 
     K* contains u~,  u~ . r = 0,  r in K = {|r_T| <= mu r_N}         equivalently   r = P_K(r - rho u~)
 
+K is the friction cone, K* its dual (all u with u . r >= 0 for every r in K), P_K the projection on K, rho any positive number.
+In words: no pull, no approach, a normal impulse only where the bodies do not part, and a friction of at most mu r_N, which is
+reached, against the velocity, where the contact slides.
 Sources: G. De Saxce and Z.-Q. Feng, Math. Comput. Modelling 28 (1998); M. Jean, CMAME 177 (1999), for the block solves.
 """
 

@@ -1,5 +1,8 @@
-"""The contact problem u = W r + q with the Delassus operator W = J M^-1 J^T: records and the algebra on them. It knows no
-shapes and no world.
+"""The contact problem u = W r + q: records and the algebra on them. It knows no shapes and no world.
+
+u are the velocities of b against a at the contacts at the end of the step, r the contact impulses, q the velocities without
+these impulses. J turns the twists of all bodies into velocities at the contacts, M holds masses and inertias; then
+W = J M^-1 J^T, the Delassus operator, says by how much impulses change velocities.
 
 The rows of J for one contact are its normal and two tangents. W itself is never formed for a step: a sweep needs only J and
 M^-1 J^T of each contact, which is linear in the number of contacts.

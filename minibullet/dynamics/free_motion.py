@@ -15,7 +15,8 @@ DAMPING_LAWS = {
 @kernel
 def accelerate(twist, rotation, inverse_mass, wrench, kept, time_step):
     """See ``free_motion``; rotation: rotation vector and angular velocity of torque-free rotation; kept: what damping leaves of a
-    velocity and of an angular velocity in a step."""
+    velocity and of an angular velocity in a step. The mean of a linear change is half of it; torque-free rotation is not
+    linear, so its own mean is the angle turned over the time."""
     turned, rate = rotation
     end, mean = np.empty_like(twist), np.empty_like(twist)
     for n in range(len(twist)):

@@ -151,7 +151,11 @@ def resolve(contacts, flight, moving, time_step, most):
 
 def impact_impulses(contacts, moving, twist, free_twist, time_step):
     """The impulses of the impacts of a step (m, 3), the velocity jump that they give each body and their impact position
-    correction (n, 6); zeros without restitution."""
+    correction (n, 6); zeros without restitution. A step has at most 20 impacts and one more for each moving body.
+
+    A body jumps when it is struck, not when the step begins: at the end it lies behind where the later velocity alone would
+    have brought it, by impact time times velocity jump. This is the position correction.
+    """
     if not np.count_nonzero(contacts.restitution):
         return 0.0, 0.0, 0.0
     flight = Flight(twist.copy(), (free_twist - twist) / time_step, np.zeros_like(twist))

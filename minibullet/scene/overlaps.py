@@ -21,9 +21,12 @@ def list_overlaps(scene, tolerance=TOUCH):
     return sorted(((*pair, d) for pair, d in depth.items()), key=lambda row: -row[2])
 
 
-def separate(scene, movable, most):
-    """Push overlapping bodies apart, none but the ``movable`` ones (n,), in so many rounds at most; the largest distance that any
-    was moved [m]."""
+def separate(scene, rows, most):
+    """Push overlapping bodies apart, none but the moving ones among these rows, in so many rounds at most; the largest distance
+    that any was moved [m]."""
+    movable = np.zeros(len(scene.names))
+    movable[rows] = 1.0
+    movable[~scene.moving] = 0.0
     inverse = np.zeros((len(movable), 6, 6))
     inverse[:, :3, :3] = movable[:, None, None] * np.eye(3)
     start, collision = scene.bodies.position, scene.collision
