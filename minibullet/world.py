@@ -154,13 +154,13 @@ class World:
         before = scene.bodies
         rotation = rotations.rotation_matrices(before.orientation)
 
-        # what acts on the bodies: one wrench per effect, and their inverse mass with the mass that fluids add
+        # what acts on the bodies: one wrench per effect (``pull`` is their sum), and the mass that fluids add
         wrenches = effect_room.wrenches(self._acting, before, self.time)
         inverse = inverse_mass(before, rotation, effect_room.added_mass(self._acting, before))
         pull = sum(wrenches, np.zeros_like(before.twist))
         free_twist, mean_twist, torque_free_rate = free_motion(before, inverse, pull, settings)
 
-        # who touches whom, where, how hard last time
+        # who touches whom, where, how hard last time: ``narrow_phase.Collision.update``, then ``manifolds.build``
         motion_bound = motion_bounds.motion_bound(before.twist, free_twist, scene.bounding_radius, dt)
         points = scene.contact_points(scene.poses(rotation, motion_bound), self._warm_start)
         gap, size = points.gap, scene.contact_size(points.bodies)

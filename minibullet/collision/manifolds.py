@@ -79,7 +79,7 @@ def fill(pieces, cache, poses, scratch, last, points):
                 enter(points, total, cache.bodies[k], on_a, on_b, normal, gap)
                 put(points.on_a, total, turn_back(pair.rotation_a, on_a))
                 put(points.on_b, total, turn_back(pair.rotation_b, on_b))
-                # a plane's own axes say nothing: a box that slides takes its contacts along
+                # the same point of the same body: of a, but of b where a is a plane, over which the points of b slide
                 warm_start(points, total, last, first, end, cache.kind[k] == PLANE, (NEAR * size) ** 2)
                 total += 1
         cache.contacts[k, 1] = total
@@ -97,7 +97,7 @@ def pair_points(pieces, cache, k, pair, most, margin, scratch):
         if kind != PLANE and lowest(scratch.gaps, count) > cache.gap[k] + 1e-3 * size:
             count = single_point(pieces, cache, k, pair, margin, scratch, count)
         return count
-    # what is no face begins with its one point; what else may touch lies over the best faces
+    # a feature that is no face gives one point; what else may touch lies over the face of a and that of b that separate most
     count = single_point(pieces, cache, k, pair, margin, scratch, 0)
     for side in range(2):
         face = cache.best_faces[k, side]

@@ -2,7 +2,7 @@
 
 FCL finds the direction that separates two pieces (closest points of slightly inset hulls, so that touching pieces are still
 apart for FCL); the direction is then made exact: the separation of the face and edge-edge normals around it is measured and
-the largest taken (``feature_cache``). Overlap cannot send FCL into its penetration algorithms, which are slow and sometimes
+the largest taken (``separation.search``). Overlap cannot send FCL into its penetration algorithms, which are slow and sometimes
 wrong. Spheres, capsules and planes have closed forms and never reach FCL.
 """
 
@@ -43,7 +43,11 @@ class Collision:
         self._pieces, self._workspace, self.polygons = pieces, workspace(pieces), polygons(pieces)
 
     def update(self, poses, piece_ranges, moving, group):
-        """Bring the list of close pieces and the feature cache to where the bodies are. -> the cache."""
+        """Bring the list of close pieces and the feature cache to where the bodies are; returns the cache.
+
+        ``feature_cache.update`` measures each cached feature at today's poses and lists the pairs that need a new direction
+        (queries); FCL gives it, and ``revalidate_all`` makes it exact.
+        """
         self._update_list(poses, piece_ranges, moving, group)
         queries = np.empty(len(self.cache.kind), dtype=np.int64)
         queries = queries[: update(self.pieces, self.cache, poses, self._workspace, queries)]

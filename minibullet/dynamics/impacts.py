@@ -4,9 +4,9 @@ Newton's law u_N+ = -e u_N- (Eq. 8 with a finite e) needs the speed at the momen
 every bounce gains or loses energy of the order of the step. With the geometry of the step's beginning, the gap of a contact
 is a parabola in time; the earliest impact is found, all contacts that touch at that moment are solved together with Coulomb
 friction, and the search goes on with the new velocities. Contacts whose rebound gravity would undo before the step ends are
-left to the resting contact law, and so are those whose rebound is slower than half of what pulls the two bodies makes of them
-in a step: units that lie side by side would hand such impacts on without end. Touching bodies struck together share the impact
-as Newton's law with all touching contacts at once has it.
+left to the resting contact law, and so are those whose rebound is slower than half of the velocity that forces give the two
+bodies in a step: units that lie side by side would hand such impacts on without end. All contacts that touch at the moment of
+an impact, and that it can reach from body to body, take part in it and obey Newton's law together.
 """
 
 from math import sqrt
