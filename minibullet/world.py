@@ -9,19 +9,18 @@ import numpy as np
 from minibullet import effects as effect_room
 from minibullet import rotations
 from minibullet.bodies import ContactLaw
-from minibullet.collision.manifolds import NO_CONTACTS, WarmStart
+from minibullet.collision.warm_start import NO_CONTACTS, WarmStart
 from minibullet.contact import exact, gauss_seidel, sequential_impulse
 from minibullet.contact import problem as problems
 from minibullet.dynamics import constraints, depenetration, impacts, integrate, motion_bounds
-from minibullet.dynamics.free_motion import free_motion, inverse_mass
+from minibullet.dynamics.free_motion import free_motion
+from minibullet.dynamics.inverse_mass import inverse_mass
 from minibullet.errors import InputError, is_number, shown_value
 from minibullet.report.step_report import ContactTable, Step, StepValues
-from minibullet.scene import overlaps
+from minibullet.scene import overlaps, running, saving
 from minibullet.scene.notices import Notices
 from minibullet.scene.registry import Registry
 from minibullet.settings import Settings
-
-MOST_STEPS = 1_000_000_000  # of one call: a day and more for the smallest world [-]
 
 
 class World:
@@ -47,7 +46,6 @@ class World:
         self._warm_start = NO_CONTACTS  # the contacts of the last step
 
     # ---- what stands in the world
-    # ------------------------------------------------------------------------------------------------
 
     def add(
         self,
@@ -120,10 +118,7 @@ class World:
         Returns the largest distance any of them was moved [m].
         """
         scene = self.registry.commit()
-        movable = np.zeros(len(scene.names))
-        movable[[h._row for h in (self.registry.handles if bodies is None else bodies)]] = 1.0
-        movable[~scene.moving] = 0.0
-        return overlaps.separate(scene, movable, most)
+        return overlaps.separate(scene, [h._row for h in (self.registry.handles if bodies is None else bodies)], most)
 
     @property
     def bodies(self):
@@ -131,64 +126,41 @@ class World:
         return [handle for handle in self.registry.handles if not handle.is_plane]
 
     # ---- the step
-    # ----------------------------------------------------------------------------------------------------------------
 
     def step(self, n=1):
         """Advance by n steps of settings.time_step."""
         if not isinstance(n, Integral) or n < 0:
             raise InputError(f"step: n = {shown_value(n)}; it must be a whole number >= 0")
-        for _ in range(self._steps(f"step: n = {n}", n)):
+        for _ in range(running.whole_steps(f"step: n = {n}", n, self.settings.time_step)):
             self._advance()
 
     def _advance(self):
         """One step; where it fails or is interrupted the world stays as it was, and is saved where ``rescue`` says."""
-        start, checkpoint = perf_counter(), self._checkpoint()
+        start, last_good = perf_counter(), running.checkpoint(self)
         try:
             self._step()
             self.last_step.wall = perf_counter() - start
-        except BaseException as error:
-            self._roll_back(checkpoint)
-            if not isinstance(error, InputError):
-                raise
-            text = str(error)
-            if not text.startswith("step "):
-                text = f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: {text}"
-            if self.rescue is None:
-                raise InputError(f"{text}; the world stays at step {self.steps}") from None
-            self.save(self.rescue)
-            text += f"; run stopped, state of step {self.steps} saved in {str(self.rescue)!r}"
-            if self._past:
-                from minibullet.scene import saving
-
-                saving.save_past(self._past, f"{self.rescue}.past.npz")
-                text += f", the last {len(self._past)} states in {f'{self.rescue}.past.npz'!r}"
-            raise InputError(text) from None
-
-    def _checkpoint(self):
-        """All that a step changes, for ``_roll_back``; what is changed in place is copied."""
-        scene, warm_start = self.registry.commit(), self._warm_start
-        warm_start = warm_start._replace(on_a=warm_start.on_a.copy(), on_b=warm_start.on_b.copy())
-        return (scene.bodies, scene.past_motion, scene.collision.checkpoint(), warm_start, self.time, self.steps,
-                self.unsolved_steps, self.worst_residual, self.last_step)  # fmt: skip
-
-    def _roll_back(self, checkpoint):
-        scene = self.registry.scene
-        (scene.bodies, scene.past_motion, pairs, self._warm_start, self.time, self.steps, self.unsolved_steps,
-         self.worst_residual, self.last_step) = checkpoint  # fmt: skip
-        scene.collision.roll_back(pairs)
+        except InputError as error:
+            running.roll_back(self, last_good)
+            raise running.stopped(self, str(error)) from None
+        except BaseException:
+            running.roll_back(self, last_good)
+            raise
 
     def _step(self):
+        """One step, in physical order. n bodies, m contacts; a twist is a velocity and an angular velocity, a wrench a force and
+        a moment. ``free_twist`` is the twist at the end of the step if nothing touched, ``mean_twist`` the mean on the way."""
         scene, settings, dt = self.registry.scene, self.settings, self.settings.time_step
         before = scene.bodies
         rotation = rotations.rotation_matrices(before.orientation)
 
-        # what pulls: one wrench per effect, and the mass the contacts will feel
+        # what acts on the bodies: one wrench per effect (``pull`` is their sum), and the mass that fluids add
         wrenches = effect_room.wrenches(self._acting, before, self.time)
         inverse = inverse_mass(before, rotation, effect_room.added_mass(self._acting, before))
         pull = sum(wrenches, np.zeros_like(before.twist))
         free_twist, mean_twist, torque_free_rate = free_motion(before, inverse, pull, settings)
 
-        # who touches whom, where, how hard last time
+        # who touches whom, where, how hard last time: ``narrow_phase.Collision.update``, then ``manifolds.build``
         motion_bound = motion_bounds.motion_bound(before.twist, free_twist, scene.bounding_radius, dt)
         points = scene.contact_points(scene.poses(rotation, motion_bound), self._warm_start)
         gap, size = points.gap, scene.contact_size(points.bodies)
@@ -200,11 +172,12 @@ class World:
         contacts = impacts.ImpactContacts(factors, gap, size, law.restitution, law.friction)
         impact_impulse, jump, correction = impacts.impact_impulses(contacts, scene.moving, before.twist, free_twist, dt)
         free_twist, mean_twist = free_twist + jump, mean_twist + jump - correction / dt
-        rounding = 1e-14 * motion_bound.max(initial=0.0) / dt
+        rounding = 1e-14 * motion_bound.max(initial=0.0) / dt  # of the largest speed: what double precision leaves
         problem = constraints.assemble(scene, factors, gap, law, free_twist, correction, rounding, dt)
-        solution = self._solve(problem, problems.into_axes(factors.jacobian, points.impulse))
+        solution = self._solve(problem, problems.into_axes(factors.jacobian, points.impulse))  # from last step's impulses
 
-        # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity
+        # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity.
+        # contact forces act during the whole step, so half of the change that they make counts in the mean
         change = solution.twist - free_twist
         motion = integrate.admissible_motion(
             factors, gap, 1e-7 * size, mean_twist + 0.5 * change, solution.twist - correction / dt, dt
@@ -230,6 +203,7 @@ class World:
         return effect_room.contact_law(self._acting, contacts, before, law)
 
     def _solve(self, problem, impulse):
+        """The Solution of the contact problem by the solver that the settings name, starting from these impulses (m, 3)."""
         settings = self.settings
         moment = np.zeros_like(impulse)
         if settings.solver == "sequential_impulse":
@@ -237,7 +211,8 @@ class World:
                 problem, impulse, moment, iterations=settings.iterations, tolerance=settings.tolerance
             )
         falls_back = settings.solver == "exact"
-        # islands that just pass may miss together, by up to sqrt(3): |q|, |r| and |u| may peak in different ones
+        # islands that each just pass may fail together, by up to sqrt(3), because each was measured against its own largest
+        # of |q|, |r| and |u|: where a second solver can help, Gauss-Seidel has to do better than the tolerance
         goal = 0.5 * settings.tolerance if falls_back else settings.tolerance
         solution = gauss_seidel.solve(problem, impulse, moment, iterations=settings.iterations, tolerance=goal)
         if falls_back and len(solution.unconverged):
@@ -268,25 +243,16 @@ class World:
         self.last_step = Step(self, values)
 
     # ---- running
-    # -----------------------------------------------------------------------------------------------------------------
 
     def run(self, duration, *, watch=None):
         """Advance by ``duration`` seconds (rounded to whole steps); ``watch(world)`` is called after every step."""
         if not is_number(duration) or not duration >= 0.0:
             raise InputError(f"run: duration = {shown_value(duration)} s; it must be finite and >= 0")
-        for _ in range(self._steps(f"run: duration = {duration!r} s", duration / self.settings.time_step)):
+        dt = self.settings.time_step
+        for _ in range(running.whole_steps(f"run: duration = {duration!r} s", duration / dt, dt)):
             self._advance()
             if watch is not None:
                 watch(self)
-
-    def _steps(self, asked, steps):
-        """The whole number of steps nearest to this one; InputError where nobody can mean so many."""
-        if not steps <= MOST_STEPS:
-            raise InputError(
-                f"{asked}: more than {MOST_STEPS:,} steps of {self.settings.time_step:.3g} s in one call, which takes days; "
-                "give a longer time_step or ask for less"
-            )
-        return round(steps)
 
     def settle(self, max_time=10.0, *, watch=None, select=None):
         """Advance until nothing moves, or for ``max_time`` seconds; returns "at_rest" or "time_limit".
@@ -297,28 +263,19 @@ class World:
         """
         if not is_number(max_time) or not max_time > 0.0:
             raise InputError(f"settle: max_time = {shown_value(max_time)} s; it must be finite and > 0")
-        calm = 0
-        for _ in range(max(1, self._steps(f"settle: max_time = {max_time!r} s", max_time / self.settings.time_step))):
+        calm, dt = 0, self.settings.time_step
+        for _ in range(max(1, running.whole_steps(f"settle: max_time = {max_time!r} s", max_time / dt, dt))):
             self._advance()
             if watch is not None:
                 watch(self)
-            slow, wait = self._rest_scale(select)
+            slow, wait = running.rest_scale(self.registry.scene, self.last_step.wrenches, select)
             calm = calm + 1 if slow else 0
-            if calm and calm * self.settings.time_step >= wait:
+            if calm and calm * dt >= wait:
                 return "at_rest"
         return "time_limit"
 
-    def _rest_scale(self, select=None):
-        """Whether every moving selected body is slow now, and how long it must stay so [s]."""
-        scene = self.registry.scene
-        chosen = scene.moving if select is None else scene.moving & select(scene.bodies)
-        pull = sum(self.last_step.wrenches, np.zeros_like(scene.bodies.twist))
-        return motion_bounds.is_slow(scene.bodies.twist, pull, scene.bodies.mass, scene.bounding_radius, chosen)
-
     def save(self, path):
         """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""
-        from minibullet.scene import saving
-
         saving.save(self, path)
 
     @classmethod
@@ -328,8 +285,6 @@ class World:
         Nothing in the file is believed: InputError where it is missing, is not such a file or was changed, where any of it cannot
         be or its parts disagree, or where it holds effects that are not minibullet's.
         """
-        from minibullet.scene import saving
-
         return saving.load(cls, path, effects)
 
     @property

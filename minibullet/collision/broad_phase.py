@@ -1,5 +1,6 @@
 """Which pieces may soon touch: a list that stays valid while bodies move less than its skin (Verlet list).
 
+The skin is a layer around each body: pieces whose layers overlap are listed, although they may not touch in this step.
 Bodies are swept along x by their bounding boxes, then pieces are compared by bounding spheres. The list is sorted by body and
 piece indices, so its order depends on the scene alone.
 """
@@ -83,7 +84,7 @@ def pair_of(poses, a, b, i, j):
 @inlined
 def may_touch(pieces, poses, a, b, i, j, skin):
     """Whether the bounding spheres of piece i of body a and piece j of body b are closer than ``skin`` [m]; a half-space is
-    measured along its normal."""
+    measured along its normal. Written with ``not``, so that a pair whose distance is not a number is looked at."""
     pair = pair_of(poses, a, b, i, j)
     apart, radius = between_centres(pieces, pair), pieces.bounding_radius[pair.b]
     if pieces.kind[pair.a] == HALF_SPACE:

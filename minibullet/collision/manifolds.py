@@ -10,23 +10,14 @@ from typing import NamedTuple
 import numpy as np
 
 from minibullet.collision.clipping import clip, drop_doubles, facing, support_edge, thin_out
-from minibullet.collision.feature_cache import (
-    EDGE_EDGE,
-    FACE_A,
-    FACE_B,
-    PLANE,
-    ROUND,
-    SAME_POINTS,
-    largest_gap,
-    margins,
-    pair_at,
-    smaller_radius,
-)
+from minibullet.collision.feature_cache import SAME_POINTS, largest_gap, margins, pair_at
 from minibullet.collision.geometry import VERTICES, support, swapped
 from minibullet.collision.round_bodies import round_points
-from minibullet.collision.separation import midway
+from minibullet.collision.segments import midway
+from minibullet.collision.separation import EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, smaller_radius
+from minibullet.collision.warm_start import carry, enter, warm_start
 from minibullet.kernels import inlined, leaf
-from minibullet.vectors import along, at, dot, minus, negative, plus, put, squared_distance, turn, turn_back
+from minibullet.vectors import along, at, dot, minus, negative, plus, put, turn, turn_back
 
 MOST = 9  # contact points of a pair of pieces: one of its own, and four over a face of either [-]
 NEAR = 0.1  # a point is the same as last step's if it moved by less than this share of the piece: [-]
@@ -41,18 +32,6 @@ class ContactPoints(NamedTuple):
     impulse: np.ndarray  # last step's impulse on b, zero for a new contact, world axes [N s], (m, 3)
     on_a: np.ndarray  # the point on a's surface, body axes of a [m], (m, 3)
     on_b: np.ndarray  # the point on b's surface, body axes of b [m], (m, 3)
-
-
-class WarmStart(NamedTuple):
-    """What a step hands on to the next: its m contacts, and where their impulses ended."""
-
-    on_a: np.ndarray  # the point on a's surface, body axes of a [m], (m, 3)
-    on_b: np.ndarray  # the point on b's surface, body axes of b [m], (m, 3)
-    normal: np.ndarray  # from a to b, world axes [-], (m, 3)
-    impulse: np.ndarray  # on b, world axes [N s], (m, 3)
-
-
-NO_CONTACTS = WarmStart(*np.empty((4, 0, 3)))
 
 
 def build(pieces, cache, poses, scratch, last):
@@ -100,50 +79,11 @@ def fill(pieces, cache, poses, scratch, last, points):
                 enter(points, total, cache.bodies[k], on_a, on_b, normal, gap)
                 put(points.on_a, total, turn_back(pair.rotation_a, on_a))
                 put(points.on_b, total, turn_back(pair.rotation_b, on_b))
-                # a plane's own axes say nothing: a box that slides takes its contacts along
+                # the same point of the same body: of a, but of b where a is a plane, over which the points of b slide
                 warm_start(points, total, last, first, end, cache.kind[k] == PLANE, (NEAR * size) ** 2)
                 total += 1
         cache.contacts[k, 1] = total
     return total
-
-
-@inlined
-def carry(pair, bodies, last, first, end, points, total):
-    """Last step's contacts from ``first`` to ``end``, carried along with their bodies, as contacts from ``total`` on; the new
-    total."""
-    for old in range(first, end):
-        on_a, on_b = turn(pair.rotation_a, at(last.on_a, old)), turn(pair.rotation_b, at(last.on_b, old))
-        normal = at(last.normal, old)
-        enter(points, total, bodies, on_a, on_b, normal, dot(normal, minus(plus(on_b, pair.offset), on_a)))
-        put(points.impulse, total, at(last.impulse, old))
-        put(points.on_a, total, at(last.on_a, old))
-        put(points.on_b, total, at(last.on_b, old))
-        total += 1
-    return total
-
-
-@inlined
-def enter(points, c, bodies, on_a, on_b, normal, gap):
-    """Write contact c: its bodies, the points on both surfaces about their bodies' centres, the normal (world axes), the gap."""
-    points.bodies[c, 0], points.bodies[c, 1], points.gap[c] = bodies[0], bodies[1], gap
-    for axis in range(3):
-        points.arms[c, axis], points.arms[c, 3 + axis], points.arms[c, 6 + axis] = on_a[axis], on_b[axis], normal[axis]
-
-
-@inlined
-def warm_start(points, c, last, first, end, of_b, nearness):
-    """Give contact c the impulse of last step's contact, of those from ``first`` to ``end``, that is nearest on the surface of
-    one body and nearer (squared) than ``nearness``; no other contact may start from it."""
-    mine, others = (points.on_b, last.on_b) if of_b else (points.on_a, last.on_a)
-    nearest, match = nearness, -1
-    for old in range(first, end):
-        distance = squared_distance(at(others, old), at(mine, c))
-        if distance < nearest:
-            nearest, match = distance, old
-    put(points.impulse, c, (0.0, 0.0, 0.0))
-    if match >= 0:
-        put(points.impulse, c, at(last.impulse, match))
-        others[match, 0] = np.inf
 
 
 @inlined
@@ -157,7 +97,7 @@ def pair_points(pieces, cache, k, pair, most, margin, scratch):
         if kind != PLANE and lowest(scratch.gaps, count) > cache.gap[k] + 1e-3 * size:
             count = single_point(pieces, cache, k, pair, margin, scratch, count)
         return count
-    # what is no face begins with its one point; what else may touch lies over the best faces
+    # a feature that is no face gives one point; what else may touch lies over the face of a and that of b that separate most
     count = single_point(pieces, cache, k, pair, margin, scratch, 0)
     for side in range(2):
         face = cache.best_faces[k, side]
@@ -201,7 +141,10 @@ def side_points(pieces, face, pair, of_b, least, most, scratch, first):
 @inlined
 def face_points(pieces, face, pair, least, most, scratch, first):
     """Contacts of b's piece on a face of a's with gaps from ``least`` to ``most``, from place ``first`` of ``scratch`` on: points
-    midway between the surfaces, body axes of a; returns the new count."""
+    midway between the surfaces, body axes of a; returns the new count.
+
+    The face of b that looks at it most squarely (the incident face) is clipped by the outline of the face of a.
+    """
     normal, points = at(pieces.normals, face), scratch.points[first:]
     offset = turn_back(pair.rotation_a, pair.offset)
     is_plane = pieces.loop_ranges[face, 0] == pieces.loop_ranges[face, 1]

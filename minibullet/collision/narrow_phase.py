@@ -2,7 +2,7 @@
 
 FCL finds the direction that separates two pieces (closest points of slightly inset hulls, so that touching pieces are still
 apart for FCL); the direction is then made exact: the separation of the face and edge-edge normals around it is measured and
-the largest taken (``feature_cache``). Overlap cannot send FCL into its penetration algorithms, which are slow and sometimes
+the largest taken (``separation.search``). Overlap cannot send FCL into its penetration algorithms, which are slow and sometimes
 wrong. Spheres, capsules and planes have closed forms and never reach FCL.
 """
 
@@ -13,9 +13,10 @@ import numpy as np
 
 from minibullet.collision import broad_phase
 from minibullet.collision.clipping import polygons
-from minibullet.collision.feature_cache import carried_over, relative_poses, revalidate_all, unknown, update, workspace
+from minibullet.collision.feature_cache import carried_over, relative_poses, revalidate_all, unknown, update
 from minibullet.collision.geometry import CAPSULE, FACES, VERTICES, Pair
 from minibullet.collision.round_bodies import capsule_direction
+from minibullet.collision.separation import workspace
 
 INSET = 0.01  # share of its size by which a hull is shrunk before FCL sees it: [-]
 OVERLAP = 0.0, 0.0, 0.0  # in place of a direction
@@ -42,7 +43,11 @@ class Collision:
         self._pieces, self._workspace, self.polygons = pieces, workspace(pieces), polygons(pieces)
 
     def update(self, poses, piece_ranges, moving, group):
-        """Bring the list of close pieces and the feature cache to where the bodies are. -> the cache."""
+        """Bring the list of close pieces and the feature cache to where the bodies are; returns the cache.
+
+        ``feature_cache.update`` measures each cached feature at today's poses and lists the pairs that need a new direction
+        (queries); FCL gives it, and ``revalidate_all`` makes it exact.
+        """
         self._update_list(poses, piece_ranges, moving, group)
         queries = np.empty(len(self.cache.kind), dtype=np.int64)
         queries = queries[: update(self.pieces, self.cache, poses, self._workspace, queries)]
@@ -73,7 +78,8 @@ class Collision:
         radius = np.append(np.where(np.isfinite(self.pieces.bounding_radius), self.pieces.bounding_radius, 0.0), 0.0)
         size = np.maximum.reduceat(radius, piece_ranges.reshape(-1))[::2] if len(piece_ranges) else np.empty(0)
         self.travel = np.zeros(len(bound))
-        # a fast body gets a thicker skin: about eight steps of its motion, or its list would be made anew at every step
+        # the allowance is a twentieth of the body's size, so that a resting heap keeps its list for many steps; a fast body gets
+        # about eight steps of its motion more, or the list would be made anew at every step
         self.allowance = np.where(moving, 0.05 * size + np.minimum(8.0 * bound, 0.3 * size) + 1.5 * bound, bound)
         skin = self.allowance + 0.005 * size + poses.margin
         lower, upper = broad_phase.bounds(self.pieces, piece_ranges, poses, skin)

@@ -6,7 +6,8 @@ A sphere is a point and a capsule a segment, its core, thickened by a radius.
 import numpy as np
 
 from minibullet.collision.geometry import CAPSULE, POLYTOPE, SPHERE, VERTICES, faces_of, side, swapped
-from minibullet.collision.separation import PARALLEL, midway, segment_closest
+from minibullet.collision.segments import midway, segment_closest
+from minibullet.collision.separation import PARALLEL
 from minibullet.kernels import inlined, leaf
 from minibullet.vectors import (
     along,

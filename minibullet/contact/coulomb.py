@@ -5,6 +5,9 @@ contact, b the velocity without its own impulse r) and the modified velocity of 
 
     K* contains u~,  u~ . r = 0,  r in K = {|r_T| <= mu r_N}         equivalently   r = P_K(r - rho u~)
 
+K is the friction cone, K* its dual (all u with u . r >= 0 for every r in K), P_K the projection on K, rho any positive number.
+In words: no pull, no approach, a normal impulse only where the bodies do not part, and a friction of at most mu r_N, which is
+reached, against the velocity, where the contact slides.
 Sources: G. De Saxce and Z.-Q. Feng, Math. Comput. Modelling 28 (1998); M. Jean, CMAME 177 (1999), for the block solves.
 """
 
@@ -31,7 +34,7 @@ def project_cone(y, friction):
 def solve_coulomb(W, b, friction, guess=-1.0):
     """Impulse (r_n, r_1, r_2) that satisfies Coulomb's law exactly at one contact: u = W r + b.
 
-    Three states: take-off (r = 0), stick (u = 0 inside the cone), slide (u_N = 0, r_T = -s u_T with |r_T| = mu r_N). ``guess``:
+    Three states: take-off (r = 0), stick (u = 0 inside the cone), slide (u_N = 0, u_T = -s r_T with |r_T| = mu r_N). ``guess``:
     where to start looking for the multiplier s of sliding, if positive; |u_T|/(mu r_N) of the last sweep needs hardly a step.
     """
     b_n, b_1, b_2 = b
@@ -46,11 +49,12 @@ def solve_coulomb(W, b, friction, guess=-1.0):
     a21, a22 = W[2, 1] - W[2, 0] * e_1, W[2, 2] - W[2, 0] * e_2
     c_1, c_2, c_n = b_1 - f_1 * b_n, b_2 - f_2 * b_n, share * b_n
     determinant = a11 * a22 - a12 * a21
-    if determinant > 0.0:
+    if determinant > 0.0:  # stick: the impulse that makes u = 0, if the cone holds it
         r_1, r_2 = (a12 * c_2 - a22 * c_1) / determinant, (a21 * c_1 - a11 * c_2) / determinant
         r_n = -(c_n + e_1 * r_1 + e_2 * r_2)
         if r_1 * r_1 + r_2 * r_2 <= friction * friction * r_n * r_n and r_n >= 0.0:
             return r_n, r_1, r_2
+    # slide: u_T = A r_T + c_T = -s r_T, that is (A + s I) r_T = -c_T
     s = guess if guess > 0.0 else sqrt(c_1 * c_1 + c_2 * c_2) / (friction * -c_n) - 0.5 * (a11 + a22)
     s = max(s, 1e-12 * (W[0, 0] + W[1, 1] + W[2, 2]))  # a contact that cannot move along a tangent has a singular A
     r_n, r_1, r_2 = sliding_impulse((a11, a12, a21, a22), (c_n, c_1, c_2), (e_1, e_2), friction, s)

@@ -48,11 +48,11 @@ def solve_contact(c, factors, target, friction, impulse, twist):
     v, w, W = twist[factors.bodies[c, 0]], twist[factors.bodies[c, 1]], factors.block[c]
     u_n = velocity_along(c, factors, 0, v, w) - target[c]
     old_n, old_1, old_2 = impulse[c, 0], impulse[c, 1], impulse[c, 2]
-    if old_n == 0.0 and u_n >= 0.0:
+    if old_n == 0.0 and u_n >= 0.0:  # open, and stays open
         return 0.0
     u_1, u_2 = velocity_along(c, factors, 1, v, w), velocity_along(c, factors, 2, v, w)
     limit = friction[c] * old_n
-    b = (
+    b = (  # the velocity without this contact's own impulse
         u_n - W[0, 0] * old_n - W[0, 1] * old_1 - W[0, 2] * old_2,
         u_1 - W[1, 0] * old_n - W[1, 1] * old_1 - W[1, 2] * old_2,
         u_2 - W[2, 0] * old_n - W[2, 1] * old_1 - W[2, 2] * old_2,

@@ -1,5 +1,8 @@
-"""The contact problem u = W r + q with the Delassus operator W = J M^-1 J^T: records and the algebra on them. It knows no
-shapes and no world.
+"""The contact problem u = W r + q: records and the algebra on them. It knows no shapes and no world.
+
+u are the velocities of b against a at the contacts at the end of the step, r the contact impulses, q the velocities without
+these impulses. J turns the twists of all bodies into velocities at the contacts, M holds masses and inertias; then
+W = J M^-1 J^T, the Delassus operator, says by how much impulses change velocities.
 
 The rows of J for one contact are its normal and two tangents. W itself is never formed for a step: a sweep needs only J and
 M^-1 J^T of each contact, which is linear in the number of contacts.
@@ -93,43 +96,6 @@ def apply_impulses(factors, impulse, twist):
             for k in range(6):
                 twist[a, k] -= factors.inverse_mass_jacobian[c, 0, i, k] * impulse[c, i]
                 twist[b, k] += factors.inverse_mass_jacobian[c, 1, i, k] * impulse[c, i]
-
-
-@leaf
-def root_of(body, parent):
-    """The body that stands for the island of ``body``; the way to it is made shorter, in ``parent`` (n,)."""
-    while parent[body] != body:
-        parent[body] = parent[parent[body]]
-        body = parent[body]
-    return body
-
-
-@kernel
-def find_islands(bodies, moving):
-    """Contacts sorted by island, stable, and where each island begins: bodies linked through contacts; fixed bodies do not
-    link."""
-    parent = np.arange(len(moving))
-    for c in range(len(bodies)):
-        if moving[bodies[c, 0]] and moving[bodies[c, 1]]:
-            a, b = root_of(bodies[c, 0], parent), root_of(bodies[c, 1], parent)
-            parent[max(a, b)] = min(a, b)
-    label, count = np.empty(len(bodies), dtype=np.int64), np.zeros(len(moving) + 1, dtype=np.int64)
-    for c in range(len(bodies)):
-        label[c] = root_of(bodies[c, 0] if moving[bodies[c, 0]] else bodies[c, 1], parent)
-        count[label[c] + 1] += 1
-    # sorted by counting: where each label's contacts begin, then every contact to its place
-    islands, filled = np.empty(len(bodies) + 1, dtype=np.int64), 0
-    for a in range(len(moving)):
-        if count[a + 1] > 0:
-            islands[filled] = count[a]
-            filled += 1
-        count[a + 1] += count[a]
-    islands[filled] = len(bodies)
-    order = np.empty(len(bodies), dtype=np.int64)
-    for c in range(len(bodies)):
-        order[count[label[c]]] = c
-        count[label[c]] += 1
-    return order, islands[: filled + 1]
 
 
 @kernel

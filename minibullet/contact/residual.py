@@ -2,7 +2,7 @@
 
 Coulomb's law with Signorini's condition holds where r = P_K(r - u~), with De Saxce's u~ = u + mu |u_T| n (``coulomb``). What is
 left, |r - P_K(r - u~)|, is divided by the largest of |q|, |r|, |u|; impulses are measured in units of the reference mass, so
-that the residual does not know kilograms from grams. Source: V. Acary, M. Bremond, O. Huber (2018).
+that the residual does not depend on the unit of mass. Source: V. Acary, M. Bremond, O. Huber (2018).
 """
 
 from math import sqrt

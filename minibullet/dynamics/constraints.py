@@ -4,15 +4,8 @@ adhesion."""
 import numpy as np
 
 from minibullet.bodies import Contacts
-from minibullet.contact.problem import (
-    ContactProblem,
-    DelassusFactors,
-    apply_impulses,
-    find_islands,
-    into_axes,
-    into_world,
-    relative_velocity,
-)
+from minibullet.contact.islands import find_islands
+from minibullet.contact.problem import ContactProblem, DelassusFactors, apply_impulses, into_axes, into_world, relative_velocity
 from minibullet.kernels import kernel, leaf
 from minibullet.vectors import cross
 
@@ -81,8 +74,8 @@ def describe(bodies, pair, arms, gap, factors, impulse, time_step):
 
 
 def assemble(scene, factors, gap, law, free_twist, correction, rounding, time_step):
-    """The contact problem of the step: contacts may close by their gap and no more, u_N+ >= -gap/dt; an overlap asks for no
-    velocity. correction: impact position correction, how much farther back impacts leave the bodies, (n, 6), or 0.0;
+    """The contact problem of the step: contacts may close by their gap and no more, u_N+ >= -gap/dt (the target); an overlap
+    asks for no velocity. correction: impact position correction, how much farther back impacts leave the bodies, (n, 6), or 0.0;
     rounding: of velocities [m/s].
 
     Adhesion is a pull along the normal that acts while the surfaces touch, so it belongs to the free twist.

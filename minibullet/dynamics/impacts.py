@@ -4,9 +4,9 @@ Newton's law u_N+ = -e u_N- (Eq. 8 with a finite e) needs the speed at the momen
 every bounce gains or loses energy of the order of the step. With the geometry of the step's beginning, the gap of a contact
 is a parabola in time; the earliest impact is found, all contacts that touch at that moment are solved together with Coulomb
 friction, and the search goes on with the new velocities. Contacts whose rebound gravity would undo before the step ends are
-left to the resting contact law, and so are those whose rebound is slower than half of what pulls the two bodies makes of them
-in a step: units that lie side by side would hand such impacts on without end. Touching bodies struck together share the impact
-as Newton's law with all touching contacts at once has it.
+left to the resting contact law, and so are those whose rebound is slower than half of the velocity that forces give the two
+bodies in a step: units that lie side by side would hand such impacts on without end. All contacts that touch at the moment of
+an impact, and that it can reach from body to body, take part in it and obey Newton's law together.
 """
 
 from math import sqrt
@@ -151,7 +151,11 @@ def resolve(contacts, flight, moving, time_step, most):
 
 def impact_impulses(contacts, moving, twist, free_twist, time_step):
     """The impulses of the impacts of a step (m, 3), the velocity jump that they give each body and their impact position
-    correction (n, 6); zeros without restitution."""
+    correction (n, 6); zeros without restitution. A step has at most 20 impacts and one more for each moving body.
+
+    A body jumps when it is struck, not when the step begins: at the end it lies behind where the later velocity alone would
+    have brought it, by impact time times velocity jump. This is the position correction.
+    """
     if not np.count_nonzero(contacts.restitution):
         return 0.0, 0.0, 0.0
     flight = Flight(twist.copy(), (free_twist - twist) / time_step, np.zeros_like(twist))

@@ -1,7 +1,5 @@
 """Bounds on how far and how fast any point of a body moves, from its twist and its bounding radius R: |v| + |omega| R."""
 
-from math import sqrt
-
 import numpy as np
 
 from minibullet.kernels import kernel, leaf
@@ -30,18 +28,3 @@ def motion_bound(twist, free_twist, radius, time_step):
     the step.
     """
     return np.maximum(path_bound(twist, radius, 2.0 * time_step), path_bound(free_twist, radius, 2.0 * time_step))
-
-
-@leaf
-def is_slow(twist, wrench, mass, radius, chosen):
-    """Whether no point of a chosen body (n,) is faster than 2e-3 sqrt(a R), R its radius and a what accelerates it, and the
-    longest time that a free fall over the radius takes, sqrt(2 R/a) [s]; 0 where nothing pulls."""
-    slow, wait = True, 0.0
-    for n in range(len(mass)):
-        if not chosen[n]:
-            continue
-        acceleration = length(wrench[n]) / mass[n]
-        slow = slow and top_speed(twist[n], radius[n]) <= 2e-3 * sqrt(acceleration * radius[n])
-        if acceleration > 0.0:
-            wait = max(wait, sqrt(2.0 * radius[n] / acceleration))
-    return slow, wait

@@ -7,8 +7,8 @@ import numpy as np
 from minibullet.bodies import Bodies
 from minibullet.collision import manifolds
 from minibullet.collision.broad_phase import Poses
-from minibullet.collision.geometry import pack
 from minibullet.collision.narrow_phase import Collision
+from minibullet.collision.packing import pack
 from minibullet.kernels import leaf
 
 

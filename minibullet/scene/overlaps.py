@@ -4,6 +4,7 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.collision import manifolds
+from minibullet.collision.warm_start import NO_CONTACTS
 from minibullet.dynamics import constraints, depenetration
 
 TOUCH = 1e-9  # depth, in radii of the smaller body, below which bodies touch and do not overlap [-]
@@ -20,9 +21,12 @@ def list_overlaps(scene, tolerance=TOUCH):
     return sorted(((*pair, d) for pair, d in depth.items()), key=lambda row: -row[2])
 
 
-def separate(scene, movable, most):
-    """Push overlapping bodies apart, none but the ``movable`` ones (n,), in so many rounds at most; the largest distance that any
-    was moved [m]."""
+def separate(scene, rows, most):
+    """Push overlapping bodies apart, none but the moving ones among these rows, in so many rounds at most; the largest distance
+    that any was moved [m]."""
+    movable = np.zeros(len(scene.names))
+    movable[rows] = 1.0
+    movable[~scene.moving] = 0.0
     inverse = np.zeros((len(movable), 6, 6))
     inverse[:, :3, :3] = movable[:, None, None] * np.eye(3)
     start, collision = scene.bodies.position, scene.collision
@@ -30,7 +34,7 @@ def separate(scene, movable, most):
         if not list_overlaps(scene):
             break
         cache = collision.cache._replace(contacts=np.zeros_like(collision.cache.contacts))
-        points = manifolds.build(collision.pieces, cache, _poses(scene, PLAY), collision.polygons, manifolds.NO_CONTACTS)
+        points = manifolds.build(collision.pieces, cache, _poses(scene, PLAY), collision.polygons, NO_CONTACTS)
         factors = constraints.contact_factors(points.bodies, points.arms, inverse)
         shift = depenetration.separation_displacement(factors, points.gap, np.zeros(len(points.gap)), share=1.0, sweeps=50)
         scene.bodies = scene.bodies._replace(position=scene.bodies.position + shift[:, :3])

@@ -8,7 +8,7 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.bodies import Bodies
-from minibullet.collision.geometry import pack
+from minibullet.collision.packing import pack
 from minibullet.errors import InputError
 from minibullet.scene import records
 from minibullet.scene.building import PlaneShape, Scene

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from minibullet.collision.feature_cache import DIRECTION, EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, UNKNOWN, FeatureCache
+from minibullet.collision.feature_cache import FeatureCache
 from minibullet.collision.geometry import CAPSULE, DIRECTIONS, FACES, HALF_SPACE, SPHERE
-from minibullet.collision.manifolds import WarmStart
+from minibullet.collision.separation import DIRECTION, EDGE_EDGE, FACE_A, FACE_B, PLANE, ROUND, UNKNOWN
+from minibullet.collision.warm_start import WarmStart
 from minibullet.effects import library
 from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError, is_number, shown_value

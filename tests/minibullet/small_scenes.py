@@ -8,8 +8,9 @@ from scipy.optimize import nnls
 import minibullet as mb
 from minibullet.bodies import ContactLaw
 from minibullet.collision import manifolds
+from minibullet.collision.warm_start import NO_CONTACTS
 from minibullet.dynamics import constraints
-from minibullet.dynamics.free_motion import inverse_mass
+from minibullet.dynamics.inverse_mass import inverse_mass
 
 
 def polytope(generator, count=12, size=0.5):
@@ -87,7 +88,7 @@ def touch(world, reach=0.01):
     """Contacts of a world where it stands: a record of pair, arm_a, arm_b, normal, gap, point (midway, world)."""
     cache, scene = look(world, reach), world.registry.scene
     fresh, collision = cache._replace(contacts=cache.contacts.copy()), scene.collision
-    points = manifolds.build(collision.pieces, fresh, poses(scene, reach), collision.polygons, manifolds.NO_CONTACTS)
+    points = manifolds.build(collision.pieces, fresh, poses(scene, reach), collision.polygons, NO_CONTACTS)
     pair, arms, gap = points.bodies, points.arms, points.gap
     on_a = scene.bodies.position[pair[:, 0]] + arms[:, :3]
     on_b = scene.bodies.position[pair[:, 1]] + arms[:, 3:6]

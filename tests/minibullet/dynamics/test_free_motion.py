@@ -1,10 +1,8 @@
-"""Free motion: damping laws by name, and the inverse mass."""
+"""Free motion: damping laws by name."""
 
-import numpy as np
 import pytest
 
 import minibullet as mb
-from minibullet.dynamics import free_motion
 
 
 @pytest.mark.parametrize(("law", "left"), [("bullet", 0.9**0.5), ("per_step", 0.9**120)])
@@ -15,14 +13,3 @@ def test_damping_takes_the_share_that_its_law_names(law, left):
     world.run(0.5)
     assert body.velocity[0] == pytest.approx(2.0 * left, rel=1e-12)
     assert body.angular_velocity[1] == pytest.approx(3.0 * left, rel=1e-12)
-
-
-def test_the_inverse_mass_is_that_of_the_library(generator):
-    """Gauss-Jordan against NumPy on 100 masses with added mass and coupling,
-    moments apart by up to 1e6: to rounding times the condition number."""
-    root = generator.normal(size=(100, 6, 6)) * 10.0 ** generator.uniform(-1.5, 1.5, (100, 6, 1))
-    matrices = root @ root.swapaxes(1, 2)
-    found = matrices.copy()
-    free_motion.invert(found)
-    error = np.linalg.norm(found @ matrices - np.eye(6), axis=(1, 2))
-    assert (error < 1e-14 * np.linalg.cond(matrices)).all()

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from minibullet import rotations
-from minibullet.collision.geometry import edge_directions
+from minibullet.collision.packing import edge_directions
 from minibullet.errors import InputError
 from minibullet.shapes import polyhedra
 from minibullet.shapes.primitives import Box, Capsule, Compound, ConvexPiece, Cylinder, Sphere
