@@ -55,12 +55,12 @@ def fields_of(record):
         return []
     comments = dict(re.findall(r"^    (\w+)\s*:[^#\n]*#\s*(.+?)\s*$", source, re.MULTILINE))
     for field in dataclasses.fields(record) if dataclasses.is_dataclass(record) else ():
-        if field.metadata and field.name not in comments:
-            facts = field.metadata
-            parts = [f"[{facts.get('unit', '-')}]"]
-            parts += [f"{facts['low']:g} to {facts['high']:g}"] if None not in (facts.get("low"), facts.get("high")) else []
-            parts += [f"no effect at {facts['null']:g}"] if facts.get("null") is not None else []
-            comments[field.name] = ", ".join(parts + [facts["source"]] * bool(facts.get("source")))
+        if "parameter" in field.metadata and field.name not in comments:
+            known = field.metadata["parameter"]
+            parts = [f"[{known.unit}]"]
+            parts += [f"{known.low:g} to {known.high:g}"] if None not in (known.low, known.high) else []
+            parts += [f"no effect at {known.null:g}"] if known.null is not None else []
+            comments[field.name] = ", ".join(parts + [known.source] * bool(known.source))
     named = [name for name in getattr(record, "__annotations__", {}) if name in comments]
     return ["", *(f"- ``{name}``: {comments[name]}" for name in named), ""] if named else []
 

@@ -110,8 +110,8 @@ class VelocityDependentRestitution(ContactEffect):
 class Adhesion(ContactEffect):
     """A pair of bodies bears a pull of pull_off_force weights of the lighter body before it parts, shared by its contact points.
 
-    The constant pull-off force of a small contact: B. V. Derjaguin, V. M. Muller, Yu. P. Toporov, J. Colloid Interface Sci.
-    53 (1975).
+    The constant pull-off force of a small contact: B. V. Derjaguin,
+    V. M. Muller, Yu. P. Toporov, J. Colloid Interface Sci. 53 (1975).
     """
 
     pull_off_force: float = parameter(0.0, unit="weights", low=0.0, high=1.0, null=0.0)
@@ -146,8 +146,8 @@ class StaticFriction(ContactEffect):
 class StribeckFriction(ContactEffect):
     """Friction falls with slip speed from mu ratio to mu, mu (1 + (ratio - 1) exp(-(v_t/speed)^2)).
 
-    R. Stribeck, Z. VDI 46 (1902); Gaussian form: B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994)
-    1083-1138.
+    R. Stribeck, Z. VDI 46 (1902); Gaussian form: B. Armstrong-Helouvry,
+    P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083-1138.
     """
 
     ratio: float = parameter(1.0, unit="-", low=1.0, high=2.0, null=1.0)
@@ -160,8 +160,8 @@ class StribeckFriction(ContactEffect):
 
 @dataclass(frozen=True)
 class ViscousFriction(ContactEffect):
-    """Friction changes linearly with slip speed, mu + slope v_t, never below 0. Armstrong-Helouvry et al., Automatica 30
-    (1994).
+    """Friction changes linearly with slip speed, mu + slope v_t,
+    never below 0. Armstrong-Helouvry et al., Automatica 30 (1994).
     """
 
     slope: float = parameter(0.0, unit="s/m", low=-0.5, high=1.0, null=0.0)
@@ -189,8 +189,8 @@ class LoadDependentFriction(ContactEffect):
 
 @dataclass(frozen=True)
 class AnisotropicFriction(ContactEffect):
-    """Friction along one horizontal direction is ratio times that across, mu sqrt(1 + (ratio^2 - 1) cos^2 phi), the same
-    both ways.
+    """Friction along one horizontal direction is ratio times that
+    across, mu sqrt(1 + (ratio^2 - 1) cos^2 phi), the same both ways.
 
     phi lies between slip and the direction (cos angle, sin angle, 0) laid into the tangent plane; without slip cos^2 phi
     counts as 1/2. An ellipse of friction forces: A. Zmitrowicz (1981); its force is taken straight
@@ -227,8 +227,8 @@ class RollingFriction(ContactEffect):
 class SpinningFriction(ContactEffect):
     """Moment about the normal against spinning of at most arm times the normal force.
 
-    For a uniformly loaded round patch of radius a the arm is (2/3) mu a: P. Contensou (1963); K. L. Johnson, Contact
-    Mechanics (1985).
+    For a uniformly loaded round patch of radius a the arm is (2/3) mu a:
+    P. Contensou (1963); K. L. Johnson, Contact Mechanics (1985).
     """
 
     arm: float = parameter(0.0, unit="m", low=0.0, high=0.5, null=0.0, bounds_in="radius")

@@ -33,8 +33,8 @@ class FluidForce(Effect):
 
 
 class Drag(FluidForce):
-    """A force straight against the relative velocity; OrientationDrag and WallDrag modify it. Subclass it for a drag of
-    your own.
+    """A force straight against the relative velocity; OrientationDrag
+    and WallDrag modify it. Subclass it for a drag of your own.
     """
 
     dissipative = True
@@ -102,8 +102,8 @@ class DragCrisis(Drag):
 
 @dataclass(frozen=True)
 class Buoyancy(ConstantForce):
-    """Lift of a wholly submerged body by the weight of the displaced fluid, F = rho V g upwards. Archimedes, On Floating
-    Bodies.
+    """Lift of a wholly submerged body by the weight of the displaced
+    fluid, F = rho V g upwards. Archimedes, On Floating Bodies.
     """
 
     fluid_density: float = parameter(0.0, unit="kg/m3", low=0.0, high=1100.0, null=0.0, source="air to brine")
@@ -141,8 +141,8 @@ class AddedMass(Effect):
 class Magnus(FluidForce):
     """Side force on a spinning body, F = C pi rho r3 omega x w; it does no work on the translation.
 
-    C = 1 for a sphere in slow flow: S. I. Rubinow and J. B. Keller, J. Fluid Mech. 11 (1961) 447-459; negative beyond the
-    drag crisis.
+    C = 1 for a sphere in slow flow: S. I. Rubinow and J. B. Keller,
+    J. Fluid Mech. 11 (1961) 447-459; negative beyond the drag crisis.
     """
 
     coefficient: float = parameter(0.0, unit="-", low=-0.5, high=3.0, null=0.0, source="Rubinow and Keller (1961)")

@@ -1,5 +1,5 @@
-"""The bodies and contacts on which an effect is tried, and the same seen from another direction, in another order, in other
-units.
+"""The bodies and contacts on which an effect is tried, and the
+same seen from another direction, in another order, in other units.
 """
 
 import re
@@ -70,8 +70,8 @@ def with_fixed_body(bodies: Bodies) -> Bodies:
 
 
 def sample_contacts() -> tuple[Contacts, ContactLaw]:
-    """Nine contacts among eight bodies, the last of them fixed: at rest, sliding slowly and fast, parting, new; two share a
-    pair.
+    """Nine contacts among eight bodies, the last of them fixed: at
+    rest, sliding slowly and fast, parting, new; two share a pair.
     """
     generator = np.random.default_rng(9)
     m = 9

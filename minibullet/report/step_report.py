@@ -68,8 +68,8 @@ class Step:
 
     @cached_property
     def components(self):
-        """cone, dual, signorini, slip: which part of the law fails, relative to the largest impulse and velocity (0 for an
-        exact solution)."""
+        """cone, dual, signorini, slip: which part of the law fails, relative
+        to the largest impulse and velocity (0 for an exact solution)."""
         r, u, mu = self.solution.impulse, self.final_velocity, self.problem.friction
         q = problem.velocity_beyond_target(self.problem, self.problem.free_twist)
         r_ref = np.abs(r).max(initial=0.0)

@@ -33,8 +33,8 @@ class Notices:
         self.texts, self._pairs, self._hasty = [], set(), False
 
     def look(self, world, pair, gap, size, motion_bound):
-        """Tell what the contacts (m,) with which a step begins, and the bound on every body's way in it (n,), show for the first
-        time."""
+        """Tell what the contacts (m,) with which a step begins, and the
+        bound on every body's way in it (n,), show for the first time."""
         scene = world.registry.scene
         deep, hasty = count_notable(gap, size, motion_bound, scene.bounding_radius)
         if not deep and (not hasty or self._hasty):

@@ -33,7 +33,7 @@ MOST_BYTES = 4_000_000_000  # a million bodies in a heap make 2 GB
 SIMPLE = {"sphere": primitives.Sphere, "box": primitives.Box, "capsule": primitives.Capsule, "cylinder": primitives.Cylinder}
 COUNTS = ("steps", "unsolved_steps")
 # name: (kind, shape, least, most); n bodies, p close pairs of pieces, c contacts of the last step, t bodies when the list of
-# pairs was made. Unit vectors and indices are checked by ``_check_directions`` and ``_check_pairs``. None: not NaN, no more.
+# pairs was made. Unit vectors are checked by ``_check_arrays``, indices by ``_check_pairs``. None: not NaN, no more.
 BIG = float(np.finfo(float).max)
 ARRAYS = {
     "bodies_position": (float, ("n", 3), -BIG, BIG),

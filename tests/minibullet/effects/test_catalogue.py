@@ -47,6 +47,7 @@ def test_a_new_effect_is_one_class_in_one_file(tmp_path, monkeypatch):
 
 def test_every_shipped_effect_is_offered_by_its_name():
     assert {kind.__name__ for kind in effects.library().values()} <= set(effects.__all__) <= set(dir(mb))
+    assert {"Drag", "DragModifier", "FluidForce"} <= set(dir(mb))  # made to be subclassed by a drag of the user's own
 
 
 def written(folder, text, name="my_effects.py"):
