@@ -17,7 +17,7 @@ from minibullet.dynamics.free_motion import free_motion
 from minibullet.dynamics.inverse_mass import inverse_mass
 from minibullet.errors import InputError, is_number, shown_value
 from minibullet.report.step_report import ContactTable, Step, StepValues
-from minibullet.scene import overlaps, running, saving
+from minibullet.scene import overlaps, running
 from minibullet.scene.notices import Notices
 from minibullet.scene.registry import Registry
 from minibullet.settings import Settings
@@ -276,6 +276,8 @@ class World:
 
     def save(self, path):
         """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""
+        from minibullet.scene import saving  # what only saves is no part of a simulation, and is loaded when it is asked for
+
         saving.save(self, path)
 
     @classmethod
@@ -285,6 +287,8 @@ class World:
         Nothing in the file is believed: InputError where it is missing, is not such a file or was changed, where any of it cannot
         be or its parts disagree, or where it holds effects that are not minibullet's.
         """
+        from minibullet.scene import saving
+
         return saving.load(cls, path, effects)
 
     @property

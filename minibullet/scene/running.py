@@ -7,7 +7,6 @@ import numpy as np
 from minibullet.dynamics.motion_bounds import top_speed
 from minibullet.errors import InputError
 from minibullet.kernels import leaf
-from minibullet.scene import saving
 from minibullet.vectors import length
 
 MOST_STEPS = 1_000_000_000  # of one call: a day and more for the smallest world [-]
@@ -48,6 +47,8 @@ def stopped(world, text):
     world.save(world.rescue)
     text += f"; run stopped, state of step {world.steps} saved in {str(world.rescue)!r}"
     if world._past:
+        from minibullet.scene import saving
+
         saving.save_past(world._past, f"{world.rescue}.past.npz")
         text += f", the last {len(world._past)} states in {f'{world.rescue}.past.npz'!r}"
     return InputError(text)
