@@ -74,17 +74,14 @@ def unknown(close):
 
 def carried_over(cache, close):
     """A cache for these close pieces with all that ``cache`` knows of them."""
-    new, before = unknown(close), len(cache.kind)
-    if before and len(close):
-        pairs = np.vstack([np.hstack([cache.bodies, cache.pieces]), close])
-        most = pairs.max(axis=0) + 1
-        # numbers of the pairs of bodies, and of pieces, in use: a product of all four indices might not fit an integer
-        _, bodies = np.unique(pairs[:, 0] * most[1] + pairs[:, 1], return_inverse=True)
-        _, pieces = np.unique(pairs[:, 2] * most[3] + pairs[:, 3], return_inverse=True)
-        key = bodies * (pieces.max() + 1) + pieces
-        order = np.argsort(key[:before])
-        match = order[np.minimum(np.searchsorted(key[:before], key[before:], sorter=order), before - 1)]
-        known = key[match] == key[before:]
+    new, before = unknown(close), np.hstack([cache.bodies, cache.pieces])
+    if len(before) and len(close):
+        most = np.maximum(before.max(axis=0), close.max(axis=0)) + 1
+        # the pair of bodies and the pair of pieces as one sortable number: a product of all four might not fit an integer
+        old_key, key = (a * most[1] + b + 1j * (i * most[3] + j) for a, b, i, j in (before.T, close.T))
+        order = np.argsort(old_key)
+        match = order[np.minimum(np.searchsorted(old_key, key, sorter=order), len(order) - 1)]
+        known = old_key[match] == key
         for array, old in zip(new, cache, strict=True):
             array[known] = old[match[known]]
     return new
