@@ -26,6 +26,12 @@ def test_every_test_that_the_page_names_exists(page):
     assert not missing
 
 
+def test_every_test_that_continuous_integration_names_exists():
+    """`.ci/run` names files and folders of tests; one that has moved would end it before a test has run."""
+    named = re.findall(r"(?<![\w/])tests/[\w/.]+", (ROOT / ".ci" / "run").read_text(encoding="utf-8"))
+    assert len(named) > 5 and not [path for path in named if not (ROOT / path).exists()]
+
+
 def test_every_promise_names_its_test():
     """A row of the tables of promises that names no test says so: `not tested`, or `the same test`."""
     text = PAGES["reliability.md"]
