@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hlcs.files.toml_files import LARGEST, TomlFile
+from minibullet.effects.fluid import AIR_DENSITY
 from minibullet.errors import InputError, shown_value
 from minibullet.shapes.mesh_files import mesh_file
 
@@ -91,7 +92,8 @@ class Surroundings:
     """What the body moves in and on."""
 
     gravity: float = 9.81  # downwards [m/s2]
-    fluid_density: float = 0.0  # 0 = none [kg/m3]
+    fluid_density: float = AIR_DENSITY  # where none is stated it is a gas such as air; 0 = a vacuum [kg/m3]
+    fluid_stated: bool = False
     fluid_viscosity: float = 0.0  # [Pa s]
     floor_height: float | None = None  # None = no floor; distance of the plane from the origin along its normal [m]
     floor_normal: tuple[float, ...] = (0.0, 0.0, 1.0)
@@ -275,6 +277,8 @@ def impossible_density(body):
 def _surroundings(reader, table, section, base, index=None):
     numbers = {key: reader.number(table, key, section, index=index, low=low, high=high) for key, (low, high) in AROUND.items()}
     changes = {key: value for key, value in numbers.items() if value is not None}
+    if "fluid_density" in changes:
+        changes["fluid_stated"] = True
     if "floor" in table:
         floor = table["floor"]
         reader.known(floor, "surroundings.floor", index)

@@ -11,7 +11,7 @@ from minibullet.effects.contract import Need, parameter
 class MassOffset(Change):
     """True mass = (1 + relative) stated mass; the size is right."""
 
-    relative: float = parameter(0.0, unit="-", low=-0.05, high=0.05, null=0.0)
+    relative: float = parameter(0.0, unit="-", low=-0.05, high=0.05, null=0.0, least=-0.9)
     group = "body"
     needs = (Need.MASS_AND_SIZE,)
 
@@ -26,7 +26,7 @@ class MassOffset(Change):
 class SizeError(Change):
     """True lengths of the body = (1 + relative) stated lengths; the mass is right."""
 
-    relative: float = parameter(0.0, unit="-", low=-0.02, high=0.02, null=0.0)
+    relative: float = parameter(0.0, unit="-", low=-0.02, high=0.02, null=0.0, least=-0.9)
     group = "body"
     alike = "rest_height"
     needs = (Need.MASS_AND_SIZE,)

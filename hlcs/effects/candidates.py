@@ -8,14 +8,23 @@ import dataclasses
 import itertools
 from dataclasses import dataclass
 
+import numpy as np
+
 from hlcs.data.experiment_file import Surroundings
+from hlcs.data.rigid_body import RigidBody
+from minibullet.effects import DragModifier
 from minibullet.effects.contract import name_of, parameters
-from minibullet.effects.fluid import AIR_DENSITY, AIR_VISCOSITY
+from minibullet.effects.fluid import AIR_DENSITY, AIR_VISCOSITY, Drag
+
+KNOWN = 0.05  # relative error of a fluid density that a file states: temperature, salt, pressure; where none is stated any gas may be
+VACUUM = 1e-3  # part of its plausible range that a number of a fluid may have where the file states a vacuum
 
 
 @dataclass(frozen=True)
 class Free:
-    """One number to be found."""
+    """One number to be found: its plausible range low .. high is a belief, not a wall.
+
+    Only where a law ends (a negative friction) is a number held."""
 
     name: str
     unit: str
@@ -23,14 +32,53 @@ class Free:
     high: float
     null: float | None  # value at which the effect is absent; None = it has none
     start: float  # where a fit begins
-    period: float | None = None  # values this far apart are the same (an angle); such a number has no bounds
+    period: float | None = None  # values this far apart are the same (an angle)
     starts: tuple[float, ...] = ()  # where fits and first looks begin, where the start does not do alone
+    ends: tuple = (None, None)  # where the law itself ends (restitution 1), None: see `least`; nowhere
+    stated: float | None = None  # value that the experiment file states or implies
+    error: float = 0.0  # how far off that may be
+
+    @property
+    def expected(self):
+        """What is believed beforehand: what is stated, else that the effect is absent, else the usual value."""
+        return self.start if self.stated is None else self.stated
+
+    @property
+    def spread(self):
+        """Half width of the belief: the error of what is stated, else half the plausible range on its longer side."""
+        if self.stated is not None:
+            return self.error
+        return min(max(self.high - self.expected, self.expected - self.low), 1e6) / 2
+
+    @property
+    def least(self):
+        """Where the law itself ends below: at zero where the range begins there, at the null value likewise; what is positive
+        stays positive."""
+        if self.ends[0] is not None:
+            return self.ends[0]
+        if self.period is not None or self.low < 0:
+            return -np.inf
+        return self.low if self.low in (0.0, self.null) else 0.01 * self.low
+
+    @property
+    def most(self):
+        """Where the law itself ends above."""
+        return np.inf if self.ends[1] is None else self.ends[1]
 
     def inside(self, value):
-        """The value within the bounds, or the same angle within one period."""
+        """The value where the law holds, or the same angle within one period."""
         if self.period is not None:
             return self.low + (value - self.low) % self.period
-        return min(max(value, self.low), self.high)
+        return min(max(value, self.least), self.most)
+
+    def plausible(self, value):
+        """Is a value within the plausible range?"""
+        return self.period is not None or self.low <= value <= self.high
+
+    def surprise(self, value):
+        """-2 log of the belief in a value over that in the expected one: a Cauchy law, whose tails leave room for what nobody
+        expected (A. Gelman et al., Ann. Appl. Stat. 2 (2008) 1360). An angle is as good as any other."""
+        return 0.0 if self.period is not None else 2 * np.log1p(((value - self.expected) / self.spread) ** 2)
 
 
 @dataclass(frozen=True)
@@ -50,6 +98,29 @@ class Candidate:
     def start(self):
         """Where a fit begins, {name: value}: at the null values where there are any."""
         return {entry.name: entry.start for entry in self.free}
+
+    @property
+    def expected(self):
+        """What is believed of its numbers beforehand, {name: value}."""
+        return {entry.name: entry.expected for entry in self.free}
+
+    @property
+    def form_of(self):
+        """Label of the law that it is one form of, or an empty text."""
+        return self.kind.form_of
+
+    @property
+    def is_drag(self):
+        return issubclass(self.kind, Drag)
+
+    @property
+    def through_drag(self):
+        """Does it act through a drag alone?"""
+        return issubclass(self.kind, DragModifier)
+
+    def holds(self, other):
+        """Is the law of another candidate a special case of its own?"""
+        return other.kind in self.kind.contains
 
     @property
     def absent(self):
@@ -92,15 +163,23 @@ def build(kind, values, surroundings: Surroundings):
     return kind(**filled_in | {name: float(value) for name, value in values.items()})
 
 
-def candidate(kind, surroundings: Surroundings, radius, body_known, own=False):
-    """The Candidate of an effect class for a body of this radius [m], whose mass and size are known or not."""
-    free = []
+def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own=False, extent=1.0):
+    """The Candidate of an effect class for a rigid body whose mass and size are known or not; extent: range of heights [m].
+
+    What the file states is believed: the density of its fluid, and that nothing of a fluid acts in a vacuum.
+    """
+    free, vacuum = [], kind.group == "fluid" and surroundings.fluid_density == 0.0
+    drag = 0.5 * surroundings.fluid_density * body.area / body.mass if body_known and not vacuum else 0.2
+    scales = {"": 1.0, "radius": body.radius, "drag": drag, "extent": extent}
     for name, known in parameters(kind).items():
         if known.given or known.body_known not in (None, body_known):
             continue
         null = getattr(surroundings, name_of(kind), None) if kind.replaces and known.null is None else known.null
-        scale = radius if known.bounds_in == "radius" else 1.0
+        scale = scales[known.bounds_in]
         low, high = (bound * scale if bound is not None else sign * 1e6 for bound, sign in ((known.low, -1), (known.high, 1)))
         unit, start = "1" if known.unit == "-" else known.unit, null if null is not None else known.default
-        free.append(Free(name, unit, low, high, null, start, known.period, known.starts))
+        stated, error = (null, VACUUM * high) if vacuum else (getattr(surroundings, name, None), 0.0)
+        if stated and not vacuum:
+            error = (KNOWN if surroundings.fluid_stated else 1.0) * stated
+        free.append(Free(name, unit, low, high, null, start, known.period, known.starts, (known.least, known.most), stated, error))
     return Candidate(name_of(kind), kind, tuple(free), own)

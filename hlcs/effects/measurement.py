@@ -101,14 +101,13 @@ class CalibrationCurve(Change):
     u runs from -1 at the lowest to 1 at the highest recorded height, so c_1 .. c_5 are amplitudes in metres.
     """
 
-    c_1: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
-    c_2: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
-    c_3: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
-    c_4: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
-    c_5: float = parameter(0.0, unit="m", low=-1.0, high=1.0, null=0.0)
+    c_1: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
+    c_2: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
+    c_3: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
+    c_4: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
+    c_5: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
     group = "measurement"
     needs = (DataNeed.HEIGHT, DataNeed.UNLIKE_HEIGHTS)
-    relative_bound = 0.05  # the correction stays below this part of the range of heights
 
     def look(self, look, scene):
         half = max((scene.high - scene.low) / 2, 1e-9)

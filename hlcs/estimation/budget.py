@@ -11,8 +11,7 @@ SEGMENTED_LIMIT = 3.0e6  # body-steps of a search on a tumbling body: some 90 s 
 SMOOTH_LIMIT = 15.0e6  # the same where recordings are not in segments: 6 us each
 FLIGHT_LIMIT = 40.0e6  # the same where nothing touches: at most 2 us each, what a step costs by itself counted too
 SEARCH_LINEARISATIONS = 200  # that a search over the whole library needs
-SEARCH_PART, COMPETITORS_PART = 0.6, 0.8  # of the limit, after which no round, no exchange is begun
-REFIT_LINEARISATIONS = 7
+FIT_LINEARISATIONS = 7  # that a fit takes, as a rule
 CONFIRM_LINEARISATIONS = 60  # to fit the model under test and to refit what was accepted, on more recordings
 LEFT_OUT = "left out to keep within the limit of time:"
 LINEARISATION_RUNS = 13  # one, and one for each number of the initial state
@@ -34,31 +33,16 @@ class Budget:
         """Part of the limit that is spent [-]."""
         return (self.simulator.body_steps - self.start) / self.limit
 
-    def ends_search(self, what):
-        """Is so much spent that no other round is begun? Then `what` is noted as left out."""
-        return self._over(SEARCH_PART, what)
-
-    def ends_comparison(self, what):
-        """The same for exchanges and competing models. In flight there is always enough: no verdict goes without them."""
-        return self.simulator.contact and self._over(COMPETITORS_PART, what)
-
-    def _over(self, part, what):
-        if self.share <= part:
-            return False
-        self.leave_out(what)
-        return True
-
-    def leave_out(self, what):
-        """Note that something is left out, once."""
-        if what not in self.left_out:
+    def spent(self, what):
+        """Is the limit reached? Then `what` is noted as left out, once."""
+        if self.share > 1 and what not in self.left_out:
             self.left_out.append(what)
+        return self.share > 1
 
-    def affordable(self, most, least=2, each=1):
-        """How many tasks of `each` refits, in one batch, what is left allows for: at least and at most so many."""
-        if not self.simulator.contact:
-            return most
-        cost = 2 * each * REFIT_LINEARISATIONS * max(linearisation_cost(self.problem.trials, self.simulator.time_step), 1.0)
-        return int(np.clip(int((1 - self.share) * self.limit / cost), least, most))
+    def affordable(self, most):
+        """How many fits, in one batch, what is left allows for: two at least, so many at most."""
+        cost = 2 * FIT_LINEARISATIONS * max(linearisation_cost(self.problem.trials, self.simulator.time_step), 1.0)
+        return int(np.clip(int((1 - self.share) * self.limit / cost), 2, most))
 
     def notes(self):
         """Sentences on what was left out."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hlcs.estimation.least_squares import least_squares, null_prior
+from hlcs.estimation.least_squares import belief, least_squares
 from hlcs.estimation.linearization import free_numbers
 
 FEW_RECORDINGS = 6
@@ -24,11 +24,11 @@ class CrossValidation:
     def residuals(self, fit):
         """White, projected residuals of every recording, numbers taken from the other half (list of (n_i,))."""
         r, s = fit.linearization.projected
-        prior, aim = null_prior(fit.estimate, free_numbers(fit.model))
+        believed, slopes = belief(fit.estimate, free_numbers(fit.model))
         held_out = [None] * len(r)
         for half in (0, 1):
             train = np.flatnonzero(self.half != half)
-            rows, aims = np.concatenate([*(s[k] for k in train), prior]), np.concatenate([*(r[k] for k in train), aim])
+            rows, aims = np.concatenate([*(s[k] for k in train), np.diag(slopes)]), np.concatenate([*(r[k] for k in train), -believed])
             step = least_squares(rows, aims).estimate
             for k in np.flatnonzero(self.half == half):
                 held_out[k] = r[k] - s[k] @ step

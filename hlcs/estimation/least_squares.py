@@ -1,9 +1,8 @@
-"""Linear least squares on whitened columns: bases, projections, estimates that keep to their bounds."""
+"""Linear least squares on whitened columns: bases, projections, what is believed beforehand as rows of their own."""
 
 from typing import NamedTuple
 
 import numpy as np
-from scipy import optimize
 
 
 def basis(columns):
@@ -52,27 +51,13 @@ def largest_cosine(a, b):
     return float(np.clip(np.linalg.svd(qa.T @ qb, compute_uv=False)[0], 0.0, 1.0))
 
 
-def null_prior(values, frees):
-    """Rows (p, p) and aims (p,) for least squares that keep near its null value what the data do not show.
+def belief(values, frees):
+    """What is believed of numbers at values (p,) as rows of least squares: (residuals (p,), their slopes (p,)).
 
-    They count as much as one observation that says: within its bounds. What the data do show they leave alone.
+    The square of each residual is -2 log of its relative density (`Free.surprise`).
     """
-    width = np.array([min(free.high - free.low, 1e6) for free in frees])
-    null = np.array([value if free.null is None else free.null for value, free in zip(values, frees, strict=True)])
-    return np.diag(1 / width) if frees else np.zeros((0, 0)), (null - values) / width if frees else np.zeros(0)
-
-
-def bounded_least_squares(residuals, columns, values, frees):
-    """Least-squares step of numbers at `values` (p,) that keeps them within the bounds of their Free entries, (p,).
-
-    residuals, columns: lists over recordings of (n_i,) and (n_i, p), both white and projected.
-    """
-    rows, aims = null_prior(values, frees)
-    r, s = np.concatenate([*residuals, aims]), np.concatenate([*columns, rows])
-    low = np.array([free.low if free.period is None else -np.inf for free in frees])
-    high = np.array([free.high if free.period is None else np.inf for free in frees])
-    step = least_squares(s, r).estimate if len(frees) else np.zeros(0)
-    if ((values + step >= low) & (values + step <= high)).all() or not np.isfinite(s).all():
-        return step
-    bounds = np.minimum(low - values, 0.0), np.maximum(high - values, 0.0)
-    return optimize.lsq_linear(s, r, bounds, method="bvls").x
+    aside = np.array([0.0 if free.period is not None else (value - free.expected) / free.spread for value, free in zip(values, frees, strict=True)])
+    rows = np.sign(aside) * np.sqrt(2 * np.log1p(aside**2))
+    slopes = np.where(np.abs(aside) > 1e-6, 2 * aside / (1 + aside**2) / np.where(rows == 0, 1.0, rows), np.sqrt(2.0))
+    still = np.array([free.period is not None for free in frees], bool)
+    return rows, np.where(still, 0.0, slopes / np.array([free.spread for free in frees]))

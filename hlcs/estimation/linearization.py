@@ -1,13 +1,11 @@
-"""What a fit is made of: which numbers are observations, the linearisation
-at one point, the fitted model, and what became of a candidate."""
+"""What a fit is made of: which numbers are observations, the linearisation at one point, the fitted model."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from hlcs.effects import Candidate
-from hlcs.estimation.least_squares import basis, least_squares, project_out
+from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.whitening import Whitening
 from hlcs.simulation.model import Model
 
@@ -64,13 +62,30 @@ class Fit:
     linearization: Linearization
     estimate: np.ndarray  # of the free numbers of model.terms, in order (p,)
     covariance: np.ndarray  # for the stated noise (p, p)
-    at_bound: tuple[bool, ...]
+    converged: bool = True
 
     def numbers_of(self, index):
         """Where the free numbers of one term stand among those of all, a slice; -1 is the newest term."""
         counts = [len(term.candidate.free) for term in self.model.terms]
         first = sum(counts[: index % len(counts)])
         return slice(first, first + counts[index])
+
+    @cached_property
+    def surprise(self):
+        """-2 log of what was believed of its numbers, relative to what was expected."""
+        return sum(free.surprise(value) for free, value in zip(free_numbers(self.model), self.estimate, strict=True))
+
+    @cached_property
+    def occam(self):
+        """What the model pays for its numbers."""
+        spread = np.array([free.spread for free in free_numbers(self.model)])
+        columns = np.concatenate(self.linearization.projected[1]) * spread
+        return occam(columns.T @ columns, self.count)
+
+    @property
+    def cost(self):
+        """-2 log of the evidence for the model, up to a constant of the data."""
+        return self.chi2 + self.surprise + self.occam
 
     @cached_property
     def chi2_per_recording(self):
@@ -94,24 +109,17 @@ class Fit:
         return max(self.count - sum(q.shape[1] for q in self.linearization.state_bases) - len(self.estimate), 1)
 
 
-@dataclass
-class CandidateTrial:
-    """What became of one candidate in one round."""
+def occam(information, count):
+    """What a model pays for numbers of this information (p, p), in units of their spreads: log(1 + l) for each eigenvalue l of it,
+    at most the logarithm of the count of observations.
 
-    candidate: Candidate
-    linear_gain: float = 0.0
-    gain: float = 0.0  # fall of chi2 after the refit
-    required_gain: float = 0.0  # fall of chi2 that its complexity asks for
-    fit: Fit | None = None
-    p: float = 1.0  # one-sided, of being no better on held-out data
-    holm: float = 1.0
-    directions: tuple[float, ...] = ()  # relative fall of the held-out error in each direction
-    falls: float = 0.0  # relative fall of the held-out error, all directions
-    falls_sigma: float = 0.0
-    fails: list = field(default_factory=list)
-    signature: list | None = None
-    by_linear_step: bool = False  # its fit is a linear step only
-    visible: float = 0.0  # norm of the projected signature: 0 = these data cannot show it
+    Laplace's approximation of the evidence (D. J. C. MacKay, Neural Comput. 4 (1992) 415): twice the logarithm of spread over
+    standard error, nothing for what the data do not show. Nobody is charged for more ignorance than one observation would end
+    (G. Schwarz, Ann. Stat. 6 (1978) 461), so that laws which say the same pay the same, however wide their ranges are.
+    """
+    if not np.isfinite(information).all():
+        return np.inf
+    return float(np.sum(np.minimum(np.log1p(np.maximum(np.linalg.eigvalsh(information), 0.0)), np.log(count))))
 
 
 def free_numbers(model):
@@ -119,11 +127,6 @@ def free_numbers(model):
     return [free for term in model.terms for free in term.candidate.free]
 
 
-def best_view(views, q, aim):
-    """The (values while absent, signature, linear step) of the view that explains most of aim (n,), q projected out of it.
-
-    views: [(values at which a candidate is absent, its projected signature there)].
-    """
-    steps = [least_squares(project_out(q, np.concatenate(signature)), project_out(q, aim)) for _, signature in views]
-    best = max(range(len(views)), key=lambda place: steps[place].gain)
-    return *views[best], steps[best].estimate
+def values_of(model):
+    """Values of the free numbers of a model's terms, in order (p,)."""
+    return np.array([term.numbers[free.name] for term in model.terms for free in term.candidate.free])

@@ -64,13 +64,15 @@ def candidates_for(measurement, contact, names=None, own=()):
     """(candidates, {name: why it cannot take part}) for trajectories; `names` None = all that fit, else just these."""
     first, shown = measurement.trials[0], Shown(measurement.trials, contact)
     why = {kind: stated(kind, measurement.file) or obstacle(kind, shown) for kind in wanted(names, own)}
-    return eligible(why, first.body, first.surroundings, shown.body_known, own)
+    heights = np.concatenate([trial.position[:, 2] for trial in measurement.trials])
+    extent = float(np.nanmax(heights) - np.nanmin(heights)) if np.isfinite(heights).any() else 1.0
+    return eligible(why, first.body, first.surroundings, shown.body_known, own, max(extent, 1e-3))
 
 
-def eligible(why, body, surroundings, body_known, own):
+def eligible(why, body, surroundings, body_known, own, extent=1.0):
     """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}."""
-    radius = rigid_body(body).radius
-    found = [candidate(kind, surroundings, radius, body_known, kind in own) for kind, text in why.items() if not text]
+    solid = rigid_body(body)
+    found = [candidate(kind, surroundings, solid, body_known, kind in own, extent) for kind, text in why.items() if not text]
     return sorted(found, key=lambda entry: entry.name), {name_of(kind): text for kind, text in why.items() if text}
 
 
@@ -108,17 +110,11 @@ def all_alike(trials):
     return bool(np.max(np.ptp(table, axis=0)) < 0.1 * span)
 
 
-def lacks_drag(kind, model):
-    """Does a class act only through a drag, and the model has none?"""
-    return issubclass(kind, forces.DragModifier) and not has_drag(model)
+def lacks_drag(entry, model):
+    """Does a candidate act only through a drag, and the model has none?"""
+    return entry.through_drag and not has_drag(model)
 
 
 def has_drag(model):
     """Is there a drag in the model, in its file's part or among its terms?"""
     return any(issubclass(kind, forces.Drag) for kind in model.kinds)
-
-
-def carries(model, index):
-    """Does another term act only through term number `index`, so that the model cannot stand without it?"""
-    rest = model.without(index)
-    return any(lacks_drag(kind, rest) for kind in rest.kinds)

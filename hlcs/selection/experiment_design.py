@@ -31,21 +31,20 @@ def hardest(options):
     return min(options, key=lambda option: option[:2])
 
 
-def next_experiment(problem, final, rivals, verdict):
-    """The experiment that best separates the surviving rivals, or finds out what stays unexplained."""
-    pairs = [
-        (index, term.name, name, other)
-        for index, (term, others) in enumerate(zip(final.model.terms, rivals, strict=True))
-        for name, other, _ in others
-    ]
-    found = []
-    for index, mine, name, other in pairs:
-        options = witnesses(problem, final.model.terms[index], other.model.terms[-1])
+def next_experiment(sets, verdict):
+    """The experiment that best separates the best set from those that do as well, or finds out what stays unexplained."""
+    problem, fits = sets.search.problem, sets.search.fits
+    final, found = fits[sets.best], []
+    for effects in sets.tied[1:]:
+        other = fits[effects]
+        names = " + ".join(sorted(sets.best - effects)), " + ".join(sorted(effects - sets.best))
+        terms = [term for fit, rest in ((final, effects), (other, sets.best)) for term in fit.model.terms if term.name not in rest]
+        options = witnesses(problem, terms)
         if isinstance(problem.simulator, Simulator):
             options += [(score, text, design, False) for score, text, design in designs(problem, final, other)]
         if options:
             best = max(options, key=lambda option: (min(option[0], 2 * SEPARATION), option[3], option[0], option[1]))
-            found.append((best[0], (mine, name), *best[1:3]))
+            found.append((best[0], names, *best[1:3]))
     if not found:
         return unexplained(problem, verdict, ())
     score, names, text, design = hardest(found)
@@ -55,9 +54,10 @@ def next_experiment(problem, final, rivals, verdict):
     if len({pair for _, pair, _, _ in found}) > 1:
         others = sorted({f"{pair[1]}: {other}" for _, pair, other, _ in found if pair != names and other != text})
         sentence += "".join(f"; against {entry}" for entry in others[:3])
+    separates = tuple(name for part in names for name in part.split(" + "))
     if verdict == "unexplained":
-        return unexplained(problem, verdict, names, sentence, needed, design)
-    return NextExperiment(sentence, names, needed, design)
+        return unexplained(problem, verdict, separates, sentence, needed, design)
+    return NextExperiment(sentence, separates, needed, design)
 
 
 def unexplained(problem, verdict, names, more="", needed=None, design=None):
@@ -75,12 +75,12 @@ def unexplained(problem, verdict, names, more="", needed=None, design=None):
 # --- direct witnesses: measure the suspect itself ----------------------------------------------------------------------
 
 
-def witnesses(problem, mine, other):
-    """[(lambda, text, design, True)]: direct readings of one of the two rivals."""
+def witnesses(problem, terms):
+    """[(lambda, text, design, True)]: direct readings of effects that two explanations do not share."""
     low, high = problem.simulator.height_range
     camera = Camera(problem.noise.position or 0.0, problem.noise.step, max(high - low, 0.1))
     found = []
-    for term in (mine, other):
+    for term in terms:
         reading = WITNESSES.get(term.candidate.kind)
         if reading and camera.sigma > 0:
             size = reading.size(term.numbers, camera)

@@ -1,39 +1,21 @@
 """What is told of the effects that were found, and of every candidate: numbers with their intervals, errors, reasons."""
 
 import numpy as np
-from scipy import stats
 
 from hlcs.effects import set_of
+from hlcs.estimation.least_squares import basis, largest_cosine, project_out
 from hlcs.records import Finding, Reason, untested
-from hlcs.selection.pairs import beside
+from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.reasons import sentences
-
-INTERVAL = 0.90  # of coefficients
 
 
 # --- for every kind of measurement --------------------------------------------------------------------------------------------
-
-
-def interval(free, value, error):
-    """A free number with its interval, inside the bounds that its value has not left; an angle has no bounds."""
-    low, high = (-np.inf, np.inf) if free.period is not None else (min(free.low, value), max(free.high, value))
-    return {
-        "value": float(value),
-        "low": float(max(value - error, low)),
-        "high": float(min(value + error, high)),
-        "unit": free.unit,
-    }
 
 
 def error_record(measure, unit, noise, fitted, held_out):
     """The errors of a Diagnosis; fitted, held_out: (before, after), None where nothing can be held out."""
     fitted, held_out = (errors and {"before": errors[0], "after": errors[1], "noise": noise} for errors in (fitted, held_out))
     return {"measure": measure, "unit": unit, "held_out": held_out, "fitted": fitted}
-
-
-def ambiguous_sets(alternatives):
-    """Each accepted effect with its rivals, where it has any; alternatives: {accepted effect: {rival: cosine}}."""
-    return tuple((effect, *sorted(rivals)) for effect, rivals in alternatives.items() if rivals)
 
 
 def findings(names, alternatives, described):
@@ -84,110 +66,84 @@ def smallest_visible(free, size):
     return f"{free.name} {size:.2g}{'' if free.unit == '1' else ' ' + free.unit} from {free.null:g}"
 
 
-# --- for fits of problems -----------------------------------------------------------------------------------------------------
+# --- for fitted sets ------------------------------------------------------------------------------------------------------------
 
 
-def intervals(fit, inflation):
-    """{effect: {name: value, low, high, unit}} at 90 %, widened where the model is not adequate, inside the bounds."""
-    found, place = {}, 0
-    quantile = stats.t.ppf(0.5 + INTERVAL / 2, fit.freedom)
-    for term in fit.model.terms:
-        numbers = {}
-        for free in term.candidate.free:
-            error = quantile * np.sqrt(max(inflation, 1.0) * max(fit.covariance[place, place], 0.0))
-            numbers[free.name] = interval(free, fit.estimate[place], error)
-            place += 1
-        found[term.name] = numbers
-    return found
+def candidate_findings(sets, places, absent):
+    """One Finding a candidate of a search over sets, and one for each of those that were not tried.
 
-
-def _rms(problem, residuals, unit):
-    """RMS over positions [m] or rotations [rad] of residuals in units of sigma."""
-    total, count = 0.0, 0
-    for recording, part in zip(problem.recordings, residuals, strict=True):
-        inside = recording.channel < 3 if unit != "rad" else recording.channel >= 3
-        total += float(np.sum(part[inside] ** 2))
-        count += int(inside.sum())
-    sigma = problem.noise.orientation if unit == "rad" else problem.noise.position
-    return float(sigma * np.sqrt(total / max(count, 1)))
-
-
-def fitted_error(search, fit, unit):
-    """RMS residual of a fit on the data it was fitted to."""
-    r, s = fit.linearization.projected
-    return _rms(search.problem, search.coloured(r), unit)
-
-
-def held_out_error(search, fit, unit):
-    """RMS residual on recordings the numbers were not fitted to; None where nothing can be held out."""
-    if not search.cross_validation.possible:
-        return None
-    return _rms(search.problem, search.coloured(search.cross_validation.residuals(fit)), unit)
-
-
-def errors(search, base, final, unit):
-    """RMS before and after, on the data that were fitted and on those held out, beside the noise."""
-    noise = search.problem.noise.orientation if unit == "rad" else search.problem.noise.position
-    fitted = [fitted_error(search, fit, unit) for fit in (base, final)]
-    held_out = [held_out_error(search, fit, unit) for fit in (base, final)] if search.cross_validation.possible else None
-    return error_record("rms", unit, noise, fitted, held_out)
-
-
-def problem_findings(search, fits, rounds, alternatives, absent, unit):
-    """One Finding a candidate of a search over fits, and one for each of those that were not tried.
-
-    alternatives: as for `findings`; absent: {name: why it was not tried}.
+    places: {effect of the best set: names that take its place}; absent: {name: why it was not tried}.
     """
-    effects = list(alternatives)
-    candidates = {candidate.name: candidate for candidate in search.candidates}
+    search, problem, best = sets.search, sets.search.problem, sets.best
+    alternatives = {name: {other: _cosine(sets, name, other) for other in others} for name, others in places.items()}
 
     def described(name, same):
-        trials = [trials[name] for trials in rounds if name in trials]
-        refitted = [trial for trial in trials if trial.fit is not None]
-        best = max(refitted, key=lambda trial: trial.gain, default=None)
-        last = trials[-1] if trials else None
-        if name in effects and best is None:  # brought in with another one, not in a round of its own
-            best = beside(search, fits[0], fits[-1], effects.index(name))
-        fitted, held_out, gain = None, None, last.linear_gain if last is not None and last.visible else None
-        if best is not None:
-            fitted, held_out, gain = fitted_error(search, best.fit, unit), held_out_error(search, best.fit, unit), best.gain
+        alone, fitted, held = frozenset({name}), None, None
+        holding = best if name in best else min((known for known in search.fits if name in known), key=search.cost, default=None)
+        if holding is not None:
+            fit = search.fits[holding]
+            fitted, held = fitted_error(problem, fit), held_out_error(problem, sets.cross_validation, fit)
+        if name in best:
+            evidence = sets.worth(best, name)
+        elif holding is not None:
+            evidence = search.cost(frozenset()) - search.cost(holding)
+        else:
+            evidence = search.cost(frozenset()) - search.foreseen[alone][0].cost if alone in search.foreseen else None
         return {
             "fitted": fitted,
-            "held_out": held_out,
-            "evidence": None if gain is None else float(gain - search.complexity_penalty(candidates[name])),
-            "visible_from": _visible(last),
-            **_explained(name, same, best, last, effects)._asdict(),
+            "held_out": held,
+            "evidence": evidence,
+            "visible_from": _visible(search, name),
+            **_explained(sets, name, same, holding, evidence)._asdict(),
         }
 
     untried = (untested(name, Reason.NOT_TRIED(why=why)) for name, why in sorted(absent.items()))
-    return (*findings(candidates, alternatives, described), *untried)
+    return (*findings(search.candidates, alternatives, described), *untried)
 
 
-def _explained(name, same, best, last, effects):
+def _cosine(sets, name, other):
+    """Likeness of an effect of the best set and of one that takes its place."""
+    best = sets.best
+    holding = next(members for members in sets.tied[1:] if other in members and name not in members)
+    return largest_cosine(*(_own_columns(sets.search.fits[members], its) for members, its in ((best, name), (holding, other))))
+
+
+def _own_columns(fit, name):
+    """Projected signature of one effect of a fit, all recordings in one column (n, p)."""
+    columns, its = np.concatenate(fit.linearization.projected[1]), fit.numbers_of(fit.model.terms_named(name))
+    return project_out(basis(np.delete(columns, its, axis=1)), columns[:, its])
+
+
+def _explained(sets, name, same, holding, evidence):
     """The Explanation of what became of a candidate."""
-    if name in effects:
-        return accepted_reason(best.gain, best.required_gain, best.directions, same)
+    search, best = sets.search, sets.best
+    if name in best:
+        held = sets.held_out(best, name)
+        rest, fit = sets.fit(sets.without(best, name)), search.fits[best]
+        return accepted_reason(rest.chi2 - fit.chi2, rest.chi2 - fit.chi2 - evidence, held.directions, same)
     if same:
-        return rival_reason(same, effects, label=set_label(name, same))
-    form = set_of(name)
-    better = [other for other in effects if form and set_of(other) == form]
-    if best is not None and better:
-        return Reason.OTHER_FORM(form=form, better=better[0])
-    if last is not None and last.fit is not None and last.gain > last.required_gain and last.fails:
-        return Reason.SUSPECTED(why=sentences(last.fails))
-    if last is None or not last.visible:
+        return rival_reason(same, best, label=set_label(name, same))
+    if evidence is None:
         return Reason.INVISIBLE()
-    if best is not None and best.gain > best.required_gain:
-        if not best.fails:
-            return Reason.EXPLAINED_TOO(at="")
-        return Reason.EXPLAINED_BEFORE(why=sentences(best.fails))
-    why = f"chi2 would fall by {max(last.linear_gain, 0.0):.1f}, less than the price of {last.required_gain:.1f}"
-    return Reason.NOT_SEEN(at="", why=why)
+    form = set_of(name)
+    better = [other for other in sorted(best) if form and set_of(other) == form]
+    if better and evidence > 0:
+        return Reason.OTHER_FORM(form=form, better=better[0])
+    broken = sets.broken(holding, name) if holding is not None and evidence > 0 else []
+    if broken:
+        return Reason.SUSPECTED(why=sentences(broken))
+    if evidence > 0:
+        return Reason.EXPLAINED_TOO(at="")
+    return Reason.NOT_SEEN(at="", why=f"it would cost {-evidence:.1f} more than it explains")
 
 
-def _visible(last):
-    """The smallest value of a one-number candidate these data would have shown nine times in ten."""
-    if last is None or not last.visible or len(last.candidate.free) != 1 or last.candidate.absent is None:
+def _visible(search, name):
+    """The smallest value of a one-number candidate that these data would have shown nine times in ten; empty where it is beyond
+    what is plausible."""
+    entry, linear = search.candidates[name], search.base_model
+    if len(entry.free) != 1 or entry.absent is None or name not in linear.entries or not linear.visible(name):
         return ""
-    free = last.candidate.free[0]
-    return smallest_visible(free, (np.sqrt(last.required_gain) + 1.28) / last.visible)
+    (free,), information = entry.free, linear.information(name)
+    required = search.price({name}) + np.log1p(information)
+    size = (np.sqrt(required) + 1.28) * free.spread / np.sqrt(information)
+    return smallest_visible(free, size) if size <= max(free.high - free.null, free.null - free.low) else ""

@@ -1,15 +1,19 @@
-"""From a search to what it found: the moves of the search in their order, the final fit, its competitors."""
+"""From a search to what it found: the best set, those that do as well, their numbers, and whether the best one is adequate."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+import numpy as np
+
+from hlcs.estimation.linearization import free_numbers
 from hlcs.records import Finding, NextExperiment, Pictures
 from hlcs.selection import experiment_design
-from hlcs.selection.competing_models import competing_models
-from hlcs.selection.findings import ambiguous_sets, errors, fitted_error, held_out_error, intervals, problem_findings
-from hlcs.selection.search_moves import exchange_terms, try_other_first_effects, try_other_forms, try_stated_fluid
+from hlcs.selection.findings import candidate_findings, error_record
+from hlcs.selection.held_out import fitted_error, held_out_error, sigma_of
+from hlcs.selection.sets import FittedSets, interval
+from hlcs.selection.thresholds import HELPS
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,9 @@ class Selection:
     model: Any
     pictures: Pictures
     notes: tuple[str, ...]
+    sets: tuple[dict, ...]
+    inclusion: dict
+    explained: float
     next_experiment: Callable[[str], NextExperiment] = field(repr=False)  # of a verdict that leaves something open
     left_out: tuple[str, ...] = ()  # of the notes, what was left out to keep within the limit of time
 
@@ -40,7 +47,7 @@ class Selection:
         return "effect" if self.effects else "complete"
 
 
-def select(experiment, prepared, search, absent, on_all=lambda problem, fit: (problem, fit)):
+def select(experiment, prepared, search, cross_validation, absent, on_all=lambda problem, fit: (problem, fit)):
     """Run a search over candidates and return the Selection.
 
     experiment: has `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table) -> rows, `polished`
@@ -48,32 +55,35 @@ def select(experiment, prepared, search, absent, on_all=lambda problem, fit: (pr
     why it was not tried}; on_all: function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the
     search has fewer.
     """
-    problem, base, unit = prepared.problem, prepared.base, prepared.problem.unit
+    problem, base = prepared.problem, prepared.base
     before, table_before = experiment.judge(*on_all(problem, base))
-    fits, rounds = try_stated_fluid(search, *try_other_first_effects(search, *try_other_forms(search, *search.run(base))))
-    settled = len(fits[-1].model.terms) < 2 and not problem.simulator.contact  # else a term may stand where another belongs
-    if not settled:
-        fits, rounds = exchange_terms(search, fits, rounds)
-    final, exact = fits[-1], experiment.polished(problem, fits[-1])  # rivals were, and are, fitted at the step of the search
-    judged, best = on_all(problem, exact)
-    after, table_after = experiment.judge(judged, best)
-    search.progress("rivals")
-    others = competing_models(search, final, 1.0 if after.adequate else max(after.chi2, 1.0))
-    alternatives = {
-        term.name: {name: cosine for name, _, cosine in rest} for term, rest in zip(final.model.terms, others, strict=True)
-    }
-    steps = {}
-    for fit in [*fits[:-1], exact]:
-        names = tuple(term.name for term in fit.model.terms)
-        if names not in steps:
-            held, fitted = held_out_error(search, fit, unit), fitted_error(search, fit, unit)
-            steps[names] = {"effects": list(names), "held_out": held, "fitted": fitted}
+    sets = FittedSets(search.run(), cross_validation)
+    effects = sets.best
+    judged, best = on_all(problem, experiment.polished(problem, search.fits[effects]))
+    after, table_after = experiment.judge(judged, best) if effects else (before, table_before)
+    if not after.adequate:
+        sets.inflation = max(after.chi2, 1.0)
+        if effects and explained(base, search.fits[effects]) < HELPS:  # it absorbs a part, and explains nothing
+            sets.best = effects = frozenset()
+            judged, best = on_all(problem, base)
+            after, table_after = before, table_before
+    search.progress("comparing sets")
+    ordered, places = sets.ordered(effects), sets.alternatives()
+    final = search.fits[effects]
+    errors = partial(held_out_error, problem, cross_validation)
+    described = [_described(sets, members, errors) for members in sets.tied]
     return Selection(
-        effects=tuple(alternatives),
-        ambiguous=ambiguous_sets(alternatives),
-        parameters=intervals(best, 1.0 if after.adequate else after.chi2),
-        error=errors(search, base, exact, unit),
-        steps=tuple(steps.values()),
+        effects=ordered,
+        ambiguous=tuple((name, *others) for name, others in places.items() if others),
+        parameters=_parameters(sets, effects, best),
+        error=error_record(
+            "rms",
+            problem.unit,
+            sigma_of(problem),
+            [fitted_error(problem, fit) for fit in (base, final)],
+            [errors(fit) for fit in (base, final)] if cross_validation.possible else None,
+        ),
+        steps=_steps(sets, ordered, errors),
         adequate={
             "before": before.adequate,
             "after": after.adequate,
@@ -83,11 +93,88 @@ def select(experiment, prepared, search, absent, on_all=lambda problem, fit: (pr
             "speaks": after.worst,
             "chi2_per_freedom": {"before": before.chi2, "after": after.chi2},
         },
-        candidates=problem_findings(search, fits, rounds, alternatives, absent, unit),
+        candidates=candidate_findings(sets, places, absent),
         where=experiment.where(judged, table_after),
         model=best.model,
         pictures=experiment.pictures(problem, table_before, table_after),
-        notes=(*prepared.notes, *search.budget.notes()),
+        notes=(*prepared.notes, *_doubts(best), *search.budget.notes()),
         left_out=search.budget.notes(),
-        next_experiment=partial(experiment_design.next_experiment, problem, final, others),
+        sets=tuple(described),
+        inclusion=sets.inclusion,
+        explained=explained(base, final),
+        next_experiment=partial(experiment_design.next_experiment, sets),
     )
+
+
+def explained(base, final):
+    """Share of the excess of chi2 over its expectation that a fit takes away, 0 to 1; 1 where there was none."""
+    excess = [max(fit.chi2 - fit.freedom, 0.0) for fit in (base, final)]
+    return float(np.clip(1 - excess[1] / excess[0], 0.0, 1.0)) if excess[0] > 0 else 1.0
+
+
+def _described(sets, members, errors):
+    """One of the fitted sets, as in the result file."""
+    fit = sets.search.fits[members]
+    return {
+        "effects": list(sets.ordered(members)),
+        "weight": sets.weights[members],
+        "chi2": fit.chi2,
+        "held_out": errors(fit),
+        "parameters": {term.name: term.numbers for term in fit.model.terms},
+    }
+
+
+def _parameters(sets, effects, best):
+    """{effect: {number: value, low, high, unit}} of every effect of the sets that do as well; best: the final Fit of the first."""
+    fits = {members: best if members == effects else sets.search.fits[members] for members in sets.tied}
+    numbers = {}
+    for first in sets.tied:
+        for name in sets.ordered(first):
+            entry = sets.search.candidates[name]
+            if name in numbers:
+                continue
+            holding = [(sets.weights[members], fits[members]) for members in sets.tied if name in members]
+            numbers[name] = {
+                free.name: interval(
+                    [(max(weight, 1e-12), *_number(fit, name, free.name, sets.inflation)) for weight, fit in holding],
+                    free,
+                    best.freedom,
+                )
+                for free in entry.free
+            }
+    return numbers
+
+
+def _number(fit, name, number, inflation):
+    """(value, standard error) of one number of a fit, wider where the model is not adequate."""
+    place = [(term.name, free.name) for term in fit.model.terms for free in term.candidate.free].index((name, number))
+    return fit.estimate[place], float(np.sqrt(inflation * max(fit.covariance[place, place], 0.0)))
+
+
+def _steps(sets, ordered, errors):
+    """The error falling from the model under test to the best set, along the sets that were fitted."""
+    steps = []
+    for count in range(len(ordered) + 1):
+        members = frozenset(ordered[:count])
+        if members in sets.search.fits:
+            fit = sets.search.fits[members]
+            fitted = fitted_error(sets.search.problem, fit)
+            steps.append({"effects": list(ordered[:count]), "held_out": errors(fit), "fitted": fitted})
+    return tuple(steps)
+
+
+def _doubts(fit):
+    """Sentences on numbers beyond what is plausible, on numbers that hang together, and on a fit that did not come to its end."""
+    frees, notes = free_numbers(fit.model), []
+    names = [f"{term.name}.{free.name}" for term in fit.model.terms for free in term.candidate.free]
+    for name, free, value in zip(names, frees, fit.estimate, strict=True):
+        if not free.plausible(value):
+            known = f"{free.low:g} to {free.high:g}{'' if free.unit == '1' else ' ' + free.unit}"
+            notes.append(f"{name} = {value:.3g} lies beyond what is known of such bodies ({known}): check the inputs that it rests on")
+    deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
+    correlation = fit.covariance / np.outer(deviation, deviation)
+    for i, j in zip(*np.nonzero(np.triu(np.abs(correlation) > 0.9, 1)), strict=True):
+        notes.append(f"{names[i]} and {names[j]} hang together: correlation {correlation[i, j]:+.2f}")
+    if not fit.converged:
+        notes.append("the final fit did not come to its end: its numbers may be off by more than their intervals")
+    return tuple(notes)

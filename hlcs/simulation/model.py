@@ -65,6 +65,10 @@ class Model:
             [c for c in changes if type(c).look is not Change.look],
         )
 
+    def terms_named(self, name):
+        """The number of the term of that name."""
+        return [term.name for term in self.terms].index(name)
+
     @property
     def names(self):
         """Names of all effects in it."""

@@ -71,7 +71,7 @@ class Restitution(ContactEffect):
     It replaces the coefficients of settings and bodies; to keep those, leave it out.
     """
 
-    coefficient: float = parameter(0.0, unit="-", low=0.0, high=1.0)
+    coefficient: float = parameter(0.0, unit="-", low=0.0, high=1.0, most=1.0)
     group = "contact_normal"
     replaces = True
 

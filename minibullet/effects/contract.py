@@ -50,12 +50,15 @@ class Parameter(NamedTuple):
     name: str  # name of the field
     default: float  # value where none is given [unit]
     unit: str  # SI unit in words such as "kg/m3"; "-" for a pure number
-    low: float | None = None  # lower bound of a fit, None = none [unit, or in multiples of bounds_in]
-    high: float | None = None  # upper bound of a fit, None = none [unit, or in multiples of bounds_in]
+    low: float | None = None  # lowest plausible value, None = any [unit, or in multiples of bounds_in]
+    high: float | None = None  # highest plausible value, None = any [unit, or in multiples of bounds_in]
     null: float | None = None  # value at which the effect is exactly absent, None = there is none [unit]
     source: str = ""  # where law, value or bounds come from
     given: bool = False  # True: a property of the surroundings, known and not fitted (density of the fluid, ...)
-    bounds_in: str = ""  # "" or the property of the body that the bounds are multiples of ("radius")
+    bounds_in: str = ""  # "" or what the bounds are multiples of: "radius" of the body, "drag": rho_f A/(2 m) times 1 m/s, or
+    # "extent": the range of heights that were measured
+    least: float | None = None  # where the law itself ends below, None = at `low` where that is zero or the null value [unit]
+    most: float | None = None  # where the law itself ends above, None = nowhere [unit]
     period: float | None = None  # values this far apart mean the same (an angle); then the bounds do not bind [unit]
     starts: tuple[float, ...] = ()  # from where a fit begins, where the null value or the default does not do alone [unit]
     body_known: bool | None = None  # True, False: for bodies whose mass and size are known, unknown; None: for all

@@ -47,7 +47,8 @@ class LinearDrag(Drag):
     For a sphere in creeping flow rate = 6 pi eta r/m: G. G. Stokes, Trans. Camb. Phil. Soc. 9 (1851).
     """
 
-    rate: float = parameter(0.0, unit="1/s", low=0.0, high=5.0, null=0.0)
+    # as much as a drag coefficient of 2.5 at 10 m/s
+    rate: float = parameter(0.0, unit="1/s", low=0.0, high=25.0, null=0.0, bounds_in="drag")
     form_of = "drag_form"
 
     def forces(self, bodies, time):

@@ -9,14 +9,14 @@ from hlcs.kinds.layers import least_squares
 from hlcs.kinds.layers.candidates import library, named
 from hlcs.kinds.layers.data import read_layers
 from hlcs.kinds.layers.experiment_design import next_experiment
-from hlcs.kinds.layers.findings import intervals, layer_findings
+from hlcs.kinds.layers.findings import ambiguous_sets, intervals, layer_findings
 from hlcs.kinds.layers.model import PlacementSimulator, model_of
 from hlcs.kinds.layers.notes import campaign_notes, left_out, noise_floor, samples, search_notes, set_notes
 from hlcs.kinds.layers.search import SEEDS, LayerSearch
 from hlcs.kinds.protocol import Observation
 from hlcs.placement import statistics
 from hlcs.records import Pictures, Reason
-from hlcs.selection.findings import ambiguous_sets, error_record
+from hlcs.selection.findings import error_record
 from hlcs.selection.verdict import Selection
 
 ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass, under the form of the campaign term that is kinder to it
@@ -117,6 +117,9 @@ class Layers:
             model=final.model,
             pictures=Pictures(_table(search, first), _table(search, final), names, "input", "row: the layers, set after set"),
             notes=tuple(notes),
+            sets=(),
+            inclusion={},
+            explained=None,
             next_experiment=partial(next_experiment, search, final, rivals, where),
         )
 

@@ -3,10 +3,21 @@
 from hlcs.kinds.layers.candidates import set_of
 from hlcs.kinds.layers.judge import QUANTILE
 from hlcs.records import Reason
-from hlcs.selection.findings import accepted_reason, findings, interval, rival_reason, set_label, smallest_visible
+from hlcs.selection.findings import accepted_reason, findings, rival_reason, set_label, smallest_visible
 from hlcs.selection.reasons import sentences
 
 NOTHING_PAYS = "the misfit is too small, or the numbers too few, to pay for any"
+
+
+def interval(free, value, error):
+    """A free number with its interval, inside the bounds that its value has not left."""
+    low, high = min(free.low, value), max(free.high, value)
+    return {"value": float(value), "low": float(max(value - error, low)), "high": float(min(value + error, high)), "unit": free.unit}
+
+
+def ambiguous_sets(alternatives):
+    """Each accepted effect with its rivals, where it has any; alternatives: {accepted effect: {rival: cosine}}."""
+    return tuple((effect, *sorted(rivals)) for effect, rivals in alternatives.items() if rivals)
 
 
 def intervals(accepted):

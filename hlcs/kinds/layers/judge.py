@@ -11,7 +11,8 @@ from hlcs.kinds.layers.least_squares import FORMS
 from hlcs.kinds.layers.model import LayerModel
 from hlcs.placement import statistics
 from hlcs.selection.reasons import Rule
-from hlcs.selection.screening import MARGIN, MARGIN_ALONE
+from hlcs.selection.thresholds import ODDS as MARGIN
+from hlcs.selection.thresholds import ODDS_ALONE as MARGIN_ALONE
 
 QUANTILE = 1.645  # of 90 % intervals
 

@@ -14,7 +14,7 @@ from hlcs.kinds.layers.judge import LayerFit, LayerJudge
 from hlcs.kinds.layers.least_squares import FORMS
 from hlcs.kinds.layers.model import coefficients
 from hlcs.selection.reasons import Rule
-from hlcs.selection.search import COMPETITOR_MARGIN
+from hlcs.selection.thresholds import TIED as COMPETITOR_MARGIN
 from minibullet.errors import InputError
 
 BEATEN = 6.6  # chi-squared of held-out data by which a candidate within COMPETITOR_MARGIN is no rival: they refuse it at p < 0.01

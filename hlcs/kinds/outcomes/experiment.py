@@ -8,6 +8,7 @@ from hlcs.kinds.outcomes.problem import judge_table, prepare_table, table_candid
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.records import Pictures, Reason
 from hlcs.selection.search import Search
+from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
 
 FEW = 12  # rows below which a table is small
@@ -54,7 +55,9 @@ class Outcomes:
         chosen, absent = self._candidates(candidates)
         cross_validation = CrossValidation(self._prepared.problem.trials, self.file.hold_out)
         cross_validation.few = len(self.table.values) < FEW
-        return select(self, self._prepared, Search(self._prepared.problem, chosen, cross_validation, self.options.log), absent)
+        odds = ODDS if cross_validation.possible else ODDS_ALONE
+        search = Search(self._prepared.problem, chosen, self._prepared.base, odds, self.options.log)
+        return select(self, self._prepared, search, cross_validation, absent)
 
     @staticmethod
     def polished(problem, fit):

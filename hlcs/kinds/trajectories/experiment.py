@@ -17,6 +17,7 @@ from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.records import Pictures, Reason
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.search import Search
+from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
 
 
@@ -93,8 +94,9 @@ class Trajectories:
 
         def searched(prepared, chosen, absent):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
-            search = Search(prepared.problem, chosen, cross_validation, self.options.log, impacts)
-            return select(self, prepared, search, absent, *on_all)
+            odds = ODDS if cross_validation.possible else ODDS_ALONE
+            search = Search(prepared.problem, chosen, prepared.base, odds, self.options.log, impacts)
+            return select(self, prepared, search, cross_validation, absent, *on_all)
 
         first = searched(prepared, chosen, absent)
         if few is many:

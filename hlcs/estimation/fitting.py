@@ -1,0 +1,163 @@
+"""One fit: trust-region least squares in the numbers, with the initial state of each recording eliminated.
+
+At any numbers every recording has initial states that fit it best, each found without the others; what is left is a problem in
+the few shared numbers alone (variable projection: G. H. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413), whose Jacobian is
+the signatures with the states projected out. What is believed of the numbers beforehand stands beside the residuals as rows of
+their own; a number is held only where its law ends.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy import optimize
+
+from hlcs.estimation.least_squares import belief, least_squares
+from hlcs.estimation.linearization import Fit, free_numbers, values_of
+from minibullet.errors import InputError
+
+CLOSE, CLOSE_IN_CONTACT = 0.02, 0.3  # fall of chi2 below which a further step is not worth its simulations
+MOST_EVALUATIONS = 40  # of the residuals in the numbers
+MOST_STATE_STEPS = 12  # of the initial states at given numbers
+CAUTIOUS = (1.0, 0.3)  # parts of a step of an initial state that are tried, one after the other
+
+
+class Elimination:
+    """The residuals of a problem as a function of the numbers of a model alone."""
+
+    def __init__(self, problem, model, initial_states):
+        self.problem, self.model = problem, model
+        self.close = CLOSE_IN_CONTACT if problem.simulator.contact else CLOSE
+        self.frees, self.start = free_numbers(model), values_of(model)
+        self.spread = np.array([free.spread for free in self.frees])
+        self.linear = None
+        self.settle(self.start, initial_states)
+
+    def at(self, values):
+        """The model with other values of its free numbers (p,)."""
+        return with_values(self.model, values)
+
+    def linearise(self, values, initial_states):
+        """Linearise at numbers (p,) and initial states, where that has not just been done."""
+        if self.linear is None or values is not self.values or initial_states is not self.states:
+            self.values, self.states = values, initial_states
+            self.linear = self.problem.linearise(self.at(values), initial_states)
+
+    def settle(self, values, initial_states):
+        """Linearise at numbers (p,) where no recording has a better initial state nearby."""
+        for _ in range(MOST_STATE_STEPS):
+            self.linearise(values, initial_states)
+            initial_states, _, fall = self.follow(self.at(values), initial_states, self.linear.white, rounds=1)
+            if not fall > self.close:
+                break
+        self.last = values, self.states
+
+    def follow(self, model, initial_states, white, rounds=3):
+        """(initial states, white residuals, fall of chi2) after steps of the states on the columns of the last linearisation;
+        each recording takes a step, or a part of it, only where that fits it better."""
+        before = chi2_of(white)
+        first = before.sum()
+        if not np.isfinite(first):
+            return initial_states, white, 0.0
+        for _ in range(rounds):
+            moves = [least_squares(n, r) for n, r in zip(self.linear.state_columns, white, strict=True)]
+            if not sum(move.gain for move in moves) > self.close:
+                break
+            waiting = np.full(len(white), True)
+            for share in CAUTIOUS:
+                options = self.problem.stepped(initial_states, [share * move.estimate for move in moves])
+                options = np.where(waiting[:, None], options, initial_states)
+                tried = self.problem.white_residuals(model, options)
+                after = chi2_of(tried)
+                better = waiting & (after < before)
+                initial_states = np.where(better[:, None], options, initial_states)
+                white = [new if taken else old for new, old, taken in zip(tried, white, better, strict=True)]
+                before = np.where(better, after, before)
+                waiting &= ~better
+                if not waiting.any():
+                    break
+            if waiting.all():
+                break
+        return initial_states, white, first - before.sum()
+
+    def residuals(self, step):
+        """White residuals of all recordings and what is believed of the numbers, (n + p,); step: from the start, in spreads."""
+        values = self.start + step * self.spread
+        change, linear = values - self.values, self.linear
+        moves = [
+            least_squares(n, r - s @ change).estimate + (0.0 if along is None else along @ change)
+            for n, r, s, along in zip(
+                linear.state_columns,
+                linear.white,
+                linear.parameter_columns,
+                linear.state_moves or [None] * len(linear.white),
+                strict=True,
+            )
+        ]
+        try:
+            with np.errstate(all="ignore"):  # numbers may lead where nothing can be: scipy then tries a shorter step
+                model, states = self.at(values), self.problem.stepped(self.states, moves)
+                states, white, _ = self.follow(model, states, self.problem.white_residuals(model, states))
+        except InputError:
+            return np.full(sum(map(len, linear.white)) + len(values), np.nan)
+        self.last = values, states
+        return np.concatenate([*white, belief(values, self.frees)[0]])
+
+    def slopes(self, step):
+        """Their derivatives with the initial states projected out, (n + p, p); called where the residuals were found last."""
+        if not np.array_equal(self.start + step * self.spread, self.last[0]):
+            self.residuals(step)
+        self.linearise(*self.last)
+        values = self.values
+        slopes = np.concatenate([*(-part for part in self.linear.projected[1]), np.diag(belief(values, self.frees)[1])])
+        return np.nan_to_num(slopes) * self.spread
+
+
+def fit(problem, model, initial_states):
+    """The Fit of a model's free numbers and of all initial states, from where they stand."""
+    with np.errstate(all="ignore"):  # a run may leave the finite numbers on the way; its chi2 is then infinite
+        return _fit(problem, model, initial_states)
+
+
+def _fit(problem, model, initial_states):
+    path, converged = Elimination(problem, model, initial_states), True
+    if path.frees and np.isfinite(chi2_of(path.linear.white)).all():
+        count = sum(map(len, path.linear.white))
+        ends = np.array([(free.least, free.most) for free in path.frees]).T
+        found = optimize.least_squares(
+            path.residuals,
+            np.zeros(len(path.frees)),
+            path.slopes,
+            bounds=(ends - path.start) / path.spread,
+            ftol=path.close / count,
+            xtol=1e-8,
+            gtol=None,
+            max_nfev=MOST_EVALUATIONS,
+        )
+        converged = found.status > 0
+        path.slopes(found.x)
+        path.settle(path.values, path.states)
+    return fit_at(path.at(path.values), path.states, path.linear, converged)
+
+
+def fit_at(model, initial_states, linear, converged=True):
+    """The Fit at this point, with the covariance of its free numbers."""
+    values, frees = values_of(model), free_numbers(model)
+    columns = np.concatenate([*linear.projected[1], np.diag(belief(values, frees)[1])])
+    covariance = np.zeros((len(frees), len(frees)))
+    if np.isfinite(columns).all():  # a run may leave the finite numbers
+        covariance = least_squares(columns, np.zeros(len(columns))).covariance
+    return Fit(model, initial_states, linear, values, covariance, converged)
+
+
+def chi2_of(white):
+    """Sums of squares of white residuals of each recording (trials,); infinite where a run left the finite numbers."""
+    return np.nan_to_num([float(part @ part) for part in white], nan=np.inf)
+
+
+def with_values(model, values):
+    """The model with other values of its free numbers (p,), each kept where its law holds."""
+    terms, values = [], iter(values)
+    for term in model.terms:
+        numbers = {free.name: float(free.inside(value)) for free, value in zip(term.candidate.free, values, strict=False)}
+        terms.append(term.at(term.numbers | numbers))
+    return replace(model, terms=tuple(terms))

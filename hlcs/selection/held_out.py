@@ -1,0 +1,104 @@
+"""What an effect is worth on recordings that its numbers were not fitted to."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from hlcs.estimation.whitening import colour
+from hlcs.selection.reasons import Rule
+from hlcs.selection.thresholds import BEATEN, BY_CHANCE, FALL, FALL_IN_SIGMA
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """One effect more or less, on held-out recordings."""
+
+    p: float = 1.0  # one-sided, of being no better with it
+    directions: tuple[float, ...] = ()  # relative fall of the error in each direction
+    falls: float = 0.0  # relative fall of the error, all directions
+    falls_in_sigma: float = 0.0
+
+    def broken(self, few, count):
+        """Explanations of the rules that it breaks, chosen among `count` candidates; few: so few recordings that each half must
+        show a fall."""
+        if not self.directions:
+            return []  # nothing could be held out
+        if few and min(self.directions) <= FALL:
+            changes = " and ".join(f"{-100 * fall:+.0f} %" for fall in self.directions)
+            return [Rule.BOTH_DIRECTIONS(changes=changes)]
+        if not few and min(1.0, count * self.p) >= BY_CHANCE:  # Bonferroni's bound: Holm's first step
+            return [Rule.NO_CHANCE(p=min(1.0, count * self.p))]
+        if not few and self.falls <= FALL and self.falls_in_sigma <= FALL_IN_SIGMA:
+            return [Rule.HELD_OUT_ERROR(percent=100 * self.falls)]
+        return []
+
+
+def held_out(problem, cross_validation, before, after):
+    """The HeldOut of what a fit `after` has more than a fit `before`."""
+    if not cross_validation.possible:
+        return HeldOut()
+    r0, r1 = cross_validation.residuals(before), cross_validation.residuals(after)
+    dots = spread = clustered = 0.0
+    for a, b in zip(r0, r1, strict=True):
+        difference = a - b
+        dots += float(difference @ a)
+        spread += float(difference @ difference)
+        clustered += float(difference @ b) ** 2
+    p = float(stats.norm.sf(dots / np.sqrt(max(spread, clustered)))) if spread > 0 else 1.0
+    raw0, raw1 = coloured(problem, r0), coloured(problem, r1)
+    halves = [np.flatnonzero(cross_validation.half == half) for half in (0, 1)]
+    directions = tuple(1 - rms([raw1[k] for k in inside]) / rms([raw0[k] for k in inside]) for inside in halves)
+    e0, e1 = rms(raw0), rms(raw1)
+    return HeldOut(p, directions, 1 - e1 / e0, e0 - e1)
+
+
+def beaten(cross_validation, fit, other):
+    """Does `other` predict recordings that it was not fitted to worse than `fit`, at p < 0.01?
+
+    The difference of the two sums of squares is set beside its own spread, so that neither law need be the true one (Q. H. Vuong,
+    Econometrica 57 (1989) 307).
+    """
+    if not cross_validation.possible:
+        return False
+    a, b = (np.concatenate(cross_validation.residuals(each)) for each in (other, fit))
+    spread = 2 * np.linalg.norm(a - b)
+    return bool(spread > 0 and (a @ a - b @ b) / spread > stats.norm.isf(BEATEN) and other.chi2 - fit.chi2 > 1.0)
+
+
+def coloured(problem, residuals):
+    """White residuals turned back into residuals in units of sigma, list of (n_i,)."""
+    return [
+        colour(recording.whitening, part) / recording.whitening.sigma
+        for recording, part in zip(problem.recordings, residuals, strict=True)
+    ]
+
+
+def rms(parts):
+    total = np.concatenate(parts)
+    return float(np.sqrt(np.mean(total**2)))
+
+
+def error(problem, residuals):
+    """RMS over positions [m] or rotations [rad] of white residuals, list of (n_i,)."""
+    total, count = 0.0, 0
+    for recording, part in zip(problem.recordings, coloured(problem, residuals), strict=True):
+        inside = recording.channel < 3 if problem.unit != "rad" else recording.channel >= 3
+        total += float(np.sum(part[inside] ** 2))
+        count += int(inside.sum())
+    return float(sigma_of(problem) * np.sqrt(total / max(count, 1)))
+
+
+def sigma_of(problem):
+    """Noise of the channel that errors are told in [m or rad]."""
+    return problem.noise.orientation if problem.unit == "rad" else problem.noise.position
+
+
+def fitted_error(problem, fit):
+    """RMS residual of a fit on the data it was fitted to."""
+    return error(problem, fit.linearization.projected[0])
+
+
+def held_out_error(problem, cross_validation, fit):
+    """RMS residual on recordings the numbers were not fitted to; None where nothing can be held out."""
+    return error(problem, cross_validation.residuals(fit)) if cross_validation.possible else None

@@ -1,0 +1,207 @@
+"""What other sets of effects would cost, foreseen from one fit: signatures of all candidates in one Gram matrix.
+
+At a fit every candidate has a signature: the white change of the observations for a change of its numbers, initial states
+projected out. Beside the signatures of what is in the model they make one linear model, in which adding an effect, adding two,
+replacing and dropping one are choices of columns, and cost what `Fit.cost` says of a fit.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from hlcs.estimation.least_squares import project_out
+from hlcs.estimation.linearization import occam
+from hlcs.selection.eligibility import lacks_drag
+from hlcs.simulation.model import Term
+from minibullet.errors import InputError
+
+FAR = 0.3  # part of its range over which a number is varied that shows nothing nearer: a rebound goes with its square
+NEARLY_FREE = 0.01  # weight of the belief in a first estimate: data decide where it is looked at
+
+
+class Proposal(NamedTuple):
+    """A set of effects that was not fitted yet."""
+
+    cost: float  # foreseen
+    effects: frozenset
+    numbers: dict  # effect -> {number: value} from where to fit it
+
+
+@dataclass(frozen=True)
+class Column:
+    """One number of the linear model, in units of its spread from where it stands."""
+
+    effect: str
+    free: object  # Free
+    value: float  # where it stands
+
+    @property
+    def aside(self):
+        """How far it stands from what is expected, in spreads."""
+        return 0.0 if self.free.period is not None else (self.value - self.free.expected) / self.free.spread
+
+    @property
+    def absent(self):
+        """The way from where it stands to the null value, in spreads; nan where no value says that the effect is absent."""
+        return np.nan if self.free.null is None else (self.free.null - self.value) / self.free.spread
+
+    @property
+    def ends(self):
+        """The lowest and the highest step that its law allows."""
+        return (self.free.least - self.value) / self.free.spread, (self.free.most - self.value) / self.free.spread
+
+
+def signatures(problem, fit, entry, at):
+    """[(values while absent, white signatures (n_i, p))] of a candidate at a fit, one for each way to be absent; [] where none.
+
+    at: numbers that are known of it beforehand, {number: value}: a derivative is then the way there, else a small one.
+    """
+    if lacks_drag(entry, fit.model):
+        return []
+
+    def columns(view):
+        def slope(free):
+            def moved(value):
+                return fit.model.with_term(Term(entry, tuple((view | {free.name: value}).items())))
+
+            linear, states = fit.linearization, fit.initial_states
+            return problem.derivative(entry.name, free, free.null, moved, linear, states, reach=FAR, to=at.get(free.name))[0]
+
+        parts = problem.batched([partial(slope, free) for free in entry.free if free.null is not None])
+        return [np.column_stack(part) for part in zip(*parts, strict=True)]
+
+    def law():  # one that is never absent: the change that it makes at its usual numbers
+        plus = fit.model.with_term(Term(entry, tuple(entry.start.items())))
+        return [part[:, None] for part in problem.signature(fit.model, fit.initial_states, plus)]
+
+    try:
+        return [(view, columns(view)) for view in entry.views] or [(None, law())]
+    except InputError:
+        return []
+
+
+class LinearModel:
+    """The linear model at a fit: columns of its own numbers, and of all candidates that can join it."""
+
+    def __init__(self, fit, views, price):
+        """views: candidate -> its signatures (see `signatures`); price: of a set of names."""
+        self.price, self.entries, self.count = price, {}, fit.count
+        r = np.concatenate(fit.linearization.projected[0])
+        parts = [np.concatenate(fit.linearization.projected[1])]
+        self.columns = [
+            Column(term.name, free, value)
+            for term, free, value in zip(
+                [term for term in fit.model.terms for _ in term.candidate.free],
+                [free for term in fit.model.terms for free in term.candidate.free],
+                fit.estimate,
+                strict=True,
+            )
+        ]
+        self.present = tuple(term.name for term in fit.model.terms)
+        for entry, choices in views.items():
+            looks = []
+            for view, signature in choices:
+                its = np.concatenate(
+                    [project_out(q, part) for q, part in zip(fit.linearization.state_bases, signature, strict=True)]
+                )
+                looks.append((float(_gain(its, r)), view, its))
+            if looks:
+                _, view, its = max(looks, key=lambda look: look[0])
+                self.entries[entry.name] = entry, view
+                varied = [free for free in entry.free if free.null is not None] if view else [_amplitude(entry)]
+                self.columns += [Column(entry.name, free, free.null if view else 0.0) for free in varied]
+                parts.append(its)
+        spread = np.array([column.free.spread for column in self.columns])
+        table = np.nan_to_num(np.hstack(parts) * spread)
+        self.gram, self.dots, self.total = table.T @ table, table.T @ r, float(r @ r)
+        self.places = {}
+        for place, column in enumerate(self.columns):
+            self.places.setdefault(column.effect, []).append(place)
+
+    def proposals(self, most, compatible):
+        """Proposals of all sets one or two effects away, of at most so many effects; compatible: may these names stand together?"""
+        present = frozenset(self.present)
+        absent = [name for name in self.entries if self.visible(name)]
+        sets = [present | {name} for name in absent]
+        sets += [present | set(pair) for pair in combinations(absent, 2)]
+        for name in self.present:
+            if all(np.isfinite(self.columns[place].absent) for place in self.places[name]):
+                sets += [present - {name}, *(present - {name} | {other} for other in absent)]
+        return [self.proposal(names) for names in sets if len(names) <= most and compatible(names)]
+
+    def visible(self, name):
+        """Does a candidate move the observations at all, by more than a hundredth of their noise within its spread?"""
+        return self.information(name) > 1e-4
+
+    def information(self, name):
+        """Largest information on one number of an effect, in units of its spread."""
+        return max(self.gram[place, place] for place in self.places[name])
+
+    def proposal(self, names):
+        """The Proposal of a set of names among those that are in the model or can join it."""
+        gone = [place for name in self.present if name not in names for place in self.places[name]]
+        kept = [place for name in sorted(names) for place in self.places[name]]
+        back = np.array([self.columns[place].absent for place in gone])
+        dots = self.dots[kept] - self.gram[np.ix_(kept, gone)] @ back
+        total = self.total - 2 * self.dots[gone] @ back + back @ self.gram[np.ix_(gone, gone)] @ back
+        step, fall = self._step(kept, dots)
+        cost = total - fall + occam(self.gram[np.ix_(kept, kept)], self.count) + self.price(names)
+        numbers = {}
+        for place, move in zip(kept, step, strict=True):
+            column = self.columns[place]
+            if column.effect in self.present or self.entries[column.effect][1] is not None:
+                value = column.free.inside(column.value + move * column.free.spread)
+                numbers.setdefault(column.effect, {})[column.free.name] = value
+        for name in names:
+            if name in self.entries:
+                entry, view = self.entries[name]
+                numbers[name] = entry.start | (view or {}) | numbers.get(name, {})
+        return Proposal(float(cost), frozenset(names), numbers)
+
+    def _step(self, kept, dots):
+        """(best step of the numbers `kept` in spreads, by how much the misfit and the surprise fall together)."""
+        gram = self.gram[np.ix_(kept, kept)]
+        aside = np.array([self.columns[place].aside for place in kept])
+        believed = np.array([self.columns[place].free.period is None for place in kept], float)
+        low, high = np.array([self.columns[place].ends for place in kept]).reshape(-1, 2).T
+        weight, step = NEARLY_FREE * believed, np.zeros(len(kept))
+        for _ in range(3):  # a Cauchy law is a normal one whose width follows the estimate
+            step = np.linalg.lstsq(gram + np.diag(weight), dots - weight * aside, rcond=1e-10)[0]
+            outside = (step < low) | (step > high)
+            if outside.any():
+                fixed, free = np.clip(step, low, high), ~outside
+                rest = dots - weight * aside - gram @ np.where(outside, fixed, 0.0)
+                fixed[free] = np.linalg.lstsq((gram + np.diag(weight))[np.ix_(free, free)], rest[free], rcond=1e-10)[0]
+                step = np.clip(fixed, low, high)
+            weight = 2 * believed / (1 + (aside + step) ** 2)
+        surprise = float(2 * np.log1p((aside + step) ** 2) @ believed)
+        return step, float(2 * dots @ step - step @ gram @ step) - surprise
+
+
+def _gain(signature, r):
+    """chi2 that a signature explains of r; numbers that say the same share it."""
+    size = np.linalg.norm(signature, axis=0)
+    u, d, _ = np.linalg.svd(signature / np.where(size > 0, size, 1.0), full_matrices=False)
+    return np.sum((u[:, d > 1e-6 * max(d[0], 1e-300)].T @ r) ** 2)
+
+
+class _Amplitude(NamedTuple):
+    """How much of a law that is never absent is there, as a number of its own: all of it is expected."""
+
+    name: str
+    expected: float = 1.0
+    spread: float = 1.0
+    null: float = 0.0
+    period: None = None
+    least: float = 0.0
+    most: float = np.inf
+
+    def inside(self, value):
+        return min(max(value, self.least), self.most)
+
+
+def _amplitude(entry):
+    return _Amplitude(entry.name)

@@ -1,0 +1,138 @@
+"""From the fitted sets to the verdict's ground: the best set that stands, the sets that do as well, and the weight of each."""
+
+from functools import cached_property
+
+import numpy as np
+from scipy import optimize, stats
+
+from hlcs.selection.held_out import HeldOut, beaten, held_out
+from hlcs.selection.thresholds import INTERVAL, TIED
+
+
+class FittedSets:
+    """What a finished search is worth on held-out data, and beside one another."""
+
+    def __init__(self, search, cross_validation):
+        self.search, self.cross_validation = search, cross_validation
+        self.judged, self.reduced = {}, {}  # (set, effect) -> HeldOut; set that the search did not fit -> its Fit
+        self.inflation = 1.0  # chi2 per degree of freedom where the best set is not adequate: differences count for less there
+
+    @cached_property
+    def best(self):
+        """The set of highest posterior probability that stands; the model under test stands always."""
+        return next(effects for effects in self.search.ranked() if self.stands(effects))
+
+    def stands(self, effects):
+        """Does every effect of a set lower the held-out error beside the others?"""
+        return np.isfinite(self.search.fits[effects].chi2) and not any(self.broken(effects, name) for name in sorted(effects))
+
+    def broken(self, effects, name):
+        """Explanations of the rules that an effect of a set breaks on held-out data."""
+        count = len(self.search.candidates)
+        return self.held_out(effects, name).broken(self.cross_validation.few, count)
+
+    def held_out(self, effects, name) -> HeldOut:
+        """What one effect of a set does beside the others, and with it whatever acts through it alone."""
+        if (effects, name) not in self.judged:
+            fits = self.fit(self.without(effects, name)), self.search.fits[effects]
+            self.judged[effects, name] = held_out(self.search.problem, self.cross_validation, *fits)
+        return self.judged[effects, name]
+
+    def without(self, effects, name):
+        """A set without an effect and without what cannot act without it."""
+        rest = effects - {name}
+        if not self.search.compatible(rest):
+            rest = frozenset(other for other in rest if not self.search.candidates[other].through_drag)
+        return rest
+
+    def fit(self, effects):
+        """The Fit of a set, made where the search had no need of it."""
+        if effects in self.search.fits:
+            return self.search.fits[effects]
+        if effects not in self.reduced:
+            larger = min((known for known in self.search.fits if effects < known), key=lambda known: (len(known), sorted(known)))
+            fit = self.search.fits[larger]
+            numbers = {term.name: term.numbers for term in fit.model.terms if term.name in effects}
+            self.reduced[effects] = self.search.problem.fit(self.search.model_with(numbers), fit.initial_states)
+        return self.reduced[effects]
+
+    def worth(self, effects, name):
+        """By how much the cost of a set would rise without one of its effects."""
+        rest = self.without(effects, name)
+        return self.fit(rest).cost + self.search.price(rest) - self.search.cost(effects)
+
+    def ordered(self, effects):
+        """The effects of a set as a tuple, what it needs most first."""
+        return tuple(sorted(effects, key=lambda name: (-self.worth(effects, name), name)))
+
+    @cached_property
+    def tied(self):
+        """The best set and those that do as well, the best first: not beaten on held-out data, and none that holds a simpler
+        one of less cost."""
+        best, search = self.best, self.search
+        reach = search.cost(best) + TIED * self.inflation
+        near = [effects for effects in search.ranked() if search.cost(effects) <= reach and self.stands(effects)]
+        kept = [best]
+        for effects in near:
+            if effects == best or any(self.simpler(other, effects) for other in near if search.cost(other) < search.cost(effects)):
+                continue
+            if self.inflation > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]):
+                kept.append(effects)
+        return kept
+
+    def simpler(self, few, many):
+        """Is a set part of another one, its laws special cases of the other's counted as part of them?"""
+        def within(name):
+            return name in many or any(self.search.candidates[other].holds(self.search.candidates[name]) for other in many)
+
+        return few != many and len(few) <= len(many) and all(map(within, few))
+
+    @cached_property
+    def weights(self):
+        """Posterior probability of every fitted set among them; drawn together where the best one is not adequate."""
+        names = self.search.ranked()
+        costs = np.array([self.search.cost(effects) for effects in names])
+        relative = np.exp(-(costs - self.search.cost(self.best)) / (2 * self.inflation))
+        relative[costs < self.search.cost(self.best)] = 0.0  # they do not stand
+        return dict(zip(names, relative / relative.sum(), strict=True))
+
+    @cached_property
+    def inclusion(self):
+        """Weight of all sets that hold each candidate."""
+        return {
+            name: float(sum(weight for effects, weight in self.weights.items() if name in effects)) for name in self.search.candidates
+        }
+
+    def alternatives(self):
+        """{effect of the best set: names that take its place in the sets that do as well}."""
+        places = {name: [] for name in self.ordered(self.best)}
+        for effects in self.tied[1:]:
+            for name in self.best - effects:
+                places[name] += [other for other in sorted(effects - self.best) if other not in places[name]]
+        return places
+
+
+def interval(parts, free, freedom):
+    """A number with its 90 % interval, averaged over the sets that hold it: parts [(weight, value, standard error)], the best first.
+
+    The interval is that of the mixture of their laws (Student's t); nothing is left out of it where the law of a number ends.
+    """
+    weights, values, errors = np.array(parts).T
+    value, weights = values[0], weights / weights.sum()
+
+    def below(x):
+        return float(weights @ stats.t.cdf((x - values) / np.maximum(errors, 1e-300), freedom))
+
+    reach = stats.t.ppf(0.5 + INTERVAL / 2, freedom) * errors
+    low, high = (
+        optimize.brentq(lambda x, tail=tail: below(x) - tail, np.min(values - 2 * reach), np.max(values + 2 * reach), xtol=1e-12)
+        if len(parts) > 1 and np.max(errors) > 0
+        else value + sign * reach[0]
+        for sign, tail in ((-1, 0.5 - INTERVAL / 2), (1, 0.5 + INTERVAL / 2))
+    )
+    return {
+        "value": float(value),
+        "low": float(max(low, free.least)),
+        "high": float(min(high, free.most)),
+        "unit": free.unit,
+    }

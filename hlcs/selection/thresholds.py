@@ -1,0 +1,22 @@
+"""Every threshold of the diagnosis, with its reason; prices are in units of -2 log of a probability, as chi2 is.
+
+An effect is accepted where the evidence for it outweighs the odds against it; nothing else decides what is in the model. What the
+effects know of their own numbers stands in their classes.
+"""
+
+ODDS = 6.0  # against any one effect: 1 to 20, so that of some forty candidates two are expected to be missing
+ODDS_ALONE = 12.0  # the same where nothing can be held out
+TIED = 6.0  # sets within it of the best do as well: it has less than twenty times their probability
+REACH = 12.0  # sets foreseen within it of the best are fitted: twice TIED, since what is foreseen is not what is found
+MOST_EFFECTS = 3  # in a set: with more, recordings of one body tell nothing apart
+REFITS = 30  # of sets in one search, so that it ends
+EXPANDED = 4  # sets whose neighbours are foreseen, while the best one leaves more than noise
+TOGETHER = 6  # sets fitted in one batch where simulations with contacts are shared
+NOISE = 3.0  # standard deviations of chi2 within which a fit leaves nothing but noise
+AGAIN = 1.0  # two fits of one set whose costs differ by less are one
+FALL = 0.02  # of the held-out error, relative: in each direction where recordings are few
+FALL_IN_SIGMA = 0.1  # or this, where they are many
+BY_CHANCE = 0.05  # p of a gain on held-out recordings, after the number of candidates
+BEATEN = 0.01  # p at which held-out recordings tell two sets apart
+HELPS = 0.5  # share of the excess misfit that an effect must take away to be told of where the model fails: else it absorbs
+INTERVAL = 0.90  # of numbers
