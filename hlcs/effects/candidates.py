@@ -41,7 +41,9 @@ class Free:
     @property
     def expected(self):
         """What is believed beforehand: what is stated, else that the effect is absent, else the usual value."""
-        return self.start if self.stated is None else self.stated
+        if self.stated is not None:
+            return self.stated
+        return self.start if self.null is None else self.null
 
     @property
     def spread(self):

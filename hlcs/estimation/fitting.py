@@ -36,6 +36,9 @@ class Elimination:
         """The model with other values of its free numbers (p,)."""
         return with_values(self.model, values)
 
+    def values_at(self, step):
+        return self.start + (step - 1.0) * self.spread
+
     def linearise(self, values, initial_states):
         """Linearise at numbers (p,) and initial states, where that has not just been done."""
         if self.linear is None or values is not self.values or initial_states is not self.states:
@@ -80,8 +83,9 @@ class Elimination:
         return initial_states, white, first - before.sum()
 
     def residuals(self, step):
-        """White residuals of all recordings and what is believed of the numbers, (n + p,); step: from the start, in spreads."""
-        values = self.start + step * self.spread
+        """White residuals of all recordings and what is believed of the numbers, (n + p,); step: from one spread below the start
+        of each number, in spreads."""
+        values = self.values_at(step)
         change, linear = values - self.values, self.linear
         moves = [
             least_squares(n, r - s @ change).estimate + (0.0 if along is None else along @ change)
@@ -104,7 +108,7 @@ class Elimination:
 
     def slopes(self, step):
         """Their derivatives with the initial states projected out, (n + p, p); called where the residuals were found last."""
-        if not np.array_equal(self.start + step * self.spread, self.last[0]):
+        if not np.array_equal(self.values_at(step), self.last[0]):
             self.residuals(step)
         self.linearise(*self.last)
         values = self.values
@@ -123,11 +127,11 @@ def _fit(problem, model, initial_states):
     if path.frees and np.isfinite(chi2_of(path.linear.white)).all():
         count = sum(map(len, path.linear.white))
         ends = np.array([(free.least, free.most) for free in path.frees]).T
-        found = optimize.least_squares(
+        found = optimize.least_squares(  # its first steps are as long as where it begins: one spread of each number
             path.residuals,
-            np.zeros(len(path.frees)),
+            np.ones(len(path.frees)),
             path.slopes,
-            bounds=(ends - path.start) / path.spread,
+            bounds=1 + (ends - path.start) / path.spread,
             ftol=path.close / count,
             xtol=1e-8,
             gtol=None,

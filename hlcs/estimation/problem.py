@@ -58,6 +58,7 @@ class Problem:
         """
         amount = self.difference_steps.get((name, free.name)) or difference_step(free, value) * self.difference_scale
         widest = reach * min(free.high - free.low, 1e3)
+        to = None if to == value else to
         if to is not None:
             amount = to - value
 
@@ -86,7 +87,8 @@ class Problem:
             followed = change(step, self.stepped(initial_states, along))
             if size(followed) < size(changes):
                 changes, moves = followed, along
-        return [part / step for part in changes], [move / step for move in moves]
+        finite = np.isfinite(size(changes))  # a run that left the finite numbers shows no derivative
+        return [part / step if finite else np.zeros(len(part)) for part in changes], [move / step for move in moves]
 
     # --- fits -----------------------------------------------------------------------------------------------------------------
 

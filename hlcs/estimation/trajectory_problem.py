@@ -90,7 +90,8 @@ class TrajectoryProblem(Problem):
                 change = residual - self.residual(k, trajectories[place])
                 columns.append(change / (STEPS[number[0]] * self.difference_scale))
                 place += 1
-            state_columns.append(whiten(recording.whitening, stacked(columns, len(residual))))
+            table = np.nan_to_num(stacked(columns, len(residual)), posinf=0.0, neginf=0.0)  # no finite run, no derivative
+            state_columns.append(whiten(recording.whitening, table))
             white.append(whiten(recording.whitening, residual))
         unperturbed = [(position.copy(), turn.copy()) for position, turn in trajectories[: len(which)]]  # not the whole batch
         none = [stacked([], len(residual)) for residual in raw]

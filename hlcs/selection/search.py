@@ -126,6 +126,8 @@ class Search:
                 fit = self.problem.fit(self.model_with(numbers), parent.initial_states)
             except InputError:  # numbers with which nothing can be simulated
                 continue
+            if not np.isfinite(fit.cost):
+                continue
             again = best is not None and abs(fit.cost - best.cost) < AGAIN  # two beginnings lead to one end
             if best is None or fit.cost < best.cost:
                 best = fit

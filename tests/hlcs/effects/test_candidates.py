@@ -1,51 +1,76 @@
 """Candidates: which numbers they have for which body, where these begin, and what is filled in when they are made."""
 
-from math import pi
+from math import inf, log, pi
 
 import pytest
 
-from hlcs.data.experiment_file import Surroundings
+from hlcs.data.experiment_file import Body, Surroundings
+from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import Free, build, candidate
-from hlcs.effects.measurement import ClockOffset
+from hlcs.effects.measurement import ClockOffset, TimeScale
 from minibullet import effects
 
-FLOOR = Surroundings(floor_height=0.25, friction=0.35, restitution=0.6, fluid_density=998.0)
+FLOOR = Surroundings(floor_height=0.25, friction=0.35, restitution=0.6, fluid_density=998.0, fluid_stated=True)
+BALL = rigid_body(Body("sphere", radius=0.2, mass=1.0))
 
 
 def test_drag_has_the_number_that_the_body_allows():
-    known, unknown = (candidate(effects.QuadraticDrag, FLOOR, 0.1, body_known) for body_known in (True, False))
+    known, unknown = (candidate(effects.QuadraticDrag, FLOOR, BALL, body_known) for body_known in (True, False))
     assert [entry.name for entry in known.free] == ["drag_coefficient"]
     assert [entry.name for entry in unknown.free] == ["drag_per_metre"]
 
 
 def test_bounds_in_radii_are_lengths():
-    (arm,) = candidate(effects.RollingFriction, FLOOR, 0.2, True).free
+    (arm,) = candidate(effects.RollingFriction, FLOOR, BALL, True).free
     assert (arm.low, arm.high, arm.unit) == (0.0, pytest.approx(0.02), "m")
 
 
 def test_a_coefficient_that_every_model_has_is_absent_at_the_stated_value():
     for kind, value in ((effects.Friction, 0.35), (effects.Restitution, 0.6)):
-        entry = candidate(kind, FLOOR, 0.1, True)
+        entry = candidate(kind, FLOOR, BALL, True)
         assert entry.absent == {"coefficient": value} and entry.views == ({"coefficient": value},)
 
 
 def test_a_law_that_is_never_absent_begins_from_several_values():
-    entry = candidate(effects.DragCrisis, FLOOR, 0.1, True)
+    entry = candidate(effects.DragCrisis, FLOOR, BALL, True)
     assert entry.absent is None and entry.views == ()
     assert [dict(values)["critical_reynolds"] for values in entry.starts] == [1e5, 2e5, 4e5]
     assert all(dict(values)["subcritical"] == 0.47 for values in entry.starts)
 
 
 def test_a_number_without_meaning_while_absent_is_looked_at_from_several_values():
-    entry = candidate(effects.AnisotropicFriction, FLOOR, 0.1, True)
+    entry = candidate(effects.AnisotropicFriction, FLOOR, BALL, True)
     assert entry.views == tuple({"ratio": 1.0, "angle": pi * k / 4} for k in range(4))
     assert entry.starts == ((("ratio", 1.0), ("angle", 0.0)),)
-    assert entry.group == "contact_tangential" and candidate(ClockOffset, FLOOR, 0.1, True).group == "measurement"
+    assert entry.group == "contact_tangential" and candidate(ClockOffset, FLOOR, BALL, True).group == "measurement"
 
 
-def test_values_stay_inside_bounds_and_angles_inside_a_period():
-    assert Free("a", "1", 0.0, 2.0, 0.0, 0.0).inside(3.0) == 2.0
+def test_a_plausible_range_is_no_wall_but_where_a_law_ends_a_number_is_held():
+    """A friction is never negative, a restitution never above 1, a scale never negative; a lift may have any sign."""
+    friction, restitution, magnus, scale = (
+        candidate(kind, FLOOR, BALL, True).free[0] for kind in (effects.Friction, effects.Restitution, effects.Magnus, TimeScale)
+    )
+    assert (friction.least, friction.most) == (0.0, inf) and (restitution.least, restitution.most) == (0.0, 1.0)
+    assert (magnus.least, magnus.most) == (-inf, inf) and 0 < scale.least < 0.1
+    assert magnus.inside(4.5) == 4.5 and not magnus.plausible(4.5) and restitution.inside(1.2) == 1.0
     assert Free("a", "rad", 0.0, pi, 0.0, 0.0, period=pi).inside(1.5 * pi) == pytest.approx(0.5 * pi)
+
+
+def test_surprise_is_minus_twice_the_log_of_a_cauchy_law():
+    """One spread off costs 2 log 2; the spread is half the plausible range on its longer side."""
+    free = Free("a", "1", -1.0, 4.0, 0.0, 0.0)
+    assert free.spread == 2.0 and free.surprise(0.0) == 0.0
+    assert free.surprise(2.0) == pytest.approx(2 * log(2)) and free.surprise(-6.0) == pytest.approx(2 * log(10))
+
+
+def test_what_the_file_states_of_its_fluid_is_believed():
+    """A stated density to 5 %, one left out as that of some gas, and in a vacuum no number of a fluid."""
+    (stated,) = candidate(effects.Buoyancy, FLOOR, BALL, True).free
+    assert (stated.expected, stated.spread, stated.null) == (998.0, pytest.approx(0.05 * 998), 0.0)
+    (left_out,) = candidate(effects.Buoyancy, Surroundings(), BALL, True).free
+    assert left_out.expected == left_out.spread == 1.2 and left_out.surprise(870.0) > 25
+    (vacuum,) = candidate(effects.QuadraticDrag, Surroundings(fluid_density=0.0), BALL, True).free
+    assert vacuum.expected == 0.0 and vacuum.surprise(0.47) > 15
 
 
 def test_what_the_surroundings_say_is_filled_in_where_nothing_else_is_said():

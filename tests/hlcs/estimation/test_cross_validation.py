@@ -13,7 +13,7 @@ SLOPES = (1.0, 2.0, 3.0, 4.0)
 def test_a_half_is_predicted_by_the_slope_of_the_other():
     """Noiseless lines of other slopes: held-out residuals are (slope - slope of the other half) times the centred times.
 
-    The prior of a number within 10 counts 1e-2 beside Sxx of 2 to 12: the slope of a half is pulled to its fit by so much.
+    What is believed of the number counts 0.05 beside Sxx / sigma^2 of 2e6: the slope of a half moves by so little.
     """
     groups = ["a", "b", "a", "b"]
     problem = Line(TIMES, [slope * t for slope, t in zip(SLOPES, TIMES, strict=True)], 1e-3, groups)

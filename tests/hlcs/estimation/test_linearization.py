@@ -1,4 +1,4 @@
-"""What a fit tells: chi2 with the initial states projected out, the place of a term's numbers, the best of several views."""
+"""What a fit tells: chi2 with the initial states projected out, the place of a term's numbers, what numbers pay."""
 
 from dataclasses import replace
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from linear_models import Line, model
 
-from hlcs.estimation.linearization import best_view, free_numbers
+from hlcs.estimation.fitting import fit_at
+from hlcs.estimation.linearization import free_numbers, occam
 
 TIMES = [np.arange(5.0)]
 
@@ -17,7 +18,7 @@ def test_chi2_is_that_of_the_residuals_about_the_state_that_was_fitted():
     problem = Line(TIMES, values, 2.0)
     base = model(0.0).without(0)
     linear = problem.linearise(base, problem.initial_guess())
-    fit = problem.fit_at(base, problem.initial_guess(), linear)
+    fit = fit_at(base, problem.initial_guess(), linear)
     assert fit.chi2 == pytest.approx(np.sum((values[0] - values[0].mean()) ** 2) / 4)
     assert fit.count == 5 and fit.freedom == 4 and free_numbers(base) == []
 
@@ -35,8 +36,8 @@ def test_the_residual_is_what_states_and_numbers_leave():
     assert q.shape == (5, 1)
 
 
-def test_the_view_that_explains_more_is_chosen():
-    """Along x the aim has 3, along y 4: of the two views the second one, with a step of 4 / 2."""
-    views = [({"a": 1}, [np.array([[1.0], [0.0]])]), ({"a": 2}, [np.array([[0.0], [2.0]])])]
-    view, signature, step = best_view(views, np.zeros((2, 0)), np.array([3.0, 4.0]))
-    assert view == {"a": 2} and signature is views[1][1] and step == pytest.approx([2.0])
+def test_a_number_pays_twice_the_log_of_spread_over_error_and_never_more_than_one_observation():
+    """log(1 + 24) for an information of 24 in units of the spread; of 1e6 the log of the count; nothing for what is not seen."""
+    assert occam(np.diag([24.0, 0.0]), 1000) == pytest.approx(np.log(25.0))
+    assert occam(np.diag([1e6, 1e6]), 50) == pytest.approx(2 * np.log(50.0))
+    assert occam(np.zeros((0, 0)), 50) == 0.0 and occam(np.array([[np.nan]]), 50) == np.inf

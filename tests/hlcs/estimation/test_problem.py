@@ -1,4 +1,4 @@
-"""Fits of a problem in closed form: a line through recordings with a constant each."""
+"""Derivatives of a problem in closed form: a line through recordings with a constant each."""
 
 from dataclasses import replace
 
@@ -6,35 +6,9 @@ import numpy as np
 import pytest
 from linear_models import RATE, Line, model
 
-from hlcs.estimation.problem import difference_step, values_of, with_values
+from hlcs.estimation.problem import difference_step
 
 TIMES = [np.linspace(0.0, 2.0, 9), np.linspace(0.0, 1.0, 7)]
-
-
-def test_a_linear_problem_is_solved_in_one_step_with_the_covariance_of_the_textbook(generator):
-    """Slope and variance of the pooled regression with a constant for each recording: Sxy / Sxx and sigma^2 / Sxx.
-
-    The prior that keeps the number within its bounds counts as one observation of width 10: 1e-2 beside Sxx / sigma^2 of 5e4.
-    """
-    values = [3.0 * t + c + 0.01 * generator.standard_normal(len(t)) for t, c in zip(TIMES, (5.0, -2.0), strict=True)]
-    fit = Line(TIMES, values, 0.01).fit(model(1.0))
-    centred = [t - t.mean() for t in TIMES]
-    sxx = sum(t @ t for t in centred)
-    slope = sum(t @ y for t, y in zip(centred, values, strict=True)) / sxx
-    assert fit.estimate[0] == pytest.approx(slope, rel=1e-6)
-    assert fit.covariance[0, 0] == pytest.approx(0.01**2 / sxx, rel=1e-6)
-    assert fit.initial_states[:, 0] == pytest.approx(
-        [y.mean() - slope * t.mean() for t, y in zip(TIMES, values, strict=True)], rel=1e-5
-    )
-    assert fit.freedom == 16 - 3 and fit.at_bound == (False,)
-
-
-def test_a_number_stops_at_its_bound():
-    values = [-1.0 * t for t in TIMES]  # a negative rate, which cannot be
-    fit = Line(TIMES, values).fit(model(1.0))
-    assert fit.estimate.tolist() == [0.0] and fit.at_bound == (False,)  # its null value is no bound that it was driven to
-    fit = Line(TIMES, [30.0 * t for t in TIMES]).fit(model(1.0))
-    assert fit.estimate.tolist() == [10.0] and fit.at_bound == (True,)
 
 
 def test_a_derivative_of_a_linear_problem_is_its_column():
@@ -46,10 +20,13 @@ def test_a_derivative_of_a_linear_problem_is_its_column():
     assert all((move == 0).all() for move in moves)
 
 
-def test_numbers_of_a_model_go_out_and_in():
-    assert values_of(model(4.0)).tolist() == [4.0]
-    assert values_of(with_values(model(4.0), np.array([7.0]))).tolist() == [7.0]
-    assert values_of(with_values(model(4.0), np.array([-7.0]))).tolist() == [0.0]  # kept within its bounds
+def test_a_derivative_may_be_taken_as_far_as_a_value_that_is_known():
+    """The chord from 2 to 5 of a law that is linear: the same column; a value that is where the number stands is no way at all."""
+    problem = Line(TIMES, [2.0 * t for t in TIMES], 0.5)
+    linear = problem.linearise(model(2.0), problem.initial_guess())
+    for to in (5.0, 2.0):
+        columns, _ = problem.derivative("linear_drag", RATE.free[0], 2.0, model, linear, problem.initial_guess(), to=to)
+        np.testing.assert_allclose(columns[0], TIMES[0] / 0.5, rtol=1e-10, atol=1e-10)
 
 
 def test_a_difference_is_a_part_of_the_range_or_of_the_value():

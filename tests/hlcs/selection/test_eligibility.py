@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from hlcs.data.experiment_file import Body, Surroundings
+from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate, classes
 from hlcs.effects.contract import DataNeed
-from hlcs.selection.eligibility import NEEDS, candidates_for, carries, has_drag, known_body, lacks_drag
+from hlcs.selection.eligibility import NEEDS, candidates_for, has_drag, known_body, lacks_drag
 from hlcs.simulation.model import Model, Term
 from minibullet import effects
 from minibullet.effects.contract import Need
@@ -85,9 +86,10 @@ def test_a_body_is_known_by_mass_and_any_size():
     assert not known_body(Body(shape="sphere", mass=1.0)) and not known_body(Body(shape="sphere", radius=0.1))
 
 
-def test_what_acts_through_a_drag_needs_one_and_holds_on_to_it():
-    drag, wall = (Term(candidate(kind, Surroundings(), 0.1, True), ()) for kind in (effects.LinearDrag, effects.WallDrag))
-    alone, both = Model((wall,)), Model((drag, wall))
-    assert lacks_drag(effects.WallDrag, alone) and not lacks_drag(effects.WallDrag, both)
-    assert not lacks_drag(effects.Magnus, alone) and has_drag(Model(fixed=({"name": "drag_crisis"},)))
-    assert carries(both, 0) and not carries(both, 1)
+def test_what_acts_through_a_drag_needs_one():
+    drag, wall, lift = (
+        candidate(kind, Surroundings(), rigid_body(BALL), True) for kind in (effects.LinearDrag, effects.WallDrag, effects.Magnus)
+    )
+    alone, both = Model((Term(wall, ()),)), Model((Term(drag, ()), Term(wall, ())))
+    assert lacks_drag(wall, alone) and not lacks_drag(wall, both)
+    assert not lacks_drag(lift, alone) and has_drag(Model(fixed=({"name": "drag_crisis"},)))

@@ -2,15 +2,17 @@
 
 import tomllib
 
-from hlcs.data.experiment_file import Surroundings
+from hlcs.data.experiment_file import Body, Surroundings
+from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
 from hlcs.effects.measurement import ClockOffset
 from hlcs.simulation.model import Model, Term
 from minibullet import effects
 
 SURROUNDINGS = Surroundings(gravity=9.8, fluid_density=2.0)
+BALL = rigid_body(Body("sphere", radius=0.1, mass=1.0))
 DRAG, CLOCK = (
-    Term(candidate(kind, SURROUNDINGS, 0.1, True), ((name, value),))
+    Term(candidate(kind, SURROUNDINGS, BALL, True), ((name, value),))
     for kind, name, value in ((effects.QuadraticDrag, "drag_coefficient", 0.4), (ClockOffset, "offset", 0.01))
 )
 BASE = Model(fixed=({"name": "magnus", "coefficient": 1.0},), time_step=0.005)

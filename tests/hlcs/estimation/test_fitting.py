@@ -1,0 +1,69 @@
+"""Fits of a problem in closed form: a line through recordings with a constant each; and of one whose law bends."""
+
+import numpy as np
+import pytest
+from linear_models import Line, model
+
+from hlcs.estimation.fitting import with_values
+from hlcs.estimation.linearization import Linearization, values_of
+from hlcs.estimation.whitening import whiten
+
+TIMES = [np.linspace(0.0, 2.0, 9), np.linspace(0.0, 1.0, 7)]
+
+
+def test_a_linear_problem_is_solved_in_one_step_with_the_covariance_of_the_textbook(generator):
+    """Slope and variance of the pooled regression with a constant for each recording: Sxy / Sxx and sigma^2 / Sxx.
+
+    What is believed of the number, 3 of a spread of 5, bends the misfit by 0.05 beside Sxx / sigma^2 of 5e4.
+    """
+    values = [3.0 * t + c + 0.01 * generator.standard_normal(len(t)) for t, c in zip(TIMES, (5.0, -2.0), strict=True)]
+    fit = Line(TIMES, values, 0.01).fit(model(1.0))
+    centred = [t - t.mean() for t in TIMES]
+    sxx = sum(t @ t for t in centred)
+    slope = sum(t @ y for t, y in zip(centred, values, strict=True)) / sxx
+    assert fit.estimate[0] == pytest.approx(slope, rel=1e-5)
+    assert fit.covariance[0, 0] == pytest.approx(0.01**2 / sxx, rel=1e-5)
+    assert fit.initial_states[:, 0] == pytest.approx(
+        [y.mean() - slope * t.mean() for t, y in zip(TIMES, values, strict=True)], rel=1e-5
+    )
+    assert fit.freedom == 16 - 3 and fit.converged
+
+
+def test_a_number_stops_where_its_law_ends_and_not_at_the_end_of_its_range():
+    """A negative rate cannot be; one of 30 lies beyond the plausible 0 to 10, and is what the data say."""
+    assert Line(TIMES, [-1.0 * t for t in TIMES]).fit(model(1.0)).estimate[0] == pytest.approx(0.0, abs=1e-6)
+    fit = Line(TIMES, [30.0 * t for t in TIMES], 0.01).fit(model(1.0))
+    assert fit.estimate[0] == pytest.approx(30.0, rel=1e-4) and fit.surprise == pytest.approx(2 * np.log(37.0), rel=1e-3)
+
+
+class Bent(Line):
+    """The same with a slope of sinh(rate): from far off a full Gauss-Newton step leads nowhere."""
+
+    def residuals(self, model, initial_states):
+        slope = np.sinh(model.terms[0].numbers["rate"]) if model.terms else 0.0
+        return [y - slope * t - state[0] for t, y, state in zip(self.times, self.values, initial_states, strict=True)]
+
+    def linearise(self, model, initial_states):
+        linear, bend = super().linearise(model, initial_states), np.cosh(model.terms[0].numbers["rate"])
+        raw = self.residuals(model, initial_states)
+        white = [whiten(recording.whitening, part) for recording, part in zip(self.recordings, raw, strict=True)]
+        return Linearization(raw, white, linear.state_columns, [bend * part for part in linear.parameter_columns])
+
+
+@pytest.mark.parametrize("start", [0.0, 1.0, 9.0])
+def test_a_law_that_bends_is_followed_to_its_only_minimum_from_anywhere(start):
+    """sinh(6) = 202: at rate 0 the linear step is 202, where the law has left the finite numbers."""
+    fit = Bent(TIMES, [np.sinh(6.0) * t + 1.0 for t in TIMES], 0.01).fit(model(start))
+    assert fit.estimate[0] == pytest.approx(6.0, rel=1e-5) and fit.converged
+
+
+def test_a_fit_that_leaves_the_finite_numbers_costs_infinitely_much():
+    assert Line(TIMES, [t * np.nan for t in TIMES]).fit(model(1.0)).cost == np.inf
+
+
+def test_numbers_of_a_model_go_out_and_in():
+    assert values_of(model(4.0)).tolist() == [4.0]
+    assert values_of(with_values(model(4.0), np.array([7.0]))).tolist() == [7.0]
+    assert values_of(with_values(model(4.0), np.array([-7.0]))).tolist() == [0.0]  # kept where its law holds
+
+
