@@ -1,10 +1,8 @@
 """What is told of every candidate, in any kind of measurement."""
 
-import numpy as np
-
 from hlcs.effects import Free
 from hlcs.records import Reason
-from hlcs.selection.findings import ambiguous_sets, error_record, findings, interval, set_label, smallest_visible
+from hlcs.selection.findings import error_record, findings, set_label, smallest_visible
 
 ALTERNATIVES = {"drag": {}, "buoyancy": {"time_scale": 0.99996, "length_scale": 0.98}}
 
@@ -27,15 +25,6 @@ def test_rivals_of_one_effect_cannot_be_told_from_each_other_either():
     assert told["time_scale"].same_as == ("buoyancy", "length_scale") and told["drag"].same_as == ()
     assert told["buoyancy"].cosines == {"time_scale": 1.0, "length_scale": 0.98}
     assert told["length_scale"].cosines == {"buoyancy": 0.98} and told["drag"].cosines == {}
-    assert ambiguous_sets(ALTERNATIVES) == (("buoyancy", "length_scale", "time_scale"),)
-
-
-def test_an_interval_ends_at_the_bounds_but_holds_its_value_and_an_angle_has_no_bounds():
-    free = Free("factor", "1", 0.9, 1.1, 1.0, 1.0)
-    assert interval(free, 1.05, 0.1) == {"value": 1.05, "low": 1.05 - 0.1, "high": 1.1, "unit": "1"}
-    assert interval(free, 1.2, 0.1)["high"] == 1.2  # a value that left its bounds is told as it is
-    angle = Free("angle", "rad", 0.0, np.pi, None, 0.0, period=np.pi)
-    assert interval(angle, 0.1, 0.5)["low"] == 0.1 - 0.5
 
 
 def test_words_for_sizes_sets_and_errors():

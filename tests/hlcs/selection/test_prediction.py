@@ -1,0 +1,78 @@
+"""What other sets would cost, foreseen in one Gram matrix: as the fits themselves do where the law is linear."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from experiments import measured
+from throws import write_drops
+
+from hlcs.effects import Candidate, Free, class_named
+from hlcs.estimation.linearization import Fit, Linearization, occam
+from hlcs.kinds.trajectories.preparation import prepare
+from hlcs.selection.eligibility import candidates_for
+from hlcs.selection.prediction import LinearModel
+from hlcs.selection.search import Search
+from hlcs.simulation.model import Model, Term
+
+NAMES = ("buoyancy", "linear_drag", "magnus", "time_scale")
+
+
+def entry(name):
+    return Candidate(name, class_named(name), (Free("number", "1", -2.0, 2.0, 0.0, 0.0),))
+
+
+def linear_model(generator, present=()):
+    """(LinearModel of four candidates with random columns, the columns, the residual); present: those in the model, at 0.5."""
+    columns = {name: 5 * generator.standard_normal((30, 1)) for name in NAMES}
+    r = columns["buoyancy"][:, 0] + 0.5 * columns["magnus"][:, 0] + generator.standard_normal(30)
+    model, inside = Model(tuple(Term(entry(name), (("number", 0.5),)) for name in present)), np.zeros((30, 0))
+    if present:
+        inside = np.hstack([columns[name] for name in present])
+    left = r - 0.5 * inside.sum(axis=1)
+    linear = Linearization([left], [left], [np.zeros((30, 0))], [inside])
+    fit = Fit(model, np.zeros((1, 13)), linear, np.full(len(present), 0.5), np.zeros((len(present),) * 2))
+    views = {entry(name): [({"number": 0.0}, [columns[name]])] for name in NAMES if name not in present}
+    return LinearModel(fit, views, lambda names: 6.0 * len(names)), columns, r
+
+
+def expected(columns, r, names):
+    """The least of misfit and surprise over a fine grid, and what is paid beside."""
+    if not names:
+        return r @ r
+    table = np.hstack([columns[name] for name in sorted(names)])
+    axis = np.linspace(-0.5, 1.5, 401)
+    grid = np.stack(np.meshgrid(*[axis] * len(names), indexing="ij"), axis=-1).reshape(-1, len(names))
+    misfit = np.array([np.sum((r - table @ numbers) ** 2) for numbers in grid])
+    return np.min(misfit + 2 * np.log1p(grid**2).sum(axis=1)) + occam(table.T @ table, 30) + 6.0 * len(names)
+
+
+@pytest.mark.parametrize("present", [(), ("linear_drag",), ("magnus", "time_scale")])
+def test_every_neighbour_costs_what_its_own_best_numbers_cost(generator, present):
+    """Adding one, adding two, replacing and dropping from a model at any numbers; the grid is 0.005 fine: within 0.1 of chi2."""
+    linear, columns, r = linear_model(generator, present)
+    proposals = linear.proposals(2, lambda names: True)
+    assert len({proposal.effects for proposal in proposals}) == len(proposals) > 3
+    for proposal in proposals:
+        assert proposal.cost == pytest.approx(expected(columns, r, proposal.effects), abs=0.1)
+        assert set(proposal.numbers) == set(proposal.effects)
+
+
+def test_what_does_not_move_the_observations_is_not_proposed(generator):
+    linear, _, _ = linear_model(generator)
+    silent = SimpleNamespace(effect="silent")
+    linear.places["silent"] = [len(linear.columns)]
+    linear.gram = np.pad(linear.gram, (0, 1))
+    assert silent.effect not in linear.entries and not linear.visible("silent") and linear.visible("magnus")
+
+
+def test_a_rebound_is_seen_from_a_model_that_has_none(tmp_path):
+    """Heights go with e^2, so the derivative at e = 0 shows nothing; a look from afar shows a good part of what a fit gains."""
+    measurement = measured(write_drops(tmp_path, 0.006))  # no single blow can be read in these
+    prepared = prepare(measurement)
+    entries, _ = candidates_for(measurement, True, ["restitution"])
+    search = Search(prepared.problem, entries, prepared.base).run()
+    law = frozenset({"restitution"})
+    gain, foreseen = (search.cost(frozenset()) - cost for cost in (search.cost(law), search.foreseen[law][0].cost))
+    assert foreseen > 0.2 * gain > 8
+    assert search.fits[law].estimate[0] == pytest.approx(0.5, abs=0.03)  # four standard errors

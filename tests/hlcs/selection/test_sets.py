@@ -1,0 +1,85 @@
+"""From fitted sets to what is told of them: which stand, which do as well, their weights, and intervals over several sets."""
+
+import numpy as np
+import pytest
+from linear_models import Line
+from scipy import stats
+
+from hlcs.effects import Candidate, Free, class_named
+from hlcs.estimation.cross_validation import CrossValidation
+from hlcs.estimation.linearization import Linearization
+from hlcs.estimation.whitening import whiten
+from hlcs.selection.search import Search
+from hlcs.selection.sets import FittedSets, interval
+from hlcs.simulation.model import Model
+
+LAWS = {name: Candidate(name, class_named(name), (Free("rate", "1/s", 0.0, 10.0, 0.0, 0.0),)) for name in ("linear_drag", "spin_decay")}
+
+
+class Bend(Line):
+    """Two laws: rate * t of the one, rate * (t + bend * t^2) of the other."""
+
+    bend = 0.0
+
+    def shape(self, name, t):
+        return t if name == "linear_drag" else t + self.bend * t**2
+
+    def residuals(self, model, initial_states):
+        told = zip(self.times, self.values, initial_states, strict=True)
+        return [y - state[0] - sum(term.numbers["rate"] * self.shape(term.name, t) for term in model.terms) for t, y, state in told]
+
+    def linearise(self, model, initial_states):
+        raw = self.residuals(model, initial_states)
+
+        def white(columns):
+            return [whiten(recording.whitening, part) for recording, part in zip(self.recordings, columns, strict=True)]
+
+        table = [np.array([self.shape(term.name, t) for term in model.terms]).reshape(-1, len(t)).T for t in self.times]
+        return Linearization(raw, white(raw), white([np.ones((len(t), 1)) for t in self.times]), white(table))
+
+
+def sets(bend, generator, sigma=0.05):
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    problem = Bend(times, [3.0 * t + sigma * generator.standard_normal(25) for t in times], sigma, ["a", "b", "a", "b"])
+    problem.bend = bend
+    search = Search(problem, LAWS.values(), problem.fit(Model())).run()
+    return FittedSets(search, CrossValidation(problem.trials, "group"))
+
+
+def test_laws_that_look_alike_share_the_weight_and_take_each_others_place(generator):
+    alike = sets(0.0, generator)
+    assert {frozenset(members) for members in alike.tied} == {frozenset({name}) for name in LAWS}
+    assert sorted(alike.inclusion.values()) == pytest.approx([0.5, 0.5], abs=0.02) and sum(alike.weights.values()) == pytest.approx(1)
+    ((name, others),) = alike.alternatives().items()
+    assert {name, *others} == set(LAWS)
+
+
+def test_laws_that_the_data_tell_apart_do_not(generator):
+    clear = sets(0.3, generator)
+    assert clear.tied == [frozenset({"linear_drag"})] and clear.inclusion["linear_drag"] > 0.99
+    assert clear.ordered(clear.best) == ("linear_drag",) and clear.worth(clear.best, "linear_drag") > 1000
+
+
+def test_what_does_not_hold_out_does_not_stand(generator):
+    """One law with another sign in each half of the recordings: whatever it gains, it predicts nothing."""
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    slopes = (3.0, 1.0, 3.0, 1.0)
+    values = [slope * (t - 1.0) ** 2 + 0.05 * generator.standard_normal(25) for slope, t in zip(slopes, times, strict=True)]
+    problem = Bend(times, values, 0.05, ["a", "b", "a", "b"])
+    fitted = FittedSets(Search(problem, LAWS.values(), problem.fit(Model())).run(), CrossValidation(problem.trials, "group"))
+    assert fitted.best == frozenset()
+
+
+def test_an_interval_over_two_sets_is_that_of_their_mixture():
+    """Two sets of equal weight at 0 and 1, each known to 0.1: 5 % lie below the lower end, 95 % below the upper one."""
+    free = Free("number", "m", -1.0, 1.0, 0.0, 0.0)
+    told = interval([(0.5, 0.0, 0.1), (0.5, 1.0, 0.1)], free, 1000)
+    for end, share in (("low", 0.05), ("high", 0.95)):
+        assert np.mean(stats.t.cdf((told[end] - np.array([0.0, 1.0])) / 0.1, 1000)) == pytest.approx(share, abs=1e-6)
+    assert told["value"] == 0.0
+
+
+def test_an_interval_of_one_set_is_students_and_ends_where_the_law_ends():
+    free = Free("friction", "1", 0.0, 1.0, 0.0, 0.0)
+    told = interval([(1.0, 0.05, 0.1)], free, 8)
+    assert told["low"] == 0.0 and told["high"] == pytest.approx(0.05 + stats.t.ppf(0.95, 8) * 0.1)
