@@ -6,6 +6,7 @@ import numpy as np
 
 STANDS_OUT = 4.0  # standard deviations of a second difference: of 10,000 samples of normal noise less than one lies beyond
 PASSES = 3  # neighbours of outliers are outliers too: of three per cent, one in 1,000 stands third in a row
+UNSURE = 3.0  # over the root of their number: by so much the scatter of normal noise seems larger than it is once in 40 series
 LEAST = 10  # samples of which a scatter can be told
 CORE = 3.3  # standard deviations within which 99.9 % of normal noise lies: what is beyond is counted as outliers that stayed
 BEYOND_CORE = 0.000967  # part of normal noise that lies beyond it all the same
@@ -47,9 +48,9 @@ def isolated_outliers(times, values, spread=0.0):
     """Samples of a series that stand alone: boolean (n,).
 
     Each sample is compared with the line through its two neighbours; smooth misfit of a model leaves little mark on that. What
-    is left is measured in its own robust scatter, or in `spread` where noise alone is known to scatter more. The largest go
-    first and their neighbours are looked at again. A kink, as an impact leaves in the residuals of a wrong model, stands out
-    however many samples are taken from it, so there none is.
+    is left is measured in `spread`, that of noise alone where it is known, or in its own robust scatter where that is larger by
+    more than chance. The largest go first and their neighbours are looked at again. A kink, as an impact leaves in the residuals
+    of a wrong model, stands out however many samples are taken from it, so there none is.
     """
     kept = np.arange(len(values))
     for _ in range(PASSES):
@@ -70,7 +71,8 @@ def _standing_out(times, values, spread):
     if len(values) < LEAST:
         return flags
     near, far = _off_the_line(times, values, 1), _off_the_line(times, values, 2)
-    spread = max(spread, 1.4826 * float(np.median(near[1:-1])))
+    own = 1.4826 * float(np.median(near[1:-1]))
+    spread = spread if own < spread * (1 + UNSURE / np.sqrt(len(values))) else own
     if spread <= 0:
         return flags
     far[[0, 1, -2, -1]] = near[[0, 1, -2, -1]]
