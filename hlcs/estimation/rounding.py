@@ -8,7 +8,7 @@ lies: there the noise is read from how often each value is shown.
 import numpy as np
 from scipy import special
 
-from hlcs.data.rounded_readings import reading_step
+from hlcs.data.rounded_readings import are_multiples, reading_step
 from hlcs.estimation.correlated_noise import MOST_WHITE, CorrelatedNoise
 
 FINE = 0.1  # steps of so many standard deviations add 0.04 % to the noise: they are left out of account
@@ -17,14 +17,16 @@ SMALLEST = 0.02  # noise [steps] below which readings at rest are all the same, 
 
 
 def lattice_of(trials, static):
-    """Step and one reading of each coordinate, (3, 2) [m]; step 0 where readings are not seen to be rounded."""
-    found = np.zeros((3, 2))
-    for axis in range(3):
-        readings = [trial.position[:, axis] for trial in (*trials, *([static] if static else []))]
-        readings = [values[np.isfinite(values)] for values in readings]
-        step = reading_step(np.concatenate(readings))
-        if step:
-            found[axis] = step, next(values[0] for values in readings if len(values))
+    """Step and one reading of each coordinate, (3, 2) [m]; step 0 where readings are not seen to be rounded.
+
+    The coarsest step of all coordinates that a coordinate's own readings are multiples of: one tracker reads all of them.
+    """
+    found, every = np.zeros((3, 2)), [trial.position for trial in (*trials, *([static] if static else []))]
+    readings = [values[np.isfinite(values)] for values in np.concatenate(every).T]
+    steps = sorted((step for values in readings if (step := reading_step(values))), reverse=True)
+    for axis, values in enumerate(readings):
+        fitting = (step for step in steps if len(values) and are_multiples(values, step))
+        found[axis] = next(((step, values[0]) for step in fitting), (0.0, 0.0))
     return found
 
 

@@ -25,3 +25,15 @@ def test_readings_that_are_not_rounded_have_no_step(generator):
     assert reading_step(generator.standard_normal(300)) == 0.0
     assert reading_step(generator.standard_normal(6)) == 0.0
     assert reading_step(np.full(600, 0.3)) == 0.0
+
+
+def test_the_step_of_a_fast_motion_is_found_though_neighbours_lie_many_steps_apart():
+    """A throw at 15 frames a second, 25 to 40 pixels from sample to sample, in a CSV with six decimals."""
+    times = np.arange(40) / 15
+    for step in (0.0113, 0.00731):
+        values = np.concatenate([step * np.round((v * times + 0.3 * v) / step) for v in (5.81, -4.37, 7.003)])
+        assert reading_step(np.round(values, 6)) == pytest.approx(step, rel=1e-3)
+
+
+def test_the_last_decimal_is_a_step_too(generator):
+    assert reading_step(np.round(3 * generator.standard_normal(60), 3)) == pytest.approx(0.001)
