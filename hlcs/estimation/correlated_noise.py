@@ -8,6 +8,7 @@ from scipy import optimize
 from hlcs.estimation.least_squares import project_out
 from hlcs.estimation.whitening import kalman_filter, whiten_series
 
+LEAST_CERTAIN = 0.3  # largest standard deviation of log sigma, rho and share: series that tell less tell nothing
 MOST_RHO, MOST_WHITE = 0.98, 0.9  # beyond them series of some hundred samples tell nothing more
 
 
@@ -100,7 +101,7 @@ class RestrictedLikelihood:
                 mixed = at(1, i, 1, j) - at(1, i, -1, j) - at(-1, i, 1, j) + at(-1, i, -1, j)
                 hessian[a, b] = hessian[b, a] = mixed / (4 * steps[i] * steps[j])
         values, vectors = np.linalg.eigh(hessian / 2)
-        values = np.maximum(values, [1 / 0.3**2] * len(values))  # nothing is less certain than 0.3
+        values = np.maximum(values, 1 / LEAST_CERTAIN**2)
         covariance = np.zeros((3, 3))
         covariance[np.ix_(index, index)] = (vectors / values) @ vectors.T
         return covariance

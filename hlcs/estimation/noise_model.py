@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from hlcs.estimation.correlated_noise import MOST_WHITE, CorrelatedNoise, fit_correlated_noise
+from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, spread_of, tail_of
 from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
@@ -15,6 +15,7 @@ from minibullet import rotations
 MOST_SEGMENTS = 48  # of a flexible curve: some 900 degrees of freedom know rho to 0.03; of a body at rest: 7,000 know it to 0.01
 KINDS = ("position", "orientation")
 NO_STEPS = np.zeros((3, 2))
+MOSTLY = 0.5  # share of rounding in the variance beyond which curves show how rounding, not noise, hangs together in time
 LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leaves three of them to judge by
 LEAST_OF_A_TAIL = 200  # whitened samples that tell how many outliers stayed: of one in a hundred they hold two
 
@@ -193,10 +194,12 @@ def _from_flexible_curve(trials, step, what, rounding, sigma=None, length=24, de
     if seen.any():
         left, segments = left[seen], [segment for segment, has in zip(segments, seen, strict=True) if has]
     calm = np.quantile(left, 0.25)  # an impact leaves many times the noise, and most segments of a bouncing ball may hold one
-    segments = _spread([segment for segment, size in zip(segments, left, strict=True) if size <= 2.0 * calm])
-    scale = np.hypot(sigma, rounding / np.sqrt(12)) if sigma else float(calm)
+    segments = [segment for segment, size in zip(segments, left, strict=True) if size <= 2.0 * calm]
+    scale = float(np.hypot(sigma, rounding / np.sqrt(12)) if sigma else calm)
+    if rounding**2 / 12 > MOSTLY * scale**2:
+        return before_rounding(CorrelatedNoise(scale, 0.0, 0.0, np.diag([0.0, LEAST_CERTAIN**2, 0.0])), rounding), NO_TAIL
     white = min(rounding**2 / 12 / scale**2, MOST_WHITE) if scale > 0 else 0.0
-    noise, tail = _cleaned(segments, step, float(white), float(scale) if sigma else None)
+    noise, tail = _cleaned(_spread(segments), step, float(white), scale if sigma else None)
     return before_rounding(noise, rounding), tail
 
 
