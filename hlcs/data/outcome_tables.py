@@ -71,7 +71,6 @@ def read_table(path):
                 f"between {low:g} and {high:g} (m, s, kg; angles in degrees, a slope is rise over run)"
             )
     inputs = {name: values for name, values in columns.items() if name not in (outcome, "group")}
-    groups = columns.get("group", np.array([f"row {row}" for row in rows]))
     settings = np.column_stack(list(inputs.values())) if inputs else np.zeros((len(rows), 1))
     setting = np.unique(settings, axis=0, return_inverse=True)[1].reshape(-1)
     notes, values = (), columns[outcome]
@@ -82,4 +81,9 @@ def read_table(path):
             f"{path.name}, row {rows[repeats[0]]}: repeats inputs and outcome of an earlier row digit for digit "
             f"({len(repeats)} such rows): a true repeat, or a copy?",
         )
-    return OutcomeTable(Path(path), outcome, values, inputs, groups.astype(str), setting, rows, notes)
+    groups = columns.get("group", np.full(len(rows), "")).astype(str)
+    # in order of their numbers, whatever that of the file: sums of the same numbers in another order have other last digits
+    order = np.lexsort((groups, values, setting))
+    inputs = {name: column[order] for name, column in inputs.items()}
+    groups = groups[order] if "group" in columns else np.array([f"row {row}" for row in rows[order]])
+    return OutcomeTable(Path(path), outcome, values[order], inputs, groups, setting[order], rows[order], notes)

@@ -72,15 +72,21 @@ class Recordings:
 
 
 def read_recordings(file):
-    """The Recordings of an ExperimentFile; raises InputError with file, row, column."""
-    notes, trials, count = [], [], 0
-    for entry, name in zip(file.trials, _short_names([entry.file for entry in file.trials]), strict=True):
+    """The Recordings of an ExperimentFile; raises InputError with file, row, column.
+
+    They stand in the order of their names, whatever the order of the file: sums of the same numbers in another order have other
+    last digits, and draws of noise go from one to the next.
+    """
+    notes, trials, paths, count = [], [], [], 0
+    names = _short_names([entry.file for entry in file.trials])
+    for name, entry in sorted(zip(names, file.trials, strict=True), key=lambda pair: (pair[0], str(pair[1].file))):
         times, position, orientation, rows = read_recording(entry.file)
         trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings, rows=rows)
         for check in CHECKS:
             check(trial, entry.file)
         notes += validation.describe(trial, entry.file) + validation.check_floor(trial, entry.file)
         trials.append(trial)
+        paths.append(entry.file)
         count += len(times)
         if count > MOST_ROWS:
             raise InputError(
@@ -88,7 +94,7 @@ def read_recordings(file):
                 "each, or leave recordings out"
             )
     validation.check_duration(trials, file)
-    validation.refuse_copies(trials, [entry.file for entry in file.trials])
+    validation.refuse_copies(trials, paths)
     return Recordings(file, tuple(trials), _static(file) if file.static else None, tuple(notes))
 
 

@@ -8,6 +8,7 @@ import warnings
 
 import numpy as np
 
+from hlcs.data.rounded_readings import reading_step
 from hlcs.files.limits import MOST_STEPS
 from minibullet.errors import InputError, InputWarning
 
@@ -285,20 +286,10 @@ def describe(trial, path):
         same = np.flatnonzero(np.diff(z) == 0)
         if len(z) > 10 and np.ptp(z) > 0 and len(same) > 0.2 * len(z):
             notes.append(f"{path.name}, {name}_m: {len(same)} samples repeat the one before: quantised or a frozen tracker")
-        step = quantisation(z)
+        step = reading_step(z) if len(np.unique(z)) <= 0.7 * len(z) else 0.0
         if step:
             notes.append(f"{path.name}, column {name}_m: readings are multiples of {step:.3g} m")
     return notes
-
-
-def quantisation(values):
-    """Step of the reading [unit of values] if all values are multiples of one step coarser than 1e-6 of their range, else 0."""
-    distinct = np.unique(values)
-    if len(distinct) < 3 or len(distinct) > 0.7 * len(values):
-        return 0.0
-    step = np.min(np.diff(distinct))
-    multiples = (distinct - distinct[0]) / step
-    return float(step) if np.max(np.abs(multiples - np.round(multiples))) < 0.02 and step > 1e-6 * np.ptp(distinct) else 0.0
 
 
 def refuse_copies(trials, paths):

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from hlcs.estimation.least_squares import basis, project_out
+from hlcs.estimation.noise_draws import NoiseDraws
 
 QUANTILE = 0.98  # of the statistic under noise alone: the share of good models that pass the adequacy test
 LEAST_FREEDOM = 0.25  # of a block sum of unit variance: what the fit must leave of it for the block to be tested
@@ -41,15 +42,15 @@ def blocks_in_time(channel, length):
     return np.cumsum(first | ((np.arange(len(channel)) - start) % length == 0)) - 1
 
 
-def fit_adequacy(problem, fit, partitions):
+def fit_adequacy(problem, fit, partitions, models=None):
     """(Adequacy of a fit, its white residuals with the signatures of all its numbers projected out (n,)).
 
-    partitions: as for `adequacy`.
+    partitions: as for `adequacy`; models: list of what the fit expects of every observation (n_i,): readings may be rounded.
     """
     residuals, signatures = fit.linearization.projected
     rest = project_out(basis(np.concatenate(signatures)), np.concatenate(residuals))
     parts = np.split(rest, np.cumsum([len(part) for part in residuals])[:-1])
-    draw = problem.noise.drawer(problem.recordings)
+    draw = NoiseDraws(problem.noise, problem.recordings, models)
     return adequacy(parts, fit.linearization.state_columns, signatures, partitions, draw), rest
 
 

@@ -1,4 +1,4 @@
-"""CorrelatedNoise noise fitted to series of samples by restricted maximum likelihood."""
+"""Correlated noise fitted to series of samples by restricted maximum likelihood."""
 
 from typing import NamedTuple
 
@@ -8,6 +8,7 @@ from scipy import optimize
 from hlcs.estimation.least_squares import project_out
 from hlcs.estimation.whitening import kalman_filter, whiten_series
 
+LEAST_CERTAIN = 0.3  # largest standard deviation of log sigma, rho and share: series that tell less tell nothing
 MOST_RHO, MOST_WHITE = 0.98, 0.9  # beyond them series of some hundred samples tell nothing more
 
 
@@ -21,25 +22,30 @@ class CorrelatedNoise(NamedTuple):
 
 
 class RestrictedLikelihood:
-    """Restricted likelihood of correlated noise in series [(times (n,), values (n,), columns (n, k))]."""
+    """Restricted likelihood of correlated noise in series [(times (n,), values (n,), columns (n, k))].
+
+    The columns of series with the same times since their first sample are the same functions of time.
+    """
 
     def __init__(self, series, step):
-        self.series, self.step = series, step
+        self.step = step
         self.freedom = float(sum(len(values) - columns.shape[1] for _, values, columns in series))
+        alike = {}  # samples at the same times since the first of them are whitened together
+        for times, values, columns in series:
+            key = columns.shape[1], np.round((times - times[0]) / step, 3).tobytes()
+            alike.setdefault(key, (times, columns, []))[2].append(values)
+        self.series = [(times, columns, np.column_stack(values)) for times, columns, values in alike.values()]
 
     def terms(self, rho, share):
         """(sum of squares of the whitened values less what the columns fit, sum of the log determinants)."""
         squares = logs = 0.0
-        filters = {}
-        for times, values, columns in self.series:
-            key = np.round((times - times[0]) / self.step, 3).tobytes()
-            if key not in filters:
-                filters[key] = kalman_filter(times, rho, share, self.step)
-            white = whiten_series(filters[key], np.column_stack([values, columns]))
-            q, upper = np.linalg.qr(white[:, 1:])
-            squares += float(np.sum(project_out(q, white[:, 0]) ** 2))
-            log_size = 2 * np.sum(np.log(filters[key].deviation))
-            logs += log_size + 2 * np.sum(np.log(np.abs(np.diag(upper)) + 1e-300))
+        for times, columns, values in self.series:
+            filter = kalman_filter(times, rho, share, self.step)
+            white, count = whiten_series(filter, np.column_stack([columns, values])), columns.shape[1]
+            q, upper = np.linalg.qr(white[:, :count])
+            squares += float(np.sum(project_out(q, white[:, count:]) ** 2))
+            log_size = np.sum(np.log(filter.deviation)) + np.sum(np.log(np.abs(np.diag(upper)) + 1e-300))
+            logs += 2 * values.shape[1] * log_size
         return squares, logs
 
     def deviance(self, log_sigma, rho, share):
@@ -95,7 +101,7 @@ class RestrictedLikelihood:
                 mixed = at(1, i, 1, j) - at(1, i, -1, j) - at(-1, i, 1, j) + at(-1, i, -1, j)
                 hessian[a, b] = hessian[b, a] = mixed / (4 * steps[i] * steps[j])
         values, vectors = np.linalg.eigh(hessian / 2)
-        values = np.maximum(values, [1 / 0.3**2] * len(values))  # nothing is less certain than 0.3
+        values = np.maximum(values, 1 / LEAST_CERTAIN**2)
         covariance = np.zeros((3, 3))
         covariance[np.ix_(index, index)] = (vectors / values) @ vectors.T
         return covariance

@@ -1,36 +1,42 @@
 """The noise of a measurement: how large, how correlated in time, and how we know. Unknown is an answer."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
-from hlcs.data.validation import quantisation
-from hlcs.estimation.correlated_noise import MOST_RHO, MOST_WHITE, CorrelatedNoise, fit_correlated_noise, lower_factor
+from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
-from hlcs.estimation.whitening import colour_series, kalman_filter, whiten_series, whitening_of
+from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, spread_of, tail_of
+from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
+from hlcs.estimation.whitening import kalman_filter, whiten_series, whitening_of
 from minibullet import rotations
 
 MOST_SEGMENTS = 48  # of a flexible curve: some 900 degrees of freedom know rho to 0.03; of a body at rest: 7,000 know it to 0.01
 KINDS = ("position", "orientation")
-PERTURBATIONS = 200  # sets of noise parameters that the adequacy test draws from their uncertainty: of 16, p kept an error of 0.1
+NO_STEPS = np.zeros((3, 2))
+MOSTLY = 0.5  # share of rounding in the variance beyond which curves show how rounding, not noise, hangs together in time
+LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leaves three of them to judge by
+LEAST_OF_A_TAIL = 200  # whitened samples that tell how many outliers stayed: of one in a hundred they hold two
 
 
 @dataclass(frozen=True)
 class Noise:
     """What is known of the noise of positions and of orientations."""
 
-    positions: CorrelatedNoise | None  # None = unknown
+    positions: CorrelatedNoise | None  # before rounding; None = unknown
     orientations: CorrelatedNoise | None
     step: float  # typical sampling step, to which correlations refer [s]
     source: str  # "stated", "static recording", "replicates" or "unknown"
     notes: tuple[str, ...] = ()
     hint: float | None = None  # sigma of a flexible curve [m]: shown where the noise is unknown, never used
-    pool: np.ndarray | None = field(default=None, repr=False)  # whitened static samples
+    tail: Tail = NO_TAIL  # outliers that no test of single samples finds
+    lattice: np.ndarray = field(default_factory=NO_STEPS.copy, repr=False)  # step and one reading of x, y, z [m]; step 0 = none
 
     @property
     def position(self):
-        """One sigma of a position [m], None = unknown."""
-        return self.positions.sigma if self.positions else None
+        """One sigma of a reading of a position [m], None = unknown."""
+        return self.reading(0).sigma if self.positions else None
 
     @property
     def orientation(self):
@@ -40,7 +46,13 @@ class Noise:
     @property
     def rho(self):
         """Correlation of neighbouring samples of a position [-]."""
-        return self.positions.rho * (1 - self.positions.white) if self.positions else 0.0
+        return self.positions.rho * (1 - self.reading(0).white) if self.positions else 0.0
+
+    def reading(self, channel):
+        """The CorrelatedNoise of the readings of a channel, 0-2 position, 3-5 rotation; rounding included; None = unknown."""
+        if channel >= 3 or self.positions is None:
+            return self.orientations if channel >= 3 else None
+        return rounded(self.positions, step_of(self.lattice))
 
     def to_dict(self):
         """What is told of it in results."""
@@ -55,92 +67,61 @@ class Noise:
     def whitening(self, channel, times):
         """Whitening of the observations of one recording: channel 0-2 position, 3-5 rotation, sorted by channel and time."""
         sigma = np.where(channel < 3, self.position or 1.0, self.orientation or 1.0)
-        known = [self.positions] * 3 + [self.orientations] * 3
-        correlations = {k: (noise.rho, noise.white) if noise else (0.0, 0.0) for k, noise in enumerate(known)}
+        readings = [self.reading(k) for k in range(6)]
+        correlations = {k: (noise.rho, noise.white) if noise else (0.0, 0.0) for k, noise in enumerate(readings)}
         return whitening_of(channel, times, sigma, correlations, self.step)
-
-    def drawer(self, recordings):
-        """Function (index, count) -> white noise of a recording (n, count) as it may be, given what is not known of the noise."""
-        generator = np.random.default_rng(12345)  # a fixed stream of its own: the verdict never depends on the user's seed
-        known = [noise or CorrelatedNoise(1.0, 0.0, 0.0, np.zeros((3, 3))) for noise in (self.positions, self.orientations)]
-        shifts = [generator.standard_normal((PERTURBATIONS, 3)) @ lower_factor(noise.covariance).T for noise in known]
-        drawn = {}  # index of a recording -> draws that were made of it: each takes the next set of noise parameters
-
-        def draw(index, count):
-            recording, first = recordings[index], drawn.get(index, 0)
-            drawn[index], n = first + count, len(recording.channel)
-            white = generator.choice(self.pool, (n, count)) if self.pool is not None else generator.standard_normal((n, count))
-            for k in range(PERTURBATIONS):
-                columns = slice((k - first) % PERTURBATIONS, count, PERTURBATIONS)
-                if columns.start < count:
-                    self._perturb(white[:, columns], recording, known, [shift[k] for shift in shifts])
-            return white
-
-        return draw
-
-    def _perturb(self, white, recording, known, shifts):
-        """Turn white noise (n, count) of a recording, in place, into what noise of other parameters looks like when whitened.
-
-        known: CorrelatedNoise of positions and of orientations; shifts: of their (log sigma, rho, share), (3,) each.
-        """
-        filters = {}
-        for part, filter in recording.whitening.blocks:
-            which = int(recording.channel[part.start] >= 3)
-            log_sigma, rho, share = shifts[which]
-            if not shifts[which].any():
-                continue
-            key = which, recording.times[part].tobytes()
-            if key not in filters:
-                rho = float(np.clip(known[which].rho + rho, 0.0, MOST_RHO))
-                share = float(np.clip(known[which].white + share, 0.0, MOST_WHITE))
-                filters[key] = kalman_filter(recording.times[part], rho, share, self.step)
-            white[part] = whiten_series(filter, colour_series(filters[key], np.exp(log_sigma) * white[part]))
 
 
 def estimate_noise(measurement):
     """Noise of a trajectory measurement: stated, from the static recording, or from replicates; else unknown."""
     trials, stated, notes = measurement.trials, measurement.file.noise, []
     step = float(np.median(np.concatenate([np.diff(trial.times) for trial in trials])))
-    source, pool, noise = "unknown", None, {}
+    lattice = lattice_of(trials, measurement.static)
+    source, noise, tails = "unknown", {}, {}
+    curve = _from_flexible_curve(trials, step, "position", step_of(lattice))
     if measurement.static is not None:
         for what in KINDS:
-            noise[what], pool = _from_static(measurement.static, step, what, pool)
+            noise[what], tails[what] = _from_static(measurement.static, step, what, lattice, curve and curve[0])
         source = "static recording" if any(noise.values()) else "unknown"
         if source == "unknown":
             notes.append(
                 f"{measurement.file.static.name}: every reading is the same: the noise lies below the last digit and "
                 "stays unknown"
             )
-    flexible = {what: _from_flexible_curve(trials, step, what, stated.get(what)) for what in KINDS}
     for what in KINDS:
         if what in stated:
-            noise[what] = _with_sigma(noise.get(what) or flexible[what], stated[what])
+            fitted = _from_flexible_curve(trials, step, what, step_of(lattice) if what == "position" else 0.0, stated[what])
+            fitted = fitted or (None, NO_TAIL)
+            noise[what] = _with_sigma(noise.get(what) or fitted[0], stated[what])
+            tails[what] = tails.get(what) or fitted[1]
             source = "stated" if source == "unknown" else source
     if not any(noise.values()):
         replicates = _from_replicates(trials, step)
         if replicates:
-            noise["position"], source = replicates, "replicates"
-    position, orientation, curve = noise.get("position"), noise.get("orientation"), flexible["position"]
-    if "position" in stated:
-        curve = _from_flexible_curve(trials, step, "position")  # without what is stated, so that it can check it
-    if position and curve and not 1 / 1.5 < curve.sigma / position.sigma < 1.5:
+            noise["position"], source = before_rounding(replicates, step_of(lattice)), "replicates"
+    position, orientation = noise.get("position"), noise.get("orientation")
+    if position is None or step_of(lattice) < FINE * position.sigma:
+        lattice = NO_STEPS
+    tail = next((tails[what] for what in KINDS if noise.get(what) and what in tails), NO_TAIL)
+    hint = rounded(curve[0], step_of(lattice)).sigma if curve else None
+    found = Noise(position, orientation, step, source, (), hint, tail, lattice)
+    if position and curve and not 1 / 1.5 < hint / found.position < 1.5:
         notes.append(
-            f"a flexible curve through the data leaves {curve.sigma:.3g} m, the {source} noise is {position.sigma:.3g} m"
+            f"a flexible curve through the data leaves {hint:.3g} m, the {source} noise is {found.position:.3g} m"
             ": more than a factor 1.5 apart; check it"
         )
     if any("rx" in trial.columns for trial in trials) and orientation is None and position is not None:
         notes.append(
             "noise of the orientation unknown: orientations are not judged; state noise.orientation or record a body at rest"
         )
-    return Noise(position, orientation, step, source, tuple(notes), curve.sigma if curve else None, pool)
+    return replace(found, notes=tuple(notes))
 
 
-def _with_sigma(base, sigma):
-    """Noise of a stated sigma, which is certain, with the correlation of another, None = none is known."""
-    if base is None:
-        return CorrelatedNoise(sigma, 0.0, 0.0, np.zeros((3, 3)))
+def _with_sigma(base, sigma, variance=0.0):
+    """Noise of this sigma, variance of its logarithm, with the correlation of another, None = none is known."""
+    base = base or CorrelatedNoise(sigma, 0.0, 0.0, np.zeros((3, 3)))
     covariance = base.covariance.copy()
-    covariance[0], covariance[:, 0] = 0.0, 0.0
+    covariance[0], covariance[:, 0], covariance[0, 0] = 0.0, 0.0, variance
     return base._replace(sigma=sigma, covariance=covariance)
 
 
@@ -165,53 +146,85 @@ def _spread(segments):
     return [segments[k] for k in np.unique(np.linspace(0, len(segments) - 1, min(len(segments), MOST_SEGMENTS)).astype(int))]
 
 
-def _cleaned(times, values):
-    keep = ~isolated_outliers(values)
-    return times[keep], values[keep]
+def _cleaned(series, step, white=None, sigma=None):
+    """(CorrelatedNoise, Tail) of series [(times (n,), values (n,), function times -> columns)], isolated outliers left out.
+
+    white, sigma: the share that is not correlated and the standard deviation where they are known. What stands out is looked for
+    twice: in the scatter of each series, then in what was found in all.
+    """
+    noise, keeps = None, []
+    for _ in range(2):
+        before = keeps
+        keeps = [
+            ~isolated_outliers(times, values, spread_of(noise, times, step) if noise else 0.0) for times, values, _ in series
+        ]
+        if noise and all(np.array_equal(*pair) for pair in zip(before, keeps, strict=True)):
+            break
+        parts = [(times[keep], values[keep], columns) for (times, values, columns), keep in zip(series, keeps, strict=True)]
+        clean = [(times, values, columns(times)) for times, values, columns in parts if len(times) >= LEAST_OF_A_PART]
+        noise = fit_correlated_noise(clean, step, sigma=sigma, white=white)
+    left = np.concatenate([_white(noise, part, step) for part in clean])
+    tail = tail_of(left) if len(left) >= LEAST_OF_A_TAIL else NO_TAIL
+    return (noise if sigma else noise._replace(sigma=noise.sigma / np.sqrt(1 + tail.variance))), tail
 
 
-def _from_flexible_curve(trials, step, what, sigma=None, length=24, degree=5):
-    """Noise beside polynomials through segments of all recordings: only smoothness is assumed; none with an impact is used."""
-    segments, rounding = [], []
+def _white(noise, part, step):
+    """Whitened values of one part of a series, what its columns fit taken out."""
+    times, values, columns = part
+    filter = kalman_filter(times, noise.rho, noise.white, step)
+    return project_out(basis(whiten_series(filter, columns)), whiten_series(filter, values))
+
+
+def _from_flexible_curve(trials, step, what, rounding, sigma=None, length=24, degree=5):
+    """(CorrelatedNoise before rounding, Tail) beside polynomials through segments of all recordings, None where there are none.
+
+    Only smoothness is assumed; no segment with an impact is used. rounding: step of the readings; sigma: where it is known.
+    """
+    segments, columns = [], partial(polynomials, degree=degree)
     for trial in trials:
         for times, values in _values(trial, what):
-            rounding.append(quantisation(values))
-            times, values = _cleaned(times, values)
-            for part in np.array_split(np.arange(len(times)), max(len(times) // length, 1)):
-                if len(part) >= degree + 4:
-                    segments.append((times[part], values[part], polynomials(times[part], degree)))
+            keep = ~isolated_outliers(times, values)
+            for part in np.array_split(np.flatnonzero(keep), max(int(keep.sum()) // length, 1)):
+                if len(part) >= LEAST_OF_A_PART:
+                    segments.append((times[part], values[part], columns))
     if not segments:
         return None
-    left = np.array([np.std(project_out(basis(columns), values)) for _, values, columns in segments])
+    left = np.array([np.std(project_out(basis(columns(times)), values)) for times, values, _ in segments])
     seen = left > 0.1 * (sigma or np.median(left))  # a coordinate that somebody set to zero tells nothing
     if seen.any():
         left, segments = left[seen], [segment for segment, has in zip(segments, seen, strict=True) if has]
     calm = np.quantile(left, 0.25)  # an impact leaves many times the noise, and most segments of a bouncing ball may hold one
-    segments = _spread([segment for segment, size in zip(segments, left, strict=True) if size <= 2.0 * calm])
-    scale = sigma or float(calm)
-    white = min(np.median(rounding) ** 2 / 12 / scale**2, 0.5) if scale > 0 else 0.0
-    return fit_correlated_noise(segments, step, sigma=sigma, white=float(white))
+    segments = [segment for segment, size in zip(segments, left, strict=True) if size <= 2.0 * calm]
+    scale = float(np.hypot(sigma, rounding / np.sqrt(12)) if sigma else calm)
+    if rounding**2 / 12 > MOSTLY * scale**2:
+        return before_rounding(CorrelatedNoise(scale, 0.0, 0.0, np.diag([0.0, LEAST_CERTAIN**2, 0.0])), rounding), NO_TAIL
+    white = min(rounding**2 / 12 / scale**2, MOST_WHITE) if scale > 0 else 0.0
+    noise, tail = _cleaned(_spread(segments), step, float(white), scale if sigma else None)
+    return before_rounding(noise, rounding), tail
 
 
-def _from_static(static, step, what, pool, length=150):
-    """(CorrelatedNoise of a body at rest or None, whitened samples: of positions where there are any)."""
+def _from_static(static, step, what, lattice, flexible, length=150):
+    """(CorrelatedNoise of a body at rest before rounding or None, Tail); flexible: that of the recordings, where there is any.
+
+    Where a body at rest shows few steps or one, how its noise is correlated is told by the recordings.
+    """
+    readings = _values(static, what)
+    rounding = step_of(lattice) if what == "position" else 0.0
     series = []
-    for times, values in _values(static, what):
-        times, values = _cleaned(times, values)
+    for times, values in readings:
         for part in np.array_split(np.arange(len(times)), max(len(times) // length, 1)):
-            series.append((times[part], values[part], np.ones((len(part), 1))))
-    if not series:
-        return None, pool
-    if all(np.ptp(values) == 0 for _, values, _ in series):
-        return None, pool
-    series = _spread(series)
-    noise = fit_correlated_noise(series, step)
-    white = []
-    for times, values, ones in series:
-        filter = kalman_filter(times, noise.rho, noise.white, step)
-        white.append(project_out(basis(whiten_series(filter, ones)), whiten_series(filter, values)))
-    white = np.concatenate(white)
-    return noise, pool if pool is not None or len(white) < 200 else white / np.std(white)
+            series.append((times[part], values[part], partial(polynomials, degree=0)))
+    if not series or not rounding and all(np.ptp(values) == 0 for _, values, _ in series):
+        return None, NO_TAIL
+    scatter = np.sqrt(np.mean([np.var(values[~isolated_outliers(times, values)]) for times, values in readings]))
+    if scatter < COARSE * rounding:
+        rho = flexible.rho if flexible else 0.0
+        sigma, variance = noise_below_the_step([values for _, values in readings], rounding, rho)
+        base = flexible or CorrelatedNoise(sigma, 0.0, 0.0, np.zeros((3, 3)))
+        return _with_sigma(base, sigma, variance), NO_TAIL
+    white = rounding**2 / 12 / scatter**2 if rounding > FINE * scatter else None
+    noise, tail = _cleaned(_spread(series), step, white)
+    return before_rounding(noise, rounding), tail
 
 
 def _from_replicates(trials, step):
@@ -226,37 +239,13 @@ def _from_replicates(trials, step):
             for axis in range(3):
                 difference = (a.position[:, axis] - b.position[:, axis]) / np.sqrt(2)
                 good = np.isfinite(difference)
-                if good.sum() >= 8:
-                    times, values = _cleaned(a.times[good], difference[good])
-                    series.append((times, values, polynomials(times, 1)))
+                if good.sum() >= LEAST_OF_A_PART:
+                    series.append((a.times[good], difference[good], partial(polynomials, degree=1)))
             break
-    return fit_correlated_noise(series, step) if series else None
+    return _cleaned(series, step)[0] if series else None
 
 
 def polynomials(times, degree):
     """Legendre polynomials of degree 0..degree over the span of the times, (n, degree + 1)."""
     middle, half = (times[0] + times[-1]) / 2, max((times[-1] - times[0]) / 2, 1e-12)
     return np.polynomial.legendre.legvander((times - middle) / half, degree)
-
-
-def isolated_outliers(values, threshold=5.5):
-    """Samples of an equally spaced series that stand alone: boolean (n,).
-
-    The second difference at a sample is compared with its own robust scatter; smooth misfit of a model leaves no mark on it.
-    """
-    values = np.asarray(values, dtype=float)
-    flags = np.zeros(len(values), bool)
-    if len(values) < 10:
-        return flags
-    second = np.zeros(len(values))
-    second[1:-1] = values[1:-1] - (values[:-2] + values[2:]) / 2
-    spread = 1.4826 * np.median(np.abs(second[1:-1] - np.median(second[1:-1])))
-    if spread <= 0:
-        return flags
-    size = np.abs(second)
-    around = np.maximum(np.r_[0, size[:-1]], np.r_[size[1:], 0])
-    flags = (size > threshold * spread) & (size >= around)
-    for end, inner, beyond in ((0, 1, 2), (-1, -2, -3)):  # an outlier at the end marks its neighbour, and only that one
-        if flags[inner] and size[beyond] < size[inner] / 4:
-            flags[inner], flags[end] = False, True
-    return flags

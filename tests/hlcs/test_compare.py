@@ -1,7 +1,8 @@
 """Compare says where a model misses and by how many sigma, and says nothing where there is only noise."""
 
 import numpy as np
-from throws import drag_per_metre, write_throws
+import pytest
+from throws import drag_per_metre, write_drops, write_throws
 
 import hlcs
 
@@ -51,3 +52,39 @@ def test_outcome_table_against_the_law_of_fall(tmp_path):
     assert list(frame["height_m"]) == sorted(heights) and set(frame["channel"]) == {"fall_time_s"} and "speed" not in frame
     labels = [axes.get_xlabel() for axes in comparison.plot() if axes.axison]
     assert labels == ["model [s]", "height_m"]  # no panel for inputs that the table has not
+
+
+def reorder(path, *, marker="", step=7):
+    """Put the lines of a file but the first, or its parts that begin with `marker`, in another order."""
+    text = path.read_text()
+    head, *parts = text.split(marker) if marker else text.splitlines(keepends=True)
+    shuffled = [parts[(step * k + 3) % len(parts)].rstrip("\n") + "\n" for k in range(len(parts))]
+    assert len(set(shuffled)) == len(parts)
+    path.write_text(marker.join([head, *shuffled]))
+
+
+@pytest.mark.parametrize("write", [lambda folder: write_throws(folder, rho=0.6), lambda folder: write_drops(folder, 0.001)])
+def test_the_order_of_trials_changes_no_digit(tmp_path, write):
+    path = write(tmp_path)
+    first = hlcs.compare(path).to_json()
+    reorder(path, marker="[[trial]]\n", step=5)
+    assert hlcs.compare(path).to_json() == first
+
+
+@pytest.mark.parametrize("grouped", [False, True])
+def test_the_order_of_rows_changes_no_digit(tmp_path, grouped):
+    """Fall times with drag of 0.05 /m: neither their comparison nor their diagnosis knows in which order they were written."""
+    generator = np.random.default_rng(3)
+    heights = np.repeat(np.linspace(1, 9, 10), 3)
+    times = np.arccosh(np.exp(0.05 * heights)) / np.sqrt(9.81 * 0.05) + 0.004 * generator.standard_normal(30)
+    days = [f",day {k % 2}" if grouped else "" for k in range(30)]
+    rows = "".join(f"{h},{t:.6f}{day}\n" for h, t, day in zip(heights, times, days, strict=True))
+    (tmp_path / "o.csv").write_text(f"height_m,fall_time_s{',group' if grouped else ''}\n" + rows)
+    path = tmp_path / "e.toml"
+    path.write_text(
+        'kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.05\nmass = 0.5\n[surroundings]\nfluid_density = 1.2\n'
+        'fluid_viscosity = 1.8e-5\n[measurement]\nfile = "o.csv"\n'
+    )
+    first = hlcs.compare(path).to_json(), hlcs.diagnose(path).to_json()
+    reorder(tmp_path / "o.csv")
+    assert (hlcs.compare(path).to_json(), hlcs.diagnose(path).to_json()) == first

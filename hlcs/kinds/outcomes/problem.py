@@ -255,7 +255,7 @@ def judge_table(problem, fit):
     columns = {
         "trial": np.concatenate([np.full(len(group.rows), k) for k, group in enumerate(problem.trials)]),
         "channel": np.zeros(len(rows), int),
-        "row": rows + 2,
+        "row": table.rows[rows],
         "input": main[rows],
         "measured": table.values[rows],
         "model": table.values[rows] - raw,

@@ -62,7 +62,8 @@ def partitions(table):
 def judge(problem, fit):
     """Adequacy of a fit and its table of observations."""
     table = observations(problem, fit)
-    return fit_adequacy(problem, fit, partitions(table))[0], table
+    models = np.split(table["model"], np.flatnonzero(np.diff(table["trial"])) + 1)
+    return fit_adequacy(problem, fit, partitions(table), models)[0], table
 
 
 def where_it_fails(problem, table):

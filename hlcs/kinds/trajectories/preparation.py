@@ -7,7 +7,8 @@ import numpy as np
 from hlcs.data.recordings import Recordings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.estimation.multiple_shooting import refit_initial_states
-from hlcs.estimation.noise_model import estimate_noise, isolated_outliers
+from hlcs.estimation.noise_model import estimate_noise
+from hlcs.estimation.outliers import isolated_outliers, spread_of
 from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
 from hlcs.estimation.trajectory_problem import CHANNELS, TrajectoryProblem
 from hlcs.kinds.protocol import Prepared
@@ -193,7 +194,7 @@ def without_isolated(problem, fit):
     """(fit without the samples that stand alone, sentences); the problem drops them for every model alike."""
     trials = problem.trials  # segments of those that were read, or those without their rest at the end
     flags = [
-        isolated(trial, recording, raw)
+        isolated(trial, recording, raw, problem.noise)
         for trial, recording, raw in zip(trials, problem.recordings, fit.linearization.raw, strict=True)
     ]
     if not any(flag.any() for flag in flags):
@@ -202,12 +203,15 @@ def without_isolated(problem, fit):
     return problem.fit(fit.model, fit.initial_states), set_aside(trials, flags)
 
 
-def isolated(trial, recording, raw):
+def isolated(trial, recording, raw, noise):
     """(n, 6) booleans: samples and channels of a recording whose residual stands alone, far from its neighbours'."""
     flag = np.zeros((len(trial.times), 6), bool)
     for channel in range(6):
         inside = recording.channel == channel
-        flag[recording.sample[inside][isolated_outliers(raw[inside])], channel] = True
+        if inside.sum() > 2:
+            times = recording.times[inside]
+            spread = spread_of(noise.reading(channel), times, noise.step)
+            flag[recording.sample[inside][isolated_outliers(times, raw[inside], spread)], channel] = True
     return flag
 
 

@@ -1,0 +1,53 @@
+"""Readings that are multiples of one step: pixels, last digits."""
+
+import numpy as np
+
+MOST_PARTS = 8  # of the smallest distance between two readings that are tried as their step
+ENOUGH = 12  # distinct readings: of as many that are no multiples, one set in a million lies within NEAR of a step by chance
+NEAR = 0.1  # of a step, within which a reading is one of its multiples: its last digits are rounded too
+FEW = 20  # readings of which fewer than ENOUGH are distinct: so many repeat that they are rounded
+MOST_DECIMALS = 9  # of a metre: no tracker has more
+APART = 3.0  # last digits by which two distances between pixels may differ, though they are the same number of pixels
+
+
+def reading_step(values):
+    """Step of the readings [unit of values] if all are multiples of one step coarser than 1e-6 of their range, else 0.
+
+    The smallest difference of two readings, or of two distances between neighbours, is the step or a few steps; it is refined
+    over longer and longer distances. Where no such step is found it is the last decimal, if there is one.
+    """
+    distinct = np.unique(values)
+    few = len(distinct) < ENOUGH
+    if len(distinct) < 2 or few and len(values) < FEW:
+        return 0.0
+    away, digit = distinct - distinct[0], last_decimal(distinct)
+    close = max(APART * digit, 1e-9 * away[-1])
+    gaps = np.sort(np.diff(distinct))
+    candidates = [gaps] if few else [gaps, np.diff(gaps[gaps > close])]
+    smallest = min((float(part.min()) for known in candidates if len(part := known[known > close])), default=0.0)
+    for part in range(1, 2 if few else MOST_PARTS + 1):
+        step = smallest / part
+        if step < 1e-6 * away[-1]:
+            break
+        for reach in np.geomspace(4, max(away[-1] / step, 4), 12):  # steps over which the last estimate is sure of their count
+            near = away <= reach * step
+            count = np.round(away[near] / step)
+            step = float(count @ away[near] / (count @ count)) if count.any() else step
+        if are_multiples(distinct, step):
+            return step
+    return digit if digit >= 1e-6 * away[-1] else 0.0
+
+
+def are_multiples(values, step):
+    """Are all readings whole steps away from the first?"""
+    count = (values - values[0]) / step
+    return bool(np.max(np.abs(count - np.round(count))) < NEAR)
+
+
+def last_decimal(values):
+    """The power of ten of which all values are multiples, 0 where there is none."""
+    for decimals in range(MOST_DECIMALS + 1):
+        scaled = values * 10.0**decimals
+        if np.max(np.abs(scaled - np.round(scaled))) < 1e-3:  # doubles of some metres are exact to 1e-6 of the ninth decimal
+            return 10.0**-decimals
+    return 0.0

@@ -1,0 +1,58 @@
+"""Draws of the noise as these data may hold it: what is not known of it, outliers that stayed and rounding included."""
+
+import numpy as np
+
+from hlcs.estimation.correlated_noise import MOST_RHO, MOST_WHITE, CorrelatedNoise, lower_factor
+from hlcs.estimation.whitening import colour_series, kalman_filter, whiten_series
+
+PERTURBATIONS = 200  # sets of noise parameters that are drawn from their uncertainty: of 16, p kept an error of 0.1
+
+
+class NoiseDraws:
+    """White noise of recordings as it may be, given what is not known of a Noise."""
+
+    def __init__(self, noise, recordings, models=None):
+        """models: list of what is expected of every observation (n,), so that its rounded reading can be drawn; None: none is."""
+        self.noise, self.recordings, self.models = noise, recordings, models
+        self.generator = np.random.default_rng(12345)  # a fixed stream of its own: the verdict never depends on the user's seed
+        unknown = CorrelatedNoise(1.0, 0.0, 0.0, np.zeros((3, 3)))
+        self.kinds = [kind or unknown for kind in (noise.positions, noise.orientations)]
+        normal = self.generator.standard_normal
+        self.shifts = [normal((PERTURBATIONS, 3)) @ lower_factor(kind.covariance).T for kind in self.kinds]
+        self.drawn = {}  # index of a recording -> draws that were made of it: each takes the next set of noise parameters
+
+    def __call__(self, index, count):
+        """Draws of recording `index`, (n, count)."""
+        first, n = self.drawn.get(index, 0), len(self.recordings[index].channel)
+        self.drawn[index] = first + count
+        white = self.generator.standard_normal((n, count))
+        self.noise.tail.sprinkle(self.generator, white)
+        for k in range(PERTURBATIONS):
+            columns = slice((k - first) % PERTURBATIONS, count, PERTURBATIONS)
+            if columns.start < count:
+                self._as_read(index, white[:, columns], [shift[k] for shift in self.shifts])
+        return white
+
+    def _as_read(self, index, white, shifts):
+        """Turn white noise (n, count), in place, into what readings with noise of other parameters look like when whitened.
+
+        shifts: of (log sigma, rho, share) of positions and of orientations, (3,) each.
+        """
+        recording, noise, filters = self.recordings[index], self.noise, {}
+        for part, filter in recording.whitening.blocks:
+            channel = int(recording.channel[part.start])
+            which = int(channel >= 3)
+            log_sigma, rho, share = shifts[which]
+            step, origin = noise.lattice[channel] if channel < 3 and self.models is not None else (0.0, 0.0)
+            if not shifts[which].any() and not step:
+                continue
+            key = which, recording.times[part].tobytes()
+            if key not in filters:
+                rho = float(np.clip(self.kinds[which].rho + rho, 0.0, MOST_RHO))
+                share = float(np.clip(self.kinds[which].white + share, 0.0, MOST_WHITE))
+                filters[key] = kalman_filter(recording.times[part], rho, share, noise.step)
+            seen = colour_series(filters[key], np.exp(log_sigma) * self.kinds[which].sigma * white[part])
+            if step:
+                expected = self.models[index][part][:, None] - origin
+                seen = step * np.round((expected + seen) / step) - expected
+            white[part] = whiten_series(filter, seen / recording.whitening.sigma[part][0])

@@ -1,0 +1,100 @@
+"""Outliers of a tracker: samples that stand alone are set aside, once and for all models; how many stay is told to the draws."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+STANDS_OUT = 4.0  # standard deviations of a second difference: of 10,000 samples of normal noise less than one lies beyond
+PASSES = 3  # neighbours of outliers are outliers too: of three per cent, one in 1,000 stands third in a row
+UNSURE = 3.0  # over the root of their number: by so much the scatter of normal noise seems larger than it is once in 40 series
+LEAST = 10  # samples of which a scatter can be told
+CORE = 3.3  # standard deviations within which 99.9 % of normal noise lies: what is beyond is counted as outliers that stayed
+BEYOND_CORE = 0.000967  # part of normal noise that lies beyond it all the same
+CORE_VARIANCE = 0.98865  # of normal noise that is cut there
+
+
+class Tail(NamedTuple):
+    """Outliers too small to be told from noise one by one."""
+
+    share: float  # of all samples
+    sizes: np.ndarray  # of such as were seen [standard deviations of the noise without them]
+
+    @property
+    def variance(self):
+        """What they add to the variance of the noise [part of it]."""
+        return self.share * (float(np.mean(self.sizes**2)) - 1) if self.share else 0.0
+
+    def sprinkle(self, generator, white):
+        """Put outliers into white noise (n, count), in place."""
+        if self.share:
+            wild = generator.random(white.shape) < self.share
+            white[wild] = generator.choice(self.sizes, int(wild.sum()))
+
+
+NO_TAIL = Tail(0.0, np.zeros(0))
+
+
+def tail_of(white):
+    """The Tail of whitened samples (n,) of any scale."""
+    core = np.std(white)
+    for _ in range(10):  # a scale and what lies within it: settles in some steps
+        core = np.sqrt(np.mean(white[np.abs(white) <= CORE * core] ** 2) / CORE_VARIANCE)
+    beyond = white[np.abs(white) > CORE * core] / core
+    share = max(len(beyond) / len(white) - BEYOND_CORE, 0.0)
+    return Tail(share, beyond) if share else NO_TAIL
+
+
+def isolated_outliers(times, values, spread=0.0):
+    """Samples of a series that stand alone: boolean (n,).
+
+    Each sample is compared with the line through its two neighbours; smooth misfit of a model leaves little mark on that. What
+    is left is measured in `spread`, that of noise alone where it is known, or in its own robust scatter where that is larger by
+    more than chance. The largest go first and their neighbours are looked at again. A kink, as an impact leaves in the residuals
+    of a wrong model, stands out however many samples are taken from it, so there none is.
+    """
+    kept = np.arange(len(values))
+    for _ in range(PASSES):
+        flags = _standing_out(times[kept], values[kept], spread)
+        if not flags.any():
+            break
+        kept = kept[~flags]
+    isolated = np.ones(len(values), bool)
+    isolated[kept] = False
+    for place in kept[_standing_out(times[kept], values[kept], spread)]:
+        isolated[max(place - PASSES, 0) : place + PASSES + 1] = False
+    return isolated
+
+
+def _standing_out(times, values, spread):
+    """Samples farther from the line through their neighbours than noise is, and the farthest there: boolean (n,)."""
+    flags = np.zeros(len(values), bool)
+    if len(values) < LEAST:
+        return flags
+    near, far = _off_the_line(times, values, 1), _off_the_line(times, values, 2)
+    own = 1.4826 * float(np.median(near[1:-1]))
+    spread = spread if own < spread * (1 + UNSURE / np.sqrt(len(values))) else own
+    if spread <= 0:
+        return flags
+    far[[0, 1, -2, -1]] = near[[0, 1, -2, -1]]
+    size = near + far  # of two outliers beside each other, and of the good samples beside them, `near` is the same
+    around = np.maximum(np.r_[0, size[:-1]], np.r_[size[1:], 0])
+    flags = (near > STANDS_OUT * spread) & (size >= around)
+    for end, inner, beyond in ((0, 1, 2), (-1, -2, -3)):  # an outlier at the end marks its neighbour, and only that one
+        if flags[inner] and near[beyond] < near[inner] / 4:
+            flags[inner], flags[end] = False, True
+    return flags
+
+
+def _off_the_line(times, values, away):
+    """Distance of samples from the line through those `away` before and after, less the median of all, (n,); 0 at the ends."""
+    first, last, inner = slice(None, -2 * away), slice(2 * away, None), slice(away, -away)
+    after = (times[inner] - times[first]) / (times[last] - times[first])
+    off = values[inner] - (1 - after) * values[first] - after * values[last]
+    return np.r_[np.zeros(away), np.abs(off - np.median(off)), np.zeros(away)]
+
+
+def spread_of(noise, times, step):
+    """Standard deviation of the second differences of a CorrelatedNoise at these times; step: to which its rho refers."""
+    near = (1 - noise.white) * noise.rho ** (float(np.median(np.diff(times))) / step)
+    far = (1 - noise.white) * noise.rho ** (2 * float(np.median(np.diff(times))) / step)
+    return noise.sigma * np.sqrt(1.5 - 2 * near + far / 2)
