@@ -34,6 +34,7 @@ class Search:
         self.budget = Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
         self.expanded, self.foreseen = [], {}  # sets; set -> (Proposal, Fit that it was foreseen from)
+        self.implied = frozenset()  # effects that the file implies and the data would show
         self.impossible = set()  # sets that could not be simulated from anywhere
 
     # --- what a set costs -----------------------------------------------------------------------------------------------------
@@ -43,9 +44,19 @@ class Search:
         return self.fits[effects].cost + self.price(effects)
 
     def price(self, effects):
-        """The odds against a set: against each effect, and once more against a law that holds another as a special case."""
-        entries = [self.candidates[name] for name in effects]
-        return self.odds * sum(1 + any(map(entry.holds, self.candidates.values())) for entry in entries)
+        """The odds against a set: against each effect, once more against a law that holds another as a special case; where the
+        file implies an effect that these data would show (the lift of a stated fluid) they are against its absence."""
+        entries = [self.candidates[name] for name in effects if name not in self.implied]
+        against = sum(1 + any(map(entry.holds, self.candidates.values())) for entry in entries)
+        return self.odds * (against + len(self.implied - effects))
+
+    def implies(self, linear, name):
+        """Does the file state a number of a candidate that is not its null value, and would these data show it?"""
+        stated = [free for free in self.candidates[name].free if free.stated not in (None, free.null) and free.error < free.stated]
+        if not stated or name not in linear.entries:
+            return False
+        size = max(abs(free.stated - free.null) / free.spread for free in stated)
+        return linear.information(name) * size**2 > self.odds
 
     def ranked(self):
         """The fitted sets, the best first."""
@@ -112,6 +123,7 @@ class Search:
             linear = LinearModel(fit, dict(zip(entries, views, strict=True)), self.price)
             if not effects:
                 self.base_model = linear
+                self.implied = frozenset(name for name in self.candidates if self.implies(linear, name))
             for proposal in linear.proposals(MOST_EFFECTS, self.compatible):
                 known = self.foreseen.get(proposal.effects)
                 if known is None or proposal.cost < known[0].cost:
