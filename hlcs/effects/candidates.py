@@ -183,5 +183,7 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
         stated, error = (null, VACUUM * high) if vacuum else (getattr(surroundings, name, None), 0.0)
         if stated and not vacuum:
             error = (KNOWN if surroundings.fluid_stated else 1.0) * stated
+        if known.in_fluid and surroundings.fluid_stated and not vacuum:
+            stated, error = known.in_fluid
         free.append(Free(name, unit, low, high, null, start, known.period, known.starts, (known.least, known.most), stated, error))
     return Candidate(name_of(kind), kind, tuple(free), own)
