@@ -46,6 +46,8 @@ AROUND = {
     "restitution": (0.0, 1.0),
 }  # lowest and highest value of what surrounds a body, SI
 
+LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -93,12 +95,17 @@ class Surroundings:
 
     gravity: float = 9.81  # downwards [m/s2]
     fluid_density: float = AIR_DENSITY  # where none is stated it is a gas such as air; 0 = a vacuum [kg/m3]
-    fluid_stated: bool = False
+    fluid_stated: bool = False  # does the file say so?
     fluid_viscosity: float = 0.0  # [Pa s]
     floor_height: float | None = None  # None = no floor; distance of the plane from the origin along its normal [m]
     floor_normal: tuple[float, ...] = (0.0, 0.0, 1.0)
     friction: float = 0.5  # of the pair [-]
     restitution: float = 0.0  # [-]
+
+    @property
+    def in_liquid(self):
+        """Does the file state a liquid?"""
+        return self.fluid_density > LIQUID
 
 
 @dataclass(frozen=True)

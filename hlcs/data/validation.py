@@ -15,7 +15,6 @@ from minibullet.errors import InputError, InputWarning
 FEET = 0.3048  # m
 TOO_FAST = 1.5  # free falls faster than so many g are told: no shipped effect makes a body fall so fast
 
-LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
 SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
 ALOFT = 5.0  # times as long as a throw of that height can last
@@ -83,7 +82,7 @@ def check_units(trial, path):
             )
         if a + 4 * error < -TOO_FAST * gravity:
             _tell_fall(f"{path}, column z_m", -a, gravity)
-        if floor is None and duration > 120 and trial.surroundings.fluid_density < LIQUID:
+        if floor is None and duration > 120 and not trial.surroundings.in_liquid:
             raise InputError(f"{path}, column t_s: free flight of {duration:.4g} s; units that cannot be right: times in s")
 
 
@@ -113,7 +112,7 @@ def check_clock(trial, path):
     around = trial.surroundings
     there = np.isfinite(trial.position[:, 2])
     step = float(np.median(np.diff(trial.times)))
-    if not around.gravity > 1 or around.fluid_density > LIQUID or there.sum() < 4 or step < SLOW_CAMERA:
+    if not around.gravity > 1 or around.in_liquid or there.sum() < 4 or step < SLOW_CAMERA:
         return
     t, z = trial.times[there], trial.position[there, 2]
     radius = inner_radius(trial.body)
@@ -144,7 +143,7 @@ def check_clock(trial, path):
 def check_axes(trial, path):
     """Refuse a fall along another axis than z, or upwards: columns mixed up, or z counted downwards."""
     gravity = trial.surroundings.gravity
-    if not gravity > 1 or trial.surroundings.fluid_density > LIQUID:
+    if not gravity > 1 or trial.surroundings.in_liquid:
         return
     seen = {name: known for axis, name in enumerate("xyz") if (known := acceleration(trial, axis))}
     if "z" not in seen:

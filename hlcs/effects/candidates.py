@@ -37,6 +37,7 @@ class Free:
     ends: tuple = (None, None)  # where the law itself ends (restitution 1), None: see `least`; nowhere
     stated: float | None = None  # value that the experiment file states or implies
     error: float = 0.0  # how far off that may be
+    certain: bool = False  # the file states a liquid, in which the effect is there
 
     @property
     def expected(self):
@@ -183,7 +184,8 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
         stated, error = (null, VACUUM * high) if vacuum else (getattr(surroundings, name, None), 0.0)
         if stated and not vacuum:
             error = (KNOWN if surroundings.fluid_stated else 1.0) * stated
-        if known.in_fluid and surroundings.fluid_stated and not vacuum:
-            stated, error = known.in_fluid
-        free.append(Free(name, unit, low, high, null, start, known.period, known.starts, (known.least, known.most), stated, error))
+        if known.in_liquid and surroundings.in_liquid:
+            stated, error = known.in_liquid
+        ends, certain = (known.least, known.most), surroundings.in_liquid and stated is not None
+        free.append(Free(name, unit, low, high, null, start, known.period, known.starts, ends, stated, error, certain))
     return Candidate(name_of(kind), kind, tuple(free), own)

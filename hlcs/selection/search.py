@@ -51,11 +51,11 @@ class Search:
         return self.odds * (against + len(self.implied - effects))
 
     def implies(self, linear, name):
-        """Does the file state a number of a candidate that is not its null value, and would these data show it?"""
-        stated = [free for free in self.candidates[name].free if free.stated not in (None, free.null) and free.error < free.stated]
-        if not stated or name not in linear.entries:
+        """Does the file state what makes an effect certain, and would these data show it?"""
+        certain = [free for free in self.candidates[name].free if free.certain]
+        if not certain or name not in linear.entries:
             return False
-        size = max(abs(free.stated - free.null) / free.spread for free in stated)
+        size = max(abs(free.expected - free.null) / free.spread for free in certain)
         return linear.information(name) * size**2 > self.odds
 
     def ranked(self):

@@ -31,10 +31,10 @@ class Selection:
     model: Any
     pictures: Pictures
     notes: tuple[str, ...]
-    sets: tuple[dict, ...]
-    inclusion: dict
-    explained: float
     next_experiment: Callable[[str], NextExperiment] = field(repr=False)  # of a verdict that leaves something open
+    sets: tuple[dict, ...] = ()
+    inclusion: dict = field(default_factory=dict)
+    explained: float | None = None
     left_out: tuple[str, ...] = ()  # of the notes, what was left out to keep within the limit of time
 
     @property

@@ -61,7 +61,7 @@ class Parameter(NamedTuple):
     most: float | None = None  # where the law itself ends above, None = nowhere [unit]
     period: float | None = None  # values this far apart mean the same (an angle); then the bounds do not bind [unit]
     starts: tuple[float, ...] = ()  # from where a fit begins, where the null value or the default does not do alone [unit]
-    in_fluid: tuple[float, float] | None = None  # value and error in a fluid whose density is known: there the effect is for certain
+    in_liquid: tuple[float, float] | None = None  # usual value and its error in a liquid, where the effect is there for certain
     body_known: bool | None = None  # True, False: for bodies whose mass and size are known, unknown; None: for all
 
 

@@ -117,9 +117,6 @@ class Layers:
             model=final.model,
             pictures=Pictures(_table(search, first), _table(search, final), names, "input", "row: the layers, set after set"),
             notes=tuple(notes),
-            sets=(),
-            inclusion={},
-            explained=None,
             next_experiment=partial(next_experiment, search, final, rivals, where),
         )
 
