@@ -68,87 +68,90 @@ VARIANTS = {  # name: (whitened as AR(1), price of one number from the count of 
 
 
 @njit(cache=True)
-def acceleration(v, spin, n, body):
-    """Of a sphere [m/s2]; v m/s, spin rad/s, n the numbers of all laws, body = mass, radius, gravity, density of the fluid."""
-    rate, drag, buoyant, added, ux, uy, uz, magnus, _, tilt_x, tilt_y = n[:11]
+def accelerate(v, spin, n, body, out):
+    """Acceleration of a sphere [m/s2] into out; n: numbers of all laws, body: mass, radius, gravity, density of the fluid."""
+    rate, drag, buoyant, added, flow_x, flow_y, flow_z, magnus, _, tilt_x, tilt_y = n[:11]
     mass, radius, g, density = body[0] * (1 + n[16]), body[1] * (1 + n[17]), body[2], body[3]
-    volume = 4 / 3 * np.pi * radius**3
-    gx, gy = -g * np.sin(tilt_y), g * np.sin(tilt_x)
-    gravity = np.array([gx, gy, -np.sqrt(max(g * g - gx * gx - gy * gy, 0.0))])
-    w = v - np.array([ux, uy, uz])
-    k = 0.5 * density * drag * np.pi * radius**2 * np.sqrt(w[0] ** 2 + w[1] ** 2 + w[2] ** 2) + mass * rate
-    turn = np.array([spin[1] * w[2] - spin[2] * w[1], spin[2] * w[0] - spin[0] * w[2], spin[0] * w[1] - spin[1] * w[0]])
-    force = (mass - buoyant * volume) * gravity - k * w + magnus * np.pi * density * radius**3 * turn
-    return force / (mass + added * density * volume)
+    volume, gx, gy = 4 / 3 * np.pi * radius**3, -g * np.sin(tilt_y), g * np.sin(tilt_x)
+    gz = -np.sqrt(max(g * g - gx * gx - gy * gy, 0.0))
+    x, y, z = v[0] - flow_x, v[1] - flow_y, v[2] - flow_z
+    k = 0.5 * density * drag * np.pi * radius**2 * np.sqrt(x * x + y * y + z * z) + mass * rate
+    lift, weight = magnus * np.pi * density * radius**3, mass - buoyant * volume
+    inertia = mass + added * density * volume
+    out[0] = (weight * gx - k * x + lift * (spin[1] * z - spin[2] * y)) / inertia
+    out[1] = (weight * gy - k * y + lift * (spin[2] * x - spin[0] * z)) / inertia
+    out[2] = (weight * gz - k * z + lift * (spin[0] * y - spin[1] * x)) / inertia
 
 
 @njit(cache=True)
-def fly(times, x, v, spin, n, body):
+def fly(times, place, velocity, spin, n, body):
     """Positions (k, 3) at the rising times [s] after the release at 0, by Runge-Kutta of fourth order; at rest before."""
-    out, now, x, v = np.empty((len(times), 3)), 0.0, x.copy(), v.copy()
+    out, now, x, v, u = np.empty((len(times), 3)), 0.0, place.copy(), velocity.copy(), np.empty(3)
+    slopes = np.empty((4, 3))
     for i in range(len(times)):
         count = max(int(np.ceil((times[i] - now) / STEP)), 1)
         h = max(times[i] - now, 0.0) / count
         for _ in range(count if h > 0 else 0):
-            a = acceleration(v, spin * np.exp(-n[8] * now), n, body)
-            middle = spin * np.exp(-n[8] * (now + h / 2))
-            b = acceleration(v + h / 2 * a, middle, n, body)
-            c = acceleration(v + h / 2 * b, middle, n, body)
-            d = acceleration(v + h * c, spin * np.exp(-n[8] * (now + h)), n, body)
-            x += h * v + h * h / 6 * (a + b + c)
-            v += h / 6 * (a + 2 * b + 2 * c + d)
+            for stage, part in enumerate((0.0, 0.5, 0.5, 1.0)):
+                for j in range(3):
+                    u[j] = v[j] + (part * h * slopes[stage - 1, j] if stage else 0.0)
+                accelerate(u, spin * np.exp(-n[8] * (now + part * h)), n, body, slopes[stage])
+            for j in range(3):
+                x[j] += h * v[j] + h * h / 6 * (slopes[0, j] + slopes[1, j] + slopes[2, j])
+                v[j] += h / 6 * (slopes[0, j] + 2 * slopes[1, j] + 2 * slopes[2, j] + slopes[3, j])
             now += h
         out[i] = x
     return out
 
 
-def turns(quaternions):
-    """Rotations from quaternions w, x, y, z."""
-    return Rotation.from_quat(np.roll(quaternions, -1, axis=1))
-
-
 @dataclass
 class Recording:
-    """One trial as its files give it; free: which of position, velocity, turn, spin (12 numbers) of the start are unknown."""
+    """One trial as its files give it. seen: place [m] and, where it is recorded, the angle turned about the axis [rad]; start:
+    position, velocity, angle, rate of spin; free: which of them are unknown."""
 
     times: np.ndarray
-    place: np.ndarray  # (k, 3) m
-    turn: Rotation | None
+    seen: np.ndarray
+    axis: np.ndarray
     body: np.ndarray
     group: str
     start: np.ndarray
     free: np.ndarray
 
     def misses(self, n, start):
-        """(k, 3) m that the model misses, and (k, 3) rad or None."""
+        """What the model misses, shaped as seen."""
         times = np.maximum(self.times * n[TIME] - n[CLOCK], 0.0)
-        frame = Rotation.from_euler("xy", n[FRAME : FRAME + 2])
-        spin = start[9:]
-        seen = n[LENGTH] * fly(times, start[:3], start[3:6], spin, n, self.body) @ frame.as_matrix().T
-        if self.turn is None:
-            return self.place - seen, None
-        lasted = times if n[SPIN] == 0 else -np.expm1(-n[SPIN] * times) / n[SPIN]
-        turned = frame * Rotation.from_rotvec(np.outer(lasted, spin)) * Rotation.from_rotvec(start[6:9]) * self.turn[0]
-        return self.place - seen, (self.turn * turned.inv()).as_rotvec()
+        frame = Rotation.from_euler("xy", n[FRAME : FRAME + 2]).as_matrix()
+        spin = start[7] * (self.axis @ frame)
+        model = n[LENGTH] * fly(times, start[:3], start[3:6], spin, n, self.body) @ frame.T
+        if self.seen.shape[1] == 4:
+            lasted = times if n[SPIN] == 0 else -np.expm1(-n[SPIN] * times) / n[SPIN]
+            model = np.column_stack([model, start[6] + start[7] * lasted])
+        return self.seen - model
 
 
-def read_recording(folder, trial, common, orientations):
-    frame = pd.read_csv(folder / trial["file"])
-    frame = frame.dropna(subset=["t_s", "x_m", "y_m", "z_m"])
+def turned(frame):
+    """(steps of turning (k - 1, 3) rad between the readings) of a table with quaternions."""
+    turn = Rotation.from_quat(frame[["qx", "qy", "qz", "qw"]].to_numpy())
+    return (turn[1:] * turn[:-1].inv()).as_rotvec()
+
+
+def read_recording(folder, trial, common):
+    frame = pd.read_csv(folder / trial["file"]).dropna(subset=["t_s", "x_m", "y_m", "z_m"])
     settings = {**common, **{key: value for key, value in trial.items() if key not in ("file", "group", "start")}}
     body = np.array([settings["mass"], settings["radius"], settings.get("gravity", 9.81), settings.get("fluid_density", 1.2)])
-    times, place = frame["t_s"].to_numpy(), frame[["x_m", "y_m", "z_m"]].to_numpy()
-    turn = turns(frame[["qw", "qx", "qy", "qz"]].to_numpy()) if orientations else None
-    known, start, free = trial.get("start", {}), np.zeros(12), np.ones(12, bool)
-    start[:3], reach = place[0], min(len(times) - 1, 5)
-    start[3:6] = (place[reach] - place[0]) / times[reach] + 0.5 * times[reach] * np.array([0, 0, body[2]])
-    if turn is not None:
-        start[9:] = (turn[1:] * turn[:-1].inv()).as_rotvec().sum(axis=0) / times[-1]
-    free[6:] = turn is not None
-    for key, first in (("position", 0), ("velocity", 3), ("angular_velocity", 9)):
+    times, seen = frame["t_s"].to_numpy(), frame[["x_m", "y_m", "z_m"]].to_numpy()
+    known, start, free, axis = trial.get("start", {}), np.zeros(8), np.arange(8) < 6, np.array([0.0, 0.0, 1.0])
+    start[:3], reach = seen[0], min(len(times) - 1, 5)
+    start[3:6] = (seen[reach] - seen[0]) / times[reach] + 0.5 * times[reach] * np.array([0, 0, body[2]])
+    for key, first in (("position", 0), ("velocity", 3)):
         if key in known:
             start[first : first + 3], free[first : first + 3] = known[key], False
-    return Recording(times, place, turn, body, trial.get("group", trial["file"]), start, free)
+    if "qw" in frame:  # a sphere turns about one axis: the mean of the steps, of which noise takes little
+        steps = turned(frame)
+        axis = steps.sum(axis=0) / np.linalg.norm(steps.sum(axis=0))
+        seen = np.column_stack([seen, np.r_[0.0, np.cumsum(steps @ axis)]])
+        start[7], free[6:] = seen[-1, 3] / times[-1], True
+    return Recording(times, seen, axis, body, trial.get("group", trial["file"]), start, free)
 
 
 class Case:
@@ -162,7 +165,7 @@ class Case:
             self.null[i] = self.given.get(law, {}).get(number, NULL[i])
         header = (folder / file["trial"][0]["file"]).read_text(encoding="utf-8").splitlines()[0]
         common = {**file["body"], **file.get("surroundings", {})}
-        self.recordings = [read_recording(folder, trial, common, "qw" in header) for trial in file["trial"]]
+        self.recordings = [read_recording(folder, trial, common) for trial in file["trial"]]
         self.noise(folder, file.get("measurement", {}))
         known = any(not recording.free[3] for recording in self.recordings)
         left_out = (
@@ -171,37 +174,32 @@ class Case:
         self.laws = [law for law in LAWS if law not in left_out]
 
     def noise(self, folder, measurement):
-        """sigma (m, rad or None), correlation of successive readings, and how many static readings told them (0 = stated)."""
+        """sigma (m, rad), correlation of successive readings, and how many static readings told them (0 = stated or guessed)."""
         self.known, self.static = "static" in measurement or "noise" in measurement, 0
         if "static" in measurement:
             frame = pd.read_csv(folder / measurement["static"])
             still = frame[["x_m", "y_m", "z_m"]].to_numpy()
-            still, self.static = still - np.nanmean(still, axis=0), still.size
-            self.rho = float(np.nansum(still[1:] * still[:-1]) / np.nansum(still**2))
-            turn = turns(frame[["qw", "qx", "qy", "qz"]].to_numpy()) if "qw" in frame else None
-            self.sigma = [np.nanstd(still), None if turn is None else np.std((turn * turn.mean().inv()).as_rotvec())]
+            still, self.static = still - still.mean(axis=0), still.size
+            self.rho = float((still[1:] * still[:-1]).sum() / (still**2).sum())
+            self.sigma = np.full(4, still.std())
+            if "qw" in frame:
+                angles = np.cumsum(turned(frame), axis=0)
+                self.sigma[3] = (angles - angles.mean(axis=0)).std()
             return
-        left, numbers = [], 7  # readings of a smooth curve through every recording, degree 6
-        for recording in self.recordings:
-            basis = np.linalg.qr(np.vander(recording.times / recording.times[-1], numbers))[0]
-            left.append(recording.place - basis @ (basis.T @ recording.place))
-        count = sum(len(one) for one in left)
-        whole = sum((one**2).sum() for one in left)
+        left, numbers = [], 7  # what a smooth curve (degree 6) leaves of every recording; it takes up correlation, given back
+        for one in self.recordings:
+            basis = np.linalg.qr(np.vander(one.times / one.times[-1], numbers))[0]
+            left.append(one.seen[:, :3] - basis @ (basis.T @ one.seen[:, :3]))
+        count, whole = sum(len(one) for one in left), sum((one**2).sum() for one in left)
         self.rho = sum((one[1:] * one[:-1]).sum() for one in left) / whole + numbers * len(left) / count
+        guess = np.sqrt(whole / (3 * (count - numbers * len(left))))
         stated = measurement.get("noise", {})
-        self.sigma = [
-            stated.get("position", np.sqrt(whole / (3 * (count - numbers * len(left))))),
-            stated.get("orientation", 0.01),
-        ]
+        self.sigma = np.r_[np.full(3, stated.get("position", guess)), stated.get("orientation", 0.01)]
 
-    def residual(self, recording, n, start, rho):
+    def residual(self, one, n, start, rho):
         """Misses of one recording in sigmas, whitened."""
-        parts = []
-        for miss, sigma in zip(recording.misses(n, start), self.sigma, strict=True):
-            if miss is not None:
-                miss = miss / (sigma * np.sqrt(1 - rho**2))
-                parts += [np.sqrt(1 - rho**2) * miss[:1], miss[1:] - rho * miss[:-1]]
-        return np.concatenate(parts).ravel()
+        miss = one.misses(n, start) / self.sigma[: one.seen.shape[1]]
+        return np.concatenate([miss[:1], (miss[1:] - rho * miss[:-1]) / np.sqrt(1 - rho**2)]).ravel()
 
     def fit(self, names, numbers, starts, rho):
         """(chi2, values, their standard deviations, starts): starts are fitted afresh for all numbers that are tried."""
@@ -219,7 +217,7 @@ class Case:
             n = numbers_of(values)
             for k, one in enumerate(self.recordings):
                 rest = self.residual(one, n, starts[k], rho)
-                moved = [self.residual(one, n, starts[k] + 1e-5 * way, rho) for way in np.eye(12)[one.free]]
+                moved = [self.residual(one, n, starts[k] + 1e-5 * way, rho) for way in np.eye(8)[one.free]]
                 hold[k] = np.linalg.qr((np.array(moved) - rest).T / 1e-5)
 
         def left(values):
@@ -321,15 +319,15 @@ def sindy(case):
     began, data = time.process_time(), []
     warnings.filterwarnings("ignore", message="Sparsity parameter is too big")  # such thresholds are tried on purpose
     for one in case.recordings:
-        window = max(11, int(0.15 * len(one.times) / one.times[-1]) // 2 * 2 + 1)  # its default, or 0.15 s
-        difference = pysindy.SmoothedFiniteDifference(
-            smoother_kws={"window_length": min(window, (len(one.times) - 1) // 2 * 2 + 1)}
-        )
-        v = np.asarray(difference._differentiate(one.place, one.times))
-        model = np.array([acceleration(row, one.start[9:], case.null, one.body) for row in v])
+        window = min(max(11, int(0.15 * len(one.times) / one.times[-1]) // 2 * 2 + 1), (len(one.times) - 1) // 2 * 2 + 1)
+        difference = pysindy.SmoothedFiniteDifference(smoother_kws={"window_length": window, "polyorder": 3})
+        place, model = one.seen[:, :3], np.empty((len(one.times), 3))
+        v = np.asarray(difference._differentiate(place, one.times))
+        for row, into in zip(v, model, strict=True):
+            accelerate(row, one.start[7] * one.axis, case.null, one.body, into)
         left = np.asarray(difference._differentiate(v, one.times)) - model
         speed = np.linalg.norm(v, axis=1, keepdims=True)
-        data.append((v, one.times, left, np.column_stack([speed * v, one.place[:, 2], v**3]), one.group))
+        data.append((v, one.times, left, np.column_stack([speed * v, place[:, 2], v**3]), one.group))
     groups = sorted({one[4] for one in data})
     size = np.sqrt(sum((one[2] ** 2).sum() for one in data))
 
@@ -367,8 +365,9 @@ def judge(cases, verdicts=None, first=None, quiet=False):
     """{peer: {case: verdict with "seconds"}} and the answers of the cases that were judged."""
     answers = json.loads((Path(cases) / "answers.json").read_text(encoding="utf-8"))["cases"]
     chosen = {n: a for n, a in answers.items() if a["family"] in FAMILIES and a["kind_of_data"] == "trajectory"}
+    chosen = dict(list(chosen.items())[:first])
     said = {}
-    for name in list(chosen)[:first]:
+    for name, answer in chosen.items():
         case = Case(Path(cases) / "cases" / name)
         if not said:
             case.fits(0.0)  # compiles
@@ -378,13 +377,13 @@ def judge(cases, verdicts=None, first=None, quiet=False):
         for peer, (verdict, seconds) in told.items():
             said.setdefault(peer, {})[name] = {**verdict, "seconds": round(seconds, 2)}
         if not quiet:
-            hidden = " + ".join(chosen[name]["effects"]) or "-"
+            hidden = " + ".join(answer["effects"]) or "-"
             print(f"{name} {hidden}: " + "; ".join(f"{peer}: {v['verdict']} {v['effects']}" for peer, (v, _) in told.items()))
     if verdicts:
         files = {name: Path(verdicts) / f"{name}.json" for name in next(iter(said.values()))}
         ours = {name: json.loads(file.read_text(encoding="utf-8")) for name, file in files.items() if file.exists()}
         said = {"hlcs": ours, **said}
-    return said, {name: chosen[name] for name in list(chosen)[:first]}
+    return said, chosen
 
 
 def table(said, answers):
