@@ -72,7 +72,7 @@ def test_the_table_counts_as_the_score_does(tmp_path):
     said = {name: {"case_0001": {"verdict": "effect", "ambiguous": [], "seconds": 1.0, **v}} for name, v in said.items()}
     rows = peers.table(said, {"case_0001": answer})
     assert rows["unique but wrong"] == {"right": "0/1", "wrong": "1/1"}
-    assert rows["seconds a case: median, worst"]["right"] == "1.0, 1.0"
+    assert rows["seconds a case (CPU; ours by the clock): median, worst"]["right"] == "1.0, 1.0"
 
 
 @pytest.mark.slow
