@@ -18,6 +18,7 @@ from minibullet.errors import InputError
 CLOSE, CLOSE_IN_CONTACT = 0.02, 0.3  # fall of chi2 below which a further step is not worth its simulations
 MOST_EVALUATIONS = 40  # of the residuals in the numbers
 MOST_STATE_STEPS = 12  # of the initial states at given numbers
+HELD = 0.5  # part of the promised fall of chi2 below which columns of the states have become old
 CAUTIOUS = (1.0, 0.3)  # parts of a step of an initial state that are tried, one after the other
 
 
@@ -47,38 +48,48 @@ class Elimination:
 
     def settle(self, values, initial_states):
         """Linearise at numbers (p,) where no recording has a better initial state nearby."""
-        for _ in range(MOST_STATE_STEPS):
-            self.linearise(values, initial_states)
-            initial_states, _, fall = self.follow(self.at(values), initial_states, self.linear.white, rounds=1)
-            if not fall > self.close:
-                break
+        self.linearise(values, initial_states)
+        initial_states, _ = self.follow(self.at(values), initial_states, self.linear.white)
+        self.linearise(values, initial_states)
         self.last = values, self.states
 
-    def follow(self, model, initial_states, white, rounds=3):
-        """(initial states, white residuals, fall of chi2) after steps of the states on the columns of the last linearisation;
-        each recording takes a step, or a part of it, only where that fits it better."""
-        before = chi2_of(white)
-        first = before.sum()
-        if not np.isfinite(first):
-            return initial_states, white, 0.0
-        for _ in range(rounds):
-            moves = [least_squares(n, r) for n, r in zip(self.linear.state_columns, white, strict=True)]
-            if not sum(move.gain for move in moves) > self.close:
+    def follow(self, model, initial_states, white):
+        """(initial states, white residuals) where each recording fits best at the numbers of a model.
+
+        Steps are taken on the columns of the last linearisation as long as they hold what they promise, then on new ones.
+        """
+        columns, fresh = self.linear.state_columns, False
+        for _ in range(MOST_STATE_STEPS):
+            if not np.isfinite(chi2_of(white)).all():
                 break
-            waiting = np.full(len(white), True)
-            for share in CAUTIOUS:
-                options = self.problem.stepped(initial_states, [share * move.estimate for move in moves])
-                options = np.where(waiting[:, None], options, initial_states)
-                tried = self.problem.white_residuals(model, options)
-                after = chi2_of(tried)
-                better = waiting & (after < before)
-                initial_states = np.where(better[:, None], options, initial_states)
-                white = [new if taken else old for new, old, taken in zip(tried, white, better, strict=True)]
-                before = np.where(better, after, before)
-                waiting &= ~better
-                if not waiting.any():
+            moves = [least_squares(n, r) for n, r in zip(columns, white, strict=True)]
+            promised = sum(move.gain for move in moves)
+            if not promised > self.close:
+                break
+            initial_states, white, fall = self.step(model, initial_states, white, [move.estimate for move in moves])
+            if fall < HELD * promised:
+                if fresh and fall <= self.close:
                     break
-            if waiting.all():
+                everyone = np.arange(len(white))
+                columns, fresh = self.problem.linearise(model, initial_states, everyone).state_columns, True
+        return initial_states, white
+
+    def step(self, model, initial_states, white, moves):
+        """(initial states, white residuals, fall of chi2) after moves of the states; each recording takes its own, or a part of it,
+        only where that fits it better."""
+        before = chi2_of(white)
+        first, waiting = before.sum(), np.full(len(white), True)
+        for share in CAUTIOUS:
+            options = self.problem.stepped(initial_states, [share * move for move in moves])
+            options = np.where(waiting[:, None], options, initial_states)
+            tried = self.problem.white_residuals(model, options)
+            after = chi2_of(tried)
+            better = waiting & (after < before)
+            initial_states = np.where(better[:, None], options, initial_states)
+            white = [new if taken else old for new, old, taken in zip(tried, white, better, strict=True)]
+            before = np.where(better, after, before)
+            waiting &= ~better
+            if not waiting.any():
                 break
         return initial_states, white, first - before.sum()
 
@@ -100,7 +111,7 @@ class Elimination:
         try:
             with np.errstate(all="ignore"):  # numbers may lead where nothing can be: scipy then tries a shorter step
                 model, states = self.at(values), self.problem.stepped(self.states, moves)
-                states, white, _ = self.follow(model, states, self.problem.white_residuals(model, states))
+                states, white = self.follow(model, states, self.problem.white_residuals(model, states))
         except InputError:
             return np.full(sum(map(len, linear.white)) + len(values), np.nan)
         self.last = values, states

@@ -146,10 +146,11 @@ class Search:
     def refit(self, proposal, parent):
         """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
         can be made."""
-        best = None
-        for numbers in self.beginnings(proposal):
+        best, guess = None, self.problem.initial_guess()
+        begun = [(proposal.numbers, parent.initial_states), *((numbers, guess) for numbers in self.beginnings(proposal))]
+        for numbers, states in begun:  # states that were fitted to a wrong model may lead astray
             try:
-                fit = self.problem.fit(self.model_with(numbers), parent.initial_states)
+                fit = self.problem.fit(self.model_with(numbers), states)
             except InputError:  # numbers with which nothing can be simulated
                 continue
             if not np.isfinite(fit.cost):
