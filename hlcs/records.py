@@ -147,16 +147,19 @@ class Diagnosis(Result):
     next_experiment: NextExperiment | None
     notes: tuple[str, ...] = ()
     noise: dict = field(default_factory=dict)
-    sets: tuple[dict, ...] = ()  # fitted sets of comparable weight, the heaviest first: effects, weight, chi2, held_out, parameters
+    sets: tuple[
+        dict, ...
+    ] = ()  # fitted sets of comparable weight, the heaviest first: effects, weight, chi2, held_out, parameters
     inclusion: dict = field(default_factory=dict)  # effect -> weight of all fitted sets that hold it
     explained: float | None = None  # share of the excess of chi2 over its expectation that the final model removes
+    tolerance: dict | None = None  # what the user needs beside what is left: value, unit, left, met
     model: Any = field(default=None, repr=False)
     pictures: "Pictures | None" = field(default=None, repr=False, compare=False)
 
     def to_json(self):
         """The result of `diagnose --json` as a dictionary of plain numbers and texts."""
-        names = ("kind", "title", "verdict", "effects", "parameters", "ambiguous", "sets", "inclusion", "explained", "error", "steps",
-                 "adequate", "where", "noise")  # fmt: skip
+        told = ("kind", "title", "verdict", "effects", "parameters", "ambiguous", "sets", "inclusion", "explained", "tolerance")
+        names = (*told, "error", "steps", "adequate", "where", "noise")
         following = self.next_experiment and asdict(self.next_experiment)
         candidates = [{name: value for name, value in asdict(finding).items() if name != "reason"} for finding in self.candidates]
         numbers = {name: getattr(self, name) for name in (*names, "notes")}

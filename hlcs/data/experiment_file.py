@@ -31,7 +31,7 @@ SECTIONS = {
         "slide_time_s",
         "rest_height_m",
     ],
-    "diagnose": ["candidates", "hold_out"],
+    "diagnose": ["candidates", "hold_out", "tolerance"],
     "trial": ["file", "group", "start"],
     "trial.start": ["position", "orientation", "velocity", "angular_velocity"],
 }
@@ -135,6 +135,7 @@ class ExperimentFile:
     data_file: Path | None  # outcomes and layers
     candidates: tuple[str, ...] | None
     hold_out: str
+    tolerance: float | None  # what the user needs [unit of the observations]
     trials: tuple[TrialEntry, ...]
     placement: dict  # kind "layers" only, as written
     allow_outside: bool = False  # whether it may name files outside its own folder
@@ -188,6 +189,7 @@ def read_experiment_file(path, allow_outside=False, layouts=LAYOUTS):
         data_file=_path(reader, measurement, "file", "measurement"),
         candidates=_candidates(reader, diagnose),
         hold_out=reader.words(diagnose, "hold_out", "diagnose", ("group", "none", "campaign", "grid"), default="group"),
+        tolerance=reader.number(diagnose, "tolerance", "diagnose", above=0.0),
         trials=trials,
         placement=_placement(reader, values),
         allow_outside=allow_outside,

@@ -16,7 +16,9 @@ from minibullet.effects import DragModifier
 from minibullet.effects.contract import name_of, parameters
 from minibullet.effects.fluid import AIR_DENSITY, AIR_VISCOSITY, Drag
 
-KNOWN = 0.05  # relative error of a fluid density that a file states: temperature, salt, pressure; where none is stated any gas may be
+KNOWN = (
+    0.05  # relative error of a fluid density that a file states: temperature, salt, pressure; where none is stated any gas may be
+)
 VACUUM = 1e-3  # part of its plausible range that a number of a fluid may have where the file states a vacuum
 
 

@@ -28,7 +28,10 @@ class CrossValidation:
         held_out = [None] * len(r)
         for half in (0, 1):
             train = np.flatnonzero(self.half != half)
-            rows, aims = np.concatenate([*(s[k] for k in train), np.diag(slopes)]), np.concatenate([*(r[k] for k in train), -believed])
+            rows, aims = (
+                np.concatenate([*(s[k] for k in train), np.diag(slopes)]),
+                np.concatenate([*(r[k] for k in train), -believed]),
+            )
             step = least_squares(rows, aims).estimate
             for k in np.flatnonzero(self.half == half):
                 held_out[k] = r[k] - s[k] @ step

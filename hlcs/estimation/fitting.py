@@ -75,8 +75,10 @@ class Elimination:
         return initial_states, white
 
     def step(self, model, initial_states, white, moves):
-        """(initial states, white residuals, fall of chi2) after moves of the states; each recording takes its own, or a part of it,
-        only where that fits it better."""
+        """(initial states, white residuals, fall of chi2) after moves of the states.
+
+        Each recording takes its own move, or a part of it, only where that fits it better.
+        """
         before = chi2_of(white)
         first, waiting = before.sum(), np.full(len(white), True)
         for share in CAUTIOUS:

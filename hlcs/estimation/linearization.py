@@ -110,8 +110,9 @@ class Fit:
 
 
 def occam(information, count):
-    """What a model pays for numbers of this information (p, p), in units of their spreads: log(1 + l) for each eigenvalue l of it,
-    at most the logarithm of the count of observations.
+    """What a model pays for numbers of this information (p, p), in units of their spreads.
+
+    For each eigenvalue l of it log(1 + l), at most the logarithm of the count of observations.
 
     Laplace's approximation of the evidence (D. J. C. MacKay, Neural Comput. 4 (1992) 415): twice the logarithm of spread over
     standard error, nothing for what the data do not show. Nobody is charged for more ignorance than one observation would end

@@ -18,7 +18,7 @@ def text(diagnosis):
         f"Verdict: {diagnosis.verdict}: " + VERDICTS[diagnosis.verdict].format(effects=", then ".join(diagnosis.effects)),
     ]
     if diagnosis.verdict == "unexplained" and diagnosis.effects:
-        lines.append(f"Accepted on the way: {', then '.join(diagnosis.effects)}; more than noise remains after that.")
+        lines.append(f"Helps, not enough: {', then '.join(diagnosis.effects)}; more than noise remains after that.")
     for members in diagnosis.ambiguous:
         lines.append("One of these, not to be told apart here: " + ", ".join(members))
     if diagnosis.parameters:
@@ -36,6 +36,7 @@ def text(diagnosis):
             f"Model {words[adequate['before']]} before, {words[adequate['after']]} after (statistic "
             f"{number(adequate['statistic'])}, p = {number(adequate['p'])})"
         )
+    lines += _explained_lines(diagnosis)
     if diagnosis.candidates:
         lines += ["", "Candidates", f"  {'effect':30s} {'evidence':>10s} {'fitted':>10s} {'held out':>10s}  why"]
         for finding in (entry for entry in diagnosis.candidates if entry.reason is not Reason.NOT_TRIED):
@@ -59,6 +60,21 @@ def text(diagnosis):
     if diagnosis.next_experiment is not None:
         lines += ["", "Next experiment", f"  {diagnosis.next_experiment.text}"]
     return "\n".join(lines + note_lines(diagnosis.notes))
+
+
+def _explained_lines(diagnosis):
+    """How much of the misfit is explained, and what is left in units of the noise and of the user's tolerance."""
+    lines, chi2 = [], (diagnosis.adequate.get("chi2_per_freedom") or {}).get("after")
+    if diagnosis.explained is not None and diagnosis.effects and chi2 is not None:
+        left = max(chi2 - 1.0, 0.0) ** 0.5
+        verb = "explains" if len(diagnosis.effects) == 1 else "explain"
+        share = f"{100 * diagnosis.explained:.4g} % of what the model misses beyond the noise"
+        lines.append(f"{' and '.join(diagnosis.effects)} {verb} {share}; {left:.2g} sigma is left.")
+    if diagnosis.tolerance:
+        unit, met = diagnosis.tolerance["unit"], "met" if diagnosis.tolerance["met"] else "not met"
+        left, value = (number(diagnosis.tolerance[name], unit) for name in ("left", "value"))
+        lines.append(f"Tolerance {value}: {met}; {left} is left beyond the noise.")
+    return lines
 
 
 def _error_lines(diagnosis):

@@ -38,7 +38,9 @@ def next_experiment(sets, verdict):
     for effects in sets.tied[1:]:
         other = fits[effects]
         names = " + ".join(sorted(sets.best - effects)), " + ".join(sorted(effects - sets.best))
-        terms = [term for fit, rest in ((final, effects), (other, sets.best)) for term in fit.model.terms if term.name not in rest]
+        terms = [
+            term for fit, rest in ((final, effects), (other, sets.best)) for term in fit.model.terms if term.name not in rest
+        ]
         options = witnesses(problem, terms)
         if isinstance(problem.simulator, Simulator):
             options += [(score, text, design, False) for score, text, design in designs(problem, final, other)]

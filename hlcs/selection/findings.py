@@ -8,7 +8,6 @@ from hlcs.records import Finding, Reason, untested
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.reasons import sentences
 
-
 # --- for every kind of measurement --------------------------------------------------------------------------------------------
 
 

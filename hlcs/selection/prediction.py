@@ -123,7 +123,7 @@ class LinearModel:
             self.places.setdefault(column.effect, []).append(place)
 
     def proposals(self, most, compatible):
-        """Proposals of all sets one or two effects away, of at most so many effects; compatible: may these names stand together?"""
+        """Proposals of all sets one or two effects away, of at most so many effects; compatible: may names stand together?"""
         present = frozenset(self.present)
         absent = [name for name in self.entries if self.visible(name)]
         sets = [present | {name} for name in absent]

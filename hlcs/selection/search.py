@@ -133,7 +133,9 @@ class Search:
             entries = [entry for name, entry in self.candidates.items() if name not in effects]
             self.progress(f"screening {len(entries)} candidates")
             at = [self.readings.get(entry.name, {}) for entry in entries]
-            views = self.problem.batched([partial(signatures, self.problem, fit, *each) for each in zip(entries, at, strict=True)])
+            views = self.problem.batched(
+                [partial(signatures, self.problem, fit, *each) for each in zip(entries, at, strict=True)]
+            )
             linear = LinearModel(fit, dict(zip(entries, views, strict=True)), self.price)
             if not effects:
                 self.base_model = linear

@@ -75,7 +75,9 @@ class FittedSets:
         near = [effects for effects in search.ranked() if search.cost(effects) <= reach and self.stands(effects)]
         kept = [best]
         for effects in near:
-            if effects == best or any(self.simpler(other, effects) for other in near if search.cost(other) < search.cost(effects)):
+            if effects == best or any(
+                self.simpler(other, effects) for other in near if search.cost(other) < search.cost(effects)
+            ):
                 continue
             if self.inflation > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]):
                 kept.append(effects)
@@ -83,6 +85,7 @@ class FittedSets:
 
     def simpler(self, few, many):
         """Is a set part of another one, its laws special cases of the other's counted as part of them?"""
+
         def within(name):
             return name in many or any(self.search.candidates[other].holds(self.search.candidates[name]) for other in many)
 
@@ -101,7 +104,8 @@ class FittedSets:
     def inclusion(self):
         """Weight of all sets that hold each candidate."""
         return {
-            name: float(sum(weight for effects, weight in self.weights.items() if name in effects)) for name in self.search.candidates
+            name: float(sum(weight for effects, weight in self.weights.items() if name in effects))
+            for name in self.search.candidates
         }
 
     def alternatives(self):
@@ -114,7 +118,9 @@ class FittedSets:
 
 
 def interval(parts, free, freedom):
-    """A number with its 90 % interval, averaged over the sets that hold it: parts [(weight, value, standard error)], the best first.
+    """A number with its 90 % interval, averaged over the sets that hold it.
+
+    parts: [(weight, value, standard error)], the best set first.
 
     The interval is that of the mixture of their laws (Student's t); nothing is left out of it where the law of a number ends.
     """
@@ -131,9 +137,4 @@ def interval(parts, free, freedom):
         else value + sign * reach[0]
         for sign, tail in ((-1, 0.5 - INTERVAL / 2), (1, 0.5 + INTERVAL / 2))
     )
-    return {
-        "value": float(value),
-        "low": float(max(low, free.least)),
-        "high": float(min(high, free.most)),
-        "unit": free.unit,
-    }
+    return {"value": float(value), "low": float(max(low, free.least)), "high": float(min(high, free.most)), "unit": free.unit}

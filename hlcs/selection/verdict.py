@@ -35,6 +35,7 @@ class Selection:
     sets: tuple[dict, ...] = ()
     inclusion: dict = field(default_factory=dict)
     explained: float | None = None
+    tolerance: dict | None = None
     left_out: tuple[str, ...] = ()  # of the notes, what was left out to keep within the limit of time
 
     @property
@@ -102,6 +103,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         sets=tuple(described),
         inclusion=sets.inclusion,
         explained=explained(base, final),
+        tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), sigma_of(problem)),
         next_experiment=partial(experiment_design.next_experiment, sets),
     )
 
@@ -110,6 +112,14 @@ def explained(base, final):
     """Share of the excess of chi2 over its expectation that a fit takes away, 0 to 1; 1 where there was none."""
     excess = [max(fit.chi2 - fit.freedom, 0.0) for fit in (base, final)]
     return float(np.clip(1 - excess[1] / excess[0], 0.0, 1.0)) if excess[0] > 0 else 1.0
+
+
+def left_over(tolerance, unit, error, noise):
+    """What is left of an error beyond the noise beside the tolerance of the user; None where none is stated."""
+    if tolerance is None:
+        return None
+    left = float(np.sqrt(max(error**2 - noise**2, 0.0)))
+    return {"value": tolerance, "unit": unit, "left": left, "met": left <= tolerance}
 
 
 def _described(sets, members, errors):
@@ -125,7 +135,7 @@ def _described(sets, members, errors):
 
 
 def _parameters(sets, effects, best):
-    """{effect: {number: value, low, high, unit}} of every effect of the sets that do as well; best: the final Fit of the first."""
+    """{effect: {number: value, low, high, unit}} of all effects of the sets that do as well; best: the final Fit of the first."""
     fits = {members: best if members == effects else sets.search.fits[members] for members in sets.tied}
     numbers = {}
     for first in sets.tied:
@@ -170,7 +180,9 @@ def _doubts(fit):
     for name, free, value in zip(names, frees, fit.estimate, strict=True):
         if not free.plausible(value):
             known = f"{free.low:g} to {free.high:g}{'' if free.unit == '1' else ' ' + free.unit}"
-            notes.append(f"{name} = {value:.3g} lies beyond what is known of such bodies ({known}): check the inputs that it rests on")
+            notes.append(
+                f"{name} = {value:.3g} lies beyond what is known of such bodies ({known}): check the inputs that it rests on"
+            )
     deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
     correlation = fit.covariance / np.outer(deviation, deviation)
     for i, j in zip(*np.nonzero(np.triu(np.abs(correlation) > 0.9, 1)), strict=True):

@@ -127,7 +127,9 @@ class AddedMass(Effect):
     It enters the mass matrix and not the forces, so that light bodies in a heavy fluid stay stable.
     """
 
-    coefficient: float = parameter(0.0, unit="-", low=0.0, high=1.5, null=0.0, source="Lamb (1932) art. 92", in_liquid=(0.5, 0.25))  # sphere 1/2, cube 2/3
+    coefficient: float = parameter(
+        0.0, unit="-", low=0.0, high=1.5, null=0.0, source="Lamb (1932) art. 92", in_liquid=(0.5, 0.25)
+    )  # sphere 1/2, cube 2/3
     fluid_density: float = parameter(WATER_DENSITY, unit="kg/m3", given=True)
     group = "fluid"
     needs = (Need.MASS_AND_SIZE,)

@@ -17,7 +17,7 @@ from hlcs.kinds.protocol import Observation
 from hlcs.placement import statistics
 from hlcs.records import Pictures, Reason
 from hlcs.selection.findings import error_record
-from hlcs.selection.verdict import Selection
+from hlcs.selection.verdict import Selection, left_over
 
 ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass, under the form of the campaign term that is kinder to it
 
@@ -38,7 +38,7 @@ class Layers:
 
     def __init__(self, file, options, simulator=None, seeds=SEEDS):
         measurement = read_layers(file)
-        self.options, self.title = options, file.title
+        self.options, self.title, self.tolerance = options, file.title, file.tolerance
         self.model = model_of(measurement)
         self.sets = tuple(measured_set for measured_set in measurement.sets if measured_set.judgeable)
         self.measurement, self.judgeable = measurement, bool(self.sets)
@@ -118,6 +118,7 @@ class Layers:
             pictures=Pictures(_table(search, first), _table(search, final), names, "input", "row: the layers, set after set"),
             notes=tuple(notes),
             next_experiment=partial(next_experiment, search, final, rivals, where),
+            tolerance=left_over(self.tolerance, self.unit, fitted[1], noise_floor(search, final)),
         )
 
     def _step(self, search, fit):

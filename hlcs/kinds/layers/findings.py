@@ -12,7 +12,12 @@ NOTHING_PAYS = "the misfit is too small, or the numbers too few, to pay for any"
 def interval(free, value, error):
     """A free number with its interval, inside the bounds that its value has not left."""
     low, high = min(free.low, value), max(free.high, value)
-    return {"value": float(value), "low": float(max(value - error, low)), "high": float(min(value + error, high)), "unit": free.unit}
+    return {
+        "value": float(value),
+        "low": float(max(value - error, low)),
+        "high": float(min(value + error, high)),
+        "unit": free.unit,
+    }
 
 
 def ambiguous_sets(alternatives):

@@ -25,7 +25,7 @@ class Outcomes:
 
     def __init__(self, file, options):
         check_names(file, options.user_effects)
-        self.options, self.title = options, file.title
+        self.options, self.title, self.tolerance = options, file.title, file.tolerance
         self.file, self.table = file, read_outcomes(file)
         self.notes = self.table.notes
         self.unit = self.table.outcome.rsplit("_", 1)[1]

@@ -31,7 +31,7 @@ class Trajectories:
 
     def __init__(self, file, options):
         check_names(file, options.user_effects)  # a misspelt candidate is the user's to mend, though comparing tries none
-        self.options, self.title = options, file.title
+        self.options, self.title, self.tolerance = options, file.title, file.tolerance
         self.measurement = read_recordings(file)
         options.log("fitting the model under test")
         self._noise = estimate_noise(self.measurement)

@@ -65,5 +65,3 @@ def test_numbers_of_a_model_go_out_and_in():
     assert values_of(model(4.0)).tolist() == [4.0]
     assert values_of(with_values(model(4.0), np.array([7.0]))).tolist() == [7.0]
     assert values_of(with_values(model(4.0), np.array([-7.0]))).tolist() == [0.0]  # kept where its law holds
-
-

@@ -21,7 +21,7 @@ def test_a_derivative_of_a_linear_problem_is_its_column():
 
 
 def test_a_derivative_may_be_taken_as_far_as_a_value_that_is_known():
-    """The chord from 2 to 5 of a law that is linear: the same column; a value that is where the number stands is no way at all."""
+    """The chord from 2 to 5 of a linear law is the same column; a value where the number stands is no way at all."""
     problem = Line(TIMES, [2.0 * t for t in TIMES], 0.5)
     linear = problem.linearise(model(2.0), problem.initial_guess())
     for to in (5.0, 2.0):

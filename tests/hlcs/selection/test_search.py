@@ -37,8 +37,7 @@ def test_nothing_is_found_where_there_is_only_noise(generator):
 
 
 def test_a_set_costs_its_misfit_its_numbers_what_is_believed_of_them_and_the_odds():
-    """chi2 falls by slope^2 Sxx / sigma^2; paid are log n, 2 log(1 + (3/5)^2) and the odds. What is foreseen of a linear law is so
-    but for how far the belief bends it."""
+    """chi2 falls by slope^2 Sxx / sigma^2; paid are log n, 2 log(1 + (3/5)^2) and the odds; of a linear law that is foreseen."""
     search = searched(3.0)
     law = frozenset({"linear_drag"})
     paid = np.log(40) + 2 * np.log(1 + 0.36) + ODDS

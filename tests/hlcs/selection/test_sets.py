@@ -13,7 +13,10 @@ from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets, interval
 from hlcs.simulation.model import Model
 
-LAWS = {name: Candidate(name, class_named(name), (Free("rate", "1/s", 0.0, 10.0, 0.0, 0.0),)) for name in ("linear_drag", "spin_decay")}
+LAWS = {
+    name: Candidate(name, class_named(name), (Free("rate", "1/s", 0.0, 10.0, 0.0, 0.0),))
+    for name in ("linear_drag", "spin_decay")
+}
 
 
 class Bend(Line):
@@ -26,7 +29,9 @@ class Bend(Line):
 
     def residuals(self, model, initial_states):
         told = zip(self.times, self.values, initial_states, strict=True)
-        return [y - state[0] - sum(term.numbers["rate"] * self.shape(term.name, t) for term in model.terms) for t, y, state in told]
+        return [
+            y - state[0] - sum(term.numbers["rate"] * self.shape(term.name, t) for term in model.terms) for t, y, state in told
+        ]
 
     def linearise(self, model, initial_states):
         raw = self.residuals(model, initial_states)
@@ -49,7 +54,9 @@ def sets(bend, generator, sigma=0.05):
 def test_laws_that_look_alike_share_the_weight_and_take_each_others_place(generator):
     alike = sets(0.0, generator)
     assert {frozenset(members) for members in alike.tied} == {frozenset({name}) for name in LAWS}
-    assert sorted(alike.inclusion.values()) == pytest.approx([0.5, 0.5], abs=0.02) and sum(alike.weights.values()) == pytest.approx(1)
+    assert sorted(alike.inclusion.values()) == pytest.approx([0.5, 0.5], abs=0.02) and sum(
+        alike.weights.values()
+    ) == pytest.approx(1)
     ((name, others),) = alike.alternatives().items()
     assert {name, *others} == set(LAWS)
 
