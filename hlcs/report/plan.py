@@ -1,0 +1,42 @@
+"""How a Plan is shown: printed."""
+
+from hlcs.report.words import note_lines, number
+
+
+def text(plan):
+    """The printed report of a Plan."""
+    numbers = ", ".join(f"{name} = {value:g}" for name, value in plan.at.items())
+    many, count = plan.what, plan.now["recordings"]
+    lines = [
+        f"Plan: {plan.effect}, {numbers}, to be found with probability {plan.power:g}",
+        "",
+        f"Pilot: {count} {many}, noncentrality {plan.noncentrality:.3g}, power {plan.now['power']:.2f}",
+        "",
+        f"  {'':16s} {'length':>9s} {'sigma':>12s} {'needed':>7s}  noncentrality, each  power of {count}",
+    ]
+    for row in plan.options:
+        needed = _needed(row["recordings"])
+        lines.append(
+            f"  {row['change']:16s} {number(row['length_s'], 's'):>9s} {number(row['sigma'], row['unit']):>12s} {needed:>7s}  "
+            f"{row['noncentrality']:19.3g}  {row['power']:{len(f'power of {count}')}.2f}"
+        )
+    lines += ["", _advice(plan)]
+    if plan.look_alikes:
+        lines += ["", f"Finding it would leave open, in experiments like these: {', '.join(plan.look_alikes)}"]
+    return "\n".join(lines + note_lines(plan.notes))
+
+
+def _advice(plan):
+    """What to do, in a sentence."""
+    if plan.needed["recordings"] is not None:
+        length = plan.needed["length_s"]
+        each = "" if length is None else f" of {length:.3g} s"
+        sigma = number(plan.needed["sigma"], plan.needed["unit"])
+        return f"Needed: {plan.needed['recordings']} {plan.what}{each}, with a noise of {sigma}."
+    others = [row for row in plan.options[1:] if row["recordings"] is not None]
+    told = "; or ".join(f"{row['change']}: {row['recordings']}, noise {number(row['sigma'], row['unit'])}" for row in others)
+    return f"Infeasible: more than 1,000 {plan.what} like these. " + (f"Instead: {told}." if told else "Change the experiment.")
+
+
+def _needed(count):
+    return "> 1000" if count is None else str(count)
