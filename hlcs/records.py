@@ -183,7 +183,7 @@ class Plan:
     now: dict  # recordings of the pilot, and their power
     needed: dict  # recordings (None: more than anybody makes), length_s, sigma, unit
     options: tuple[dict, ...]  # the same for other lengths and noise, with the power of as many as now
-    look_alikes: tuple[str, ...]  # that would stay open beside it
+    look_alikes: tuple[dict, ...]  # effect, cosine, recordings that tell them apart (None: more than a hundred)
     notes: tuple[str, ...] = ()
 
     def to_json(self):

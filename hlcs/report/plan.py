@@ -21,8 +21,7 @@ def text(plan):
             f"{row['noncentrality']:19.3g}  {row['power']:{len(f'power of {count}')}.2f}"
         )
     lines += ["", _advice(plan)]
-    if plan.look_alikes:
-        lines += ["", f"Finding it would leave open, in experiments like these: {', '.join(plan.look_alikes)}"]
+    lines += _look_alike_lines(plan)
     return "\n".join(lines + note_lines(plan.notes))
 
 
@@ -36,6 +35,20 @@ def _advice(plan):
     others = [row for row in plan.options[1:] if row["recordings"] is not None]
     told = "; or ".join(f"{row['change']}: {row['recordings']}, noise {number(row['sigma'], row['unit'])}" for row in others)
     return f"Infeasible: more than 1,000 {plan.what} like these. " + (f"Instead: {told}." if told else "Change the experiment.")
+
+
+def _look_alike_lines(plan):
+    """Which look-alikes finding the effect would leave open, and what tells the others from it."""
+    needed, left_open, apart = plan.needed["recordings"], [], []
+    for other in plan.look_alikes:
+        count = other["recordings"]
+        if count is None or needed is None or count > needed:
+            left_open.append(f"{other['effect']} ({'over 100' if count is None else count} tell them apart)")
+        else:
+            apart.append(other["effect"])
+    lines = [f"Finding it would leave open, in experiments like these: {', '.join(left_open)}"] if left_open else []
+    lines += [f"Alike, but told apart by as many: {', '.join(apart)}"] if apart else []
+    return ["", *lines] if lines else []
 
 
 def _needed(count):

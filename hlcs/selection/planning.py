@@ -19,6 +19,7 @@ from hlcs.estimation.linearization import occam
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.records import Plan
 from hlcs.selection.eligibility import lacks_drag
+from hlcs.selection.experiment_design import tests_needed
 from hlcs.selection.held_out import coloured, sigma_of
 from hlcs.selection.prediction import LinearModel, signatures
 from hlcs.selection.search import Search
@@ -143,7 +144,10 @@ def plan(experiment, effect, at, power=0.9):
         now={"recordings": pilot.count, "power": first["power"]},
         needed={name: first[name] for name in ("recordings", "length_s", "sigma", "unit")},
         options=options,
-        look_alikes=look_alikes,
+        look_alikes=tuple(
+            {"effect": name, "cosine": cosine, "recordings": tests_needed(signal.noncentrality * (1 - cosine**2))}
+            for name, cosine in look_alikes.items()
+        ),
         notes=tuple(_notes(pilot, search, odds, signal, entry, at)),
     )
 
@@ -232,7 +236,7 @@ def _simulator(problem, base, trials):
 
 
 def beside(search, plus):
-    """(names of look-alikes in the pilot of the newest effect of the model `plus`, names of effects that the file implies)."""
+    """({look-alike of the newest effect of the model `plus`: cosine in the pilot}, names of effects that the file implies)."""
     problem, base, effect = search.problem, search.base, plus.terms[-1].name
     entries = list(search.candidates.values())
     views = problem.batched([lambda entry=entry: signatures(problem, base, entry, {}) for entry in entries])
@@ -243,13 +247,12 @@ def beside(search, plus):
         return np.concatenate([project_out(q, part) for q, part in zip(base.linearization.state_bases, parts, strict=True)])
 
     its = projected(problem.signature(base.model, base.initial_states, plus))[:, None]
-    alike = [
-        entry.name
+    cosines = {
+        entry.name: max(largest_cosine(its, projected(columns)) for _, columns in choices)
         for entry, choices in zip(entries, views, strict=True)
         if entry.name != effect and entry.name in linear.entries and linear.visible(entry.name)
-        if any(largest_cosine(its, projected(columns)) > ALIKE for _, columns in choices)
-    ]
-    return tuple(alike), implied
+    }
+    return {name: cosine for name, cosine in cosines.items() if cosine > ALIKE}, implied
 
 
 def _odds(search, entry, numbers, implied, pilot):
