@@ -14,7 +14,7 @@ import numpy as np
 
 from hlcs.estimation.budget import Budget
 from hlcs.selection.eligibility import has_drag
-from hlcs.selection.prediction import LinearModel, signatures
+from hlcs.selection.prediction import LinearModel, Proposal, signatures
 from hlcs.selection.thresholds import AGAIN, EXPANDED, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
@@ -86,7 +86,8 @@ class Search:
                 break
             if refits >= REFITS or self.budget.spent(f"{len(promising)} sets of effects that might do as well"):
                 break
-            together = promising[: self.budget.affordable(TOGETHER)] if self.problem.simulator.contact else promising[:1]
+            together = self.parts_first(promising)
+            together = together[: self.budget.affordable(TOGETHER)] if self.problem.simulator.contact else together[:1]
             self.progress("fitting " + ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3]))
             fits = self.problem.batched([partial(self.refit, *each) for each in together])
             for (proposal, _), fit in zip(together, fits, strict=True):
@@ -96,6 +97,19 @@ class Search:
                     self.fits[proposal.effects] = fit
             refits += len(together)
         return self
+
+    def parts_first(self, proposals):
+        """The same [(Proposal, Fit it was foreseen from)], before each set those parts with one effect less that are not fitted:
+        far from the data what is foreseen of two effects flatters the one that bends least, and a part may do alone."""
+        ordered = {}
+        for proposal, parent in proposals:
+            for name in sorted(proposal.effects):
+                part = proposal.effects - {name}
+                if part and self.compatible(part) and part not in self.fits and part not in self.impossible:
+                    known = Proposal(np.inf, part, {other: proposal.numbers[other] for other in part}), parent
+                    ordered.setdefault(part, self.foreseen.get(part, known))
+            ordered.setdefault(proposal.effects, (proposal, parent))
+        return list(ordered.values())
 
     def promising(self, proposal, best):
         """May a set do as well as the best, and better than every part of it that is fitted?"""
