@@ -7,13 +7,12 @@ the cost of the set (`Search.price`, `occam`, `Free.surprise`), and what held-ou
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import optimize, stats
 
-from hlcs.data.rigid_body import rigid_body
 from hlcs.estimation.least_squares import largest_cosine, project_out
 from hlcs.estimation.linearization import occam
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
@@ -21,17 +20,15 @@ from hlcs.records import Plan
 from hlcs.selection.eligibility import lacks_drag
 from hlcs.selection.experiment_design import tests_needed
 from hlcs.selection.held_out import coloured, sigma_of
+from hlcs.selection.other_lengths import lasting, length_of
 from hlcs.selection.prediction import LinearModel, signatures
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import BY_CHANCE, FALL, ODDS, ODDS_ALONE
-from hlcs.simulation.contact_motion import gap
 from hlcs.simulation.model import Term
-from hlcs.simulation.simulator import Simulator
 from minibullet.errors import InputError, is_number
 
 MOST = 1000  # recordings that anybody makes
 ALIKE = 0.95  # cosine of two signatures from which a tenth of the noncentrality, or less, tells them apart: 1 - 0.95^2
-FEWEST_SAMPLES = 4  # of a recording: as many as reading one asks for
 SHARPEST = 1e-3  # noise, in parts of the pilot's, below which no tracker is looked for
 QUANTILES = stats.norm.ppf(0.5 + (np.arange(20) + 0.5) / 40)  # of the size of a normal deviate
 
@@ -198,40 +195,6 @@ def _signals(problem, base, plus, count, now):
                 yield change, factor, 1.0, signal
 
 
-def lasting(problem, base, factor):
-    """The problem of recordings of so many times the length, at the same rate, as the model under test has them.
-
-    None where they have too few samples, and where they go on with contacts or through a floor.
-    """
-    if problem.simulator.contact and factor > 1 or any(factor * len(trial.times) < FEWEST_SAMPLES for trial in problem.trials):
-        return None
-    empty = [_with_samples(trial, int(factor * len(trial.times))) for trial in problem.trials]
-    runs = _simulator(problem, base, empty).simulate(base.model, base.initial_states, np.arange(len(empty)))
-    trials = []
-    for trial, (position, orientation) in zip(empty, runs, strict=True):
-        if factor > 1 and trial.surroundings.floor_height is not None:
-            shape = rigid_body(trial.body).shape
-            if min(gap(shape, *pose, trial.surroundings) for pose in zip(position, orientation, strict=True)) < 0:
-                return None
-        trials.append(replace(trial, position=position + 0 * trial.position, orientation=orientation + 0 * trial.orientation))
-    return TrajectoryProblem(trials, problem.noise, _simulator(problem, base, trials))
-
-
-def _with_samples(trial, count):
-    """A trial of so many samples at its rate, zero where something is measured and NaN where a sample is missing."""
-    more = trial.times[-1] + np.median(np.diff(trial.times)) * np.arange(1, max(count - len(trial.times), 0) + 1)
-    shown = {name: np.resize(0 * getattr(trial, name), (count, width)) for name, width in (("position", 3), ("orientation", 4))}
-    return replace(trial, times=np.concatenate([trial.times, more])[:count], rows=None, **shown)
-
-
-def _simulator(problem, base, trials):
-    """The simulator of a problem for other trials."""
-    known = problem.simulator
-    simulator = Simulator(base.model, trials, known.start_time, known.contact, known.time_step, known.seated)
-    simulator.height_range, simulator.extrapolation_steps = known.height_range, known.extrapolation_steps
-    return simulator
-
-
 # --- what a search asks ------------------------------------------------------------------------------------------------------
 
 
@@ -289,17 +252,6 @@ def _options(odds, power, pilot, problem, signals):
     if share is not None:
         rows.append(row("as many as now", 1.0, share, now.at_noise(share), pilot.count))
     return tuple(rows)
-
-
-def length_of(problem):
-    """Median duration of the recordings of a problem [s]; None where it has none."""
-    if not isinstance(problem, TrajectoryProblem):
-        return None
-    spans = {}
-    for trial in problem.trials:
-        name = trial.recording or trial.name
-        spans[name] = spans.get(name, 0.0) + float(np.ptp(trial.times))
-    return float(np.median(list(spans.values())))
 
 
 def _notes(pilot, search, odds, signal, entry, at):
