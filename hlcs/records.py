@@ -175,6 +175,26 @@ class Diagnosis(Result):
 
 
 @dataclass(frozen=True)
+class Plan:
+    """The answer of `hlcs plan`: what finds an effect of a stated size with a stated power."""
+
+    effect: str
+    at: dict  # number -> value
+    power: float  # asked for
+    what: str  # "recordings", or "rows" of a table
+    noncentrality: float  # of the pilot: the expected fall of chi2
+    now: dict  # recordings of the pilot, and their power
+    needed: dict  # recordings (None: more than anybody makes), length_s, sigma, unit
+    options: tuple[dict, ...]  # the same for other lengths and noise, with the power of as many as now
+    look_alikes: tuple[dict, ...]  # effect, cosine, recordings that tell them apart (None: more than a hundred)
+    notes: tuple[str, ...] = ()
+
+    def to_json(self):
+        """The result of `plan --json` as a dictionary of plain numbers and texts."""
+        return plain({"format": 1, **asdict(self)})
+
+
+@dataclass(frozen=True)
 class Pictures:
     """What the figure of a Diagnosis draws: the observations beside the model before and after, name -> array (n,) each."""
 

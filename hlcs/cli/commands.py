@@ -25,6 +25,7 @@ COMMANDS = CommandModules(
     doctor="doctor",
     mystery="mystery",
     place="place",
+    plan="plan",
     reproduce="reproduce",
     sweep="sweep",
 )

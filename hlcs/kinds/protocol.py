@@ -15,6 +15,7 @@ from hlcs.estimation.linearization import Fit
 from hlcs.estimation.noise_model import Noise
 from hlcs.estimation.problem import Problem
 from hlcs.records import Explanation
+from hlcs.selection.planning import Pilot
 from hlcs.selection.verdict import Selection
 
 
@@ -64,6 +65,9 @@ class Experiment(Protocol):
 
     def search(self, candidates) -> Selection:
         """What the model under test is missing."""
+
+    def pilot(self, effect) -> Pilot:
+        """These data as what other experiments, to find an effect of this name, would be like."""
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from hlcs.placement import statistics
 from hlcs.records import Pictures, Reason
 from hlcs.selection.findings import error_record
 from hlcs.selection.verdict import Selection, left_over
+from minibullet.errors import InputError
 
 ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass, under the form of the campaign term that is kinder to it
 
@@ -88,6 +89,9 @@ class Layers:
 
     def names(self, candidates):
         return tuple(sorted({candidate.name for candidate in self._candidates(candidates)}))
+
+    def pilot(self, effect):
+        raise InputError(f"{self.title}: plans are made for recordings and outcome tables, not yet for layers")
 
     def search(self, candidates):
         search, candidates = self._searching(), self._candidates(candidates)

@@ -2,11 +2,12 @@
 
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.outcome_tables import read_outcomes
-from hlcs.effects import check_names
+from hlcs.effects import check_names, class_named
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.outcomes.problem import judge_table, prepare_table, table_candidates, where_in_table
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.records import Pictures, Reason
+from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
@@ -58,6 +59,14 @@ class Outcomes:
         odds = ODDS if cross_validation.possible else ODDS_ALONE
         search = Search(self._prepared.problem, chosen, self._prepared.base, odds, self.options.log)
         return select(self, self._prepared, search, cross_validation, absent)
+
+    def pilot(self, effect):
+        class_named(effect, self.options.user_effects)
+        names, prepared = self.file.candidates, self._prepared
+        candidates, absent = self._candidates(None if names is None else [*names, effect])
+        groups = prepared.problem.trials if prepared.problem else ()
+        possible = CrossValidation(groups, self.file.hold_out).possible if groups else False
+        return Pilot(candidates, absent, lambda: prepared, possible, FEW, len(self.table.values), "rows")
 
     @staticmethod
     def polished(problem, fit):

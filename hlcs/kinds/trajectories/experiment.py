@@ -1,13 +1,15 @@
 """Recordings as a kind of measurement: read, compared with the model under test, searched for what it is missing."""
 
+from collections import Counter
 from dataclasses import replace
+from functools import partial
 
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.impacts import differing_from_model, read_impacts
 from hlcs.data.recordings import read_recordings
-from hlcs.effects import check_names
+from hlcs.effects import check_names, class_named
 from hlcs.estimation.budget import SMOOTH_LIMIT, screening_subset
-from hlcs.estimation.cross_validation import CrossValidation
+from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
 from hlcs.estimation.noise_model import estimate_noise
 from hlcs.estimation.trajectory_problem import CHANNELS
 from hlcs.kinds.protocol import Observation, misfit
@@ -16,6 +18,7 @@ from hlcs.kinds.trajectories.preparation import polished, prepare, touches
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.records import Pictures, Reason
 from hlcs.selection.eligibility import candidates_for
+from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
@@ -111,6 +114,18 @@ class Trajectories:
         )
         left_out = tuple(note for note in first.left_out if note not in confirmed.left_out)
         return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
+
+    def pilot(self, effect):
+        class_named(effect, self.options.user_effects)
+        names = self.measurement.file.candidates
+        contact = touches(self.measurement.trials, self._noise)
+        candidates, absent = self._candidates(self.measurement, contact, None if names is None else [*names, effect])
+        cross_validation = CrossValidation(self.measurement.trials, self.measurement.file.hold_out)
+        bodies = Counter(trial.body for trial in self.measurement.trials)
+        count = len(self.measurement.trials)
+        prepared = partial(prepare, self.measurement, self.options.user_effects, self._noise)
+        few_below = FEW_RECORDINGS * count / min(bodies.values())
+        return Pilot(candidates, absent, prepared, cross_validation.possible, few_below, count)
 
     @staticmethod
     def pictures(problem, before, after):

@@ -37,6 +37,7 @@ def hlcs(capsys, tmp_path, monkeypatch):
         ["reproduce"],
         ["compare"],
         ["diagnose"],
+        ["plan"],
         ["sweep"],
         ["doctor"],
         ["mystery", "list"],

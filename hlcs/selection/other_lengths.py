@@ -1,0 +1,57 @@
+"""Recordings of another length than those that were made, at the same rate, as the model under test has them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hlcs.data.rigid_body import rigid_body
+from hlcs.estimation.trajectory_problem import TrajectoryProblem
+from hlcs.simulation.contact_motion import gap
+from hlcs.simulation.simulator import Simulator
+
+FEWEST_SAMPLES = 4  # of a recording: as many as reading one asks for
+
+
+def lasting(problem, base, factor):
+    """The problem of recordings of so many times the length, at the same rate, as the model under test has them.
+
+    None where they have too few samples, and where they go on with contacts or through a floor.
+    """
+    if problem.simulator.contact and factor > 1 or any(factor * len(trial.times) < FEWEST_SAMPLES for trial in problem.trials):
+        return None
+    empty = [_with_samples(trial, int(factor * len(trial.times))) for trial in problem.trials]
+    runs = _simulator(problem, base, empty).simulate(base.model, base.initial_states, np.arange(len(empty)))
+    trials = []
+    for trial, (position, orientation) in zip(empty, runs, strict=True):
+        if factor > 1 and trial.surroundings.floor_height is not None:
+            shape = rigid_body(trial.body).shape
+            if min(gap(shape, *pose, trial.surroundings) for pose in zip(position, orientation, strict=True)) < 0:
+                return None
+        trials.append(replace(trial, position=position + 0 * trial.position, orientation=orientation + 0 * trial.orientation))
+    return TrajectoryProblem(trials, problem.noise, _simulator(problem, base, trials))
+
+
+def _with_samples(trial, count):
+    """A trial of so many samples at its rate, zero where something is measured and NaN where a sample is missing."""
+    more = trial.times[-1] + np.median(np.diff(trial.times)) * np.arange(1, max(count - len(trial.times), 0) + 1)
+    shown = {name: np.resize(0 * getattr(trial, name), (count, width)) for name, width in (("position", 3), ("orientation", 4))}
+    return replace(trial, times=np.concatenate([trial.times, more])[:count], rows=None, **shown)
+
+
+def _simulator(problem, base, trials):
+    """The simulator of a problem for other trials."""
+    known = problem.simulator
+    simulator = Simulator(base.model, trials, known.start_time, known.contact, known.time_step, known.seated)
+    simulator.height_range, simulator.extrapolation_steps = known.height_range, known.extrapolation_steps
+    return simulator
+
+
+def length_of(problem):
+    """Median duration of the recordings of a problem [s]; None where it has none."""
+    if not isinstance(problem, TrajectoryProblem):
+        return None
+    spans = {}
+    for trial in problem.trials:
+        name = trial.recording or trial.name
+        spans[name] = spans.get(name, 0.0) + float(np.ptp(trial.times))
+    return float(np.median(list(spans.values())))
