@@ -35,15 +35,15 @@ def plain(value):
 
 def _one(job):
     seed, index, dealt, folder = job
-    started = time.perf_counter()
+    started = time.process_time()
     files, answer = deck.make(seed, index, dealt)
     write_case(folder, files)
     data = "layers" if "layers.csv" in files else "outcomes" if "outcomes.csv" in files else "trajectory"
-    return {"case": folder.name, "kind_of_data": data, **answer}, time.perf_counter() - started
+    return {"case": folder.name, "kind_of_data": data, **answer}, time.process_time() - started
 
 
 def generate(out, seed, cases=None, family=None, kind=None, workers=1, quiet=True, commit=None):
-    """Write a deck under `out`; the answers as {case name: answer}. The seconds that each took go to seconds.json."""
+    """Write a deck under `out`; the answers as {case name: answer}. The CPU seconds that each took go to seconds.json."""
     out = Path(out)
     cases = cases or deck.WHOLE
     dealt = deck.deal_all(seed, cases, family, kind)
@@ -64,7 +64,7 @@ def generate(out, seed, cases=None, family=None, kind=None, workers=1, quiet=Tru
 
 
 def spent(out):
-    """Lines (family, cases, mean and longest seconds) of the making of a deck."""
+    """Lines (family, cases, mean and longest CPU seconds) of the making of a deck."""
     seconds = json.loads((Path(out) / "seconds.json").read_text(encoding="utf-8"))
     families = {name: answer["family"] for name, answer in json.loads((Path(out) / "answers.json").read_text())["cases"].items()}
     lines = []

@@ -111,6 +111,10 @@ def make(recipe, number):
             continue
         if "fluid_density = 0.0" in files["experiment.toml"]:  # no park and no hallway is a vacuum
             continue
+        if (
+            "mass = 0.0027" in files["experiment.toml"]
+        ):  # air brakes a table tennis ball more than the engine's usual step resolves
+            continue
         drag = answer["parameters"].get("quadratic_drag", {}).get("drag_coefficient", 0.45)
         if not 0.3 <= drag <= 0.6:  # a ball that exists
             continue

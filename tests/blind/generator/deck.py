@@ -2,7 +2,7 @@
 
 A judging deck of 480 cases fills every row of the score with at least 60 cases but for: layer tables (24 cases, 16 of them with
 an effect; a verdict costs minutes), tumbling (12 cases; a verdict costs minutes), and the experiment asked for after an
-ambiguous table or layer table (47 tables and 20 layer tables hide something; how many are ambiguous is the analyst's answer).
+ambiguous table or layer table (some 40 tables and 20 layer tables hide something; how many are ambiguous, the analyst says).
 Tumbling needs pybullet, which exists for Linux and Python 3.11 (extra `oracle`): without it the deck goes on without those
 cases and says so ("without" in answers.json).
 
@@ -24,7 +24,7 @@ WHOLE = 480
 KINDS = {"null": 60, "outside": 61, "placebo": 61, "degenerate": 64, "clear": 62, "nested": 61, "joint": 62, "double": 13}
 APART = {("layers", "single"): 16, ("layers", "null"): 4, ("layers", "outside"): 4, ("tumble", "single"): 12}
 WEIGHTS = {"flight": 8, "sinking": 6, "bounce": 7, "slide": 7, "roll": 6, "topple": 4, "stack": 3}
-TABLES = {"null": 0.12, "outside": 0.1, "degenerate": 0.3, "clear": 0.15, "joint": 0.15, "double": 0.15}  # share of the kind
+TABLES = {"null": 0.12, "outside": 0.1, "degenerate": 0.35, "joint": 0.15, "double": 0.15}  # share of the kind
 TABLED = {"flight": 1, "bounce": 1, "slide": 1}
 STRENGTHS = {"degenerate": (0.6, 0.6, 1.2, 3.0), "nested": (1.2, 3.0, 8.0)}  # else:
 USUAL = (1.2, 3.0)
@@ -33,6 +33,7 @@ JOINT = ((3.0, 3.0), (6.0, 6.0), (12.0, 12.0), (4.0, 3.0))  # each by itself; to
 FAR = {"degenerate": 0.35, "clear": 0.4, "nested": 0.45}  # share with a number beyond its plausible range
 IN_LIBRARY = ("null", "degenerate", "clear", "nested", "joint", "double")
 NOISE = {"ar6": 62, "ar8": 62, "outliers": 62, "pixels": 62, "white": 30}  # tables, whose noise is white, make up the rest
+ATTEMPTS = 40  # of one family
 LAYER_STRENGTHS = (2.2, 3.0, 2.5)
 
 
@@ -148,12 +149,14 @@ def draw(rng, dealt, attempt):
 
 
 def make(seed, index, dealt, then=None):
-    """Files and answer of one case; draws again (never another kind or family) until one can be made as dealt. then: see
-    `trajectory`."""
-    problems = []
-    for attempt in range(60):
+    """Files and answer of one case; draws again until one can be made as dealt, of another family where that one cannot show it
+    (never of another kind). then: see `trajectory`."""
+    problems, others = [], [name for name in ROOMS if name != dealt.family and dealt.family in ROOMS and can(name, dealt.kind)]
+    for attempt in range(ATTEMPTS * (1 + len(others))):
+        if attempt >= ATTEMPTS:
+            dealt = dealt._replace(family=others[attempt // ATTEMPTS - 1], table=False)
         rng = np.random.default_rng([seed, index, attempt])
-        deal = draw(rng, dealt, attempt)
+        deal = draw(rng, dealt, attempt % ATTEMPTS)
         try:
             if dealt.family == "layers":
                 files, answer = layers.case(deal, rng)
