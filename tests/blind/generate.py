@@ -6,6 +6,7 @@ seed, and the commit that the seed was derived from (null: an open seed, which j
 
 import argparse
 import json
+import shutil
 import time
 from concurrent.futures import ProcessPoolExecutor
 from importlib.util import find_spec
@@ -34,20 +35,27 @@ def plain(value):
 
 
 def _one(job):
-    seed, index, dealt, folder = job
+    seed, index, dealt, out = job
+    name = f"case_{index + 1:04d}"
+    kept = out / "made" / f"{name}.json"
+    if kept.exists():
+        return json.loads(kept.read_text(encoding="utf-8"))
     started = time.process_time()
     files, answer = deck.make(seed, index, dealt)
-    write_case(folder, files)
+    write_case(out / "cases" / name, files)
     data = "layers" if "layers.csv" in files else "outcomes" if "outcomes.csv" in files else "trajectory"
-    return {"case": folder.name, "kind_of_data": data, **answer}, time.process_time() - started
+    made = plain({"case": name, "kind_of_data": data, **answer}), time.process_time() - started
+    write_case(kept.parent, {kept.name: json.dumps(made)})
+    return made
 
 
 def generate(out, seed, cases=None, family=None, kind=None, workers=1, quiet=True, commit=None):
-    """Write a deck under `out`; the answers as {case name: answer}. The CPU seconds that each took go to seconds.json."""
+    """Write a deck under `out`; the answers as {case name: answer}. The CPU seconds that each took go to seconds.json.
+    Killed and started again it goes on where it stopped."""
     out = Path(out)
     cases = cases or deck.WHOLE
     dealt = deck.deal_all(seed, cases, family, kind)
-    jobs = [(seed, index, deal, out / "cases" / f"case_{index + 1:04d}") for index, deal in enumerate(dealt)]
+    jobs = [(seed, index, deal, out) for index, deal in enumerate(dealt)]
     if workers > 1:
         with ProcessPoolExecutor(workers) as pool:
             made = list(tqdm(pool.map(_one, jobs), total=len(jobs), disable=quiet))
@@ -56,9 +64,10 @@ def generate(out, seed, cases=None, family=None, kind=None, workers=1, quiet=Tru
     record = {"format": 2, "seed": seed, "commit": commit, "asked": cases, "family": family, "kind": kind}
     record["without"] = [] if find_spec("pybullet") else ["tumble"]
     seconds = {answer["case"]: round(spent, 2) for answer, spent in made}
-    record["cases"] = {answer.pop("case"): plain(answer) for answer, _ in made}
+    record["cases"] = {answer.pop("case"): answer for answer, _ in made}
     text = json.dumps(record, indent=1)
     (out / "answers.json").write_text(text, encoding="utf-8")
+    shutil.rmtree(out / "made")
     (out / "seconds.json").write_text(json.dumps(seconds), encoding="utf-8")
     return json.loads(text)["cases"]
 

@@ -82,7 +82,8 @@ ONE_SIDED = ("stribeck_friction",)  # at rest no less than on the way
 def plausible(name, law, inputs):
     """Whether all parameters lie within the library's plausible range; that of an arm goes with the radius of the ball."""
     high = {"rolling_friction": 0.1, "spinning_friction": 0.5}.get(name)
-    return all(knob.low <= law[knob.name] <= (high * inputs["radius"] if high else knob.high) for knob in LIBRARY[name])
+    ends = [(knob.low, high * inputs["radius"] if high else knob.high) for knob in LIBRARY[name]]
+    return all(low <= law.get(knob.name, knob.null) <= end for knob, (low, end) in zip(LIBRARY[name], ends, strict=True))
 
 
 def possible(name, law):
