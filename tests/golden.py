@@ -61,7 +61,7 @@ def mysteries():
 def blind():
     """Diagnoses of the first cases of the small hidden-effect suite."""
     with TemporaryDirectory() as folder:
-        generate.generate(folder, generate.SMALL_SEED, suite="small")
+        generate.generate(folder, generate.SMALL_SEED, generate.SMALL)
         for file in sorted(Path(folder).glob("cases/*/experiment.toml"))[:BLIND_CASES]:
             yield f"blind {file.parent.name}", hlcs.diagnose(file, progress=False).to_json()
 

@@ -1,10 +1,11 @@
 """Do the experiments that verdicts recommend, and diagnose again: `python -m tests.blind.again --out DIR [--workers N]`.
 
 DIR is that of `tests.blind.run`, its verdicts stored. Only ambiguous verdicts on trajectories and tables whose report names an
-experiment with a number of tests take part. Another throw, drop or body: so many recordings of the same hidden motion join
-the case. A direct reading of a suspect: where it is what is hidden the reading says so and nothing is left to ask; else the
-suspect is out, and the rest of the library is asked again. Settled means: not both of the pair that the experiment was to
-separate are reported any more, and what is hidden still is if it was. DIR/again.json holds the outcome for the scorer.
+experiment with a number of tests take part. Another throw, drop or body, or more rows of a table: so many recordings or rows of
+the same hidden motion join the case. A direct reading of a suspect: where it is what is hidden the reading says so and nothing
+is left to ask; else the suspect is out, and the rest of the library is asked again. Settled means: not both of the pair that
+the experiment was to separate are reported any more, and what is hidden still is if it was. DIR/again.json holds the outcome
+for the scorer.
 """
 
 import argparse
@@ -12,11 +13,13 @@ import json
 import sys
 from pathlib import Path
 
-from . import generate, run, score
+from . import run, score
+from .figures import reported
 from .generator import deck
 from .generator.case import write_case
 
-MOST = 30  # recordings that a laboratory would add
+MOST = 30  # recordings, or hundred times as many rows of a table, that a laboratory would add
+HIDDEN = ("single", "degenerate", "clear", "nested", "joint", "double")
 
 
 def suspect(design):
@@ -28,26 +31,25 @@ def asked(answer, verdict):
     """(design, number of tests) of the recommended experiment, or None where none takes part in this round."""
     following = verdict.get("next_experiment") or {}
     design, tests = following.get("design") or {}, following.get("tests_needed")
-    if verdict["verdict"] != "ambiguous" or answer["kind"] not in ("single", "degenerate", "double"):
+    if verdict["verdict"] != "ambiguous" or answer["kind"] not in HIDDEN or answer["family"] in ("layers", "tumble"):
         return None
-    if answer["family"] == "layers" or len(design) != 1 or not tests or tests > MOST:
+    most = MOST * (100 if answer["kind_of_data"] == "outcomes" else 1)
+    if len(design) != 1 or not tests or tests > most:
         return None
     return design, tests
 
 
 def settled(answer, verdict, new):
     """Does the second verdict report no longer both of the pair, and still what is hidden, if the first did?"""
-    pair, hidden = set(verdict["next_experiment"]["separates"]), set(answer["effects"]) & score.reported(verdict)
-    return not pair <= score.reported(new) and hidden <= score.reported(new)
+    pair, hidden = set(verdict["next_experiment"]["separates"]), set(answer["effects"]) & reported(verdict)
+    return not pair <= reported(new) and hidden <= reported(new)
 
 
 def prepare(folder, index, dealt, record, design, tests):
-    """Write the case of the second round under `folder`."""
+    """Write the case of the second round under `folder`; KeyError where this laboratory cannot follow the design."""
     from hlcs.effects import classes
 
-    strengths = generate.SUITES[record["suite"]]["strengths"]
-    then = None if suspect(design) else (design, tests)
-    files, _ = deck.make(record["seed"], index, *dealt, strengths, then=then)
+    files, _ = deck.make(record["seed"], index, dealt, then=None if suspect(design) else (design, tests))
     if suspect(design):
         rest = [name for name in classes() if name != suspect(design)]
         line = f"[diagnose]\ncandidates = {json.dumps(rest)}\n"
@@ -62,14 +64,13 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", required=True)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--limit", type=float, default=600, help="seconds allowed per case")
-    parser.add_argument("--first", type=int, help="of the first so many cases of the deck only")
+    parser.add_argument("--limit", type=float, default=900, help="seconds allowed per case")
     given = parser.parse_args(arguments)
     out = Path(given.out)
     pairs, record = score.load(out, out / "verdicts")
-    dealt = deck.deal_all(record["seed"], len(pairs), record.get("family"), record.get("kind"))
+    dealt = deck.deal_all(record["seed"], record["asked"], record["family"], record["kind"])
     outcome, waiting = {}, {}
-    for index, (answer, verdict) in enumerate(pairs[: given.first]):
+    for index, (answer, verdict) in enumerate(pairs):
         name, wanted = f"case_{index + 1:04d}", asked(answer, verdict)
         if wanted is None:
             continue
@@ -78,7 +79,11 @@ def main(arguments=None):
             continue
         folder = out / "again" / "cases" / name
         if not folder.exists():
-            prepare(folder, index, dealt[index], record, *wanted)
+            try:
+                prepare(folder, index, dealt[index], record, *wanted)
+            except KeyError as problem:
+                print(f"{name}: this laboratory cannot change {problem}", file=sys.stderr)
+                continue
         waiting[name] = answer, verdict, "ruled out" if suspect(wanted[0]) else next(iter(wanted[0]))
     for problem in run.verdicts(out / "again" / "cases", out / "again" / "verdicts", given.workers, given.limit):
         print(problem, file=sys.stderr)

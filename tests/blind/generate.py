@@ -1,25 +1,24 @@
-"""Make sealed cases: `python -m tests.blind.generate --out DIR --seed N --cases K [--family F] [--suite small|full]`.
+"""Make cases: `python -m tests.blind.generate --out DIR --seed N [--cases K] [--family F] [--kind K] [--workers N]`.
 
-DIR/cases/case_0001/ ... hold what a user would hand in; DIR/answers.json (only the scorer reads it) holds what is hidden;
-DIR/commitment.json the SHA-256 of the answers and of the seed, and whether that seed was sealed before (tests/blind/seals.txt).
---placebo: every case has an effect, but what it adds is shuffled between the recordings, half of them with its sign turned;
-nothing may be found.
+DIR/cases/case_0001/ ... hold what a user would hand in; DIR/answers.json (only the scorer reads it) holds what is hidden, the
+seed, and the commit that the seed was derived from (null: an open seed, which judges nothing; see generator/seal.py).
 """
 
 import argparse
-import hashlib
 import json
+import shutil
+import time
 from concurrent.futures import ProcessPoolExecutor
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
-from .generator import deck, seal
+from .generator import deck
 from .generator.case import write_case
 
-SMALL_SEED = 20210611  # of the small suite that the tests make afresh; open, since it judges nothing but health
-SUITES = {"small": {"cases": 24, "strengths": (1.2, 3.0)}, "full": {"cases": 1000, "strengths": deck.STRENGTHS}}
+SMALL_SEED, SMALL = 20210611, 24  # of the small deck that the tests make afresh; open, since it judges nothing but health
 
 
 def plain(value):
@@ -36,56 +35,67 @@ def plain(value):
 
 
 def _one(job):
-    seed, index, dealt, strengths, folder, placebo = job
-    files, answer = deck.make(seed, index, *dealt, strengths, placebo=placebo)
-    write_case(folder, files)
+    seed, index, dealt, out = job
+    name = f"case_{index + 1:04d}"
+    kept = out / "made" / f"{name}.json"
+    if kept.exists():
+        return json.loads(kept.read_text(encoding="utf-8"))
+    started = time.process_time()
+    files, answer = deck.make(seed, index, dealt)
+    write_case(out / "cases" / name, files)
     data = "layers" if "layers.csv" in files else "outcomes" if "outcomes.csv" in files else "trajectory"
-    return {"case": folder.name, "kind_of_data": data, **answer}
+    made = plain({"case": name, "kind_of_data": data, **answer}), time.process_time() - started
+    write_case(kept.parent, {kept.name: json.dumps(made)})
+    return made
 
 
-def generate(out, seed, cases=None, family=None, suite="full", workers=1, quiet=True, placebo=False, kind=None):
-    """Write the suite under `out`; the answers as {case name: answer}."""
-    chosen = SUITES[suite]
-    cases = cases or chosen["cases"]
+def generate(out, seed, cases=None, family=None, kind=None, workers=1, quiet=True, commit=None):
+    """Write a deck under `out`; the answers as {case name: answer}. The CPU seconds that each took go to seconds.json.
+    Killed and started again it goes on where it stopped."""
     out = Path(out)
+    cases = cases or deck.WHOLE
     dealt = deck.deal_all(seed, cases, family, kind)
-    strengths = chosen["strengths"]
-    if placebo:
-        dealt = [("single", name if name != "layers" else "flight", turn) for _, name, turn in dealt]
-        strengths = (1.2, 3.0)
-    jobs = [(seed, index, deal, strengths, out / "cases" / f"case_{index + 1:04d}", placebo) for index, deal in enumerate(dealt)]
+    jobs = [(seed, index, deal, out) for index, deal in enumerate(dealt)]
     if workers > 1:
         with ProcessPoolExecutor(workers) as pool:
-            answers = list(tqdm(pool.map(_one, jobs), total=len(jobs), disable=quiet))
+            made = list(tqdm(pool.map(_one, jobs), total=len(jobs), disable=quiet))
     else:
-        answers = [_one(job) for job in tqdm(jobs, disable=quiet)]
-    record = {"format": 1, "seed": seed, "suite": suite, "family": family, "kind": kind}
-    record["cases"] = {answer.pop("case"): plain(answer) for answer in answers}
+        made = [_one(job) for job in tqdm(jobs, disable=quiet)]
+    record = {"format": 2, "seed": seed, "commit": commit, "asked": cases, "family": family, "kind": kind}
+    record["without"] = [] if find_spec("pybullet") else ["tumble"]
+    seconds = {answer["case"]: round(spent, 2) for answer, spent in made}
+    record["cases"] = {answer.pop("case"): answer for answer, _ in made}
     text = json.dumps(record, indent=1)
     (out / "answers.json").write_text(text, encoding="utf-8")
-    commitment = {
-        "answers_sha256": hashlib.sha256(text.encode()).hexdigest(),
-        "seed_sha256": seal.digest(seed),
-        "sealed_as": seal.sealed(seed),
-    }
-    (out / "commitment.json").write_text(json.dumps(commitment, indent=1), encoding="utf-8")
+    shutil.rmtree(out / "made")
+    (out / "seconds.json").write_text(json.dumps(seconds), encoding="utf-8")
     return json.loads(text)["cases"]
+
+
+def spent(out):
+    """Lines (family, cases, mean and longest CPU seconds) of the making of a deck."""
+    seconds = json.loads((Path(out) / "seconds.json").read_text(encoding="utf-8"))
+    families = {name: answer["family"] for name, answer in json.loads((Path(out) / "answers.json").read_text())["cases"].items()}
+    lines = []
+    for family in dict.fromkeys(families.values()):
+        mine = [seconds[name] for name in seconds if families[name] == family]
+        lines.append(f"{family}: {len(mine)} cases, {np.mean(mine):.1f} s each, longest {max(mine):.1f} s")
+    return lines
 
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", required=True)
-    parser.add_argument("--seed", type=int, help="the seed; or --seed-file")
-    parser.add_argument("--seed-file", help="file with a sealed seed (see generator/seal.py)")
+    parser.add_argument("--seed", type=int, default=SMALL_SEED)
     parser.add_argument("--cases", type=int)
     parser.add_argument("--family", choices=deck.FAMILIES)
-    parser.add_argument("--suite", choices=SUITES, default="full")
+    parser.add_argument("--kind", choices=(*deck.KINDS, "single"), help="hide this kind in every case")
     parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--placebo", action="store_true")
     given = parser.parse_args(arguments)
-    seed = int(Path(given.seed_file).read_text()) if given.seed_file else SMALL_SEED if given.seed is None else given.seed
-    answers = generate(given.out, seed, given.cases, given.family, given.suite, given.workers, quiet=False, placebo=given.placebo)
-    print(f"{len(answers)} cases in {given.out}/cases; answers in {given.out}/answers.json (seed {seal.digest(seed)[:16]}...)")
+    answers = generate(given.out, given.seed, given.cases, given.family, given.kind, given.workers, quiet=False)
+    if not find_spec("pybullet"):
+        print("pybullet is not installed (extra 'oracle'; Linux, Python 3.11): no tumbling cases")
+    print("\n".join([f"{len(answers)} cases in {given.out}/cases; answers in {given.out}/answers.json", *spent(given.out)]))
 
 
 if __name__ == "__main__":

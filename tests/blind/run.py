@@ -1,11 +1,14 @@
-"""Generate, diagnose, score: `python -m tests.blind.run --out DIR [--suite small|full] [--cases K] [--workers N]`.
+"""Generate, diagnose, score: `python -m tests.blind.run --out DIR [--judge | --seed N] [--cases K] [--analyst CHECKOUT]`.
 
-Verdicts are stored before the answers are opened. Killed and started again it goes on where it stopped.
+--judge makes the judging deck of the frozen commit (generator/seal.py). --analyst PATH puts the same cases before the analyst of
+another checkout. Verdicts go to DIR/verdicts, those of another analyst to DIR/verdicts-COMMIT, with the CPU time of each
+process; the score shows all analysts side by side. Verdicts are stored before the answers are opened. Killed and started
+again it goes on where it stopped.
 """
 
 import argparse
-import importlib
 import json
+import os
 import subprocess
 import sys
 import time
@@ -16,52 +19,54 @@ from pathlib import Path
 from tqdm import tqdm
 
 from . import generate, score
-from .generator import deck
+from .generator import deck, seal
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")  # CPU time is that of one thread
 
 
-def diagnose(experiment, out, limit):
-    """Diagnose one experiment file in a process of its own and store its verdict; returns an error text or None."""
-    started = time.perf_counter()
+def diagnose(experiment, out, limit, analyst=seal.ROOT):
+    """Diagnose one experiment file by the analyst of a checkout, in a process of its own, and store its verdict with the time
+    that the process took; returns an error text or None."""
+    environment = {**os.environ, "PYTHONPATH": str(analyst), **dict.fromkeys(THREADS, "1")}
+    command = [
+        sys.executable,
+        "-m",
+        "hlcs",
+        "diagnose",
+        str(Path(experiment).resolve()),
+        "--json",
+        str(Path(out).resolve()),
+        "-q",
+    ]
+    started, before = time.perf_counter(), os.times()
     try:
-        done = subprocess.run(
-            [sys.executable, "-m", "tests.blind.run", "--one", str(experiment), str(out)],
-            capture_output=True,
-            text=True,
-            timeout=limit,
-        )
+        done = subprocess.run(command, cwd=analyst, env=environment, capture_output=True, text=True, timeout=limit)
         problem = None if done.returncode == 0 else (done.stderr.strip().splitlines() or ["no message"])[-1]
     except subprocess.TimeoutExpired:
         problem = f"no verdict within {limit} s"
+    after = os.times()
     if problem:
+        out.unlink(missing_ok=True)
         out.with_suffix(".error").write_text(problem + "\n", encoding="utf-8")
         return f"{experiment.parent.name}: {problem}"
     out.with_suffix(".error").unlink(missing_ok=True)
     verdict = json.loads(out.read_text(encoding="utf-8"))
-    out.write_text(json.dumps({**verdict, "seconds": round(time.perf_counter() - started, 2)}, indent=1), encoding="utf-8")
+    verdict["seconds"] = round(time.perf_counter() - started, 2)
+    verdict["cpu_seconds"] = round(sum(after[2:4]) - sum(before[2:4]), 2)  # of the children: one at a time in this process
+    out.write_text(json.dumps(verdict, indent=1), encoding="utf-8")
     return None
 
 
-def one(experiment, out):
-    """Store the verdict of hlcs.diagnose on an experiment file as JSON."""
-    import hlcs
-
-    call = hlcs.diagnose if callable(getattr(hlcs, "diagnose", None)) else importlib.import_module("hlcs.diagnose").diagnose
-    Path(out).write_text(json.dumps(generate.plain(call(experiment).to_json())), encoding="utf-8")
-
-
-def verdicts(cases, out, workers=2, limit=600, quiet=False, first=None):
-    """Verdicts of all cases under `cases` (of the first so many where that is given) that have none yet; a list of what went
-    wrong."""
+def verdicts(cases, out, workers=2, limit=600, quiet=False, analyst=seal.ROOT):
+    """Verdicts of all cases under `cases` that have none yet; a list of what went wrong."""
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
     files = [
-        file
-        for file in sorted(Path(cases).glob("case_*/experiment.toml"))[:first]
-        if not (out / f"{file.parent.name}.json").exists()
+        file for file in sorted(Path(cases).glob("case_*/experiment.toml")) if not (out / f"{file.parent.name}.json").exists()
     ]
     problems = []
     with ProcessPoolExecutor(workers) as pool:
-        jobs = [pool.submit(diagnose, file, out / f"{file.parent.name}.json", limit) for file in files]
+        jobs = [pool.submit(diagnose, file, out / f"{file.parent.name}.json", limit, analyst) for file in files]
         for job in tqdm(as_completed(jobs), total=len(jobs), disable=quiet):
             try:
                 problems += [job.result()] if job.result() else []
@@ -71,37 +76,31 @@ def verdicts(cases, out, workers=2, limit=600, quiet=False, first=None):
 
 
 def main(arguments=None):
-    arguments = sys.argv[1:] if arguments is None else arguments
-    if arguments[:1] == ["--one"]:
-        one(arguments[1], arguments[2])
-        return
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", required=True)
-    parser.add_argument("--suite", choices=generate.SUITES, default="small")
-    parser.add_argument("--seed", type=int)
-    parser.add_argument("--seed-file")
-    parser.add_argument("--cases", type=int)
-    parser.add_argument("--family")
-    parser.add_argument("--kind", choices=deck.KINDS, help="hide this kind in every case")
+    parser.add_argument("--judge", action="store_true", help="the judging deck of the frozen commit")
+    parser.add_argument("--seed", type=int, default=generate.SMALL_SEED, help="an open seed: judges nothing")
+    parser.add_argument("--cases", type=int, default=generate.SMALL)
+    parser.add_argument("--family", choices=deck.FAMILIES)
+    parser.add_argument("--kind", choices=(*deck.KINDS, "single"), help="hide this kind in every case")
+    parser.add_argument("--analyst", type=Path, help="another checkout, whose analyst is asked")
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--limit", type=float, default=600, help="seconds allowed per case")
-    parser.add_argument("--placebo", action="store_true", help="residuals shuffled between recordings instead of the suite")
-    parser.add_argument("--first", type=int, help="diagnose and score the first so many cases of the deck only")
+    parser.add_argument("--limit", type=float, default=900, help="seconds allowed per case")
     parser.add_argument("--markdown")
     given = parser.parse_args(arguments)
     out = Path(given.out)
     if not (out / "answers.json").exists():
-        seed = (
-            int(Path(given.seed_file).read_text())
-            if given.seed_file
-            else generate.SMALL_SEED
-            if given.seed is None
-            else given.seed
-        )
-        generate.generate(out, seed, given.cases, given.family, given.suite, given.workers, False, given.placebo, given.kind)
-    for problem in verdicts(out / "cases", out / "verdicts", given.workers, given.limit, first=given.first):
+        if given.judge:
+            commit = seal.frozen()
+            generate.generate(out, seal.seed_of(commit), None, None, None, given.workers, False, commit)
+        else:
+            generate.generate(out, given.seed, given.cases, given.family, given.kind, given.workers, False)
+    analyst = (given.analyst or seal.ROOT).resolve()
+    folder = out / (f"verdicts-{seal.commit_of(analyst)[:8]}" if given.analyst else "verdicts")
+    for problem in verdicts(out / "cases", folder, given.workers, given.limit, analyst=analyst):
         print(problem, file=sys.stderr)
-    text, _ = score.report(out, out / "verdicts", given.first)
+    (folder / "analyst.json").write_text(json.dumps({"commit": seal.commit_of(analyst)}), encoding="utf-8")
+    text = score.report(out)
     print(text)
     if given.markdown:
         Path(given.markdown).write_text(text, encoding="utf-8")

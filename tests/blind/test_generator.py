@@ -2,19 +2,22 @@
 contract."""
 
 import ast
+import hashlib
+import subprocess
 import tomllib
+from collections import Counter
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numba import config as numba_config
 
-from .again import asked, settled
 from .generate import generate
 from .generator import bounce, deck, flight, motion, noise, plane, seal, slide, stack, strength, tables, tilting
 from .generator.build import Deal, balanced, judge
 from .generator.case import Setup, toml_text
-from .score import Figure, figures
+from .generator.noise import REGIMES
 
 FOLDER = Path(__file__).resolve().parent
 BALL = {"mass": 0.0577, "radius": 0.0335, "gravity": 9.81, "fluid_density": 1.2, "v_ref": 6.0}
@@ -159,7 +162,7 @@ def test_unit_comes_to_rest_on_the_stack():
 @pytest.mark.parametrize("family", ["flight", "bounce", "slide"])
 def test_tables_follow_closed_forms(family):
     """Fall time with drag (V/g) arcosh exp(g h / V^2), rebound e^2 h, stopping way v^2 / (2 mu g); interpolation leaves 1e-6."""
-    made, _ = tables.setup(np.random.default_rng(3), family)
+    made, _ = tables.setup(np.random.default_rng(3), family, ("quadratic_drag",))
     settings = np.unique(made.trials)
     seen = tables.respond(made, {}, {}, settings)
     plain = {"flight": np.sqrt(2 * settings / 9.81), "bounce": 0.75**2 * settings, "slide": settings**2 / (2 * 0.3 * 9.81)}[
@@ -182,8 +185,8 @@ def test_correlated_noise_has_its_deviation_and_its_memory(generator, rho):
 
 def test_rounding_and_outliers_are_as_declared(generator):
     """A step of one sigma, and half a percent of values beyond five sigmas."""
-    tracker = noise.Noise(1e-3, 0.01, 0.0, 0.005, 1.0, 0.0, 0.0, 60)
-    seen = noise.spoil(generator, tracker, np.zeros((100_000, 1)), 1e-3)
+    tracker = noise.Noise(1e-3 * np.sqrt(13 / 12), 0.01, 0.0, 0.005, 1.0, 0.0, 0.0, 60)  # rounding adds a twelfth of the square
+    seen = noise.spoil(generator, tracker, np.zeros((100_000, 1)), tracker.position)
     np.testing.assert_allclose(seen / 1e-3, np.round(seen / 1e-3), atol=1e-9)
     assert np.mean(np.abs(seen) > 4.9e-3) == pytest.approx(0.005, rel=0.2)
 
@@ -197,7 +200,7 @@ def test_dropped_frames_are_missing_rows(generator):
 @compiled
 def test_strength_is_the_rms_after_the_start_is_fitted(generator):
     """Against plain polynomials: in free flight the start absorbs a straight line per axis and recording, nothing else."""
-    made = flight.setup(generator, lambda duration: np.linspace(0, duration, 30), "throws")
+    made = flight.setup(generator, lambda duration: np.linspace(0, duration, 30), "throws", ("linear_drag",))
     lens = strength.Lens(made, 2e-3, 0.01, 0.6)
     amplitude = strength.scaled(lens, lambda a: {"linear_drag": {"rate": a}}, 1.2, 0.01)
     left = []
@@ -208,14 +211,15 @@ def test_strength_is_the_rms_after_the_start_is_fitted(generator):
 
 
 @compiled
-def test_the_look_alike_trio_of_free_flight_is_known(generator):
-    """Buoyancy, length scale and time scale are one effect in free flight (discovery page, rule 10)."""
-    made = flight.setup(generator, lambda duration: np.linspace(0, duration, 40), "throws")
+def test_the_look_alikes_of_free_flight_are_known(generator):
+    """Length scale and time scale are one effect in free flight (discovery page, rule 10)."""
+    draws = (flight.setup(generator, lambda duration: np.linspace(0, duration, 40), "throws") for _ in range(100))
+    made = next(made for made in draws if not made.model)  # in a vacuum, where buoyancy is none
     lens = strength.Lens(made, 2e-3, 0.01, 0.0)
     rows = lens.signal({"time_scale": {"factor": 0.995}})
     _, left = lens.fit(["time_scale"], rows)
-    tied, _, cosine, _ = strength.look_alikes(lens, "time_scale", rows, left)
-    assert {"buoyancy", "length_scale"} <= set(tied) and cosine > 0.999
+    tied, _, cosine, nearest, _ = strength.look_alikes(lens, "time_scale", rows, left)
+    assert {"length_scale"} <= set(tied) and cosine > 0.999 and nearest < strength.ALIKE
 
 
 @compiled
@@ -244,18 +248,24 @@ def test_the_answer_is_what_the_film_shows(generator):
     assert 0 <= 0.2976 - answer["parameters"]["friction"]["coefficient"] <= most
 
 
-def test_the_deck_keeps_its_shares():
-    """At least a fifth nulls and a fifth outside the library, and in a thousand cases the numbers the discovery page asks for."""
-    dealt = deck.deal_all(5, 1000)
-    count = {kind: sum(entry[0] == kind for entry in dealt) for kind in deck.KINDS}
-    assert count["null"] >= 200 and count["outside"] >= 200 and count["degenerate"] >= 60 and count["double"] >= 100
-    assert {entry[1] for entry in dealt} == set(deck.FAMILIES)
-    assert deck.deal_all(5, 60) == deck.deal_all(5, 60)
+@pytest.mark.parametrize("seed", [5, 6])
+def test_a_deck_fills_every_row(seed):
+    """60 cases of every kind and, of what the library can explain, of every noise; numbers beyond their range; where pybullet is
+    missing only its own cases are."""
+    dealt = deck.deal_all(seed)
+    count = Counter(one.kind for one in dealt)
+    assert all(count[kind] >= 60 for kind in ("null", "outside", "placebo", "degenerate", "clear", "nested", "joint"))
+    usual = [one for one in dealt if one.kind in deck.IN_LIBRARY and one.family not in ("layers", "tumble")]
+    noise = Counter("white" if one.table else one.regime for one in usual)
+    assert set(noise) == set(REGIMES) and min(noise.values()) >= 60 and sum(one.far for one in dealt) >= 60
+    tumbles = sum(one.family == "tumble" for one in dealt)
+    assert tumbles == (12 if find_spec("pybullet") else 0) and len(dealt) == deck.WHOLE - 12 + tumbles
+    assert {one.family for one in dealt} >= set(deck.ROOMS) | {"layers"} and deck.deal_all(seed) == dealt
 
 
 def test_at_least_twelve_library_effects_are_hidden():
     names = {name for room in deck.ROOMS.values() for name in room.HIDDEN}
-    assert len(names) >= 12 and len(names) == len(names & (set(strength.LIBRARY) | set(deck.layers.EFFECTS)))
+    assert len(names) >= 12 and names <= set(strength.LIBRARY)
 
 
 def test_generator_knows_nothing_of_the_analyst():
@@ -286,11 +296,22 @@ def test_toml_text_is_read_back():
     )
 
 
-def test_seal_is_found_again(tmp_path):
-    register, secret = tmp_path / "seals.txt", tmp_path / "secret"
-    digest = seal.new("full", secret, register)
-    seed = int(secret.read_text())
-    assert seal.digest(seed) == digest and seal.sealed(seed, register) == "full" and seal.sealed(seed + 1, register) is None
+def test_the_seed_of_a_judging_deck_is_that_of_its_frozen_commit(tmp_path):
+    """Where a file is not committed no seed is given; each opened deck is registered once, others and open seeds never."""
+    words = ["git", "-C", str(tmp_path)]
+    for more in (["init", "-q"], ["config", "user.email", "a@b.c"], ["config", "user.name", "a"]):
+        subprocess.run([*words, *more], check=True)
+    (tmp_path / "a").write_text("1")
+    with pytest.raises(SystemExit, match="not committed"):
+        seal.frozen(tmp_path)
+    subprocess.run([*words, "add", "a"], check=True)
+    subprocess.run([*words, "commit", "-q", "-m", "a"], check=True)
+    commit = seal.frozen(tmp_path)
+    assert seal.seed_of(commit) == int(hashlib.sha256(commit.encode()).hexdigest()[:15], 16)
+    record = {"commit": commit, "seed": seal.seed_of(commit), "family": None, "kind": None, "cases": {"a": {}}}
+    register = tmp_path / "opened.txt"
+    assert seal.opened(record, register) == seal.opened(record, register) == [f"{commit} 1"]
+    assert seal.opened({**record, "seed": 5}, register) == [f"{commit} 1"] and not seal.judges({**record, "kind": "null"})
 
 
 @compiled
@@ -298,9 +319,10 @@ def test_cases_are_valid_repeatable_and_tell_nothing(tmp_path):
     """One case a family: TOML with the contract's keys, rising finite times, unit quaternions, no hidden name in the file,
     same bytes again."""
     answers = {}
-    for k, family in enumerate(deck.FAMILIES):
-        answers |= {f"{family}/{name}": value for name, value in generate(tmp_path / family, 11 + k, 1, family, "small").items()}
-    generate(tmp_path / "again", 11, 1, deck.FAMILIES[0], "small")
+    for k, family in enumerate((*deck.ROOMS, "layers")):
+        kind = "outside" if k % 2 else "null"
+        answers |= {f"{family}/{name}": value for name, value in generate(tmp_path / family, 11 + k, 1, family, kind).items()}
+    generate(tmp_path / "again", 11, 1, deck.FAMILIES[0], "null")
     for file in (tmp_path / "again" / "cases" / "case_0001").iterdir():
         assert file.read_bytes() == (tmp_path / deck.FAMILIES[0] / "cases" / "case_0001" / file.name).read_bytes()
     for key, answer in answers.items():
@@ -319,9 +341,10 @@ def test_cases_are_valid_repeatable_and_tell_nothing(tmp_path):
 
 @compiled
 def test_recommended_recordings_join_a_case_that_stays_as_it_was():
-    """The first tenth of a second shows the speed asked for, to the 3 % that gravity and drag change on the way."""
-    first, answer = deck.make(3, 0, "single", "flight", 1, (3.0,))
-    more, same = deck.make(3, 0, "single", "flight", 1, (3.0,), then=({"speed_m_s": 20.0}, 2))
+    """The first tenth of a second of a football shows the speed asked for, but for what gravity (2.9 %) and drag (1.9 %) take."""
+    dealt = deck.Dealt("outside", "flight", 3, False, "white", False)
+    first, answer = deck.make(5, 0, dealt)
+    more, same = deck.make(5, 0, dealt, then=({"speed_m_s": 15.0}, 2))
     assert same == answer and all(more[name] == text for name, text in first.items() if name.endswith(".csv"))
     trials = tomllib.loads(more["experiment.toml"])["trial"][-2:]
     assert [trial["group"] for trial in trials] == ["recommended"] * 2
@@ -329,21 +352,7 @@ def test_recommended_recordings_join_a_case_that_stays_as_it_was():
         t, *x = np.loadtxt(more[trial["file"]].splitlines(), delimiter=",", skiprows=1, unpack=True)[:4]
         early = t < 0.1
         fitted = [np.polyfit(t[early], axis[early], 1)[0] for axis in x]
-        assert np.linalg.norm(fitted) == pytest.approx(20.0, rel=0.03)
-
-
-def test_an_experiment_settles_what_it_splits_and_keeps_the_truth():
-    answer = _answer("single", ["magnus"])
-    first = {
-        "verdict": "ambiguous",
-        "effects": ["uniform_flow"],
-        "ambiguous": [["uniform_flow", "magnus", "tilted_frame"]],
-        "next_experiment": {"separates": ["uniform_flow", "tilted_frame"], "design": {"spin": "reversed"}, "tests_needed": 2},
-    }
-    assert asked(answer, first) == ({"spin": "reversed"}, 2) and asked(_answer("null"), first) is None
-    split = {"verdict": "ambiguous", "effects": ["magnus"], "ambiguous": [["magnus", "uniform_flow"]]}
-    assert settled(answer, first, split)
-    assert not settled(answer, first, first) and not settled(answer, first, {"verdict": "effect", "effects": ["uniform_flow"]})
+        assert np.linalg.norm(fitted) == pytest.approx(15.0, rel=0.05)
 
 
 @pytest.mark.parametrize("groups", [["a"] * 3 + ["b"] * 3, ["a"] * 2 + ["b"] * 3 + ["c"] * 2, ["b", "a", "b", "a"]])
@@ -352,49 +361,6 @@ def test_signs_of_a_placebo_balance_over_all_and_to_one_in_every_group(groups):
         signs = balanced(np.random.default_rng(seed), groups)
         assert abs(signs.sum()) == len(groups) % 2
         assert all(abs(signs[np.array(groups) == group].sum()) <= 1 for group in groups)
-
-
-def test_binomial_bounds_are_those_of_the_discovery_page():
-    """0 of 59 and 4 of 181 are the largest counts that still show a rate of at most 5 %."""
-    assert Figure("", "", "", 0, 59, 0.05, False).bound() <= 0.05 < Figure("", "", "", 0, 58, 0.05, False).bound()
-    assert Figure("", "", "", 4, 181, 0.05, False).bound() <= 0.05 < Figure("", "", "", 5, 181, 0.05, False).bound()
-
-
-def _answer(kind, effects=(), tied=(), strength_=1.2, family="flight"):
-    return {
-        "kind": kind,
-        "family": family,
-        "effects": list(effects),
-        "tied": list(tied),
-        "strengths": dict.fromkeys(effects, strength_),
-        "largest_cosine": 1.0 if tied else 0.5,
-        "parameters": {},
-        "oracle": None,
-        "outside": kind == "outside",
-    }
-
-
-def test_a_perfect_analyst_passes_and_a_blind_one_does_not():
-    answers = [_answer("null")] * 60 + [_answer("single", ["magnus"])] * 50 + [_answer("outside", ["gust"])] * 50
-    answers += [_answer("degenerate", ["buoyancy"], ["length_scale", "time_scale"])] * 60
-    right = {
-        "null": {"verdict": "complete"},
-        "single": {"verdict": "effect", "effects": ["magnus"]},
-        "outside": {"verdict": "unexplained"},
-        "degenerate": {"verdict": "ambiguous", "effects": ["buoyancy"], "ambiguous": [["effective_gravity"]]},
-    }
-    blind = {"verdict": "complete", "effects": [], "ambiguous": [], "adequate": {"before": True}}
-    perfect = {line.name: line.met() for line in figures([(answer, {**blind, **right[answer["kind"]]}) for answer in answers])}
-    assert perfect["false alarm on nulls"] == "met" and perfect["degenerate set reported whole"] == "met"
-    assert (
-        perfect["unique and right, cosine < 0.9, >= 1.2"] == "met"
-        and perfect["outside the library: unexplained at >= 1.2"] == "met"
-    )
-    silent = {line.name: line.met() for line in figures([(answer, blind) for answer in answers])}
-    assert (
-        silent["outside the library: unexplained at >= 1.2"] == "missed"
-        and silent["unique and right, cosine < 0.9, >= 1.2"] == "missed"
-    )
 
 
 def test_setup_lists_the_model():

@@ -5,6 +5,8 @@ import numpy as np
 from . import motion
 from .case import Setup, Trial
 from .dials import Dial, camera_drift, camera_shake, groups, growing_lift, gust, magnet, one, own_moments, swirl, tilt
+from .fluid import AIR, AIR_VISCOSITY, around
+from .fluid import rivals as missing
 
 STYLES = ("drops", "throws")
 
@@ -29,8 +31,8 @@ HIDDEN = {
     "tilted_frame": tilt("tilted_frame", STYLES),
     "length_scale": one("length_scale", "factor", 5e-4, 0.05, STYLES, null=1.0, sign=0),
     "time_scale": one("time_scale", "factor", 3e-4, 0.04, STYLES, null=1.0, sign=0),
-    "clock_offset": one("clock_offset", "offset", 2e-4, 0.1, ("drops",)),
-    "buoyancy": one("buoyancy", "fluid_density", 0.05, 20.0, STYLES),
+    "clock_offset": one("clock_offset", "offset", 2e-4, 0.1, ("drops",), sign=0),
+    "buoyancy": one("buoyancy", "fluid_density", AIR, AIR, STYLES),
     "added_mass": one("added_mass", "coefficient", 0.02, 1.4, STYLES),
     "bottom_slope": Dial(lambda rng: _slope(rng), 3e-4, 0.09, STYLES),
 }
@@ -42,7 +44,24 @@ OUTSIDE = {
     "magnet": magnet(STYLES, (0.4, 0.0, 0.5), 1.0),
     "swirl": swirl(("throws",)),
 }
-DEGENERATE = (("buoyancy", "drops"), ("buoyancy", "throws"), ("added_mass", "drops"))
+DEGENERATE = (
+    ("time_scale", "drops"),
+    ("tilted_gravity", "drops"),
+    ("length_scale", "throws"),
+    ("bottom_slope", "drops"),
+    ("time_scale", "throws"),
+    ("added_mass", "drops"),
+)
+NESTED = (("quadratic_drag", "throws"), ("quadratic_drag", "drops"))
+JOINT = (
+    ("restitution", "quadratic_drag", "drops"),
+    ("restitution", "quadratic_drag", "throws"),
+    ("restitution", "velocity_dependent_restitution", "drops"),
+    ("restitution", "linear_drag", "throws"),
+    ("restitution", "linear_drag", "drops"),
+    ("velocity_dependent_restitution", "length_scale", "throws"),
+    ("restitution", "time_scale", "drops"),
+)
 DOUBLES = (
     ("restitution", "tilted_gravity", "drops"),
     ("restitution", "quadratic_drag", "throws"),
@@ -57,9 +76,10 @@ def _slope(rng):
     return lambda amplitude: {"bottom_slope": {"grade_x": amplitude * np.cos(heading), "grade_y": amplitude * np.sin(heading)}}
 
 
-def setup(rng, stamps, style, outside=()):
+def setup(rng, stamps, style, hidden=()):
     """A bounce experiment on a level floor, restitution 0.75 and friction 0.09 (waxed) nominal."""
     radius, mass = ((0.0335, 0.0577), (0.11, 0.43), (0.02, 0.0027), (0.03, 0.027))[rng.integers(4)]
+    air = around(rng, hidden)
     count = int(rng.integers(6, 11))
     trials = []
     for i, group in enumerate(groups(rng, count)):
@@ -74,7 +94,7 @@ def setup(rng, stamps, style, outside=()):
         fall = np.sqrt(2 * height / 9.81)
         duration = min(fall * (1 + 2 * 0.75 + rng.choice([0.0, 1.0])), 1.8)
         known = ("velocity", "angular_velocity") if style == "drops" else ("angular_velocity",)
-        own = {key: value for name in outside for key, value in own_moments(rng, name, duration).items()}
+        own = {key: value for name in hidden for key, value in own_moments(rng, name, duration).items()}
         trials.append(Trial(group, start, known, stamps(duration), own=own))
     rivals = [
         "restitution",
@@ -96,7 +116,8 @@ def setup(rng, stamps, style, outside=()):
         "mass": mass,
         "radius": radius,
         "gravity": 9.81,
-        "fluid_density": 1.2,
+        "fluid_density": air.density,
+        "viscosity": AIR_VISCOSITY,
         "v_ref": 3.0,
         "floor_height": 0.0,
         "floor_normal": (0.0, 0.0, 1.0),
@@ -105,8 +126,7 @@ def setup(rng, stamps, style, outside=()):
     }
     surroundings = {
         "gravity": 9.81,
-        "fluid_density": 1.2,
-        "fluid_viscosity": 1.8e-5,
+        **air.stated,
         "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]},
         "friction": 0.09,
         "restitution": 0.75,
@@ -117,9 +137,9 @@ def setup(rng, stamps, style, outside=()):
         {"shape": "sphere", "radius": radius},
         inputs,
         surroundings,
-        (),
+        air.model,
         tuple(trials),
         ("x_m", "y_m", "z_m"),
         motion.simulate,
-        tuple(rivals),
+        missing(rivals, air),
     )

@@ -6,10 +6,10 @@ import numpy as np
 
 from . import again
 from .case import csv_text, toml_text
-from .library import ALIASES, LIBRARY
+from .library import ALIASES, LIBRARY, plausible, possible
 from .noise import REGIMES, Noise, frames, spoil, spoil_orientation
 from .observe import FINE, axes_seen, film
-from .strength import Lens, gentle, inside, look_alikes, scaled
+from .strength import NEAR, Lens, gentle, look_alikes, scaled
 
 SIGMAS = {
     "flight": (1e-3, 8e-3),
@@ -27,6 +27,7 @@ WRONG = {
     "tilt_y": 0.017,
 }  # nominal inputs may be off by this much, or less (see gentle)
 MISFIT = 3.0  # information that the departure from the textbook law and the wrong inputs may leave after the best textbook fit
+NOTHING = 0.5  # information that what a fluid does beside the stated model may have
 SHARE = 0.35  # an outside effect must keep this share of its information after the best single library law
 
 
@@ -36,7 +37,8 @@ class Redraw(Exception):
 
 @dataclass(frozen=True)
 class Deal:
-    """What is to be hidden. kind: null, single, degenerate, double, outside, mixed (a library law and an outside effect)."""
+    """What is to be hidden. kind: null, single, clear (nothing imitates it), degenerate, nested, double, joint (two laws that
+    hide each other), outside, mixed (a library law and an outside effect), placebo."""
 
     family: str
     kind: str
@@ -45,52 +47,50 @@ class Deal:
     strengths: tuple[float, ...]
     regime: str
     rate: int | None = None  # frames a second; None = drawn among those of the regime
+    far: bool = False  # the first law has a number beyond its plausible range, up to twice its end
 
 
-def trajectory(deal, room, rng, placebo=False, then=None):
-    """One case of a trajectory family: ({file name: text}, answer). placebo: what is hidden is shuffled between recordings;
+def trajectory(deal, room, rng, then=None):
+    """One case of a trajectory family: ({file name: text}, answer). A placebo shuffles what is hidden between recordings;
     then = (design, number of tests): these are recorded too, after all others. Raises Redraw."""
     rate = deal.rate or int(rng.choice(REGIMES[deal.regime][2]))
     low, high = SIGMAS[deal.family]
     sigma = float(np.exp(rng.uniform(np.log(low), np.log(high))))
     noise = Noise.draw(rng, deal.regime, rate, sigma, float(rng.choice([0.005, 0.01, 0.02])))
-    outside = tuple(name for name in deal.names if name in room.OUTSIDE)
-    setup = room.setup(rng, lambda duration: frames(rng, noise, duration), deal.style, outside)
+    setup = room.setup(rng, lambda duration: frames(rng, noise, duration), deal.style, deal.names)
     if min(len(trial.times) for trial in setup.trials) < 8 or sum(len(trial.times) for trial in setup.trials) < 100:
         raise Redraw("too few frames")
     lens = Lens(setup, noise.position, noise.orientation, noise.rho)
-    table = {**room.HIDDEN, **room.OUTSIDE}
-    laws, amplitudes = [], []
-    for name, strength in zip(deal.names, deal.strengths, strict=True):
-        make = table[name].draw(rng)
-        amplitude, lens, noise = scaled_or_resighted(lens, noise, make, strength, table[name])
-        laws.append(make)
-        amplitudes.append(amplitude)
+    table = {**room.HIDDEN, **getattr(room, "EXTRA", {}), **room.OUTSIDE}
+    hidden, amplitudes, lens, noise = draw_laws(deal, rng, lens, noise, table, SIGMAS[deal.family])
     limits = [float(np.clip(rng.normal(), -1.5, 1.5) / 1.5 * WRONG[key]) for key in setup.errors]
     errors = gentle(lens, setup.errors, limits)
-    hidden = hidden_laws(laws, amplitudes)
-    answer, rows, fitted = judge(deal, lens, hidden, errors)
-    answer["amplitudes"] = dict(zip(deal.names, amplitudes, strict=True))
+    answer, _, fitted = judge(deal, lens, hidden, errors)
+    answer["amplitudes"] = amplitudes
     acting = {**setup.base(), **answer["hidden_laws"]}
     films = [film(setup, trial, acting, errors, step=FINE) for trial in setup.trials]
     if not all(np.isfinite(position).all() for position, _ in films):
         raise Redraw("not finite")
-    if placebo:
+    if deal.kind == "placebo":
         plain = [film(setup, trial, setup.base(), step=FINE) for trial in setup.trials]
         films = shuffled(rng, films, plain, [trial.group for trial in setup.trials])
-        answer.update(kind="placebo", parameters={}, tied=[])
+        answer.update(parameters={}, tied=[])
     later = rng.spawn(1)[0]  # the recordings made first stay as they were
     more = again.trials(setup, *then, lambda duration: frames(later, noise, duration)) if then else []
-    files, noisy = _files(rng, setup, noise, films, more, [film(setup, trial, acting, errors, step=FINE) for trial in more])
+    stated = deal.regime == "outliers" and rng.random() < 0.5
+    setup = replace(setup, model=written(lens))
+    files, noisy = _files(
+        rng, setup, noise, stated, films, more, [film(setup, trial, acting, errors, step=FINE) for trial in more]
+    )
     answer.update(
-        noise={"regime": deal.regime, **{key: value for key, value in noise.__dict__.items()}},
+        noise={"regime": deal.regime, "stated": stated, **noise.__dict__},
         nominal_errors=errors,
         oracle=_oracle(lens, noisy, fitted),
     )
     return files, answer
 
 
-def scaled_or_resighted(lens, noise, make, strength, dial, trackers=None):
+def scaled_or_resighted(lens, noise, make, strength, dial, trackers):
     """Amplitude of the wanted strength; where no user would believe it, the nearest believable one seen by another tracker."""
     start = np.sqrt(dial.low * dial.high)
     amplitude = scaled(lens, make, strength, start)
@@ -98,7 +98,7 @@ def scaled_or_resighted(lens, noise, make, strength, dial, trackers=None):
         return amplitude, lens, noise
     amplitude = dial.high if amplitude is None or amplitude > dial.high else dial.low
     factor = lens.strength(lens.signal(make(amplitude))) / strength
-    low, high = trackers or SIGMAS[lens.setup.family]
+    low, high = trackers
     if not 0.3 * low <= noise.position * factor <= 3 * high:
         raise Redraw(f"no believable amplitude (factor {factor:.3g})")
     noise = replace(noise, position=noise.position * factor, orientation=float(np.clip(noise.orientation * factor, 1e-3, 0.05)))
@@ -107,6 +107,48 @@ def scaled_or_resighted(lens, noise, make, strength, dial, trackers=None):
     if amplitude is None or not 0.5 * dial.low <= amplitude <= 1.1 * dial.high:
         raise Redraw("no believable amplitude")
     return amplitude, lens, noise
+
+
+def draw_laws(deal, rng, lens, noise, dials, trackers):
+    """({effect: parameters} of all that is hidden, {effect: amplitude}, lens and noise of a tracker that suits them)."""
+    laws, amplitudes = [], []
+    for name, strength in zip(deal.names, deal.strengths, strict=True):
+        make = dials[name].draw(rng)
+        if deal.far and not laws:
+            amplitude = float(edge(make, name, lens.setup.inputs) * rng.uniform(1.02, 2.0))
+            if not lens.strength(lens.signal(make(amplitude))) >= 1.2:
+                raise Redraw("too weak a law for a far number")
+        else:
+            amplitude, lens, noise = scaled_or_resighted(lens, noise, make, strength, dials[name], trackers)
+        laws.append(make)
+        amplitudes.append(amplitude)
+    return hidden_laws(laws, amplitudes), dict(zip(deal.names, amplitudes, strict=True)), lens, noise
+
+
+def edge(make, name, inputs):
+    """The amplitude at which a law leaves its plausible range."""
+    if name not in LIBRARY or not plausible(name, make(1e-9)[name], inputs):
+        raise Redraw(f"{name} has no plausible range to leave")
+    low, high = 1e-9, 10.0
+    if plausible(name, make(high)[name], inputs):
+        raise Redraw(f"{name} never leaves its plausible range")
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if plausible(name, make(middle)[name], inputs) else (low, middle)
+    return high
+
+
+def written(lens):
+    """The model under test as the file states it: without entries of the fluid that together move nothing (information below
+    `NOTHING`); what moves the body by more must stand there, or the file would contradict itself."""
+    kept = list(lens.setup.model)
+    for name in ("added_mass", "buoyancy", "quadratic_drag"):
+        fewer = [entry for entry in kept if entry["name"] != name]
+        gone = {entry["name"] for entry in lens.setup.model} - {entry["name"] for entry in fewer}
+        absent = {one: {"coefficient": 0.0, "fluid_density": 0.0, "drag_coefficient": 0.0} for one in gone}
+        if len(fewer) < len(kept) and lens.information(lens.signal(absent)) < NOTHING:
+            kept = fewer
+    return tuple(kept)
 
 
 def hidden_laws(laws, amplitudes, blend=1.0):
@@ -130,7 +172,7 @@ def judge(deal, lens, hidden, errors):
         laws = _soften(hidden, blend)
         rows = lens.signal(laws, errors, step=FINE)
         fitted, left = lens.fit(names, rows, near=laws) if names else ({}, lens.information(rows))
-        if left <= MISFIT or deal.kind in ("outside", "mixed"):
+        if left <= MISFIT or deal.kind in ("outside", "mixed", "placebo"):
             break
         blend *= 0.4
     else:
@@ -142,11 +184,13 @@ def judge(deal, lens, hidden, errors):
         "effects": list(deal.names),
         "hidden_laws": laws,
         "parameters": {},
-        "strengths": dict(zip(deal.names, deal.strengths, strict=True)),
+        "strengths": strengths_of(deal, lens, laws),
         "outside": deal.kind in ("outside", "mixed"),
         "tied": [],
         "possible": [],
         "largest_cosine": 0.0,
+        "nearest": None,
+        "beyond": [],
         "information": lens.information(rows),
         "left_by_truth": left,
         "form_blend": blend,
@@ -158,29 +202,58 @@ def judge(deal, lens, hidden, errors):
     if not names:
         return answer, rows, None
     for name in names:
-        if not inside(name, fitted[name]):
-            raise Redraw(f"{name} out of bounds")
+        if not possible(name, fitted[name]):
+            raise Redraw(f"physics forbids {name} as it would be found")
+        if not plausible(name, fitted[name], lens.setup.inputs):
+            answer["beyond"].append(name)
         answer["parameters"][name] = {knob.name: fitted[name][knob.name] for knob in LIBRARY[name] if knob.scored}
+    if len(names) > 1:
+        answer["pair_cosine"] = _pair(deal, lens, laws, rows, left)
     for name in names:  # every hidden law beside its own rivals
         own = lens.signal({name: laws[name]}, step=FINE) if len(deal.names) > 1 else rows
         own_left = lens.fit([name], own, near=laws)[1] if len(deal.names) > 1 else left
-        tied, possible, cosine, simpler = look_alikes(lens, name, own, own_left)
+        if deal.kind == "placebo":
+            continue
+        tied, beside, cosine, nearest, simpler = look_alikes(lens, name, own, own_left)
         if simpler:
             raise Redraw(f"{simpler} imitates {name} with fewer parameters")
         answer["tied"] += [rival for rival in tied if rival not in names]
-        answer["possible"] += [rival for rival in possible if rival not in names]
+        answer["possible"] += [rival for rival in beside if rival not in names]
         answer["largest_cosine"] = max(answer["largest_cosine"], cosine)
+        answer["nearest"] = min(nearest, 1e12 if answer["nearest"] is None else answer["nearest"])
         if len(names) > 1:
-            answer.setdefault("each", {})[name] = {"tied": tied, "possible": possible, "cosine": cosine}
+            answer.setdefault("each", {})[name] = {"tied": tied, "possible": beside, "cosine": cosine}
     if deal.kind == "degenerate" and not answer["tied"]:
         raise Redraw("not degenerate")
-    if deal.kind == "double":
-        pair = [lens.project(lens.signal({name: laws[name]}), white=True) for name in names]
-        cosine = float(abs(pair[0] @ pair[1]) / np.sqrt((pair[0] @ pair[0]) * (pair[1] @ pair[1])))
-        if cosine > 0.9:
-            raise Redraw("the two hide each other")
-        answer["pair_cosine"] = cosine
+    if deal.kind == "clear" and (answer["tied"] or answer["largest_cosine"] >= 0.9 or answer["nearest"] < NEAR):
+        raise Redraw("something imitates it")
+    if deal.kind == "nested" and answer["nearest"] < NEAR:
+        raise Redraw("a simpler form would do")
     return answer, rows, lens.signal(fitted)
+
+
+def strengths_of(deal, lens, laws):
+    """{effect: strength}: as dealt, but for a law with a far number, which has the strength that it has."""
+    dealt = dict(zip(deal.names, deal.strengths, strict=True))
+    return dealt | {name: lens.strength(lens.signal({name: laws[name]})) for name in deal.names[: int(deal.far)]}
+
+
+def _pair(deal, lens, laws, rows, left):
+    """Cosine of what two laws add. Of a double they must not hide each other; of a joint pair they must, and be worth finding;
+    in neither may one law of the library explain both."""
+    pair = [lens.project(lens.signal({name: laws[name]}), white=True) for name in deal.names]
+    cosine = float(pair[0] @ pair[1] / np.sqrt((pair[0] @ pair[0]) * (pair[1] @ pair[1])))
+    if deal.kind == "joint":
+        if cosine > -0.5:
+            raise Redraw(f"cosine {cosine:.2f}: neither hides the other")
+        if lens.strength(rows) < 0.6:
+            raise Redraw("together too weak")
+    elif abs(cosine) > 0.9:
+        raise Redraw("the two hide each other")
+    for name in {*lens.setup.rivals, *deal.names}:
+        if (name in deal.names or lens.cosine(name, rows) > 0.9) and lens.fit([name], rows)[1] - left < NEAR:
+            raise Redraw(f"{name} alone explains both")
+    return cosine
 
 
 def _outside(answer, lens, rows):
@@ -190,7 +263,7 @@ def _outside(answer, lens, rows):
         if lens.cosine(name, rows) < 0.3:
             continue
         law, left = lens.fit([name], rows, turns=2)
-        if inside(name, law[name]) and left < best:
+        if possible(name, law[name]) and left < best:
             best, who = left, name
     share = best / max(answer["information"], 1e-12)
     if share < SHARE:
@@ -251,8 +324,8 @@ def _oracle(lens, noisy, fitted):
     return {"before": before, "after": after, "noise": lens.sigma_position}
 
 
-def _files(rng, setup, noise, films, more=(), more_films=()):
-    """The folder a user would hand in, and the films as recorded; `more` trials were filmed last."""
+def _files(rng, setup, noise, stated, films, more=(), more_films=()):
+    """The folder a user would hand in (sigma stated, or a static recording), and the films as recorded; `more` come last."""
     header = (
         ["t_s"] + [name for name in setup.columns if name != "q"] + (["qw", "qx", "qy", "qz"] if "q" in setup.columns else [])
     )
@@ -278,8 +351,15 @@ def _files(rng, setup, noise, films, more=(), more_films=()):
     for trial, seen in zip(setup.trials, films, strict=True):
         keep(trial, *seen)
     still = np.arange(600) / noise.rate
-    place = np.repeat(np.array([[0.1, 0.2, 1.0]]), 600, axis=0)
-    files["rest.csv"] = table(np.round(still, 6), *recorded(place, np.repeat([[1.0, 0.0, 0.0, 0.0]], 600, axis=0)))
+    place = np.array([0.1, 0.2, 1.0]) + rng.uniform(0, 1, 3) * max(noise.quantum, 0.1) * noise.position  # somewhere in its pixel
+    place = np.repeat(place[None], 600, axis=0)
+    resting = table(np.round(still, 6), *recorded(place, np.repeat([[1.0, 0.0, 0.0, 0.0]], 600, axis=0)))
+    measurement = {"static": "rest.csv"}
+    if stated:
+        measurement = {"noise": {"position": noise.position}}
+        measurement["noise"] |= {"orientation": noise.orientation} if "q" in setup.columns else {}
+    else:
+        files["rest.csv"] = resting
     for trial, seen in zip(more, more_films, strict=True):
         keep(trial, *seen)
     files["experiment.toml"] = toml_text(
@@ -288,7 +368,7 @@ def _files(rng, setup, noise, films, more=(), more_films=()):
             "body": {**setup.shape, "mass": setup.inputs["mass"]},
             "surroundings": setup.surroundings,
             "model": {"effects": list(setup.model)},
-            "measurement": {"static": "rest.csv"},
+            "measurement": measurement,
             "diagnose": {"hold_out": "group"},
             "trial": entries,
         }

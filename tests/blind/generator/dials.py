@@ -37,6 +37,23 @@ def plane(name, keys, low, high, styles):
     return Dial(draw, low, high, tuple(styles))
 
 
+def crisis(styles):
+    """The drag crisis: subcritical coefficient as the amplitude, a third of it or less beyond a critical Reynolds number."""
+
+    def draw(rng):
+        share, reynolds, form = rng.uniform(0.15, 0.35), float(rng.uniform(0.7e5, 1.6e5)), float(rng.uniform(0.3, 1.0))
+        return lambda amplitude: {
+            "drag_crisis": {
+                "subcritical": amplitude,
+                "supercritical": share * amplitude,
+                "critical_reynolds": reynolds,
+                "form": form,
+            }
+        }
+
+    return Dial(draw, 0.2, 0.6, tuple(styles))
+
+
 def tilt(name, styles):
     """tilted_gravity or tilted_frame, up to 0.05 rad."""
     return plane(name, ("angle_x", "angle_y"), 5e-4, 0.045, styles)

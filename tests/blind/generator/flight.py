@@ -5,42 +5,53 @@ import numpy as np
 
 from . import motion
 from .case import Setup, Trial
-from .dials import camera_drift, camera_shake, groups, growing_lift, gust, magnet, one, own_moments, plane, swirl, tilt
+from .dials import camera_drift, camera_shake, crisis, groups, growing_lift, gust, magnet, one, own_moments, plane, swirl, tilt
+from .fluid import AIR, AIR_VISCOSITY, around
+from .fluid import rivals as missing
 
-STYLES = ("throws", "drops", "spinning", "dragged")
-MOVING = ("throws", "drops", "spinning")
+STYLES = ("throws", "drops", "spinning")
 HIDDEN = {
     "linear_drag": one("linear_drag", "rate", 0.003, 1.5, ("throws", "drops"), form="form"),
     "quadratic_drag": one("quadratic_drag", "drag_coefficient", 0.02, 1.4, ("throws", "drops"), form="form"),
-    "buoyancy": one("buoyancy", "fluid_density", 0.05, 4.0, MOVING),
-    "added_mass": one("added_mass", "coefficient", 0.05, 1.4, MOVING),
-    "length_scale": one("length_scale", "factor", 5e-4, 0.04, MOVING, null=1.0, sign=0),
-    "time_scale": one("time_scale", "factor", 3e-4, 0.03, MOVING, null=1.0, sign=0),
-    "tilted_gravity": tilt("tilted_gravity", MOVING),
-    "tilted_frame": tilt("tilted_frame", MOVING),
-    "clock_offset": one("clock_offset", "offset", 2e-4, 0.1, ("drops",)),
+    "buoyancy": one("buoyancy", "fluid_density", AIR, AIR, STYLES),
+    "added_mass": one("added_mass", "coefficient", 0.05, 1.4, STYLES),
+    "length_scale": one("length_scale", "factor", 5e-4, 0.04, STYLES, null=1.0, sign=0),
+    "time_scale": one("time_scale", "factor", 3e-4, 0.03, STYLES, null=1.0, sign=0),
+    "tilted_gravity": tilt("tilted_gravity", STYLES),
+    "tilted_frame": tilt("tilted_frame", STYLES),
+    "clock_offset": one("clock_offset", "offset", 2e-4, 0.1, ("drops",), sign=0),
     "magnus": one("magnus", "coefficient", 0.02, 1.5, ("spinning",)),
     "spin_decay": one("spin_decay", "rate", 0.002, 2.0, ("spinning",), form="form"),
-    "uniform_flow": plane("uniform_flow", ("velocity_x", "velocity_y"), 0.02, 2.5, ("dragged",)),
-    "mass_offset": one("mass_offset", "relative", 0.003, 0.045, ("dragged",), sign=0),
+    "uniform_flow": plane("uniform_flow", ("velocity_x", "velocity_y"), 0.02, 2.5, ("throws", "drops")),
+    "mass_offset": one("mass_offset", "relative", 0.003, 0.045, ("throws",), sign=0),
 }
+EXTRA = {"drag_crisis": crisis(("throws",))}  # hidden where it is asked for
 OUTSIDE = {
     "camera_shake": camera_shake(STYLES),
-    "camera_drift": camera_drift(("throws", "dragged", "spinning")),
+    "camera_drift": camera_drift(("throws", "spinning")),
     "gust": gust(STYLES),
     "growing_lift": growing_lift(("throws", "spinning")),
-    "magnet": magnet(("throws", "dragged"), (1.5, 0.0, 1.0), 3.0),
-    "swirl": swirl(("throws", "dragged")),
+    "magnet": magnet(("throws",), (1.5, 0.0, 1.0), 3.0),
+    "swirl": swirl(("throws",)),
 }
 DEGENERATE = (
-    ("buoyancy", "throws"),
     ("length_scale", "throws"),
     ("time_scale", "drops"),
     ("tilted_gravity", "throws"),
     ("tilted_frame", "spinning"),
+    ("added_mass", "drops"),
     ("linear_drag", "narrow"),
     ("quadratic_drag", "narrow"),
 )
+NESTED = (("quadratic_drag", "throws"), ("quadratic_drag", "drops"), ("drag_crisis", "throws"))  # one law contains the other
+JOINT = (
+    ("quadratic_drag", "clock_offset", "drops"),
+    ("quadratic_drag", "length_scale", "throws"),
+    ("linear_drag", "clock_offset", "drops"),
+    ("quadratic_drag", "time_scale", "throws"),
+    ("linear_drag", "length_scale", "drops"),
+    ("clock_offset", "time_scale", "drops"),
+)  # each takes back what the other does, so neither alone announces itself
 DOUBLES = (
     ("quadratic_drag", "tilted_gravity", "throws"),
     ("linear_drag", "tilted_frame", "drops"),
@@ -48,16 +59,25 @@ DOUBLES = (
     ("magnus", "spin_decay", "spinning"),
     ("magnus", "tilted_gravity", "spinning"),
     ("quadratic_drag", "clock_offset", "drops"),
-    ("uniform_flow", "time_scale", "dragged"),
+    ("uniform_flow", "time_scale", "throws"),
 )
-BALLS = ((0.0335, 0.0577), (0.0213, 0.0459), (0.11, 0.43), (0.04, 0.011), (0.105, 0.06), (0.15, 0.11))  # radius [m], mass [kg]
+BALLS = (
+    (0.0335, 0.0577),
+    (0.0213, 0.0459),
+    (0.11, 0.43),
+    (0.04, 0.011),
+    (0.105, 0.06),
+    (0.15, 0.11),
+    (0.05, 4.08),
+)  # radius [m], mass [kg]
+BIG = ((0.11, 0.43), (0.105, 0.27), (0.15, 0.9))  # fast enough here for the drag crisis
 
 
-def setup(rng, stamps, style, outside=()):
-    """A flight experiment; stamps(duration) gives the recorder's times, `outside` names what needs moments of its own."""
-    radius, mass = BALLS[rng.integers(len(BALLS))]
+def setup(rng, stamps, style, hidden=()):
+    """A flight experiment; stamps(duration) gives the recorder's times, `hidden` names what is not in the model."""
+    radius, mass = BIG[rng.integers(len(BIG))] if "drag_crisis" in hidden else BALLS[rng.integers(len(BALLS))]
     spin = style == "spinning"
-    model = ({"name": "quadratic_drag", "drag_coefficient": float(rng.choice([0.4, 0.47, 0.5]))},) if style == "dragged" else ()
+    air = around(rng, hidden)
     count = int(rng.integers(6, 11))
     trials = []
     for i, group in enumerate(groups(rng, count)):
@@ -79,7 +99,7 @@ def setup(rng, stamps, style, outside=()):
             start.update(
                 orientation=np.array([1.0, 0.0, 0.0, 0.0]), angular_velocity=axis / np.linalg.norm(axis) * rng.uniform(10, 30)
             )
-        own = {key: value for name in outside for key, value in own_moments(rng, name, duration).items()}
+        own = {key: value for name in hidden for key, value in own_moments(rng, name, duration).items()}
         trials.append(Trial(group, start, known, stamps(min(duration, 1.6)), own=own))
     rivals = [
         "linear_drag",
@@ -93,18 +113,18 @@ def setup(rng, stamps, style, outside=()):
     ]
     rivals += ["clock_offset"] if style == "drops" else []
     rivals += ["magnus", "spin_decay"] if spin else []
-    rivals += ["uniform_flow", "mass_offset", "size_error"] if model else []
+    rivals += ["uniform_flow", "mass_offset", "size_error"] if "quadratic_drag" in {one["name"] for one in air.model} else []
     columns = ("x_m", "y_m", "z_m", "q") if spin else ("x_m", "y_m", "z_m")
     title = {"drops": "ball dropped from several heights"}.get(style, "ball thrown across a hall")
     return Setup(
         "flight",
         title,
         {"shape": "sphere", "radius": radius},
-        {"mass": mass, "radius": radius, "gravity": 9.81, "fluid_density": 1.2, "v_ref": 6.0},
-        {"gravity": 9.81, "fluid_density": 1.2, "fluid_viscosity": 1.8e-5},
-        model,
+        {"mass": mass, "radius": radius, "gravity": 9.81, "fluid_density": air.density, "viscosity": AIR_VISCOSITY, "v_ref": 6.0},
+        {"gravity": 9.81, **air.stated},
+        air.model,
         tuple(trials),
         columns,
         motion.simulate,
-        tuple(rivals),
+        missing(rivals, air),
     )

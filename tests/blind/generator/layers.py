@@ -37,8 +37,6 @@ IMITATORS = {
     "loose_lower_layers": (),
     "placement_scatter": (),
 }
-HIDDEN, DEGENERATE, DOUBLES = dict.fromkeys(EFFECTS), (), ()
-STYLES = ("table",)
 
 
 def standard_error(grids, campaigns):

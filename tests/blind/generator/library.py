@@ -1,5 +1,5 @@
-"""The library's laws as the generator knows them: parameters, null values, bounds (discovery table) and steps for finite
-differences."""
+"""The library's laws as the generator knows them: parameters, null values, plausible ranges (discovery table; not walls) and
+steps for finite differences."""
 
 from dataclasses import dataclass
 
@@ -19,6 +19,11 @@ class Knob:
 LIBRARY = {
     "linear_drag": (Knob("rate", 0, 0, 5, 1e-3),),
     "quadratic_drag": (Knob("drag_coefficient", 0, 0, 2.5, 1e-3),),
+    "drag_crisis": (
+        Knob("subcritical", 0, 0.2, 1.2, 1e-3),
+        Knob("supercritical", 0, 0, 0.5, 1e-3),
+        Knob("critical_reynolds", 2e5, 5e4, 5e5, 1e2),
+    ),
     "buoyancy": (Knob("fluid_density", 0, 0, 1100, 1e-2),),
     "added_mass": (Knob("coefficient", 0, 0, 1.5, 1e-3),),
     "uniform_flow": (Knob("velocity_x", 0, -3, 3, 1e-3), Knob("velocity_y", 0, -3, 3, 1e-3), Knob("velocity_z", 0, -3, 3, 1e-3)),
@@ -68,6 +73,26 @@ ALIASES = {
     "uniform_flow": ("orientation_drag",),
     "friction": ("load_dependent_friction", "friction_combination", "static_friction"),
 }
+
+
+ENDS = {"restitution": 1.0}  # no body rebounds faster than it came
+ONE_SIDED = ("stribeck_friction",)  # at rest no less than on the way
+
+
+def plausible(name, law, inputs):
+    """Whether all parameters lie within the library's plausible range; that of an arm goes with the radius of the ball."""
+    high = {"rolling_friction": 0.1, "spinning_friction": 0.5}.get(name)
+    ends = [(knob.low, high * inputs["radius"] if high else knob.high) for knob in LIBRARY[name]]
+    return all(low <= law.get(knob.name, knob.null) <= end for knob, (low, end) in zip(LIBRARY[name], ends, strict=True))
+
+
+def possible(name, law):
+    """Whether physics allows the parameters: no negative friction, drag or density, no rebound faster than the impact."""
+    return all(
+        (law[knob.name] >= knob.low or knob.low < 0 or (knob.null == 1 and name not in ONE_SIDED))
+        and law[knob.name] <= ENDS.get(name, float("inf"))
+        for knob in LIBRARY[name]
+    )
 
 
 def price(name):

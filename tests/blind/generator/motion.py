@@ -53,6 +53,11 @@ NAMES = (
     "swirl",
     "floor",
     "mu_form",
+    "c_sub",
+    "c_sup",
+    "re_c",
+    "crisis_form",
+    "nu",
 )
 (
     MASS,
@@ -97,6 +102,11 @@ NAMES = (
     SWIRL,
     FLOOR,
     MU_FORM,
+    C_SUB,
+    C_SUP,
+    RE_C,
+    CRISIS_FORM,
+    NU,
 ) = range(len(NAMES))
 
 
@@ -110,6 +120,10 @@ def derivative(s, t, p):
     volume = 4.0 / 3.0 * np.pi * r**3
     # drag: C falls with Reynolds number as a small power, through its nominal value at v_ref
     k = 0.5 * p[RHO] * p[CD] * np.pi * r * r * speed * (speed / p[V_REF]) ** (-0.3 * p[C_FORM])
+    if p[RE_C] > 0:  # the boundary layer turns turbulent: another power than the textbook's fourth where the form is not 0
+        ratio = 2.0 * r * speed / (p[NU] * p[RE_C])
+        c = p[C_SUP] + (p[C_SUB] - p[C_SUP]) / (1.0 + ratio ** (4.0 + p[CRISIS_FORM]))
+        k += 0.5 * p[RHO] * c * np.pi * r * r * speed
     k += m * p[RATE] * (speed / p[V_REF]) ** (0.15 * p[RATE_FORM])
     magnus = p[MAGNUS] * np.pi * p[RHO] * r**3
     gust = m * np.exp(-(((t - p[GUST_TIME]) / p[GUST_WIDTH]) ** 2))
@@ -234,6 +248,12 @@ def parameters(inputs, effects):
     p.update(n_x=normal[0], n_y=normal[1], n_z=normal[2])
     drag = effects.get("quadratic_drag", {})
     p.update(c_drag=drag.get("drag_coefficient", 0.0), c_form=drag.get("form", 0.0))
+    if "drag_crisis" in effects:
+        law = effects["drag_crisis"]
+        p.update(
+            c_sub=law["subcritical"], c_sup=law["supercritical"], re_c=law["critical_reynolds"], crisis_form=law.get("form", 0.0)
+        )
+    p["nu"] = inputs.get("viscosity", 0.0) / p["rho"] if p["rho"] else 0.0
     p.update(rate=effects.get("linear_drag", {}).get("rate", 0.0), rate_form=effects.get("linear_drag", {}).get("form", 0.0))
     p["buoyant"] = effects.get("buoyancy", {}).get("fluid_density", 0.0)
     p["added"] = effects.get("added_mass", {}).get("coefficient", 0.0)

@@ -1,6 +1,6 @@
 """What a tracker does to the truth: AR(1) noise, outliers, rounding, jittering stamps, dropped frames."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import lfilter
@@ -9,19 +9,22 @@ from scipy.signal import lfilter
 REGIMES = {
     "white": (0.0, 0.0, (15, 25, 30, 60, 120, 240)),
     "ar6": (0.6, 0.0, (60, 120, 240)),
-    "ar8_outliers": (0.8, 0.005, (120, 240)),
+    "ar8": (0.8, 0.005, (120, 240)),
+    "outliers": (0.0, 0.03, (25, 30, 60, 120, 240)),
+    "pixels": (0.0, 0.0, (25, 30, 60, 120, 240)),
 }
+PIXELS = (1.0, 2.0, 3.5)  # steps of the picture in sigmas of the rest of the noise: they show, and the third hides most of it
 
 
 @dataclass(frozen=True)
 class Noise:
-    """A tracker. sigma in m and rad (standard deviation of the AR(1) part); quantum in sigmas; times relative to the frame."""
+    """A tracker. Deviations in m and rad as a moving body's samples have them, outliers apart; times relative to the frame."""
 
     position: float
     orientation: float
     rho: float
     outliers: float
-    quantum: float  # rounding step in sigmas, 0 = none
+    quantum: float  # rounding step of positions in sigmas of the AR(1) part, 0 = none
     jitter: float  # standard deviation of the frame spacing, relative
     dropped: float  # share of frames lost
     rate: float  # frames a second
@@ -30,8 +33,14 @@ class Noise:
     def draw(rng, regime, rate, position, orientation=0.01):
         """A tracker of the regime with the finer habits drawn at random."""
         rho, outliers, _ = REGIMES[regime]
-        quantum, jitter, dropped = rng.choice([0.0, 0.3, 1.0]), rng.choice([0.0, 0.01]), rng.choice([0.0, 0.01, 0.03])
+        quantum = rng.choice(PIXELS if regime == "pixels" else [0.0, 0.0, 0.3])
+        jitter, dropped = rng.choice([0.0, 0.01]), rng.choice([0.0, 0.01, 0.03])
         return Noise(position, orientation, rho, outliers, float(quantum), float(jitter), float(dropped), float(rate))
+
+    @property
+    def rounded(self):
+        """Deviation of a moving body's samples over that of the noise before rounding: a step q adds q^2/12."""
+        return float(np.sqrt(1 + self.quantum**2 / 12))
 
 
 def correlated(rng, shape, sigma, rho):
@@ -43,6 +52,7 @@ def correlated(rng, shape, sigma, rho):
 
 def spoil(rng, noise, values, sigma):
     """Values (n, c) as the tracker reports them."""
+    sigma = sigma / noise.rounded
     seen = values + correlated(rng, values.shape, sigma, noise.rho)
     wild = rng.random(values.shape) < noise.outliers
     seen = seen + wild * sigma * rng.uniform(5, 15, values.shape) * rng.choice([-1.0, 1.0], values.shape)
@@ -53,8 +63,8 @@ def spoil(rng, noise, values, sigma):
 
 
 def spoil_orientation(rng, noise, quaternions):
-    """Quaternions (n, 4) turned by small noisy rotation vectors (world frame)."""
-    turn = spoil(rng, noise, np.zeros((len(quaternions), 3)), noise.orientation)
+    """Quaternions (n, 4) turned by small noisy rotation vectors (world frame); no picture rounds an angle."""
+    turn = spoil(rng, replace(noise, quantum=0.0), np.zeros((len(quaternions), 3)), noise.orientation)
     return product(small_turn(turn), quaternions)
 
 

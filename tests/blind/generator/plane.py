@@ -4,6 +4,7 @@ as an event."""
 import numpy as np
 from numba import njit
 
+from .fluid import displaced
 from .noise import lean, product, small_turn
 
 NAMES = (
@@ -37,6 +38,7 @@ NAMES = (
     "shake_heading",
     "spin_torque",
     "spin_rate",
+    "added",
 )
 (
     G1,
@@ -69,14 +71,15 @@ NAMES = (
     SHAKE_HEADING,
     SPIN_TORQUE,
     SPIN_RATE,
+    ADDED,
 ) = range(len(NAMES))
 
 
 @njit(cache=True)
 def resistance(speed, c, s, p):
-    """Deceleration by the ground [m/s2] at a speed [m/s], heading (c, s): friction of the block, or rolling resistance."""
+    """Force by the ground over the mass [m/s2] at a speed [m/s], heading (c, s): friction of the block, or rolling resistance."""
     if p[KAPPA] > 0:
-        return p[ARM] * p[GN] * (1 + p[ARM_FORM] * 0.1 * np.log(speed / 0.3 + 0.05)) / (1 + p[KAPPA])
+        return p[ARM] * p[GN] * (1 + p[ARM_FORM] * 0.1 * np.log(speed / 0.3 + 0.05))
     mu = p[MU] * (1 + (p[RATIO] - 1) * np.exp(-((speed / p[STRIBECK_SPEED]) ** p[STRIBECK_POWER])))
     mu += p[VISCOUS] * speed ** (1 - 0.25 * p[VISCOUS_FORM])
     ca, sa = np.cos(p[CROSS_ANGLE]), np.sin(p[CROSS_ANGLE])
@@ -96,13 +99,13 @@ def acceleration(q, t, p):
     d1, d2 = q[0] - p[PATCH_1], q[1] - p[PATCH_2]
     brake += p[PATCH] * p[GN] * np.exp(-(d1 * d1 + d2 * d2) / p[PATCH_SIZE] ** 2)  # a rough or sticky spot
     air = p[RATE] + p[QUADRATIC] * speed
-    gain = 1.0 / (1.0 + p[KAPPA])
+    gain = 1.0 / (1.0 + p[KAPPA] + p[ADDED])  # the spin of a rolling ball and the fluid that moves along share the push
     wave = p[WAVE] * p[GN] * np.sin(p[WAVE_NUMBER] * (q[0] + 0.6 * q[1]))  # an undulating floor
     shake = p[SHAKE] * np.sin(p[SHAKE_RATE] * t + p[SHAKE_PHASE])  # the board shakes along itself
     out = np.empty(4)
     out[0], out[1] = q[2], q[3]
-    out[2] = gain * (p[G1] + wave + shake * np.cos(p[SHAKE_HEADING]) - air * q[2]) - brake * c
-    out[3] = gain * (p[G2] + 0.6 * wave + shake * np.sin(p[SHAKE_HEADING]) - air * q[3]) - brake * s
+    out[2] = gain * (p[G1] + wave + shake * np.cos(p[SHAKE_HEADING]) - air * q[2] - brake * c)
+    out[3] = gain * (p[G2] + 0.6 * wave + shake * np.sin(p[SHAKE_HEADING]) - air * q[3] - brake * s)
     return out
 
 
@@ -133,8 +136,7 @@ def travel(start, times, step, p):
                 at_start = resistance(1e-9, p[G1] / (drive + 1e-12), p[G2] / (drive + 1e-12), p)
                 if p[SMOOTH] > 0 and p[KAPPA] == 0:
                     at_start = p[MU] * p[GN]
-                gain = 1.0 / (1.0 + p[KAPPA])
-                if gain * drive <= at_start * p[HELD]:
+                if drive <= at_start * p[HELD]:
                     break
                 stopped = False
                 q[2], q[3] = 1e-9 * p[G1] / drive, 1e-9 * p[G2] / drive
@@ -174,12 +176,15 @@ def parameters(inputs, effects, axes, rolling):
     ax, ay = lean(inputs, effects)
     g = inputs["gravity"] * np.array([np.sin(ax), np.sin(ay), -np.sqrt(1 - np.sin(ax) ** 2 - np.sin(ay) ** 2)])
     mass = inputs["mass"] * (1 + effects.get("mass_offset", {}).get("relative", 0.0))
+    lifted, moved_along = displaced(inputs, effects, mass)
+    g = g * (1 - lifted)
     radius = inputs.get("radius", 0.0) * (1 + effects.get("size_error", {}).get("relative", 0.0))
     fluid, area = inputs.get("fluid_density", 0.0), np.pi * radius**2 if rolling else inputs.get("area", 0.0)
     p.update(
         g_1=axes[0] @ g,
         g_2=axes[1] @ g,
         g_n=-axes[2] @ g,
+        added=moved_along,
         mu=inputs.get("friction", 0.0),
         ratio=1.0,
         stribeck_speed=1.0,

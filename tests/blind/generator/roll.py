@@ -7,6 +7,8 @@ import numpy as np
 from . import plane
 from .case import Setup, Trial
 from .dials import Dial, camera_drift, camera_shake, groups, one, own_moments, tilt
+from .fluid import around
+from .fluid import rivals as missing
 from .slide import _patch, _shaken, _slope, _wave, floor_of
 
 STYLES = ("boards", "spins")
@@ -21,7 +23,7 @@ HIDDEN = {
     "bottom_slope": Dial(_slope, 1e-4, 0.06, STYLES),
     "length_scale": one("length_scale", "factor", 5e-4, 0.06, ("boards",), null=1.0, sign=0),
     "time_scale": one("time_scale", "factor", 3e-4, 0.04, ("boards",), null=1.0, sign=0),
-    "clock_offset": one("clock_offset", "offset", 5e-4, 0.15, ("boards",)),
+    "clock_offset": one("clock_offset", "offset", 5e-4, 0.15, ("boards",), sign=0),
     "size_error": one("size_error", "relative", 1e-3, 0.018, ("boards",), sign=0),
     "margin_offset": one("margin_offset", "offset", 1e-3, 0.0105, ("boards",)),
 }
@@ -33,6 +35,12 @@ OUTSIDE = {
     "shaken_board": Dial(_shaken, 0.005, 3.0, ("boards",)),
 }
 DEGENERATE = (("size_error", "boards"), ("margin_offset", "boards"), ("bottom_slope", "spins"), ("tilted_gravity", "spins"))
+JOINT = (
+    ("rolling_friction", "length_scale", "boards"),
+    ("rolling_friction", "clock_offset", "boards"),
+    ("rolling_friction", "time_scale", "boards"),
+    ("clock_offset", "time_scale", "boards"),
+)
 DOUBLES = (
     ("rolling_friction", "tilted_gravity", "boards"),
     ("rolling_friction", "linear_drag", "boards"),
@@ -43,9 +51,10 @@ DOUBLES = (
 BALLS = ((0.02, 0.26), (0.03, 0.12), (0.05, 0.09), (0.06, 0.35))  # radius [m], mass [kg]
 
 
-def setup(rng, stamps, style, outside=()):
+def setup(rng, stamps, style, hidden=()):
     """A rolling or spinning experiment; friction 0.6 is never used up, so the ball rolls without slipping."""
     radius, mass = BALLS[rng.integers(len(BALLS))]
+    air = around(rng, hidden)
     count = int(rng.integers(6, 11))
     trials = []
     for i, group in enumerate(groups(rng, count)):
@@ -66,7 +75,7 @@ def setup(rng, stamps, style, outside=()):
             spin = float(np.linspace(4.0, 22.0, count)[(i * 3) % count]) * (1 if i % 2 else -1)
             start["angular_velocity"], known = np.array([0.0, 0.0, spin]), ("position", "velocity")
             duration = float(rng.uniform(0.9, 1.6))
-        own = {key: value for name in outside for key, value in own_moments(rng, name, duration).items()}
+        own = {key: value for name in hidden for key, value in own_moments(rng, name, duration).items()}
         trials.append(Trial(group, start, known, stamps(duration), overrides, own, tangents))
     rivals = ["bottom_slope", "tilted_gravity", "tilted_frame", "length_scale", "time_scale", "size_error", "margin_offset"]
     rivals += (
@@ -78,7 +87,8 @@ def setup(rng, stamps, style, outside=()):
         "mass": mass,
         "radius": radius,
         "gravity": 9.81,
-        "fluid_density": 1.2,
+        "fluid_density": air.density,
+        "volume": 4 / 3 * np.pi * radius**3,
         "clearance": radius,
         "floor_height": 0.0,
         "floor_normal": (0.0, 0.0, 1.0),
@@ -86,8 +96,7 @@ def setup(rng, stamps, style, outside=()):
     }
     surroundings = {
         "gravity": 9.81,
-        "fluid_density": 1.2,
-        "fluid_viscosity": 1.8e-5,
+        **air.stated,
         "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]},
         "friction": 0.6,
         "restitution": 0.0,
@@ -100,9 +109,9 @@ def setup(rng, stamps, style, outside=()):
         {"shape": "sphere", "radius": radius},
         inputs,
         surroundings,
-        (),
+        air.model,
         tuple(trials),
         columns,
         partial(plane.simulate, rolling=True),
-        tuple(rivals),
+        missing(rivals, air),
     )

@@ -1,45 +1,54 @@
-"""Sealed seeds: the SHA-256 of a seed is committed first, the seed itself is opened after the verdicts are stored.
+"""The seed of a judging deck is the SHA-256 of the frozen commit: who writes the analyst cannot choose it, anyone can check it.
 
-python -m tests.blind.generator.seal new --suite full --out SECRET_FILE     (appends the digest to tests/blind/seals.txt)
+Every judging deck whose answers are opened is reported: the scorer adds it to tests/blind/opened.txt (commit, cases), and the
+first one counts. A deck of another seed judges nothing.
 """
 
-import argparse
 import hashlib
-import secrets
+import subprocess
 from pathlib import Path
 
-REGISTER = Path(__file__).resolve().parent.parent / "seals.txt"
+ROOT = Path(__file__).resolve().parents[3]
+REGISTER = ROOT / "tests" / "blind" / "opened.txt"
 
 
-def digest(seed):
-    """SHA-256 (hex) of the seed written in decimal."""
-    return hashlib.sha256(str(int(seed)).encode("ascii")).hexdigest()
+def seed_of(commit):
+    """The seed that belongs to a commit: the first 15 hexadecimal digits of the SHA-256 of its name (fits any integer type)."""
+    return int(hashlib.sha256(commit.encode("ascii")).hexdigest()[:15], 16)
 
 
-def sealed(seed, register=REGISTER):
-    """Name of the suite that was sealed with this seed, None where its digest stands in no line of the register."""
-    if not Path(register).exists():
-        return None
-    for line in Path(register).read_text(encoding="utf-8").splitlines():
-        fields = line.split()
-        if len(fields) >= 2 and fields[0] == digest(seed):
-            return fields[1]
-    return None
+def frozen(root=ROOT):
+    """The commit of a clean working tree; SystemExit where anything is not committed."""
+    changed = _git(root, "status", "--porcelain")
+    if changed:
+        raise SystemExit(
+            f"{root}: not committed:\n{changed}\na judging deck needs a frozen commit; commit or put away these files"
+        )
+    return _git(root, "rev-parse", "HEAD")
 
 
-def new(suite, out, register=REGISTER):
-    """Draw a secret seed, write it to `out`, append its digest to the register; return the digest."""
-    seed = secrets.randbits(62)
-    Path(out).write_text(f"{seed}\n", encoding="ascii")
-    with open(register, "a", encoding="utf-8") as file:
-        file.write(f"{digest(seed)} {suite}\n")
-    return digest(seed)
+def commit_of(root):
+    """The commit that a checkout stands at, "+" after it where files differ from it."""
+    return _git(root, "rev-parse", "HEAD") + ("+" if _git(root, "status", "--porcelain") else "")
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("action", choices=["new"])
-    parser.add_argument("--suite", default="full")
-    parser.add_argument("--out", required=True, help="where the secret seed goes; keep it out of the repository")
-    arguments = parser.parse_args()
-    print(new(arguments.suite, arguments.out))
+def judges(record):
+    """Whether the record of a deck is that of a judging deck: whole, and its seed that of its commit."""
+    return (
+        bool(record.get("commit")) and record["seed"] == seed_of(record["commit"]) and not record["family"] and not record["kind"]
+    )
+
+
+def opened(record=None, register=REGISTER):
+    """Lines of all judging decks opened so far, oldest first; a record's deck is added where it is not among them."""
+    lines = register.read_text(encoding="utf-8").splitlines() if register.exists() else []
+    if record is not None and judges(record):
+        line = f"{record['commit']} {len(record['cases'])}"
+        if line not in lines:
+            lines.append(line)
+            register.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return lines
+
+
+def _git(root, *words):
+    return subprocess.run(["git", "-C", str(root), *words], capture_output=True, text=True, check=True).stdout.strip()

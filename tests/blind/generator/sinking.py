@@ -7,19 +7,19 @@ from . import motion
 from .case import Setup, Trial
 from .dials import camera_drift, camera_shake, groups, growing_lift, gust, magnet, one, own_moments, plane, swirl, tilt
 
-STYLES = ("released", "pushed", "spinning", "dragless", "massless")
-DRAGGED = ("released", "pushed", "spinning")
+WATER = 998.0  # fresh water at 20 degrees Celsius [kg/m3]
+STYLES = ("released", "pushed", "spinning", "both")
 HIDDEN = {
     "linear_drag": one("linear_drag", "rate", 0.003, 2.0, ("released", "pushed"), form="form"),
-    "quadratic_drag": one("quadratic_drag", "drag_coefficient", 0.01, 1.2, ("dragless",), form="form"),
-    "added_mass": one("added_mass", "coefficient", 0.01, 0.8, ("massless",)),
-    "buoyancy": one("buoyancy", "fluid_density", 1.0, 1050.0, ("heavy",)),
+    "quadratic_drag": one("quadratic_drag", "drag_coefficient", 0.01, 1.2, ("both",), form="form"),
+    "added_mass": one("added_mass", "coefficient", 0.01, 0.8, ("both",)),
+    "buoyancy": one("buoyancy", "fluid_density", WATER, WATER, ("heavy",)),
     "uniform_flow": plane("uniform_flow", ("velocity_x", "velocity_y"), 0.003, 1.0, ("released", "pushed")),
-    "tilted_gravity": tilt("tilted_gravity", DRAGGED),
-    "tilted_frame": tilt("tilted_frame", DRAGGED),
+    "tilted_gravity": tilt("tilted_gravity", STYLES),
+    "tilted_frame": tilt("tilted_frame", STYLES),
     "length_scale": one("length_scale", "factor", 5e-4, 0.06, ("released", "pushed"), null=1.0, sign=0),
     "time_scale": one("time_scale", "factor", 3e-4, 0.04, ("released", "pushed"), null=1.0, sign=0),
-    "clock_offset": one("clock_offset", "offset", 3e-4, 0.15, ("released",)),
+    "clock_offset": one("clock_offset", "offset", 3e-4, 0.15, ("released",), sign=0),
     "magnus": one("magnus", "coefficient", 0.01, 1.5, ("spinning",)),
     "spin_decay": one("spin_decay", "rate", 0.002, 2.5, ("spinning",), form="form"),
     "mass_offset": one("mass_offset", "relative", 1e-3, 0.045, ("released", "pushed"), sign=0),
@@ -34,34 +34,40 @@ OUTSIDE = {
     "swirl": swirl(("released", "pushed")),
 }
 DEGENERATE = (
-    ("tilted_frame", "dragless"),
-    ("tilted_gravity", "dragless"),
-    ("buoyancy", "heavy"),
-    ("length_scale", "heavy"),
-    ("time_scale", "heavy"),
+    ("tilted_frame", "both"),
+    ("tilted_gravity", "both"),
+    ("tilted_frame", "heavy"),
+    ("tilted_gravity", "released"),
+    ("tilted_frame", "pushed"),
+)
+NESTED = (("quadratic_drag", "both"),)
+JOINT = (
+    ("quadratic_drag", "clock_offset", "released"),
+    ("linear_drag", "mass_offset", "released"),
+    ("linear_drag", "length_scale", "pushed"),
+    ("size_error", "time_scale", "released"),
 )
 DOUBLES = (
     ("linear_drag", "uniform_flow", "pushed"),
-    ("quadratic_drag", "tilted_gravity", "dragless"),
-    ("added_mass", "tilted_frame", "massless"),
+    ("quadratic_drag", "tilted_gravity", "both"),
+    ("added_mass", "tilted_frame", "both"),
     ("magnus", "spin_decay", "spinning"),
     ("clock_offset", "tilted_gravity", "released"),
     ("uniform_flow", "length_scale", "released"),
 )
 
 
-def setup(rng, stamps, style, outside=()):
-    """A sinking experiment. `dragless`, `massless`: the model lacks drag or added mass; `heavy`: steel, nothing in the model."""
+def setup(rng, stamps, style, hidden=()):
+    """A sinking experiment: released, pushed, or both in turn; `heavy`: of steel. What is hidden is not in the model."""
     radius = float(rng.choice([0.006, 0.01, 0.0125, 0.02]))
     density = 7800.0 if style == "heavy" else float(rng.choice([1180.0, 1400.0, 2500.0]))
     mass = float(f"{density * 4 / 3 * np.pi * radius**3:.4g}")
     parts = {
-        "buoyancy": {"fluid_density": 998.0},
+        "buoyancy": {"fluid_density": WATER},
         "added_mass": {"coefficient": 0.5},
         "quadratic_drag": {"drag_coefficient": 0.45},
     }
-    left_out = {"dragless": ("quadratic_drag",), "massless": ("added_mass",), "heavy": tuple(parts)}.get(style, ())
-    model = tuple({"name": name, **law} for name, law in parts.items() if name not in left_out)
+    model = tuple({"name": name, **law} for name, law in parts.items() if name not in hidden)
     count = int(rng.integers(6, 11))
     trials = []
     for i, group in enumerate(groups(rng, count)):
@@ -71,9 +77,9 @@ def setup(rng, stamps, style, outside=()):
             "angular_velocity": np.zeros(3),
         }
         known = ()
-        if style in ("released", "dragless", "heavy", "massless"):
+        if style in ("released", "heavy", "both"):
             start["velocity"], known = np.zeros(3), ("velocity",)
-            if style in ("dragless", "massless") and i % 2:  # pushed downwards or sideways: drag and added mass part
+            if style == "both" and i % 2:  # pushed downwards or sideways: drag and added mass part
                 start["velocity"], known = 0.8 * np.array([np.cos(heading), np.sin(heading), -0.5]), ()
         else:
             speed = float(np.linspace(0.3, 1.6, count)[(i * 3) % count])
@@ -84,11 +90,11 @@ def setup(rng, stamps, style, outside=()):
             start.update(
                 orientation=np.array([1.0, 0.0, 0.0, 0.0]), angular_velocity=axis / np.linalg.norm(axis) * rng.uniform(8, 20)
             )
-        own = {key: value for name in outside for key, value in own_moments(rng, name, duration).items()}
+        own = {key: value for name in hidden for key, value in own_moments(rng, name, duration).items()}
         trials.append(Trial(group, start, known, stamps(duration), own=own))
     rivals = ["linear_drag", "tilted_gravity", "tilted_frame", "length_scale", "time_scale", "mass_offset", "size_error"]
     rivals += [name for name in parts if name not in {entry["name"] for entry in model}]
-    rivals += ["uniform_flow"] if "quadratic_drag" not in left_out else []
+    rivals += ["uniform_flow"] if "quadratic_drag" not in hidden else []
     rivals += ["clock_offset"] if trials[0].known else []
     rivals += ["magnus", "spin_decay"] if style == "spinning" else []
     columns = ("x_m", "y_m", "z_m", "q") if style == "spinning" else ("x_m", "y_m", "z_m")
@@ -96,8 +102,8 @@ def setup(rng, stamps, style, outside=()):
         "sinking",
         "sphere sinking in a water tank",
         {"shape": "sphere", "radius": radius},
-        {"mass": mass, "radius": radius, "gravity": 9.81, "fluid_density": 998.0, "v_ref": 0.7},
-        {"gravity": 9.81, "fluid_density": 998.0, "fluid_viscosity": 1.0e-3},
+        {"mass": mass, "radius": radius, "gravity": 9.81, "fluid_density": WATER, "viscosity": 1.0e-3, "v_ref": 0.7},
+        {"gravity": 9.81, "fluid_density": WATER, "fluid_viscosity": 1.0e-3},
         model,
         tuple(trials),
         columns,

@@ -5,6 +5,8 @@ import numpy as np
 from . import plane
 from .case import Setup, Trial
 from .dials import Dial, camera_drift, camera_shake, groups, one, own_moments, tilt
+from .fluid import around
+from .fluid import rivals as missing
 from .noise import product, small_turn
 
 STYLES = ("incline", "launched")
@@ -67,7 +69,7 @@ HIDDEN = {
     "bottom_slope": Dial(_slope, 3e-4, 0.08, STYLES),
     "length_scale": one("length_scale", "factor", 5e-4, 0.06, STYLES, null=1.0, sign=0),
     "time_scale": one("time_scale", "factor", 3e-4, 0.04, STYLES, null=1.0, sign=0),
-    "clock_offset": one("clock_offset", "offset", 3e-4, 0.1, ("incline",)),
+    "clock_offset": one("clock_offset", "offset", 3e-4, 0.1, ("incline",), sign=0),
     "margin_offset": one("margin_offset", "offset", 1e-3, 0.018, STYLES),
     "size_error": one("size_error", "relative", 1e-3, 0.018, STYLES, sign=0),
 }
@@ -78,7 +80,20 @@ OUTSIDE = {
     "wavy_floor": Dial(_wave, 1e-3, 0.4, STYLES),
     "shaken_board": Dial(_shaken, 0.01, 4.0, STYLES),
 }
-DEGENERATE = (("linear_drag", "one_slope"), ("viscous_friction", "one_slope"))  # on one slope the load never changes
+DEGENERATE = (
+    ("linear_drag", "one_slope"),
+    ("viscous_friction", "one_slope"),
+    ("viscous_friction", "launched"),
+    ("linear_drag", "launched"),
+)  # on one slope the load never changes
+JOINT = (
+    ("friction", "viscous_friction", "launched"),
+    ("friction", "linear_drag", "launched"),
+    ("friction", "clock_offset", "incline"),
+    ("friction", "length_scale", "launched"),
+    ("friction", "time_scale", "incline"),
+    ("friction", "stribeck_friction", "launched"),
+)
 DOUBLES = (
     ("friction", "tilted_gravity", "launched"),
     ("friction", "viscous_friction", "launched"),
@@ -88,11 +103,12 @@ DOUBLES = (
 )
 
 
-def setup(rng, stamps, style, outside=()):
+def setup(rng, stamps, style, hidden=()):
     """A sliding experiment, friction 0.30 nominal. The block lies flat, its long side along the way."""
     size = SIZES[rng.integers(len(SIZES))]
-    mass = float(f"{rng.uniform(700, 2500) * np.prod(size):.3g}")
+    mass = float(f"{rng.choice([rng.uniform(700, 2500), 7800.0]) * np.prod(size):.3g}")
     clearance = size[2] / 2
+    air = around(rng, hidden, "box")
     count = int(rng.integers(6, 11))
     trials = []
     for i, group in enumerate(groups(rng, count)):
@@ -117,7 +133,7 @@ def setup(rng, stamps, style, outside=()):
             speed = float(np.linspace(0.7, 2.8, count)[(i * 3) % count])
             start["velocity"], known = speed * along, ("orientation", "angular_velocity")
             duration = speed / (MU * 9.81) + 0.15
-        own = {key: value for name in outside for key, value in own_moments(rng, name, duration).items()}
+        own = {key: value for name in hidden for key, value in own_moments(rng, name, duration).items()}
         trials.append(Trial(group, start, known, stamps(min(duration, 1.8)), overrides, own, tangents))
     rivals = [
         "friction",
@@ -143,9 +159,17 @@ def setup(rng, stamps, style, outside=()):
         "floor_height": 0.0,
         "floor_normal": (0.0, 0.0, 1.0),
         "nominal_diameter": volume ** (1 / 3),
+        "fluid_density": air.density,
+        "volume": volume,
         "area": (size[0] * size[1] + size[1] * size[2] + size[0] * size[2]) / 2,
     }
-    surroundings = {"gravity": 9.81, "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]}, "friction": MU, "restitution": 0.0}
+    surroundings = {
+        "gravity": 9.81,
+        **air.stated,
+        "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]},
+        "friction": MU,
+        "restitution": 0.0,
+    }
     title = "block let go on inclined boards" if style != "launched" else "block launched on a level floor"
     return Setup(
         "slide",
@@ -153,9 +177,9 @@ def setup(rng, stamps, style, outside=()):
         {"shape": "box", "size": list(size)},
         inputs,
         surroundings,
-        (),
+        air.model,
         tuple(trials),
         ("x_m", "y_m", "z_m"),
         plane.simulate,
-        tuple(rivals),
+        missing(rivals, air),
     )

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .library import ALIASES, LIBRARY, nulls, price
+from .library import ALIASES, LIBRARY, nulls, possible, price
 from .observe import COARSE, FINE, difference, film, shifted, unknowns
 
-ALIKE, POSSIBLE = 1.0, 27.0  # units of chi2: rivals this near are tied; beyond `POSSIBLE` one is beaten but for 1 case in 50
+ALIKE, NEAR = 1.0, 27.0  # units of chi2: rivals this near are tied; beyond `NEAR` one is beaten but for 1 case in 50
 
 
 def whitened(rows, rho):
@@ -154,30 +154,29 @@ def _starts(laws):
         return [{**laws, "stribeck_friction": {"ratio": 1.1, "speed": speed}} for speed in (0.12, 0.3)]
     if "anisotropic_friction" in laws:
         return [{**laws, "anisotropic_friction": {"ratio": 1.02, "angle": angle}} for angle in (0.4, 1.2)]
+    if "drag_crisis" in laws:
+        beyond = [{"subcritical": 0.5, "supercritical": 0.15, "critical_reynolds": place} for place in (0.8e5, 1.6e5)]
+        return [{**laws, "drag_crisis": law} for law in beyond]
     if laws.get("restitution", {}).get("coefficient") == 0:  # a rebound goes with the square
         return [{**laws, "restitution": {"coefficient": 0.1}}]
     return [laws]
 
 
 def _moved(laws, names, change):
-    """Laws with their parameters moved, kept inside twice their bounds so that a wild step cannot break the simulation."""
+    """Laws with their parameters moved, kept within a few times their ranges so that a wild step cannot break the simulation."""
     moved, k = {}, 0
     for name in names:
         moved[name] = dict(laws[name])
         for knob in LIBRARY[name]:
             reach = knob.high - knob.low
-            low = knob.low - 0.5 * reach if knob.low < 0 or name in ("length_scale", "time_scale") else knob.low
+            low = knob.low - 2 * reach if knob.low < 0 or name in ("length_scale", "time_scale") else knob.low
+            low = {"subcritical": 0.0, "critical_reynolds": 1e4}.get(knob.name, low)
             if name in ("buoyancy", "linear_drag", "quadratic_drag", "added_mass", "rolling_friction"):
                 low = -knob.high  # lets an impossible sign show itself; `inside` then refuses it
                 low = max(low, -0.5) if name == "added_mass" else low
-            moved[name][knob.name] = float(np.clip(laws[name][knob.name] + change[k], low, knob.high + 0.5 * reach))
+            moved[name][knob.name] = float(np.clip(laws[name][knob.name] + change[k], low, knob.high + 2 * reach))
             k += 1
     return moved
-
-
-def inside(name, law):
-    """Whether all parameters lie within the library's bounds."""
-    return all(knob.low <= law[knob.name] <= knob.high for knob in LIBRARY[name])
 
 
 def scaled(lens, make, target, first):
@@ -204,10 +203,11 @@ def gentle(lens, names, limits, room=0.5):
 
 
 def look_alikes(lens, hidden, rows, truth_left):
-    """Rivals of a single hidden law: (tied within bounds, possibly reported beside it, largest cosine of a rival within bounds,
-    name of a law with fewer parameters that imitates it wholly, or None)."""
+    """Rivals of a single hidden law, by what their laws can do and not by what is plausible: (tied; possibly reported beside it;
+    largest cosine of a rival; units of chi2 by which the nearest is beaten; name of a law with fewer parameters that imitates
+    it wholly, or None). A law that contains the hidden one is beaten by the price of its further numbers."""
     unit = np.log(lens.count())
-    tied, possible, largest, simpler = [], list(ALIASES.get(hidden, ())), 0.0, None
+    tied, beside, largest, nearest, simpler = [], list(ALIASES.get(hidden, ())), 0.0, np.inf, None
     for name in lens.setup.rivals:
         if name == hidden:
             continue
@@ -216,15 +216,15 @@ def look_alikes(lens, hidden, rows, truth_left):
             continue
         law, left = lens.fit([name], rows)
         behind = left - truth_left + unit * (price(name) - price(hidden))
-        if inside(name, law[name]) and name not in lens.base_effects:  # a law of the model refitted: allowed, not asked for
-            largest = max(largest, cosine)
+        if possible(name, law[name]) and name not in lens.base_effects:  # a law of the model refitted: allowed, not asked for
+            largest, nearest = max(largest, cosine), min(nearest, behind)
             if abs(left - truth_left) < ALIKE and abs(behind) < ALIKE:
                 tied.append(name)
             elif cosine > 0.99 and behind < -ALIKE:
                 simpler = name
-        if behind < POSSIBLE or cosine > 0.99:
-            possible.append(name)
-    return tied, sorted(set(possible)), largest, simpler
+        if behind < NEAR or cosine > 0.99:
+            beside.append(name)
+    return tied, sorted(set(beside)), largest, float(nearest), simpler
 
 
-__all__ = ["FINE", "Lens", "gentle", "inside", "look_alikes", "scaled", "whitened"]
+__all__ = ["FINE", "NEAR", "Lens", "gentle", "look_alikes", "scaled", "whitened"]

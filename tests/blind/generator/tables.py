@@ -10,9 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from .build import Redraw, hidden_laws, judge, scaled_or_resighted
+from .build import Redraw, draw_laws, judge, written
 from .case import Setup, csv_text, toml_text
 from .dials import Dial, one
+from .fluid import around, displaced
+from .fluid import rivals as missing
 from .noise import Noise
 from .strength import Lens
 
@@ -20,9 +22,9 @@ G = 9.81
 OUTCOME = {"flight": "fall_time_s", "bounce": "rebound_height_m", "slide": "stop_distance_m"}
 SIGMAS = {"flight": (1.5e-3, 1e-2), "bounce": (3e-3, 1.5e-2), "slide": (4e-3, 3e-2)}  # stop watch with light gates, ruler, tape
 RIVALS = {
-    "flight": ("linear_drag", "quadratic_drag", "buoyancy", "clock_offset", "time_scale"),
-    "bounce": ("restitution", "velocity_dependent_restitution", "linear_drag", "quadratic_drag"),
-    "slide": ("friction", "viscous_friction", "stribeck_friction", "linear_drag", "quadratic_drag"),
+    "flight": ("linear_drag", "quadratic_drag", "buoyancy", "added_mass", "clock_offset", "time_scale", "length_scale"),
+    "bounce": ("restitution", "velocity_dependent_restitution", "linear_drag", "quadratic_drag", "length_scale"),
+    "slide": ("friction", "viscous_friction", "stribeck_friction", "linear_drag", "quadratic_drag", "length_scale"),
 }
 
 
@@ -52,13 +54,16 @@ HIDDEN = {
     "flight": {
         "quadratic_drag": one("quadratic_drag", "drag_coefficient", 0.02, 1.4, TABLE, form="form"),
         "linear_drag": one("linear_drag", "rate", 0.002, 1.0, TABLE, form="form"),
-        "clock_offset": one("clock_offset", "offset", 5e-4, 0.2, TABLE),
+        "clock_offset": one("clock_offset", "offset", 5e-4, 0.2, TABLE, sign=0),
         "time_scale": one("time_scale", "factor", 3e-4, 0.045, TABLE, null=1.0, sign=0),
+        "length_scale": one("length_scale", "factor", 5e-4, 0.09, TABLE, null=1.0, sign=0),
     },
     "bounce": {
         "restitution": Dial(_either("restitution", "coefficient", 0.75), 1e-3, 0.2, TABLE),
         "velocity_dependent_restitution": one("velocity_dependent_restitution", "exponent", 1e-3, 0.2, TABLE, form="form"),
         "quadratic_drag": one("quadratic_drag", "drag_coefficient", 0.02, 1.4, TABLE, form="form"),
+        "linear_drag": one("linear_drag", "rate", 0.003, 1.0, TABLE, form="form"),
+        "length_scale": one("length_scale", "factor", 5e-4, 0.09, TABLE, null=1.0, sign=0),
     },
     "slide": {
         "friction": Dial(_either("friction", "coefficient", 0.30), 5e-4, 0.15, TABLE),
@@ -72,7 +77,16 @@ OUTSIDE = {
     "bounce": {"ringing_floor": Dial(_ripple("ringing_floor"), 1e-3, 0.3, TABLE)},
     "slide": {"striped_floor": Dial(_ripple("striped_floor"), 1e-3, 0.5, TABLE)},
 }
-DEGENERATE = {"flight": (), "bounce": (), "slide": ()}
+DEGENERATE = {
+    "flight": (("time_scale", "table"), ("length_scale", "table"), ("quadratic_drag", "narrow"), ("clock_offset", "narrow")),
+    "bounce": (("restitution", "table"), ("length_scale", "table"), ("velocity_dependent_restitution", "narrow")),
+    "slide": (("linear_drag", "table"), ("viscous_friction", "table"), ("friction", "table")),
+}
+JOINT = {
+    "flight": (("quadratic_drag", "clock_offset", "table"), ("linear_drag", "time_scale", "table")),
+    "bounce": (("restitution", "quadratic_drag", "table"), ("restitution", "linear_drag", "table")),
+    "slide": (("friction", "viscous_friction", "table"), ("friction", "linear_drag", "table")),
+}
 DOUBLES = {
     "flight": (("quadratic_drag", "clock_offset", "table"),),
     "bounce": (("restitution", "velocity_dependent_restitution", "table"),),
@@ -111,22 +125,24 @@ def respond(setup, effects, errors, settings):
     inputs = setup.inputs
     mass = inputs["mass"] * (1 + errors.get("mass", 0.0)) * (1 + effects.get("mass_offset", {}).get("relative", 0.0))
     radius = inputs["radius"] * (1 + errors.get("size", 0.0))
-    volume, area = 4 / 3 * np.pi * radius**3, np.pi * radius**2
+    area = np.pi * radius**2
     law = effects.get("quadratic_drag", {})
     k = 0.5 * inputs["fluid_density"] * law.get("drag_coefficient", 0.0) * area / mass
     k_form = -0.3 * law.get("form", 0.0)
     rate, rate_form = effects.get("linear_drag", {}).get("rate", 0.0), 0.15 * effects.get("linear_drag", {}).get("form", 0.0)
-    g = G * (1 - effects.get("buoyancy", {}).get("fluid_density", 0.0) * volume / mass)
+    lifted, moved_along = displaced(inputs, effects, mass)
+    share = 1 / (1 + moved_along)  # of every force that accelerates the body; the rest goes to the fluid that moves along
+    g, scale = G * (1 - lifted) * share, effects.get("length_scale", {}).get("factor", 1.0)
 
     def drag(v):
-        return k * v * v * (v / 4.0 + 1e-9) ** k_form + rate * v * (v / 4.0 + 1e-9) ** rate_form
+        return share * (k * v * v * (v / 4.0 + 1e-9) ** k_form + rate * v * (v / 4.0 + 1e-9) ** rate_form)
 
     ripple = next((effects[name] for name in ("reaction_ripple", "ringing_floor", "striped_floor") if name in effects), None)
     span = (settings - settings.min()) / (settings.max() - settings.min())
     wave = 0.0 if ripple is None else ripple["amplitude"] * np.sin(2 * np.pi * ripple["count"] * span + ripple["phase"])
     if setup.family == "flight":
-        times, way, _ = line(lambda v: g - drag(v), settings.max() * 1.01)
-        seconds = np.interp(settings, way, times)
+        times, way, _ = line(lambda v: g - drag(v), settings.max() / scale * 1.01)
+        seconds = np.interp(settings / scale, way, times)
         offset = effects.get("clock_offset", {}).get("offset", 0.0)
         return (seconds + offset) / effects.get("time_scale", {}).get("factor", 1.0) + wave
     if setup.family == "bounce":
@@ -137,7 +153,7 @@ def respond(setup, effects, errors, settings):
         form, exponent = law.get("form", 0.0), law.get("exponent", 0.0)
         e = e * ((1 - form) * hit**-exponent + form * (1 + 5 * exponent * (1 - hit**0.2))) * (1 + wave)
         _, way, speed = line(lambda v: g + drag(v), settings.max() * 1.5)
-        return np.interp(np.clip(e, 0, 1) * hit, speed, way)
+        return scale * np.interp(np.clip(e, 0, 1) * hit, speed, way)
     mu = effects.get("friction", {}).get("coefficient", inputs["friction"])
     stribeck = effects.get("stribeck_friction", {"ratio": 1.0, "speed": 1.0})
     power = 2.0 - stribeck.get("form", 0.0)
@@ -145,10 +161,10 @@ def respond(setup, effects, errors, settings):
 
     def brake(v):
         grip = mu * (1 + (stribeck["ratio"] - 1) * np.exp(-((v / max(stribeck["speed"], 1e-3)) ** power)))
-        return G * (grip + viscous["slope"] * v ** (1 - 0.25 * viscous.get("form", 0.0))) + drag(v)
+        return max(g * (grip + viscous["slope"] * v ** (1 - 0.25 * viscous.get("form", 0.0))), 0.0) + drag(v)
 
-    _, way, speed = line(brake, settings.max() ** 2 / (2 * 0.1 * G))
-    return np.interp(settings, speed, way) * (1 + wave)
+    _, way, speed = line(brake, 1.2 * settings.max() ** 2 / (2 * 0.05 * G))
+    return scale * np.interp(settings, speed, way) * (1 + wave)
 
 
 @dataclass
@@ -168,22 +184,18 @@ class TableLens(Lens):
         return [((seen - self.base) / self.sigma_position)[self.back][:, None]]
 
 
-def setup(rng, family):
-    """An outcome experiment: 8 to 12 settings, 6 to 9 replicates each, spread over two to four days."""
+def setup(rng, family, hidden=(), narrow=False):
+    """An outcome experiment: 8 to 12 settings (narrow: close together), 6 to 9 replicates each, spread over two to four days."""
     count, repeats, days = int(rng.integers(8, 13)), int(rng.integers(6, 10)), int(rng.integers(2, 5))
     top, bottom = {"flight": (10.0, 0.5), "bounce": (3.0, 0.1), "slide": (3.5, 0.6)}[family]
-    settings = np.round(np.geomspace(bottom, top, count), 3)
+    settings = np.round(np.geomspace(0.6 * top if narrow else bottom, top, count), 3)
     table = np.tile(settings, repeats)
     day = np.repeat(np.arange(repeats) % days, count)
     radius, mass = ((0.0335, 0.0577), (0.11, 0.43), (0.02, 0.0027))[rng.integers(3)]
     shape = {"shape": "sphere", "radius": radius}
-    inputs = {"mass": mass, "radius": radius, "gravity": G, "fluid_density": 1.2}
-    surroundings = {
-        "gravity": G,
-        "fluid_density": 1.2,
-        "fluid_viscosity": 1.8e-5,
-        "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]},
-    }
+    air = around(rng, hidden, "box" if family == "slide" else "sphere")
+    inputs = {"mass": mass, "radius": radius, "gravity": G, "fluid_density": air.density, "volume": 4 / 3 * np.pi * radius**3}
+    surroundings = {"gravity": G, **air.stated, "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]}}
     title = "fall time against height"
     if family == "bounce":
         inputs["restitution"], surroundings["restitution"], title = 0.75, 0.75, "rebound height against drop height"
@@ -192,31 +204,36 @@ def setup(rng, family):
         shape = {"shape": "box", "size": size}
         # a sphere of the same mean projected area stands in for the block where air drags on it
         area = (size[0] * size[1] + size[1] * size[2] + size[0] * size[2]) / 2
-        inputs.update(mass=mass, radius=float(np.sqrt(area / np.pi)), friction=0.30)
+        inputs.update(mass=mass, radius=float(np.sqrt(area / np.pi)), volume=float(np.prod(size)), friction=0.30)
         surroundings["friction"], title = 0.30, "stopping distance of a launched block"
     made = Setup(
-        family, title, shape, inputs, surroundings, (), table, (OUTCOME[family],), None, RIVALS[family], ("mass", "size")
+        family,
+        title,
+        shape,
+        inputs,
+        surroundings,
+        air.model,
+        table,
+        (OUTCOME[family],),
+        None,
+        missing(RIVALS[family], air),
+        ("mass", "size"),
     )
     return made, day
 
 
-def case(deal, rng):
-    """One outcome table: ({file name: text}, answer). Raises Redraw."""
-    made, day = setup(rng, deal.family)
+def case(deal, rng, then=None):
+    """One outcome table: ({file name: text}, answer); then = (design, number of rows): these join it. Raises Redraw."""
+    made, day = setup(rng, deal.family, deal.names, deal.style == "narrow")
     low, high = SIGMAS[deal.family]
     sigma = float(np.exp(rng.uniform(np.log(low), np.log(high))))
     noise = Noise(sigma, 0.01, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     lens = TableLens(made, sigma, 0.01, 0.0)
     dials = (OUTSIDE if deal.kind == "outside" else HIDDEN)[deal.family]
-    laws, amplitudes = [], []
-    for name, strength in zip(deal.names, deal.strengths, strict=True):
-        make = dials[name].draw(rng)
-        amplitude, lens, noise = scaled_or_resighted(lens, noise, make, strength, dials[name], (low, high))
-        laws.append(make)
-        amplitudes.append(amplitude)
+    hidden, amplitudes, lens, noise = draw_laws(deal, rng, lens, noise, dials, (low, high))
     errors = {"mass": float(rng.uniform(-0.02, 0.02)), "size": float(rng.uniform(-0.01, 0.01))}
-    answer, _, fitted = judge(deal, lens, hidden_laws(laws, amplitudes), errors)
-    answer["amplitudes"] = dict(zip(deal.names, amplitudes, strict=True))
+    answer, _, fitted = judge(deal, lens, hidden, errors)
+    answer["amplitudes"] = amplitudes
     true = respond(made, {**made.base(), **answer["hidden_laws"]}, errors, lens.single)[lens.back]
     seen = true + rng.normal(size=len(true)) * noise.position
     if (seen <= 0).any():
@@ -233,14 +250,22 @@ def case(deal, rng):
         (f"{setting:g}", f"{value:.5f}", f"day {1 + which}") for setting, value, which in zip(made.trials, seen, day, strict=True)
     ]
     order = np.lexsort((rng.random(len(rows)), day))
+    rows = [rows[i] for i in order]
+    if then:
+        ((key, value),), count = then[0].items(), then[1]
+        if key != column:
+            raise KeyError(key)
+        acting = {**made.base(), **answer["hidden_laws"]}
+        more = respond(made, acting, errors, np.append(lens.single, value))[-1] + rng.normal(size=count) * noise.position
+        rows += [(f"{value:g}", f"{one:.5f}", "recommended") for one in more]
     files = {
-        "outcomes.csv": csv_text([column, OUTCOME[deal.family], "group"], [rows[i] for i in order]),
+        "outcomes.csv": csv_text([column, OUTCOME[deal.family], "group"], rows),
         "experiment.toml": toml_text(
             {
                 "": {"kind": "outcomes", "title": made.title},
                 "body": {**made.shape, "mass": made.inputs["mass"]},
                 "surroundings": made.surroundings,
-                "model": {"effects": []},
+                "model": {"effects": list(written(lens))},
                 "measurement": {"file": "outcomes.csv"},
                 "diagnose": {"hold_out": "group"},
             }

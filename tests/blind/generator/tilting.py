@@ -4,18 +4,20 @@ lifts or the face lands."""
 import numpy as np
 from numba import njit
 
+from .fluid import displaced
 from .noise import lean, product, small_turn
 
 
 @njit(cache=True)
 def angular_acceleration(angle, rate, t, p):
     """Angular acceleration [rad/s2]; p = lever_1, lever_3 [m] of the centre from the edge upright, inertia about the edge / m,
-    g_1, g_3, then outside: shake amplitude [m/s2], rate [rad/s], phase, kick [rad/s2], its time [s] and side."""
+    g_1, g_3, drag of the air [1/rad], then outside: shake amplitude [m/s2], rate [rad/s], phase, kick [rad/s2], its time [s]
+    and side."""
     c, s = np.cos(angle), np.sin(angle)
     x, z = p[0] * c + p[1] * s, p[1] * c - p[0] * s
-    g1 = p[3] + p[5] * np.sin(p[6] * t + p[7])
-    kick = p[8] * p[10] * np.exp(-(((t - p[9]) / 0.05) ** 2))
-    return (z * g1 - x * p[4]) / p[2] + kick
+    g1 = p[3] + p[6] * np.sin(p[7] * t + p[8])
+    kick = p[9] * p[11] * np.exp(-(((t - p[10]) / 0.05) ** 2))
+    return (z * g1 - x * p[4]) / p[2] - p[5] * abs(rate) * rate + kick
 
 
 @njit(cache=True)
@@ -47,20 +49,23 @@ def levers(inputs, effects):
     centre = np.array([-width / 2, height / 2])
     mass_centre = centre + [offset.get("x", 0.0) * size, offset.get("z", 0.0) * size]
     inertia = effects.get("inertia_error", {}).get("factor", 1.0) * (width**2 + height**2) / 12
-    return mass_centre, centre, inertia + mass_centre @ mass_centre
+    _, moved_along = displaced(inputs, effects, inputs["mass"])
+    return mass_centre, centre, inertia + (1 + moved_along) * mass_centre @ mass_centre
 
 
 def parameters(inputs, effects, heading):
     """Parameter array of `angular_acceleration` for a block that leans towards the heading [rad]."""
     mass_centre, _, inertia = levers(inputs, effects)
     ax, ay = lean(inputs, effects)
-    g = inputs["gravity"]
+    g = inputs["gravity"] * (1 - displaced(inputs, effects, inputs["mass"])[0])
+    area, coefficient = inputs.get("area", 0.0), effects.get("quadratic_drag", {}).get("drag_coefficient", 0.0)
+    drag = 0.5 * inputs.get("fluid_density", 0.0) * coefficient * area / inputs["mass"] * np.hypot(*mass_centre) ** 3 / inertia
     g1 = g * (np.sin(ax) * np.cos(heading) + np.sin(ay) * np.sin(heading))
     g3 = -g * np.sqrt(1 - np.sin(ax) ** 2 - np.sin(ay) ** 2)
     outside = {"shake": 0.0, "frequency": 1.0, "phase": 0.0, "kick": 0.0, "kick_time": 0.0, "side": 1.0}
     for name in ("shaken_floor", "kick"):
         outside.update({key: value for key, value in effects.get(name, {}).items() if key in outside})
-    return np.array([*mass_centre, inertia, g1, g3, *outside.values()])
+    return np.array([*mass_centre, inertia, g1, g3, drag, *outside.values()])
 
 
 def simulate(trial, inputs, effects, start, times, step):

@@ -5,6 +5,8 @@ import numpy as np
 from . import tilting
 from .case import Setup, Trial
 from .dials import Dial, camera_drift, camera_shake, groups, one, own_moments, tilt
+from .fluid import around
+from .fluid import rivals as missing
 
 STYLES = ("falls",)
 FRICTION = 0.9
@@ -14,7 +16,7 @@ HIDDEN = {
     "tilted_frame": tilt("tilted_frame", STYLES),
     "length_scale": one("length_scale", "factor", 5e-4, 0.06, STYLES, null=1.0, sign=0),
     "time_scale": one("time_scale", "factor", 3e-4, 0.04, STYLES, null=1.0, sign=0),
-    "clock_offset": one("clock_offset", "offset", 3e-4, 0.1, STYLES),
+    "clock_offset": one("clock_offset", "offset", 3e-4, 0.1, STYLES, sign=0),
     "margin_offset": one("margin_offset", "offset", 5e-4, 0.018, STYLES),
     "size_error": one("size_error", "relative", 5e-4, 0.018, STYLES, sign=0),
 }
@@ -24,7 +26,7 @@ OUTSIDE = {
     "shaken_floor": Dial(lambda rng: _shaken(rng), 0.01, 6.0, STYLES),
     "kick": Dial(lambda rng: lambda amplitude: {"kick": {"kick": amplitude}}, 0.02, 60.0, STYLES),
 }
-DEGENERATE = ()
+DEGENERATE, JOINT = (), (("clock_offset", "time_scale", "falls"),)
 DOUBLES = (
     ("centre_of_mass_offset", "tilted_gravity", "falls"),
     ("clock_offset", "tilted_frame", "falls"),
@@ -42,15 +44,19 @@ def _shaken(rng):
     return lambda amplitude: {"shaken_floor": {"shake": amplitude, "frequency": frequency, "phase": phase}}
 
 
-def setup(rng, stamps, style, outside=()):
+def setup(rng, stamps, style, hidden=()):
     """A toppling experiment: start pose and rest stated, leaning angles on both sides of the balance, four headings."""
     width, depth, height = ((0.10, 0.10, 0.25), (0.06, 0.12, 0.20), (0.15, 0.10, 0.30))[rng.integers(3)]
     mass = float(f"{rng.uniform(600, 2400) * width * depth * height:.3g}")
+    air = around(rng, hidden, "box")
     inputs = {
         "mass": mass,
         "gravity": 9.81,
         "width": width,
         "block_height": height,
+        "fluid_density": air.density,
+        "volume": width * depth * height,
+        "area": (width * depth + depth * height + width * height) / 2,
         "nominal_diameter": (width * depth * height) ** (1 / 3),
     }
     balance = np.arctan2(width, height)
@@ -66,7 +72,7 @@ def setup(rng, stamps, style, outside=()):
         times = times[: tilting.valid(inputs, start, times, 1e-3, FRICTION, balance + np.deg2rad(40))]
         position, orientation = tilting.simulate(None, inputs, {}, start, np.zeros(1), 1e-3)
         start.update(position=position[0], orientation=orientation[0], velocity=np.zeros(3), angular_velocity=np.zeros(3))
-        own = {key: value for name in outside for key, value in own_moments(rng, name, times[-1]).items()}
+        own = {key: value for name in hidden for key, value in own_moments(rng, name, times[-1]).items()}
         trials.append(Trial(group, start, ("position", "orientation", "velocity", "angular_velocity"), times, own=own))
     rivals = (
         "inertia_error",
@@ -81,6 +87,7 @@ def setup(rng, stamps, style, outside=()):
     )
     surroundings = {
         "gravity": 9.81,
+        **air.stated,
         "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]},
         "friction": FRICTION,
         "restitution": 0.0,
@@ -91,9 +98,9 @@ def setup(rng, stamps, style, outside=()):
         {"shape": "box", "size": [width, depth, height]},
         inputs,
         surroundings,
-        (),
+        air.model,
         tuple(trials),
         ("x_m", "y_m", "z_m", "q"),
         tilting.simulate,
-        rivals,
+        missing(rivals, air),
     )
