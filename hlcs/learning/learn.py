@@ -1,0 +1,205 @@
+"""Learn the missing law: which variable carries the force that no known effect explains, and in which form."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from hlcs.data.rigid_body import rigid_body
+from hlcs.effects import candidate
+from hlcs.estimation.cross_validation import CrossValidation
+from hlcs.estimation.whitening import colour
+from hlcs.learning.flights import flights_of, force_variance
+from hlcs.learning.laws import AXES, knots_of, laws, one_law
+from hlcs.learning.learned import Learned, sentence
+from hlcs.learning.regression import Regression
+from hlcs.simulation.model import Term
+
+FEWEST = 3  # recordings: two of them must foretell a third
+ALIKE = 6.0  # chi2 by which another variable may foretell worse and still do as well: the tie of the search
+EXPLAINED = 0.9  # share of the force's chi2 that a law must foretell: what it leaves belongs to another variable
+NOISE = 2.0  # standard deviations of chi2 that may be left beside: what noise alone leaves
+SEEN = 5.0  # standard deviations of chi2 by which the force must stand above the noise
+STEP = 1 / 240  # of the simulation of a learned law, which may swing or go on and off [s]
+QUANTILE = 1.645  # of the normal distribution: intervals of 90 %
+
+
+def learn(problem, fit):
+    """What the recordings of a TrajectoryProblem show of the force that a Fit of the best known effects lacks: Learned or None.
+
+    None where they show no force, where no law of one variable foretells recordings held out, or where these are too few.
+    """
+    flights = flights_of(problem, fit)
+    if len(flights) < FEWEST or len({flight.group for flight in flights}) < 2:
+        return None
+    size = float(np.sqrt(np.mean(np.concatenate([flight.force for flight in flights]) ** 2)))
+    force = Force(flights)
+    if not force.seen:
+        return None
+    regression, ranges = Regression(flights, size), _ranges(problem, flights)
+    ranked = [one for one in regression.fits(laws(*ranges), force.explained_by, ALIKE) if force.explained_by(one.left)]
+    if not ranked:
+        return None
+    best = _plainest(ranked)
+    also = dict.fromkeys(one.law.variable for one in ranked if one.chi2 < ranked[0].chi2 + ALIKE)
+    return _learned(
+        problem, fit, regression, _fewest_axes(regression, best, ranges), ranges, [v for v in also if v != best.law.variable]
+    )
+
+
+class Force:
+    """How far the force stands above the noise, in those rows of the residuals where it does."""
+
+    def __init__(self, flights):
+        residual, strength = (np.concatenate([getattr(flight, name) for flight in flights]) for name in ("residual", "strength"))
+        self.rows = strength**2 * force_variance(flights) > 1
+        self.excess = self._beyond_noise(residual)
+        self.noise = np.sqrt(2 * self.rows.sum())  # standard deviation of chi2
+
+    def _beyond_noise(self, residual):
+        return float(np.sum(residual[self.rows] ** 2 - 1))
+
+    @property
+    def seen(self):
+        return self.excess > SEEN * self.noise
+
+    def explained_by(self, left):
+        """Is what a law leaves (rows,) a small part of it, or noise?"""
+        return self._beyond_noise(left) < (1 - EXPLAINED) * self.excess + NOISE * self.noise
+
+
+def _plainest(ranked):
+    """The best law; where that is a table, a form of the same variable that does as well."""
+    best = ranked[0]
+    alike = [one for one in ranked if one.law.variable == best.law.variable and one.chi2 < best.chi2 + ALIKE]
+    return next((one for one in alike if one.law.form != "table"), best)
+
+
+def _fewest_axes(regression, best, ranges):
+    """The law with the axes left out along which it shows no strength, by Schwarz's criterion."""
+    if best.law.way != "axes":
+        return best
+
+    def cost(axes):
+        one = one_law(best.law.variable, best.law.form, "axes", ranges[0][best.law.variable], *ranges[1:], axes)
+        one = replace(one, own_phases=best.law.own_phases)
+        left = regression.left(one, one.kind(), best.searched)
+        count = len(one.linear) * (len(regression.flights) if one.own_phases else 1)
+        return float(left @ left) + count * np.log(len(left)), axes, replace(best, law=one)
+
+    chosen = ["".join(axes) for count in (1, 2, 3) for axes in combinations(AXES, count)]
+    return min(map(cost, chosen), key=lambda choice: choice[0])[-1]
+
+
+def _learned(problem, fit, regression, best, ranges, also):
+    """The Learned law, its numbers refitted through the simulator where it is an effect; None where that contradicts it."""
+    law, white = best.law, fit.linearization.projected[0]
+    linear, spread = regression.estimate(law, best.searched)
+    if law.own_phases:
+        parts = np.split(regression.residual - best.left, np.cumsum([len(flight.residual) for flight in regression.flights])[:-1])
+        left = [part - flight.rows @ gone for part, flight, gone in zip(white, regression.flights, parts, strict=True)]
+        numbers = _swings(law, linear.reshape(len(regression.flights), -1), best.searched, spread)
+        return Learned(
+            "time", law.form, numbers, sentence(law, numbers, None, also), "", _errors(problem, white, left), {}, tuple(also)
+        )
+    refit = _refitted(problem, fit, law.at(linear, best.searched))
+    if not refit.chi2 < fit.chi2:
+        return None
+    place, count = refit.numbers_of(-1), len(law.linear)
+    values, covariance = refit.estimate[place], max(refit.chi2 / refit.freedom, 1.0) * refit.covariance[place, place]
+    law, spread = law.at(values[:count], values[count:]), np.sqrt(np.diag(covariance))
+    numbers = {number.name: _interval(number.value, error, number.unit) for number, error in zip(law.fitted, spread, strict=True)}
+    if law.form == "oscillation":
+        numbers = _swings(law, values[None, :count], values[count:], spread)
+    text, band = sentence(law, numbers, law.direction, also), _band(regression, law, ranges)
+    errors = _errors(problem, white, CrossValidation(problem.trials, "group").residuals(refit))
+    return Learned(law.variable, law.form, numbers, text, law.source(text), errors, band, tuple(also), refit)
+
+
+def _band(regression, law, ranges):
+    """The force per mass as a table of the law's variable {grid, value, low, high}, (k,) each; {} of an oscillation."""
+    if law.form == "oscillation":
+        return {}
+    values, searched = ranges[0][law.variable], ()
+    if law.way == "point":
+        searched = [number.value for number in law.searched if number.name.startswith("point")]
+        values = np.linalg.norm(regression.bodies.position - searched, axis=1)
+    elif law.direction is not None:
+        searched = np.arctan2(law.direction[1], law.direction[0]), np.arcsin(np.clip(law.direction[2], -1.0, 1.0))
+    table = one_law(law.variable, "table", "axes" if law.way == "direction" else law.way, values, *ranges[1:])
+    found, _ = regression.solve(table, table.kind(), searched)
+    grid, count = knots_of(values), len(table.linear)
+    rows = np.eye(count) if table.knots else np.column_stack([grid**0] + [f(k * grid) for k in (1, 2) for f in (np.cos, np.sin)])
+    error = QUANTILE * np.sqrt(np.einsum("ki,ij,kj->k", rows, found.covariance[:count, :count], rows))
+    value = rows @ found.estimate[:count]
+    return {"grid": grid, "value": value, "low": value - error, "high": value + error}
+
+
+def _refitted(problem, fit, law):
+    """Fit of the model with the law in it, through the simulator."""
+    trial, simulator = problem.trials[0], problem.simulator
+    kind = candidate(law.kind(), trial.surroundings, rigid_body(trial.body).radius, True, own=True)
+    term = Term(kind, ()).at({number.name: number.value for number in law.fitted})
+    step = simulator.time_step
+    try:
+        simulator.time_step = min(step, STEP)
+        return problem.fit(fit.model.with_term(term), fit.initial_states)
+    finally:
+        simulator.time_step = step
+
+
+def _interval(value, error, unit):
+    """A number with its interval of 90 %; error: its standard deviation."""
+    reach = QUANTILE * float(error)
+    return {
+        "value": float(value),
+        "low": float(value) - reach,
+        "high": float(value) + reach,
+        "unit": "1" if unit == "-" else unit,
+    }
+
+
+def _swings(law, swings, searched, spread):
+    """Numbers of an oscillation: its frequency and, along each axis, how far it moves what is seen.
+
+    swings: of cosine and sine along each axis, of each recording or of all (k, 2 axes) [m/s2]; spread: standard deviations.
+    """
+    (frequency,), turns = searched, (2 * np.pi * searched[0]) ** 2
+    numbers = {"frequency_hz": _interval(frequency, spread[-1], "Hz")}
+    sizes = np.sqrt(np.mean(swings[:, ::2] ** 2 + swings[:, 1::2] ** 2, axis=0)) / turns
+    errors = np.sqrt(np.mean(spread[:-1].reshape(len(swings), -1) ** 2, axis=0))[::2] / turns / np.sqrt(len(swings))
+    for number, size, error in zip(law.linear[::2], sizes, errors, strict=True):
+        numbers[f"amplitude_{number.name[-1]}"] = _interval(size, error, "m")
+    return numbers
+
+
+def _errors(problem, before, after):
+    """RMS of the positions held out, in their unit; before, after: white residuals of the recordings."""
+
+    def rms(white):
+        raw = [
+            colour(recording.whitening, part)[recording.channel < 3]
+            for recording, part in zip(problem.recordings, white, strict=True)
+        ]
+        return float(np.sqrt(np.mean(np.concatenate(raw) ** 2)))
+
+    return {"before": rms(before), "after": rms(after)}
+
+
+def _ranges(problem, flights):
+    """(variable -> its values, corners of the box of positions, longest duration, fastest frequency) of the data."""
+    position, velocity, spin = (np.concatenate([getattr(f, name) for f in flights]) for name in ("position", "velocity", "spin"))
+    box = np.array([position.min(axis=0), position.max(axis=0)])
+    values = {
+        "speed": np.linalg.norm(velocity, axis=1),
+        "height": position[:, 2],
+        "x": position[:, 0],
+        "y": position[:, 1],
+        "heading": np.arctan2(velocity[:, 1], velocity[:, 0]),
+        "distance": np.array([0.0, np.linalg.norm(box[1] - box[0])]),
+        "time": np.concatenate([flight.times for flight in flights]),
+    }
+    if any((recording.channel >= 3).any() for recording in problem.recordings):
+        values["spin"] = np.linalg.norm(spin, axis=1)
+    step = max(float(np.median(np.diff(trial.times))) for trial in problem.trials)
+    return values, box, float(values["time"].max()), 0.25 / step  # four frames a period
