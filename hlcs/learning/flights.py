@@ -18,6 +18,7 @@ from minibullet import rotations
 
 NODES = 160  # moments of a recording between which a force is a straight line: ten a period at 16 periods a recording
 SMALLEST = 1e-3  # singular values kept, relative to the largest: falling as 1/j^2, those of the first thirty half waves
+CLEAR = 3.0  # standard deviations by which the rows of an octave stand above noise where they show a force
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,6 @@ class Flight:
     nuisance: np.ndarray  # white columns of the numbers that the model has already (r, p)
     rows: np.ndarray  # what each row is made of: orthonormal combinations of the white observations (n, r)
     strength: np.ndarray  # singular values of the response, of the rows (r,)
-    force: np.ndarray  # per mass, the likeliest without any law (g, 3) [m/s2]
 
 
 def double_integral(times, nodes):
@@ -83,19 +83,7 @@ def _flight(problem, fit, k):
     rows = response @ modes / strength  # orthonormal: white noise stays white
     residual, nuisance = (rows.T @ part[k] for part in linear.projected)
     reduced = (modes * strength).T.reshape(-1, len(nodes), 3)
-    return Flight(
-        trial.group,
-        nodes,
-        curve(nodes),
-        curve(nodes, 1),
-        spin,
-        residual,
-        reduced,
-        nuisance,
-        rows,
-        strength,
-        np.zeros((len(nodes), 3)),
-    )
+    return Flight(trial.group, nodes, curve(nodes), curve(nodes, 1), spin, residual, reduced, nuisance, rows, strength)
 
 
 def force_variance(flights):
@@ -112,6 +100,18 @@ def force_variance(flights):
     return float(np.exp(best)) if cost(best) < squares.sum() else 0.0
 
 
+def rows_with_force(flights):
+    """The rows of all flights, one after the other, of those octaves of strength in which they stand above noise: boolean.
+
+    Singular values fall with the frequency of the motion, so an octave of them is a band of frequencies.
+    """
+    strength = np.concatenate([flight.strength for flight in flights])
+    octave = np.floor(np.log2(strength.max() / strength)).astype(int)
+    count = np.bincount(octave)
+    excess = np.bincount(octave, np.concatenate([flight.residual**2 for flight in flights])) - count
+    return (excess > CLEAR * np.sqrt(2 * count))[octave]
+
+
 def _corrected(problem, fit, k, flight, variance):
     """The path moved by what the likeliest force does to it, its start included."""
     recording, linear, nodes = problem.recordings[k], fit.linearization, flight.times
@@ -123,4 +123,4 @@ def _corrected(problem, fit, k, flight, variance):
         if slot < 2:
             position = position + np.multiply.outer(nodes**slot, move * direction)
             velocity = velocity + slot * move * direction
-    return replace(flight, position=flight.position + position, velocity=flight.velocity + velocity, force=force)
+    return replace(flight, position=flight.position + position, velocity=flight.velocity + velocity)

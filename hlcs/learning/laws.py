@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 
-KNOTS = 7  # of a table: more than the bends of a law of one variable that a handful of recordings can show
+KNOTS = 10  # of a table: more than the bends of a law of one variable that a handful of recordings can show
 STEEPEST = 6.0  # exponent of a power, either way
 EDGE = 0.01  # a force goes on and off within this time, shorter than the spacing of the frames of most cameras [s]
 AXES = "xyz"

@@ -7,9 +7,8 @@ import numpy as np
 
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
-from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.whitening import colour
-from hlcs.learning.flights import flights_of, force_variance
+from hlcs.learning.flights import flights_of, rows_with_force
 from hlcs.learning.laws import AXES, knots_of, laws, one_law
 from hlcs.learning.learned import Learned, sentence
 from hlcs.learning.regression import Regression
@@ -21,6 +20,7 @@ EXPLAINED = 0.9  # share of the force's chi2 that a law must foretell: what it l
 NOISE = 2.0  # standard deviations of chi2 that may be left beside: what noise alone leaves
 SEEN = 5.0  # standard deviations of chi2 by which the force must stand above the noise
 STEP = 1 / 240  # of the simulation of a learned law, which may swing or go on and off [s]
+FORMS = ("power", "oscillation", "switch", "exponential", "table")  # where several do as well: from the plainest on
 QUANTILE = 1.645  # of the normal distribution: intervals of 90 %
 
 
@@ -29,50 +29,51 @@ def learn(problem, fit):
 
     None where they show no force, where no law of one variable foretells recordings held out, or where these are too few.
     """
-    flights = flights_of(problem, fit)
-    if len(flights) < FEWEST or len({flight.group for flight in flights}) < 2:
+    if problem.simulator.contact or len(problem.trials) < FEWEST or len({trial.group for trial in problem.trials}) < 2:
         return None
-    size = float(np.sqrt(np.mean(np.concatenate([flight.force for flight in flights]) ** 2)))
+    flights = flights_of(problem, fit)
     force = Force(flights)
     if not force.seen:
         return None
-    regression, ranges = Regression(flights, size), _ranges(problem, flights)
-    ranked = [one for one in regression.fits(laws(*ranges), force.explained_by, ALIKE) if force.explained_by(one.left)]
+    regression, ranges = Regression(flights, force.size), _ranges(problem, flights)
+    ranked = [
+        one for one in regression.fits(laws(*ranges), force.explained_by, ALIKE) if force.explained_by(one.missed, one.unforetold)
+    ]
     if not ranked:
         return None
     best = _plainest(ranked)
-    also = dict.fromkeys(one.law.variable for one in ranked if one.chi2 < ranked[0].chi2 + ALIKE)
-    return _learned(
-        problem, fit, regression, _fewest_axes(regression, best, ranges), ranges, [v for v in also if v != best.law.variable]
-    )
+    alike = dict.fromkeys(one.law.variable for one in ranked if one.score < ranked[0].score + ALIKE)
+    also = [variable for variable in alike if variable != best.law.variable]
+    return _learned(problem, fit, regression, ranges, _fewest_axes(regression, best, ranges), also)
 
 
 class Force:
     """How far the force stands above the noise, in those rows of the residuals where it does."""
 
     def __init__(self, flights):
-        residual, strength = (np.concatenate([getattr(flight, name) for flight in flights]) for name in ("residual", "strength"))
-        self.rows = strength**2 * force_variance(flights) > 1
-        self.excess = self._beyond_noise(residual)
+        residual = np.concatenate([flight.residual for flight in flights])
+        self.rows = rows_with_force(flights)
         self.noise = np.sqrt(2 * self.rows.sum())  # standard deviation of chi2
+        self.seen = self.excess(residual) > SEEN * self.noise
+        strength = np.concatenate([flight.strength for flight in flights])
+        moments = sum(3 * len(flight.times) for flight in flights)
+        self.size = float(np.sqrt(max(self.excess(residual / strength, 1 / strength**2), 0.0) / moments))  # RMS [m/s2]
 
-    def _beyond_noise(self, residual):
-        return float(np.sum(residual[self.rows] ** 2 - 1))
+    def excess(self, residual, noise=1.0):
+        """Sum of squares of these rows beyond that of noise, of its variance (rows,)."""
+        return float(np.sum((residual**2 - noise)[self.rows]))
 
-    @property
-    def seen(self):
-        return self.excess > SEEN * self.noise
-
-    def explained_by(self, left):
-        """Is what a law leaves (rows,) a small part of it, or noise?"""
-        return self._beyond_noise(left) < (1 - EXPLAINED) * self.excess + NOISE * self.noise
+    def explained_by(self, left, without):
+        """Is what a law leaves (rows,) a small part of what is there without it, or noise?"""
+        excess = self.excess(without)
+        return excess > SEEN * self.noise and self.excess(left) < (1 - EXPLAINED) * excess + NOISE * self.noise
 
 
 def _plainest(ranked):
-    """The best law; where that is a table, a form of the same variable that does as well."""
+    """Of the laws of the best variable that do as well as the best one, that of the form that comes first in FORMS."""
     best = ranked[0]
-    alike = [one for one in ranked if one.law.variable == best.law.variable and one.chi2 < best.chi2 + ALIKE]
-    return next((one for one in alike if one.law.form != "table"), best)
+    alike = [one for one in ranked if one.law.variable == best.law.variable and one.score < best.score + ALIKE]
+    return min(alike, key=lambda one: FORMS.index(one.law.form))
 
 
 def _fewest_axes(regression, best, ranges):
@@ -91,17 +92,14 @@ def _fewest_axes(regression, best, ranges):
     return min(map(cost, chosen), key=lambda choice: choice[0])[-1]
 
 
-def _learned(problem, fit, regression, best, ranges, also):
+def _learned(problem, fit, regression, ranges, best, also):
     """The Learned law, its numbers refitted through the simulator where it is an effect; None where that contradicts it."""
-    law, white = best.law, fit.linearization.projected[0]
+    law = best.law
     linear, spread = regression.estimate(law, best.searched)
+    errors = _errors(problem, fit, regression, best.foretold)
     if law.own_phases:
-        parts = np.split(regression.residual - best.left, np.cumsum([len(flight.residual) for flight in regression.flights])[:-1])
-        left = [part - flight.rows @ gone for part, flight, gone in zip(white, regression.flights, parts, strict=True)]
         numbers = _swings(law, linear.reshape(len(regression.flights), -1), best.searched, spread)
-        return Learned(
-            "time", law.form, numbers, sentence(law, numbers, None, also), "", _errors(problem, white, left), {}, tuple(also)
-        )
+        return Learned("time", law.form, numbers, sentence(law, numbers, None, also), "", errors, {}, tuple(also))
     refit = _refitted(problem, fit, law.at(linear, best.searched))
     if not refit.chi2 < fit.chi2:
         return None
@@ -112,7 +110,6 @@ def _learned(problem, fit, regression, best, ranges, also):
     if law.form == "oscillation":
         numbers = _swings(law, values[None, :count], values[count:], spread)
     text, band = sentence(law, numbers, law.direction, also), _band(regression, law, ranges)
-    errors = _errors(problem, white, CrossValidation(problem.trials, "group").residuals(refit))
     return Learned(law.variable, law.form, numbers, text, law.source(text), errors, band, tuple(also), refit)
 
 
@@ -173,15 +170,19 @@ def _swings(law, swings, searched, spread):
     return numbers
 
 
-def _errors(problem, before, after):
-    """RMS of the positions held out, in their unit; before, after: white residuals of the recordings."""
+def _errors(problem, fit, regression, foretold):
+    """RMS of the positions before, and after with the numbers of the other recordings, in their unit.
+
+    foretold: what these leave of the rows of the regression; what no force can cause stays as it is.
+    """
+    before = fit.linearization.projected[0]
+    gone = np.split(regression.residual - foretold, np.cumsum([len(flight.residual) for flight in regression.flights])[:-1])
+    after = [part - flight.rows @ change for part, flight, change in zip(before, regression.flights, gone, strict=True)]
 
     def rms(white):
-        raw = [
-            colour(recording.whitening, part)[recording.channel < 3]
-            for recording, part in zip(problem.recordings, white, strict=True)
-        ]
-        return float(np.sqrt(np.mean(np.concatenate(raw) ** 2)))
+        raw = [colour(recording.whitening, part) for recording, part in zip(problem.recordings, white, strict=True)]
+        seen = [part[recording.channel < 3] for recording, part in zip(problem.recordings, raw, strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(seen) ** 2)))
 
     return {"before": rms(before), "after": rms(after)}
 

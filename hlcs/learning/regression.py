@@ -3,9 +3,10 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.optimize import least_squares as minimise
 
-from hlcs.estimation.least_squares import basis, least_squares, project_out
+from hlcs.estimation.least_squares import least_squares
 from hlcs.learning.laws import Law
 from minibullet.bodies import Bodies
 
@@ -16,11 +17,15 @@ ENOUGH = 15  # steps of such a search: it begins near
 
 @dataclass(frozen=True)
 class Fitted:
-    """A law at its best numbers."""
+    """A law at its best numbers, and how well it foretells recordings that its numbers were not fitted to."""
 
     law: Law
     searched: np.ndarray
-    left: np.ndarray  # white residuals: of all recordings, or of each with the numbers of the others (rows,)
+    left: np.ndarray  # white residuals of all recordings (rows,)
+    score: float = np.inf  # -2 log probability of every recording, foretold by the others, up to a constant
+    missed: np.ndarray | None = None  # white residuals of every recording, by what the others foretell and how surely (rows,)
+    unforetold: np.ndarray | None = None  # the same without the law (rows,)
+    foretold: np.ndarray | None = None  # white residuals of every recording with the numbers of the others (rows,)
 
     @property
     def chi2(self):
@@ -117,35 +122,54 @@ class Regression:
             found.append(Fitted(law, searched, self.left(law, kind, searched)))
         tested, least = [], np.inf
         for one in sorted(found, key=lambda one: one.chi2 + len(one.law.fitted) * np.log(len(self.residual))):
-            if one.chi2 < least + alike and possible(one.left):
-                tested.append(replace(one, left=self.foretold(one)))
-                least = min(least, tested[-1].chi2)
-        return sorted(tested, key=lambda one: one.chi2)
+            if one.chi2 < least + alike and possible(one.left, self.residual):
+                tested.append(self.tested(one))
+                least = min(least, tested[-1].score)
+        return sorted(tested, key=lambda one: one.score)
 
-    def foretold(self, fitted):
-        """Residuals of every recording with the numbers of the other groups (rows,)."""
-        law, kind, left = fitted.law, fitted.law.kind(), np.empty(len(self.residual))
+    def tested(self, fitted):
+        """The same, each group of recordings foretold with the numbers of the others and with their uncertainty."""
+        law, kind = fitted.law, fitted.law.kind()
+        missed, unforetold, foretold, score = np.empty(len(self.residual)), self.residual.copy(), self.residual.copy(), 0.0
         for fold in self.folds:
             test = self.fold == fold
-            numbers = self.search(law, kind, [fitted.searched], ~test)
-            found, columns = self.solve(law, kind, numbers, ~test)
-            left[test] = self.residual[test] - columns[test] @ found.estimate
-            if law.own_phases:  # amplitudes are each recording's own: only the frequency is foretold
-                own = basis(columns[test][:, : columns.shape[1] - self.nuisance.shape[1]])
-                rest = project_out(own, left[test])
-                # what its own numbers fit of the noise counts twice: once as if they had been foretold
-                left[test] = rest * np.sqrt(1 + 2 * own.shape[1] / max(float(rest @ rest), 1e-12))
-        return left
+            searched = self.search(law, kind, [fitted.searched], ~test)
+            found, columns = self.solve(law, kind, searched, ~test)
+            slopes = self.slopes(law, kind, searched, columns, found.estimate)
+            every = np.hstack([columns, slopes])
+            spread = every[test] @ self.spread(law, every, ~test)
+            u, sizes, _ = np.linalg.svd(spread, full_matrices=False)
+            shrink = (u * (1 - 1 / np.sqrt(1 + sizes**2))) @ u.T  # white are the misses of what is foretold so surely
+            left = self.residual[test] - columns[test] @ found.estimate
+            missed[test] = left - shrink @ left
+            foretold[test] = missed[test] if law.own_phases else left  # there only the frequency is that of the others
+            if not law.own_phases:
+                unforetold[test] -= shrink @ self.residual[test]
+            score += float(missed[test] @ missed[test]) + float(np.sum(np.log1p(sizes**2)))
+        return replace(fitted, score=score, missed=missed, unforetold=unforetold, foretold=foretold)
+
+    def slopes(self, law, kind, searched, columns, estimate):
+        """White change of the observations per unit of each searched number, the linear ones held (rows, searched)."""
+        count, found = columns.shape[1] - self.nuisance.shape[1], []
+        for k, number in enumerate(law.searched):
+            step = 1e-5 * (number.high - number.low)
+            moved = self.columns(law, kind, searched + step * np.eye(len(searched))[k])
+            found.append((moved - columns[:, :count]) @ estimate[:count] / step)
+        return np.array(found).reshape(len(law.searched), len(columns)).T
+
+    def spread(self, law, every, rows):
+        """Square root of the covariance of all numbers, (k, k): of white observations in these rows, and of what is expected."""
+        count = every.shape[1] - len(law.searched) - self.nuisance.shape[1]
+        expected = self.expected(law, count)
+        reach = [1 / (number.high - number.low) for number in law.searched]
+        prior = block_diag(expected, 1e-9 * np.eye(self.nuisance.shape[1]), np.diag(reach))
+        _, sizes, vt = np.linalg.svd(np.vstack([every[rows], prior]), full_matrices=False)
+        return vt.T / np.maximum(sizes, 1e-12)
 
     def estimate(self, law, searched):
-        """(estimate of the linear numbers, standard deviations of these and of the searched ones) on all rows."""
+        """(linear numbers, standard deviations of these and then of the searched ones), from all rows."""
         kind = law.kind()
         found, columns = self.solve(law, kind, searched)
-        count = columns.shape[1] - self.nuisance.shape[1]
-        left = self.left(law, kind, searched)
-        steps = [
-            1e-5 * (number.high - number.low) * unit for number, unit in zip(law.searched, np.eye(len(searched)), strict=True)
-        ]
-        slopes = [(self.left(law, kind, searched + step) - left) / step.max() for step in steps]
-        curvature = np.linalg.pinv(np.array(slopes) @ np.array(slopes).T) if slopes else np.zeros((0, 0))
-        return found.estimate[:count], np.sqrt(np.append(np.diag(found.covariance)[:count], np.diag(curvature)))
+        every = np.hstack([columns, self.slopes(law, kind, searched, columns, found.estimate)])
+        deviation, count = np.linalg.norm(self.spread(law, every, slice(None)), axis=1), columns.shape[1] - self.nuisance.shape[1]
+        return found.estimate[:count], np.append(deviation[:count], deviation[columns.shape[1] :])
