@@ -5,8 +5,8 @@ steps of 1 ms and by closed forms, never by the code under test.
 
 The rule of a design in which the variable can be told at all: every case has throws of unlike headings (spread round the
 circle), speeds (3 : 1), elevations, places (a square of 3 m) and heights (lowest points from 0.3 m to 1.5 m), so that no
-variable is a function of another one along all recordings; no throw passes a magnet within 0.3 m; laws of the heading have six to eight of them, the others three to
-eight. Nothing is drawn again because it turned out hard.
+variable is a function of another one along all recordings. Laws of the heading have six to eight throws, the others three to
+eight; no throw passes a magnet within 0.3 m. Nothing is drawn again because it turned out hard.
 """
 
 import argparse
@@ -51,7 +51,7 @@ def direction(rng):
 
 
 def law(rng, name, flown):
-    """(function (x, v, spin, t) -> acceleration (n, 3) of unit size, truth) of a hidden force per mass; flown: without it (.., 3)."""
+    """(function (x, v, spin, t) -> acceleration (n, 3) of unit size, truth) of a hidden force; flown: without it (.., 3)."""
     variable, form = name.split("_", 1)
     truth = {"variable": variable, "form": {"bump": "table", "harmonic": "table", "shake": "oscillation"}.get(form, form)}
     sign = rng.choice([-1.0, 1.0])
