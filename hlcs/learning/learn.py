@@ -14,7 +14,7 @@ from hlcs.learning.learned import Learned, sentence
 from hlcs.learning.regression import Regression
 from hlcs.simulation.model import Term
 
-FEWEST = 3  # recordings: two of them must foretell a third
+FEWEST = 3  # flights: two of them must foretell a third
 ALIKE = 6.0  # chi2 by which another variable may foretell worse and still do as well: the tie of the search
 EXPLAINED = 0.9  # share of the force's chi2 that a law must foretell: what it leaves belongs to another variable
 NOISE = 2.0  # standard deviations of chi2 that may be left beside: what noise alone leaves
@@ -29,9 +29,9 @@ def learn(problem, fit):
 
     None where they show no force, where no law of one variable foretells recordings held out, or where these are too few.
     """
-    if problem.simulator.contact or len(problem.trials) < FEWEST or len({trial.group for trial in problem.trials}) < 2:
-        return None
     flights = flights_of(problem, fit)
+    if len(flights) < FEWEST or len({flight.part.group for flight in flights}) < 2:
+        return None
     force = Force(flights)
     if not force.seen:
         return None
@@ -96,7 +96,7 @@ def _learned(problem, fit, regression, ranges, best, also):
     """The Learned law, its numbers refitted through the simulator where it is an effect; None where that contradicts it."""
     law = best.law
     linear, spread = regression.estimate(law, best.searched)
-    errors = _errors(problem, fit, regression, best.foretold)
+    errors = _errors(regression, best.foretold)
     if law.own_phases:
         numbers = _swings(law, linear.reshape(len(regression.flights), -1), best.searched, spread)
         return Learned("time", law.form, numbers, sentence(law, numbers, None, also), "", errors, {}, tuple(also))
@@ -170,21 +170,21 @@ def _swings(law, swings, searched, spread):
     return numbers
 
 
-def _errors(problem, fit, regression, foretold):
+def _errors(regression, foretold):
     """RMS of the positions before, and after with the numbers of the other recordings, in their unit.
 
     foretold: what these leave of the rows of the regression; what no force can cause stays as it is.
     """
-    before = fit.linearization.projected[0]
-    gone = np.split(regression.residual - foretold, np.cumsum([len(flight.residual) for flight in regression.flights])[:-1])
-    after = [part - flight.rows @ change for part, flight, change in zip(before, regression.flights, gone, strict=True)]
+    flights = regression.flights
+    gone = np.split(regression.residual - foretold, np.cumsum([len(flight.residual) for flight in flights])[:-1])
 
     def rms(white):
-        raw = [colour(recording.whitening, part) for recording, part in zip(problem.recordings, white, strict=True)]
-        seen = [part[recording.channel < 3] for recording, part in zip(problem.recordings, raw, strict=True)]
-        return float(np.sqrt(np.mean(np.concatenate(seen) ** 2)))
+        parts = [flight.part for flight in flights]
+        raw = [colour(part.whitening, values)[part.channel < 3] for part, values in zip(parts, white, strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(raw) ** 2)))
 
-    return {"before": rms(before), "after": rms(after)}
+    after = [flight.part.white - flight.rows @ change for flight, change in zip(flights, gone, strict=True)]
+    return {"before": rms([flight.part.white for flight in flights]), "after": rms(after)}
 
 
 def _ranges(problem, flights):

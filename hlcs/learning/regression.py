@@ -41,8 +41,8 @@ class Regression:
         self.residual = np.concatenate([flight.residual for flight in flights])
         self.nuisance = np.concatenate([flight.nuisance for flight in flights])
         self.recording = np.repeat(np.arange(len(flights)), [len(flight.residual) for flight in flights])
-        groups = sorted({flight.group for flight in flights})
-        self.fold = np.array([groups.index(flight.group) for flight in flights])[self.recording]  # of each row
+        groups = sorted({flight.part.group for flight in flights})
+        self.fold = np.array([groups.index(flight.part.group) for flight in flights])[self.recording]  # of each row
         self.folds = range(len(groups))
         position, velocity, spin = (
             np.concatenate([getattr(flight, name) for flight in flights]) for name in ("position", "velocity", "spin")

@@ -37,3 +37,14 @@ def test_noise_alone_shows_no_force(throw):
     """Three standard deviations in none of ten octaves."""
     problem, fit = throw(lambda x, v, t: 0.0 * x)
     assert not rows_with_force(flights_of(problem, fit)).any()
+
+
+def test_between_impacts_the_residuals_are_the_response_to_the_force(bounce):
+    """Each stretch has a start of its own and holds no impact; 2 % is what a path that is off by the force itself leaves."""
+    problem, fit = bounce(lambda x, v, t: -0.02 * v, sigma=0.0)
+    flights = flights_of(problem, fit)
+    assert len(flights) >= 3
+    for flight in flights:
+        expected = np.tensordot(flight.response, -0.02 * flight.velocity, 2)
+        assert np.abs(flight.residual - expected).max() < 0.02 * np.abs(expected).max()
+        assert (np.diff(flight.velocity[:, 2]) < 0).all() and flight.position[:, 2].min() > 0.03

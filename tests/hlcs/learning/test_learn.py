@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from throws import csv
 
+import hlcs
 import minibullet as mb
 from hlcs.learning import learn
 
@@ -32,12 +34,22 @@ def test_what_is_held_out_falls_to_the_noise(magnet, pull):
     assert pull.fit.chi2 / pull.fit.freedom == pytest.approx(1.0, abs=0.2)
 
 
-def test_the_file_is_an_effect_that_keeps_the_contract(pull, tmp_path):
-    path = tmp_path / "learned_effect.py"
-    path.write_text(pull.effect_file)
-    (kind,) = mb.load_effects(path).values()
+def test_the_file_is_an_effect_that_compare_takes(magnet, pull, tmp_path):
+    """Loaded and checked as a user's own; with it the recordings are those of the model within their noise."""
+    effects, experiment = tmp_path / "learned_effect.py", tmp_path / "throws.toml"
+    effects.write_text(pull.effect_file)
+    (kind,) = mb.load_effects(effects).values()
     assert kind().exponent == pytest.approx(pull.numbers["exponent"]["value"], rel=1e-6)
-    assert mb.effects.contract.name_of(kind) == "learned_force"
+    text = (
+        'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\nnoise = { position = 0.002 }\n'
+    )
+    for k, trial in enumerate(magnet[0].trials):
+        (tmp_path / f"{k}.csv").write_text(csv(trial.times, trial.position))
+        text += f'[[trial]]\nfile = "{k}.csv"\n'
+    experiment.write_text(text + '[model]\neffects = [{ name = "learned_force" }]\n')
+    after = hlcs.compare(experiment, effects_file=effects)
+    experiment.write_text(text)
+    assert after.adequate and not hlcs.compare(experiment).adequate
 
 
 def test_a_shaking_camera_is_an_oscillation_of_its_frequency(throw):
