@@ -5,7 +5,7 @@ import pytest
 
 from hlcs.learning.flights import flights_of
 from hlcs.learning.laws import one_law
-from hlcs.learning.learn import _ranges
+from hlcs.learning.missing_law import _ranges
 from hlcs.learning.regression import Regression
 
 
