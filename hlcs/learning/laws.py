@@ -6,6 +6,7 @@ the force is linear come from least squares, so only the others are searched.
 
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -153,30 +154,38 @@ TRIED = {  # variable -> ((way, forms), ..); "axes": along x, y and z, each with
 }
 
 
-def laws(values, box, duration, fastest):
+class Ranges(NamedTuple):
+    """Where and when the bodies were seen."""
+
+    box: np.ndarray  # corners of their places (2, 3) [m]
+    duration: float  # of the longest recording [s]
+    slowest: float  # frequency that every flight shows to come back [Hz]
+    fastest: float  # frequency that the frames can show [Hz]
+
+
+def laws(values, ranges):
     """Every law to try on recordings.
 
-    values: variable -> its values in the data, absent where it is not seen; box: the corners (2, 3) of where the bodies were [m];
-    duration: of the longest recording [s]; fastest: frequency that the frames can show [Hz].
+    values: variable -> its values in the data, absent where it is not seen.
     """
     found = []
     for variable, ways in TRIED.items():
         for way, forms in ways:
             for form in forms if variable in values else ():
-                found.append(one_law(variable, form, way, values[variable], box, duration, fastest))
+                found.append(one_law(variable, form, way, values[variable], ranges))
     return found + [replace(one, own_phases=True) for one in found if one.form == "oscillation"]
 
 
-def one_law(variable, form, way, values, box, duration, fastest, axes=AXES):
+def one_law(variable, form, way, values, ranges, axes=AXES):
     """One Law, its numbers ranged and begun by the data."""
     unit, inverse, lines = VARIABLES[variable]
     if form == "oscillation":
-        return oscillation(lines, duration, fastest, axes)
+        return oscillation(lines, ranges, axes)
     if form == "table":
         way = "direction" if way == "axes" else way
         searched, given, shape, begins, linear = table(variable, unit, values)
     else:
-        searched, given, shape, begins = SHAPES[form](variable, unit, inverse, values, duration)
+        searched, given, shape, begins = SHAPES[form](variable, unit, inverse, values, ranges.duration)
         names = [f"strength_{axis}" for axis in axes] if way == "axes" else ["strength"]
         linear = tuple(Number(name, "m/s2", -1.0, 1.0, linear=True) for name in names)
     if way == "axes":
@@ -189,7 +198,7 @@ def one_law(variable, form, way, values, box, duration, fastest, axes=AXES):
         angles = (Number("azimuth", "rad", -10.0, 10.0), Number("elevation", "rad", -10.0, 10.0))
         searched, begins = (*searched, *angles), tuple((*a, *b) for a in begins for b in HALF_SPHERE)
     if way == "point":
-        room = np.array([box[0] - np.ptp(box, axis=0) - 0.5, box[1] + np.ptp(box, axis=0) + 0.5])
+        room = ranges.box + np.outer([-1.0, 1.0], np.ptp(ranges.box, axis=0) + 0.5)
         point = tuple(
             Number(f"point_{axis}", "m", *map(float, np.round(ends, 3))) for axis, ends in zip(AXES, room.T, strict=True)
         )
@@ -252,13 +261,12 @@ def table(variable, unit, values):
     return (), (), (line,), ((),), tuple(Number(name, "m/s2", -1.0, 1.0, linear=True) for name in names)
 
 
-def oscillation(lines, duration, fastest, axes=AXES):
+def oscillation(lines, ranges, axes=AXES):
     """A force that swings with time, along each axis with an amplitude and a phase of its own."""
     parts = {part: ", ".join(f"self.{part}_{axis}" if axis in axes else "0.0" for axis in AXES) for part in ("cos", "sin")}
     shapes = " + ".join(f"np.outer(np.{part}(angle), ({vector}))" for part, vector in parts.items())
     linear = tuple(Number(f"{part}_{axis}", "m/s2", -1.0, 1.0, linear=True) for axis in axes for part in parts)
-    slowest = 1.5 / duration  # seen to come back: slower ones are any force that changes once
-    frequency = Number("frequency_hz", "Hz", slowest, max(fastest, 2 * slowest))
-    begins = tuple((float(f),) for f in np.arange(slowest, frequency.high, 0.2 / duration))
+    frequency = Number("frequency_hz", "Hz", ranges.slowest, max(ranges.fastest, 2 * ranges.slowest))
+    begins = tuple((float(f),) for f in np.arange(ranges.slowest, frequency.high, 0.2 / ranges.duration))
     lines = (*lines, "angle = 2 * np.pi * self.frequency_hz * u", "acceleration = " + shapes)
     return Law("time", "oscillation", "axes", linear, (frequency,), (), lines, begins)

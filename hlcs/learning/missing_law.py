@@ -9,7 +9,7 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
 from hlcs.estimation.whitening import colour
 from hlcs.learning.flights import flights_of, rows_with_force
-from hlcs.learning.laws import AXES, knots_of, laws, one_law
+from hlcs.learning.laws import AXES, Ranges, knots_of, laws, one_law
 from hlcs.learning.learned import Learned, sentence
 from hlcs.learning.regression import Regression
 from hlcs.simulation.model import Term
@@ -82,7 +82,7 @@ def _fewest_axes(regression, best, ranges):
         return best
 
     def cost(axes):
-        one = one_law(best.law.variable, best.law.form, "axes", ranges[0][best.law.variable], *ranges[1:], axes)
+        one = one_law(best.law.variable, best.law.form, "axes", ranges[0][best.law.variable], ranges[1], axes)
         one = replace(one, own_phases=best.law.own_phases)
         left = regression.left(one, one.kind(), best.searched)
         count = len(one.linear) * (len(regression.flights) if one.own_phases else 1)
@@ -123,7 +123,7 @@ def _band(regression, law, ranges):
         values = np.linalg.norm(regression.bodies.position - searched, axis=1)
     elif law.direction is not None:
         searched = np.arctan2(law.direction[1], law.direction[0]), np.arcsin(np.clip(law.direction[2], -1.0, 1.0))
-    table = one_law(law.variable, "table", "axes" if law.way == "direction" else law.way, values, *ranges[1:])
+    table = one_law(law.variable, "table", "axes" if law.way == "direction" else law.way, values, ranges[1])
     found, _ = regression.solve(table, table.kind(), searched)
     grid, count = knots_of(values), len(table.linear)
     rows = np.eye(count) if table.knots else np.column_stack([grid**0] + [f(k * grid) for k in (1, 2) for f in (np.cos, np.sin)])
@@ -188,7 +188,7 @@ def _errors(regression, foretold):
 
 
 def _ranges(problem, flights):
-    """(variable -> its values, corners of the box of positions, longest duration, fastest frequency) of the data."""
+    """(variable -> its values, Ranges) of the data."""
     position, velocity, spin = (np.concatenate([getattr(f, name) for f in flights]) for name in ("position", "velocity", "spin"))
     box = np.array([position.min(axis=0), position.max(axis=0)])
     values = {
@@ -203,4 +203,6 @@ def _ranges(problem, flights):
     if any((recording.channel >= 3).any() for recording in problem.recordings):
         values["spin"] = np.linalg.norm(spin, axis=1)
     step = max(float(np.median(np.diff(trial.times))) for trial in problem.trials)
-    return values, box, float(values["time"].max()), 0.25 / step  # four frames a period
+    shortest = min(float(np.ptp(flight.times)) for flight in flights)
+    # an oscillation comes back one and a half times: a slower one is any force that changes once; four frames a period show it
+    return values, Ranges(box, float(values["time"].max()), 1.5 / shortest, 0.25 / step)

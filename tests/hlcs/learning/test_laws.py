@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import minibullet as mb
-from hlcs.learning.laws import TRIED, VARIABLES, knots_of, laws, one_law
+from hlcs.learning.laws import TRIED, VARIABLES, Ranges, knots_of, laws, one_law
 
-BOX = np.array([[-1.0, -1.0, 0.2], [1.0, 1.0, 2.0]])
+RANGES = Ranges(np.array([[-1.0, -1.0, 0.2], [1.0, 1.0, 2.0]]), 1.0, 1.5, 12.0)
 VALUES = {name: np.linspace(0.5, 3.0, 40) for name in VARIABLES}
-ALL = laws(VALUES, BOX, 1.0, 12.0)
+ALL = laws(VALUES, RANGES)
 
 
 @pytest.mark.parametrize("law", ALL, ids=lambda law: f"{law.variable}-{law.way}-{law.form}")
@@ -23,12 +23,12 @@ def test_every_law_is_an_effect_that_keeps_the_contract(law):
 def test_only_what_is_seen_is_tried():
     assert {law.variable for law in ALL} == set(TRIED) == set(VARIABLES)
     seen = {name: values for name, values in VALUES.items() if name != "spin"}
-    assert "spin" not in {law.variable for law in laws(seen, BOX, 1.0, 12.0)}
+    assert "spin" not in {law.variable for law in laws(seen, RANGES)}
 
 
 def test_a_table_is_the_force_at_its_knots():
     """Straight lines between the values; 1e-3 relative is the rounding of the knots in the file."""
-    law = one_law("height", "table", "axes", VALUES["height"], BOX, 1.0, 12.0)
+    law = one_law("height", "table", "axes", VALUES["height"], RANGES)
     values = np.sin(knots_of(VALUES["height"]))
     effect = law.at(values, [0.0, np.pi / 2]).kind()()
     bodies = mb.effects.samples.sample_bodies()

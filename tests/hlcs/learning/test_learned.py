@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from hlcs.learning.laws import one_law
+from hlcs.learning.laws import Ranges, one_law
 from hlcs.learning.learned import Learned, sentence
 
 
@@ -13,7 +13,7 @@ def number(value, half=0.1, unit="m"):
 
 
 def law(variable, form, way):
-    return one_law(variable, form, way, np.linspace(0.5, 3.0, 20), np.array([[0.0] * 3, [1.0] * 3]), 1.0, 12.0)
+    return one_law(variable, form, way, np.linspace(0.5, 3.0, 20), Ranges(np.array([[0.0] * 3, [1.0] * 3]), 1.0, 1.5, 12.0))
 
 
 def test_json_is_as_the_contract_has_it():
