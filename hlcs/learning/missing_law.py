@@ -16,8 +16,8 @@ from hlcs.simulation.model import Term
 
 FEWEST = 3  # flights: two of them must foretell a third
 ALIKE = 6.0  # chi2 by which another variable may foretell worse and still do as well: the tie of the search
-EXPLAINED = 0.9  # share of the force's chi2 that a law must foretell: what it leaves belongs to another variable
-NOISE = 2.0  # standard deviations of chi2 that may be left beside: what noise alone leaves
+NOISE = 3.0  # standard deviations of chi2 beyond that of noise that a law may miss: with it the model is adequate
+CURVED = 0.05  # share of the force's chi2 that a table may miss beside: straight lines between knots are not the curve
 SEEN = 5.0  # standard deviations of chi2 by which the force must stand above the noise
 STEP = 1 / 240  # of the simulation of a learned law, which may swing or go on and off [s]
 FORMS = ("power", "oscillation", "switch", "exponential", "table")  # where several do as well: from the plainest on
@@ -37,7 +37,9 @@ def learn(problem, fit):
         return None
     regression, ranges = Regression(flights, force.size), _ranges(problem, flights)
     ranked = [
-        one for one in regression.fits(laws(*ranges), force.explained_by, ALIKE) if force.explained_by(one.missed, one.unforetold)
+        one
+        for one in regression.fits(laws(*ranges), force.explained_by, ALIKE)
+        if force.explained_by(one.law, one.missed, one.unforetold)
     ]
     if not ranked:
         return None
@@ -63,10 +65,10 @@ class Force:
         """Sum of squares of these rows beyond that of noise, of its variance (rows,)."""
         return float(np.sum((residual**2 - noise)[self.rows]))
 
-    def explained_by(self, left, without):
-        """Is what a law leaves (rows,) a small part of what is there without it, or noise?"""
+    def explained_by(self, law, left, without):
+        """Is what a law leaves (rows,) noise, where there is a force without it?"""
         excess = self.excess(without)
-        return excess > SEEN * self.noise and self.excess(left) < (1 - EXPLAINED) * excess + NOISE * self.noise
+        return excess > SEEN * self.noise and self.excess(left) < NOISE * self.noise + CURVED * excess * (law.form == "table")
 
 
 def _plainest(ranked):

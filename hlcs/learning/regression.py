@@ -111,7 +111,7 @@ class Regression:
     def fits(self, laws, possible, alike):
         """Every law Fitted to all recordings, the best that could do tested on each group with the numbers of the others.
 
-        possible: tells of the residuals that a law leaves whether they can do; alike: chi2 by which another may be worse. Numbers
+        possible: tells of a law and the residuals that it leaves whether they can do; alike: chi2 by which another may be worse. Numbers
         fitted to a recording itself leave less of it than those of others do: a law that cannot do in its own fit, or is worse
         there than another one held out, need not be tested.
         """
@@ -122,7 +122,7 @@ class Regression:
             found.append(Fitted(law, searched, self.left(law, kind, searched)))
         tested, least = [], np.inf
         for one in sorted(found, key=lambda one: one.chi2 + len(one.law.fitted) * np.log(len(self.residual))):
-            if one.chi2 < least + alike and possible(one.left, self.residual):
+            if one.chi2 < least + alike and possible(one.law, one.left, self.residual):
                 tested.append(self.tested(one))
                 least = min(least, tested[-1].score)
         return sorted(tested, key=lambda one: one.score)

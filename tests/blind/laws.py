@@ -18,6 +18,8 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import lfilter
 
+from minibullet.errors import InputError
+
 G, STEP = 9.81, 1e-3
 NOISES = (0.0, 0.6, 0.8)
 FORMS = (
@@ -265,8 +267,12 @@ def main():
         if placebo == "shuffled":
             name = DESTROYED[(k // 2) % len(DESTROYED)]
         case = make(rng, name, placebo)
-        with tempfile.TemporaryDirectory() as folder:
-            found, seconds = run(folder, case, rng)
+        try:
+            with tempfile.TemporaryDirectory() as folder:
+                found, seconds = run(folder, case, rng)
+        except InputError as error:  # counted as nothing said
+            found, seconds = None, 0.0
+            print(error)
         row = judge(case[-1], found) | {"seconds": round(seconds, 1), "placebo": placebo}
         rows.append(row)
         print(

@@ -41,6 +41,6 @@ def test_slopes_are_derivatives(drag):
 def test_what_is_held_out_is_foretold_where_the_law_is_right(drag):
     """Every recording by the five others; what is missed is small against what is there without the law."""
     regression, law = drag
-    (found,) = regression.fits([law], lambda left, without: True, 0.0)
+    (found,) = regression.fits([law], lambda law, left, without: True, 0.0)
     assert found.missed @ found.missed < 0.01 * found.unforetold @ found.unforetold
     assert found.score >= found.missed @ found.missed
