@@ -111,9 +111,9 @@ class Regression:
     def fits(self, laws, possible, alike):
         """Every law Fitted to all recordings, the best that could do tested on each group with the numbers of the others.
 
-        possible: tells of a law and the residuals that it leaves whether they can do; alike: chi2 by which another may be worse. Numbers
-        fitted to a recording itself leave less of it than those of others do: a law that cannot do in its own fit, or is worse
-        there than another one held out, need not be tested.
+        possible: tells of a law and the residuals that it leaves whether they can do; alike: chi2 by which another may be worse.
+        Numbers fitted to a recording itself leave less of it than those of others do: a law that cannot do in its own fit, or
+        is worse there than another one held out, need not be tested.
         """
         found = []
         for law in laws:
