@@ -3,8 +3,6 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from hlcs.learning.laws import AXES
 from hlcs.records import plain
 
@@ -59,8 +57,10 @@ def _force(law, numbers, direction):
 
 
 def _sign(law, numbers):
-    """Sign of a force along one direction: of its strength, or of most of its table."""
-    return np.sum([numbers[number.name]["value"] for number in law.linear if number.name in numbers])
+    """Sign of a force along one direction: of its strength, or of the mean of its table."""
+    if "mean" in numbers:
+        return numbers["mean"]["value"]
+    return sum(numbers[number.name]["value"] for number in law.linear if number.name in numbers)
 
 
 def _grows(law, numbers):

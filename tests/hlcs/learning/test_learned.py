@@ -39,3 +39,7 @@ def test_sentences():
     assert sentence(law("time", "oscillation", "axes"), shake, None, ()) == (
         "An oscillation of 4.6 Hz in x, y and z (2, 2, 2 mm): the camera shakes"
     )
+    turning = {"mean": number(-1.0)} | {name: number(0.8) for name in ("cos_1", "sin_1", "cos_2", "sin_2")}
+    assert sentence(law("heading", "table", "velocity"), turning, None, ()) == (
+        "A force against the velocity that follows a table of the heading"
+    )
