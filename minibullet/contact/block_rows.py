@@ -19,8 +19,8 @@ MACHINE_EPSILON = 2.220446049250313e-16
 class BlockProblem(NamedTuple):
     """The friction problem u = W r + q of m contacts, W as block rows: row i has the blocks block[start[i]:start[i + 1]]."""
 
-    start: np.ndarray  # first block of each row, and the end (m + 1,)
-    column: np.ndarray  # column of each block, ascending in a row (b,)
+    start: np.ndarray  # first block of each row, and the end, int64 (m + 1,)
+    column: np.ndarray  # column of each block, ascending in a row, int64 (b,)
     block: np.ndarray  # contact axes [1/kg], (b, 3, 3)
     q: np.ndarray  # velocity without contact impulses, the target taken off the normal row [m/s], (3m,)
     friction: np.ndarray  # Coulomb coefficient [-], (m,)

@@ -118,5 +118,5 @@ def compress(W):
     m = len(W) // 3
     blocks = W.reshape(m, 3, m, 3).swapaxes(1, 2)
     filled = (blocks != 0.0).any(axis=(2, 3)) | np.eye(m, dtype=bool)
-    row, column = np.nonzero(filled)
+    row, column = (np.ascontiguousarray(index) for index in np.nonzero(filled))  # compiled for contiguous arrays
     return np.concatenate([[0], np.cumsum(np.bincount(row, minlength=m))]), column, np.ascontiguousarray(blocks[row, column])
