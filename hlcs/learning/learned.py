@@ -1,0 +1,78 @@
+"""What was learned of a missing force, and how it is told."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from hlcs.learning.laws import AXES
+from hlcs.records import plain
+
+FILE = "learned_effect.py"  # name of the effect's file beside a result
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A law of one variable that foretells recordings it was not fitted to."""
+
+    variable: str
+    form: str
+    numbers: dict  # name -> {value, low, high, unit}; 90 % intervals
+    text: str  # one sentence
+    effect_file: str  # the text of a file that `compare` and `diagnose --effects` take; empty where no effect can foretell it
+    held_out: dict  # before, after: error of recordings that the numbers were not fitted to, in the unit of the error
+    band: dict  # grid, value, low, high (k,): the force per mass as a table of the variable; empty for an oscillation
+    also: tuple[str, ...]  # other variables that foretell the recordings as well
+    fit: Any = field(default=None, repr=False, compare=False)  # of the model with the law in it; None where there is no effect
+
+    def to_json(self):
+        """The entry `learned` of the result of a diagnosis."""
+        file = FILE if self.effect_file else None
+        told = {name: getattr(self, name) for name in ("variable", "form", "numbers", "text", "held_out", "band", "also")}
+        return plain(told | {"effect_file": file})
+
+
+def sentence(law, numbers, direction, also):
+    """What a law with these numbers says, in one sentence; direction: along which it acts (3,), None = its own."""
+    others = f" (a law of {' or '.join(also)} does as well)" if also else ""
+    if law.form == "oscillation":
+        axes = [axis for axis in AXES if f"amplitude_{axis}" in numbers]
+        sizes = ", ".join(f"{1000 * numbers[f'amplitude_{axis}']['value']:.2g}" for axis in axes)
+        phase = "; its phase differs from recording to recording, so no effect can foretell it" if law.own_phases else ""
+        names = " and ".join(", ".join(axes).rsplit(", ", 1))
+        frequency = numbers["frequency_hz"]["value"]
+        return f"An oscillation of {frequency:.2g} Hz in {names} ({sizes} mm): the camera shakes{phase}{others}"
+    return f"{_force(law, numbers, direction)} {_grows(law, numbers)}{others}"
+
+
+def _force(law, numbers, direction):
+    """The force, before "that .."."""
+    positive = _sign(law, numbers) > 0
+    if law.way == "point":
+        place = ", ".join(f"{numbers[f'point_{axis}']['value']:.2f}" for axis in AXES)
+        return f"A {'pull towards' if positive else 'push away from'} ({place}) m"
+    if law.way == "velocity":
+        return f"A force {'along' if positive else 'against'} the velocity"
+    if law.way == "lift":
+        return f"A force {'along' if positive else 'against'} spin x velocity"
+    return f"A force along ({', '.join(f'{part:.2f}' for part in direction)})"
+
+
+def _sign(law, numbers):
+    """Sign of a force along one direction: of its strength, or of the mean of its table."""
+    if "mean" in numbers:
+        return numbers["mean"]["value"]
+    return sum(numbers[number.name]["value"] for number in law.linear if number.name in numbers)
+
+
+def _grows(law, numbers):
+    def told(name, digits=2):
+        entry = numbers[name]
+        return f"{entry['value']:.{digits}f} +- {(entry['high'] - entry['low']) / 2:.{digits}f}"
+
+    if law.form == "power":
+        change = "grows" if numbers["exponent"]["value"] > 0 else "falls"
+        return f"that {change} as {law.variable}^{told('exponent')}"
+    if law.form == "exponential":
+        return f"that changes as exp(k {law.variable}), k = {told('rate')} {numbers['rate']['unit']}"
+    if law.form == "switch":
+        return f"that acts from {told('start_s')} s to {told('end_s')} s"
+    return f"that follows a table of the {law.variable}"

@@ -1,0 +1,210 @@
+"""Learn the missing law: which variable carries the force that no known effect explains, and in which form."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from hlcs.data.rigid_body import rigid_body
+from hlcs.effects import candidate
+from hlcs.estimation.whitening import colour
+from hlcs.learning.flights import flights_of, rows_with_force
+from hlcs.learning.laws import AXES, Ranges, knots_of, laws, one_law
+from hlcs.learning.learned import Learned, sentence
+from hlcs.learning.regression import Regression
+from hlcs.simulation.model import Term
+
+FEWEST = 3  # flights: two of them must foretell a third
+ALIKE = 6.0  # chi2 by which another variable may foretell worse and still do as well: the tie of the search
+NOISE = 3.0  # standard deviations of chi2 beyond that of noise that a law may miss: with it the model is adequate
+CURVED = 0.05  # share of the force's chi2 that a table may miss beside: straight lines between knots are not the curve
+SEEN = 5.0  # standard deviations of chi2 by which the force must stand above the noise
+STEP = 1 / 240  # of the simulation of a learned law, which may swing or go on and off [s]
+FORMS = ("power", "oscillation", "switch", "exponential", "table")  # where several do as well: from the plainest on
+QUANTILE = 1.645  # of the normal distribution: intervals of 90 %
+
+
+def learn(problem, fit):
+    """What the recordings of a TrajectoryProblem show of the force that a Fit of the best known effects lacks: Learned or None.
+
+    None where they show no force, where no law of one variable foretells recordings held out, or where these are too few.
+    """
+    flights = flights_of(problem, fit)
+    if len(flights) < FEWEST or len({flight.part.group for flight in flights}) < 2:
+        return None
+    force = Force(flights)
+    if not force.seen:
+        return None
+    regression, ranges = Regression(flights, force.size), _ranges(problem, flights)
+    ranked = [
+        one
+        for one in regression.fits(laws(*ranges), force.explained_by, ALIKE)
+        if force.explained_by(one.law, one.missed, one.unforetold)
+    ]
+    if not ranked:
+        return None
+    best = _plainest(ranked)
+    alike = dict.fromkeys(one.law.variable for one in ranked if one.score < ranked[0].score + ALIKE)
+    also = [variable for variable in alike if variable != best.law.variable]
+    return _learned(problem, fit, regression, ranges, _fewest_axes(regression, best, ranges), also)
+
+
+class Force:
+    """How far the force stands above the noise, in those rows of the residuals where it does."""
+
+    def __init__(self, flights):
+        residual = np.concatenate([flight.residual for flight in flights])
+        self.rows = rows_with_force(flights)
+        self.noise = np.sqrt(2 * self.rows.sum())  # standard deviation of chi2
+        self.seen = self.excess(residual) > SEEN * self.noise
+        strength = np.concatenate([flight.strength for flight in flights])
+        moments = sum(3 * len(flight.times) for flight in flights)
+        self.size = float(np.sqrt(max(self.excess(residual / strength, 1 / strength**2), 0.0) / moments))  # RMS [m/s2]
+
+    def excess(self, residual, noise=1.0):
+        """Sum of squares of these rows beyond that of noise, of its variance (rows,)."""
+        return float(np.sum((residual**2 - noise)[self.rows]))
+
+    def explained_by(self, law, left, without):
+        """Is what a law leaves (rows,) noise, where there is a force without it?"""
+        excess = self.excess(without)
+        return excess > SEEN * self.noise and self.excess(left) < NOISE * self.noise + CURVED * excess * (law.form == "table")
+
+
+def _plainest(ranked):
+    """Of the laws of the best variable that do as well as the best one, that of the form that comes first in FORMS."""
+    best = ranked[0]
+    alike = [one for one in ranked if one.law.variable == best.law.variable and one.score < best.score + ALIKE]
+    return min(alike, key=lambda one: FORMS.index(one.law.form))
+
+
+def _fewest_axes(regression, best, ranges):
+    """The law with the axes left out along which it shows no strength, by Schwarz's criterion."""
+    if best.law.way != "axes":
+        return best
+
+    def cost(axes):
+        one = one_law(best.law.variable, best.law.form, "axes", ranges[0][best.law.variable], ranges[1], axes)
+        one = replace(one, own_phases=best.law.own_phases)
+        left = regression.left(one, one.kind(), best.searched)
+        count = len(one.linear) * (len(regression.flights) if one.own_phases else 1)
+        return float(left @ left) + count * np.log(len(left)), axes, replace(best, law=one)
+
+    chosen = ["".join(axes) for count in (1, 2, 3) for axes in combinations(AXES, count)]
+    return min(map(cost, chosen), key=lambda choice: choice[0])[-1]
+
+
+def _learned(problem, fit, regression, ranges, best, also):
+    """The Learned law, its numbers refitted through the simulator where it is an effect; None where that contradicts it."""
+    law = best.law
+    linear, spread = regression.estimate(law, best.searched)
+    errors = _errors(regression, best.foretold)
+    if law.own_phases:
+        numbers = _swings(law, linear.reshape(len(regression.flights), -1), best.searched, spread)
+        return Learned("time", law.form, numbers, sentence(law, numbers, None, also), "", errors, {}, tuple(also))
+    refit = _refitted(problem, fit, law.at(linear, best.searched))
+    if not refit.chi2 < fit.chi2:
+        return None
+    place, count = refit.numbers_of(-1), len(law.linear)
+    values, covariance = refit.estimate[place], max(refit.chi2 / refit.freedom, 1.0) * refit.covariance[place, place]
+    law, spread = law.at(values[:count], values[count:]), np.sqrt(np.diag(covariance))
+    numbers = {number.name: _interval(number.value, error, number.unit) for number, error in zip(law.fitted, spread, strict=True)}
+    if law.form == "oscillation":
+        numbers = _swings(law, values[None, :count], values[count:], spread)
+    text, band = sentence(law, numbers, law.direction, also), _band(regression, law, ranges)
+    return Learned(law.variable, law.form, numbers, text, law.source(text), errors, band, tuple(also), refit)
+
+
+def _band(regression, law, ranges):
+    """The force per mass as a table of the law's variable {grid, value, low, high}, (k,) each; {} of an oscillation."""
+    if law.form == "oscillation":
+        return {}
+    values, searched = ranges[0][law.variable], ()
+    if law.way == "point":
+        searched = [number.value for number in law.searched if number.name.startswith("point")]
+        values = np.linalg.norm(regression.bodies.position - searched, axis=1)
+    elif law.direction is not None:
+        searched = np.arctan2(law.direction[1], law.direction[0]), np.arcsin(np.clip(law.direction[2], -1.0, 1.0))
+    table = one_law(law.variable, "table", "axes" if law.way == "direction" else law.way, values, ranges[1])
+    found, _ = regression.solve(table, table.kind(), searched)
+    grid, count = knots_of(values), len(table.linear)
+    rows = np.eye(count) if table.knots else np.column_stack([grid**0] + [f(k * grid) for k in (1, 2) for f in (np.cos, np.sin)])
+    error = QUANTILE * np.sqrt(np.einsum("ki,ij,kj->k", rows, found.covariance[:count, :count], rows))
+    value = rows @ found.estimate[:count]
+    return {"grid": grid, "value": value, "low": value - error, "high": value + error}
+
+
+def _refitted(problem, fit, law):
+    """Fit of the model with the law in it, through the simulator."""
+    trial, simulator = problem.trials[0], problem.simulator
+    kind = candidate(law.kind(), trial.surroundings, rigid_body(trial.body).radius, True, own=True)
+    term = Term(kind, ()).at({number.name: number.value for number in law.fitted})
+    step = simulator.time_step
+    try:
+        simulator.time_step = min(step, STEP)
+        return problem.fit(fit.model.with_term(term), fit.initial_states)
+    finally:
+        simulator.time_step = step
+
+
+def _interval(value, error, unit):
+    """A number with its interval of 90 %; error: its standard deviation."""
+    reach = QUANTILE * float(error)
+    return {
+        "value": float(value),
+        "low": float(value) - reach,
+        "high": float(value) + reach,
+        "unit": "1" if unit == "-" else unit,
+    }
+
+
+def _swings(law, swings, searched, spread):
+    """Numbers of an oscillation: its frequency and, along each axis, how far it moves what is seen.
+
+    swings: of cosine and sine along each axis, of each recording or of all (k, 2 axes) [m/s2]; spread: standard deviations.
+    """
+    (frequency,), turns = searched, (2 * np.pi * searched[0]) ** 2
+    numbers = {"frequency_hz": _interval(frequency, spread[-1], "Hz")}
+    sizes = np.sqrt(np.mean(swings[:, ::2] ** 2 + swings[:, 1::2] ** 2, axis=0)) / turns
+    errors = np.sqrt(np.mean(spread[:-1].reshape(len(swings), -1) ** 2, axis=0))[::2] / turns / np.sqrt(len(swings))
+    for number, size, error in zip(law.linear[::2], sizes, errors, strict=True):
+        numbers[f"amplitude_{number.name[-1]}"] = _interval(size, error, "m")
+    return numbers
+
+
+def _errors(regression, foretold):
+    """RMS of the positions before, and after with the numbers of the other recordings, in their unit.
+
+    foretold: what these leave of the rows of the regression; what no force can cause stays as it is.
+    """
+    flights = regression.flights
+    gone = np.split(regression.residual - foretold, np.cumsum([len(flight.residual) for flight in flights])[:-1])
+
+    def rms(white):
+        parts = [flight.part for flight in flights]
+        raw = [colour(part.whitening, values)[part.channel < 3] for part, values in zip(parts, white, strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(raw) ** 2)))
+
+    after = [flight.part.white - flight.rows @ change for flight, change in zip(flights, gone, strict=True)]
+    return {"before": rms([flight.part.white for flight in flights]), "after": rms(after)}
+
+
+def _ranges(problem, flights):
+    """(variable -> its values, Ranges) of the data."""
+    position, velocity, spin = (np.concatenate([getattr(f, name) for f in flights]) for name in ("position", "velocity", "spin"))
+    box = np.array([position.min(axis=0), position.max(axis=0)])
+    values = {
+        "speed": np.linalg.norm(velocity, axis=1),
+        "height": position[:, 2],
+        "x": position[:, 0],
+        "y": position[:, 1],
+        "heading": np.arctan2(velocity[:, 1], velocity[:, 0]),
+        "distance": np.array([0.0, np.linalg.norm(box[1] - box[0])]),
+        "time": np.concatenate([flight.times for flight in flights]),
+    }
+    if any((recording.channel >= 3).any() for recording in problem.recordings):
+        values["spin"] = np.linalg.norm(spin, axis=1)
+    step = max(float(np.median(np.diff(trial.times))) for trial in problem.trials)
+    shortest = min(float(np.ptp(flight.times)) for flight in flights)
+    # an oscillation comes back one and a half times: a slower one is any force that changes once; four frames a period show it
+    return values, Ranges(box, float(values["time"].max()), 1.5 / shortest, 0.25 / step)

@@ -1,0 +1,38 @@
+"""Laws as the effects that they are written as."""
+
+import numpy as np
+import pytest
+
+import minibullet as mb
+from hlcs.learning.laws import TRIED, VARIABLES, Ranges, knots_of, laws, one_law
+
+RANGES = Ranges(np.array([[-1.0, -1.0, 0.2], [1.0, 1.0, 2.0]]), 1.0, 1.5, 12.0)
+VALUES = {name: np.linspace(0.5, 3.0, 40) for name in VARIABLES}
+ALL = laws(VALUES, RANGES)
+
+
+@pytest.mark.parametrize("law", ALL, ids=lambda law: f"{law.variable}-{law.way}-{law.form}")
+def test_every_law_is_an_effect_that_keeps_the_contract(law):
+    """As it is fitted, and as it is written with numbers; the numbers in which it is linear are absent at zero."""
+    written = law.at(np.full(len(law.linear), 0.3), np.asarray(law.begins[0]))
+    report = mb.check_effect(written.kind()())
+    assert "null" in report.rules
+    assert len([line for line in written.source().splitlines() if line.startswith("        ") and "=" in line]) <= 10
+
+
+def test_only_what_is_seen_is_tried():
+    assert {law.variable for law in ALL} == set(TRIED) == set(VARIABLES)
+    seen = {name: values for name, values in VALUES.items() if name != "spin"}
+    assert "spin" not in {law.variable for law in laws(seen, RANGES)}
+
+
+def test_a_table_is_the_force_at_its_knots():
+    """Straight lines between the values; 1e-3 relative is the rounding of the knots in the file."""
+    law = one_law("height", "table", "axes", VALUES["height"], RANGES)
+    values = np.sin(knots_of(VALUES["height"]))
+    effect = law.at(values, [0.0, np.pi / 2]).kind()()
+    bodies = mb.effects.samples.sample_bodies()
+    bodies = bodies._replace(position=np.column_stack([np.zeros((7, 2)), np.linspace(0.6, 2.9, 7)]))
+    force = effect.forces(bodies, 0.0)
+    expected = np.interp(bodies.position[:, 2], knots_of(VALUES["height"]), values)
+    np.testing.assert_allclose(force[:, 2], bodies.mass * expected, rtol=1e-3, atol=1e-3 * bodies.mass.max())

@@ -1,0 +1,45 @@
+"""The record of a learned law, as JSON and as a sentence."""
+
+import json
+
+import numpy as np
+
+from hlcs.learning.laws import Ranges, one_law
+from hlcs.learning.learned import Learned, sentence
+
+
+def number(value, half=0.1, unit="m"):
+    return {"value": value, "low": value - half, "high": value + half, "unit": unit}
+
+
+def law(variable, form, way):
+    return one_law(variable, form, way, np.linspace(0.5, 3.0, 20), Ranges(np.array([[0.0] * 3, [1.0] * 3]), 1.0, 1.5, 12.0))
+
+
+def test_json_is_as_the_contract_has_it():
+    held_out = {"before": 1.0, "after": 0.1}
+    learned = Learned("height", "power", {"exponent": number(2.0)}, "..", "text", held_out, {"grid": np.arange(3.0)}, ("x",))
+    told = json.loads(json.dumps(learned.to_json()))
+    assert told["effect_file"] == "learned_effect.py" and told["held_out"] == held_out
+    assert {"variable", "form", "numbers"} <= set(told) and told["numbers"]["exponent"]["value"] == 2.0
+    assert Learned("time", "oscillation", {}, "..", "", held_out, {}, ()).to_json()["effect_file"] is None
+
+
+def test_sentences():
+    point = {f"point_{axis}": number(value) for axis, value in zip("xyz", (2.0, 0.0, 1.0), strict=True)}
+    pull = {"strength": number(1.5), "exponent": number(-2.0)} | point
+    assert sentence(law("distance", "power", "point"), pull, None, ()) == (
+        "A pull towards (2.00, 0.00, 1.00) m that falls as distance^-2.00 +- 0.10"
+    )
+    drag = {"strength": number(-1.5), "exponent": number(1.5)}
+    assert sentence(law("speed", "power", "velocity"), drag, None, ["height"]) == (
+        "A force against the velocity that grows as speed^1.50 +- 0.10 (a law of height does as well)"
+    )
+    shake = {"frequency_hz": number(4.6)} | {f"amplitude_{axis}": number(0.002) for axis in "xyz"}
+    assert sentence(law("time", "oscillation", "axes"), shake, None, ()) == (
+        "An oscillation of 4.6 Hz in x, y and z (2, 2, 2 mm): the camera shakes"
+    )
+    turning = {"mean": number(-1.0)} | {name: number(0.8) for name in ("cos_1", "sin_1", "cos_2", "sin_2")}
+    assert sentence(law("heading", "table", "velocity"), turning, None, ()) == (
+        "A force against the velocity that follows a table of the heading"
+    )

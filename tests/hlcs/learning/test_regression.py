@@ -1,0 +1,46 @@
+"""Laws fitted to residuals, where the answer is known."""
+
+import numpy as np
+import pytest
+
+from hlcs.learning.flights import flights_of
+from hlcs.learning.laws import one_law
+from hlcs.learning.missing_law import _ranges
+from hlcs.learning.regression import Regression
+
+
+@pytest.fixture(scope="module")
+def drag(throw):
+    """Throws against which a force of 0.05 v^1.5 acts, without noise, and the law that says so."""
+    problem, fit = throw(lambda x, v, t: -0.05 * v * np.linalg.norm(v, axis=1, keepdims=True) ** 0.5, sigma=0.0)
+    flights = flights_of(problem, fit)
+    ranges = _ranges(problem, flights)
+    return Regression(flights, 1.0), one_law("speed", "power", "velocity", ranges[0]["speed"], ranges[1])
+
+
+def test_a_law_is_found_with_its_numbers(drag):
+    """Without noise: 2 % is what the path, an estimate itself, leaves."""
+    regression, law = drag
+    searched = regression.search(law, law.kind(), law.begins)
+    (strength,), spread = regression.estimate(law, searched)
+    reference = law.given[0].value
+    assert searched[0] == pytest.approx(1.5, abs=0.03)
+    assert strength == pytest.approx(-0.05 * reference**1.5, rel=0.02)
+    assert len(spread) == 2 and (spread > 0).all()
+
+
+def test_slopes_are_derivatives(drag):
+    """Of the change with respect to the exponent; central differences of 1e-3 err by 1e-6, one-sided ones of 1.2e-4 by 1e-4."""
+    regression, law = drag
+    columns, estimate = regression.columns(law, law.kind(), [1.5]), np.array([-0.4])
+    slopes = regression.slopes(law, law.kind(), np.array([1.5]), columns, estimate)
+    ends = [regression.columns(law, law.kind(), [1.5 + step]) @ estimate for step in (1e-3, -1e-3)]
+    np.testing.assert_allclose(slopes[:, 0], (ends[0] - ends[1]) / 2e-3, atol=1e-3 * np.abs(slopes).max())
+
+
+def test_what_is_held_out_is_foretold_where_the_law_is_right(drag):
+    """Every recording by the five others; what is missed is small against what is there without the law."""
+    regression, law = drag
+    (found,) = regression.fits([law], lambda law, left, without: True, 0.0)
+    assert found.missed @ found.missed < 0.01 * found.unforetold @ found.unforetold
+    assert found.score >= found.missed @ found.missed
