@@ -153,6 +153,8 @@ class Diagnosis(Result):
     inclusion: dict = field(default_factory=dict)  # effect -> weight of all fitted sets that hold it
     explained: float | None = None  # share of the excess of chi2 over its expectation that the final model removes
     tolerance: dict | None = None  # what the user needs beside what is left: value, unit, left, met
+    learned: Any = field(default=None, repr=False)  # of learning.Learned: the law that explains what no effect does, where one was
+    # found
     model: Any = field(default=None, repr=False)
     pictures: "Pictures | None" = field(default=None, repr=False, compare=False)
 
@@ -163,7 +165,8 @@ class Diagnosis(Result):
         following = self.next_experiment and asdict(self.next_experiment)
         candidates = [{name: value for name, value in asdict(finding).items() if name != "reason"} for finding in self.candidates]
         numbers = {name: getattr(self, name) for name in (*names, "notes")}
-        return plain({"format": 1, **numbers, "candidates": candidates, "next_experiment": following})
+        learned = self.learned and self.learned.to_json()
+        return plain({"format": 1, **numbers, "learned": learned, "candidates": candidates, "next_experiment": following})
 
     def to_dataframe(self):
         """One row a candidate, best first."""

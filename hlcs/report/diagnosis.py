@@ -9,6 +9,8 @@ from hlcs.report.figures import diagnosis_panels
 from hlcs.report.page import as_html, fragment, png
 from hlcs.report.words import note_lines, number, where_lines
 
+LEARNED = "learned_effect.py"  # a law that was learned, as a file that `compare` and `diagnose --effects` take
+
 
 def text(diagnosis):
     """The printed report of a Diagnosis."""
@@ -37,6 +39,8 @@ def text(diagnosis):
             f"{number(adequate['statistic'])}, p = {number(adequate['p'])})"
         )
     lines += _explained_lines(diagnosis)
+    if diagnosis.learned is not None:
+        lines += ["", f"Learned from what is left: {diagnosis.learned.text}"]
     if diagnosis.candidates:
         lines += ["", "Candidates", f"  {'effect':30s} {'evidence':>10s} {'fitted':>10s} {'held out':>10s}  why"]
         for finding in (entry for entry in diagnosis.candidates if entry.reason is not Reason.NOT_TRIED):
@@ -120,5 +124,7 @@ def save(diagnosis, folder):
         found["diagnosis.png"] = picture
     if diagnosis.model is not None:
         found |= diagnosis.model.files(folder)
+    if diagnosis.learned is not None and diagnosis.learned.effect_file:
+        found[LEARNED] = diagnosis.learned.effect_file.encode()
     found["result.json"] = json.dumps(diagnosis.to_json(), indent=1).encode()  # last: where it stands, the others stand too
     return folders.save_files(folder, found)

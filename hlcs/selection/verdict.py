@@ -36,6 +36,7 @@ class Selection:
     inclusion: dict = field(default_factory=dict)
     explained: float | None = None
     tolerance: dict | None = None
+    learned: Any = None
     left_out: tuple[str, ...] = ()  # of the notes, what was left out to keep within the limit of time
 
     @property
@@ -52,7 +53,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     """Run a search over candidates and return the Selection.
 
     experiment: has `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table) -> rows, `polished`
-    (problem, fit) -> the final fit and `pictures`; prepared: has the problem and the fit of the model under test; absent: {name:
+    (problem, fit) -> the final fit, `learn` (problem, fit) -> the law that explains the rest, or None, and `pictures`; prepared: has the problem and the fit of the model under test; absent: {name:
     why it was not tried}; on_all: function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the
     search has fewer.
     """
@@ -103,6 +104,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         sets=tuple(described),
         inclusion=sets.inclusion,
         explained=explained(base, final),
+        learned=None if after.adequate else experiment.learn(problem, final),
         tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), sigma_of(problem)),
         next_experiment=partial(experiment_design.next_experiment, sets),
     )

@@ -69,6 +69,10 @@ class Outcomes:
         return Pilot(candidates, absent, lambda: prepared, possible, FEW, len(self.table.values), "rows")
 
     @staticmethod
+    def learn(problem, fit):
+        """Nothing: a law is learned from motion."""
+
+    @staticmethod
     def polished(problem, fit):
         """The fit itself: no time step stands between it and the numbers."""
         return fit

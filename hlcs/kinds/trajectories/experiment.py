@@ -16,6 +16,7 @@ from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import polished, prepare, touches
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
+from hlcs.learning import learn
 from hlcs.records import Pictures, Reason
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.planning import Pilot
@@ -31,6 +32,7 @@ class Trajectories:
     layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
     judge, where, polished = staticmethod(judge), staticmethod(where_it_fails), staticmethod(polished)
+    learn = staticmethod(learn)
 
     def __init__(self, file, options):
         check_names(file, options.user_effects)  # a misspelt candidate is the user's to mend, though comparing tries none
