@@ -13,7 +13,7 @@ FRAMES = 10.0  # of a scene at rest, far enough apart to count each
 
 
 class Camera(NamedTuple):
-    """What a reading by film depends on."""
+    """What a reading by film, or by ruler and clock, depends on."""
 
     sigma: float  # noise of positions [m]
     step: float  # between frames [s]
@@ -46,9 +46,13 @@ def one_in_a_thousand(numbers, camera):
 
 WITNESSES = {
     measurement.LengthScale: Witness(
-        "hold a ruler of {extent:.2g} m in the view", lambda v, camera: (v["factor"] - 1) * camera.extent / camera.sigma, FRAMES
+        "hold a ruler of {extent:.2g} m beside what is measured",
+        lambda v, camera: (v["factor"] - 1) * camera.extent / camera.sigma,
+        FRAMES,
     ),
-    measurement.TimeScale: Witness("film a clock for 60 s", lambda v, camera: (v["factor"] - 1) * 60.0 / camera.moment),
+    measurement.TimeScale: Witness(
+        "compare the clock with another one for 60 s", lambda v, camera: (v["factor"] - 1) * 60.0 / camera.moment
+    ),
     measurement.TiltedFrame: Witness("film a plumb line in the view", lean, FRAMES),
     measurement.ClockOffset: Witness("trigger the clock by the release itself", lambda v, camera: v["offset"] / camera.moment),
     measurement.CalibrationCurve: Witness(

@@ -1,6 +1,6 @@
 """Outcome tables (one number per experiment): the same search on rows in place of recordings. No start absorbs anything here."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -8,13 +8,16 @@ from hlcs.effects import wanted
 from hlcs.effects.body import MassOffset, SizeError
 from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
 from hlcs.effects.numerics import MarginOffset
+from hlcs.effects.witnesses import Camera
 from hlcs.estimation.adequacy import fit_adequacy
 from hlcs.estimation.correlated_noise import CorrelatedNoise
+from hlcs.estimation.designs import Designs, other_bodies_tell
 from hlcs.estimation.linearization import Linearization, Recording
 from hlcs.estimation.noise_model import Noise
 from hlcs.estimation.problem import Problem, difference_step
 from hlcs.estimation.whitening import whiten
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
+from hlcs.kinds.outcomes.designs import TOO_LONG, rows_of, said
 from hlcs.kinds.protocol import Prepared, misses
 from hlcs.selection.eligibility import NEEDS, eligible, known_body, stated
 from hlcs.simulation import outcome_motion
@@ -48,6 +51,9 @@ FITTING = {  # what acts on each outcome
     "slide_time_s": (*SLIDING, *CLOCK, LengthScale),
     "rest_height_m": (SizeError, MarginOffset, LengthScale),
 }
+LENGTHS = ("height_m", "distance_m")
+RULER = 1e-3  # [m]
+LEGIBLE = 5.0  # standard deviations that an outcome must be above zero
 BLOCKS = 6  # contiguous blocks of the main input, held out alternately, where no groups are given
 
 
@@ -72,12 +78,13 @@ class TableSimulator:
 class TableProblem(Problem):
     """Rows of an outcome table as independent observations."""
 
-    def __init__(self, file, table, noise):
+    def __init__(self, file, table, noise, groups=None):
+        """groups: RowGroups, where rows are not held out together in the usual way."""
         self.file, self.table, self.noise, self.simulator = file, table, noise, TableSimulator()
         _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
         self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
         self.distinct = {name: values[first] for name, values in table.inputs.items()}
-        self.trials = row_groups(file, table)
+        self.trials = row_groups(file, table) if groups is None else groups
         self.recordings = [self._record(group) for group in self.trials]
         self.unit = table.outcome.rsplit("_", 1)[1]
         self.predicted, self.difference_steps = {}, {}
@@ -117,6 +124,44 @@ class TableProblem(Problem):
         empty = [np.zeros((len(part), 0)) for part in raw]
         r = [whiten(recording.whitening, part) for recording, part in zip(self.recordings, raw, strict=True)]
         return Linearization(raw, r, empty, [np.column_stack(columns) if columns else empty[k] for k, columns in enumerate(s)])
+
+    # --- the next experiment --------------------------------------------------------------------------------------------------
+
+    @property
+    def camera(self):
+        """What a direct reading depends on: a ruler over the longest way, a clock as sharp as that of the table."""
+        longest = max((float(np.max(self.table.inputs[name])) for name in LENGTHS if name in self.table.inputs), default=1.0)
+        return Camera(RULER, np.sqrt(12) * self.noise.position, longest)
+
+    def designs(self, final, other):
+        """Designs that tell two fits apart: further rows, with outcomes that can be read and are not far from those there."""
+        found = rows_of(self.file, self.table, other_bodies_tell((*final.model.terms, *other.model.terms)))
+        problem = self.with_rows([row for _, row in found])
+        low, high = LEGIBLE * self.noise.position, TOO_LONG * float(np.max(np.abs(self.table.values)))
+        outcomes = np.array([problem.predict(fit.model) for fit in (final, other)])
+        kept = [k for k in range(len(found)) if np.all((outcomes[:, k] > low) & (outcomes[:, k] < high))]
+        problem = self.with_rows([found[k][1] for k in kept])
+        return Designs(problem, problem.initial_guess(), tuple(found[k][0] for k in kept))
+
+    def with_rows(self, rows):
+        """The problem that rows {input: value} pose, each by itself."""
+        count = len(rows)
+        inputs = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ())}
+        each, names = np.arange(count), np.array([f"row {k}" for k in range(count)])
+        table = replace(self.table, values=np.zeros(count), inputs=inputs, groups=names, setting=each, rows=each, notes=())
+        body, surroundings = self.file.body, self.file.surroundings
+        groups = tuple(RowGroup(str(name), str(name), body, surroundings, each[k : k + 1]) for k, name in enumerate(names))
+        return TableProblem(self.file, table, self.noise, groups)
+
+    def worst(self, fit):
+        """(where a fit misses most, in words; the same as {input: value})."""
+        order = np.concatenate([group.rows for group in self.trials])
+        white = np.empty(len(order))
+        white[order] = np.concatenate(fit.linearization.white)
+        misses = [float(np.sum(white[self.back == k])) / np.sqrt(np.sum(self.back == k)) for k in range(len(self.setups))]
+        index = int(np.argmax(np.abs(misses)))
+        row = {name: float(values[index]) for name, values in self.distinct.items()}
+        return f"the rows {said(row)} (whose mean the model misses by {abs(misses[index]):.2g} standard errors)", row
 
 
 def row_groups(file, table):
