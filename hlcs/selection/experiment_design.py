@@ -73,7 +73,9 @@ def next_experiment(sets, verdict):
             if term.name not in rest
         ]
         wanted = separation_for(abs(sets.search.cost(effects) - sets.search.cost(sets.best)))
-        options = witnesses(problem, terms, wanted) + designs(problem, final, fits[effects], wanted)
+        options = witnesses(problem, terms, wanted)
+        if not any(option.tests == 1 for option in options):  # nothing costs less
+            options += designs(problem, final, fits[effects], wanted)
         if options:
             best = min(options, key=lambda option: option.effort)
             found.append((best.score, names, best))
@@ -119,9 +121,12 @@ def unexplained(problem, fit, names=(), more="", needed=None, design=None):
 
 
 def witnesses(problem, terms, wanted):
-    """[Option]: direct readings of effects that two explanations do not share."""
+    """[Option]: direct readings of effects that two explanations do not share; none of a law tells two forms of it apart."""
     camera, found = problem.camera, []
+    forms = [term.candidate.form_of for term in terms]
     for term in terms:
+        if term.candidate.form_of and forms.count(term.candidate.form_of) > 1:
+            continue
         reading = WITNESSES.get(term.candidate.kind)
         if reading and camera.sigma > 0:
             score = float(reading.frames * reading.size(term.numbers, camera) ** 2)
