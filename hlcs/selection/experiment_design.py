@@ -1,11 +1,11 @@
 """What these data cannot tell apart, and the experiment that would.
 
 A and B are two sets of effects that do as well, with their fitted numbers. Of N tests Lambda(N) = min over what stays unknown of
-|y_A - y_B|^2 in units of the noise. The difference of two costs moves by Lambda with standard deviation 2 sqrt(Lambda), so the
-right one wins by more than 6 units with probability 0.9 when Lambda(N) >= 16.4, and from behind when it is larger
-(`separation_for`; T-optimal design: Atkinson and Fedorov, Biometrika 62 (1975) 57). Unknown are the start of each test, which is
-its own, and the numbers of B, which all tests share and which move as far as the present data let them: more tests of one kind
-may tell no more at all.
+|y_A - y_B|^2 in units of the noise, the smaller of the two where either may be wrong. The difference of two costs moves by Lambda
+with standard deviation 2 sqrt(Lambda), so the right one wins by more than 6 units with probability 0.9 when Lambda(N) >= 16.4, and
+from behind when it is larger (`separation_for`; T-optimal design: Atkinson and Fedorov, Biometrika 62 (1975) 57). Unknown are the
+start of each test, which is its own, and the numbers of the wrong one, which all tests share and which move as far as the present
+data let them: more tests of one kind may tell no more at all.
 """
 
 from itertools import combinations
@@ -139,29 +139,41 @@ def witnesses(problem, terms, wanted):
 
 
 class Part(NamedTuple):
-    """What one test says of B's numbers, in units of their present uncertainty: Lambda(N) = N a - N^2 b'(1 + N c)^-1 b."""
+    """What one test says if B is wrong, of its numbers in units of their present uncertainty:
+    Lambda(N) = N a - N^2 b'(1 + N c)^-1 b."""
 
     a: float
     b: np.ndarray  # (p,)
     c: np.ndarray  # (p, p)
 
-    def option(self, design, wanted, each=1):
-        """The Option of a design with as many tests as separate, `each` at a time; None of them where none below FORETOLD do."""
+    def with_another(self, other):
+        """Both of two tests."""
+        return Part(*(x + y for x, y in zip(self, other, strict=True)))
+
+    def separation(self):
+        """Lambda as a function of N."""
         values, vectors = np.linalg.eigh(self.c) if len(self.b) else (np.zeros(0), np.zeros((0, 0)))
-        b2 = (vectors.T @ self.b) ** 2
+        b2, values = (vectors.T @ self.b) ** 2, np.maximum(values, 0.0)
+        return lambda n: n * self.a - n**2 * float(np.sum(b2 / (1 + n * values)))
 
-        def separation(n):
-            return n * self.a - n**2 * float(np.sum(b2 / (1 + n * np.maximum(values, 0.0))))
 
-        low, high = 0, 1
-        while separation(high) < wanted:
-            if high > FORETOLD:
-                return Option(None, 0.0, design.lead + design.text, design.what, design.far)
-            low, high = high, 2 * high
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (low, middle) if separation(middle) >= wanted else (middle, high)
-        return Option(each * high, separation(high) / (each * high), design.lead + design.text, design.what, design.far)
+def option(design, parts, wanted, each=1):
+    """The Option of a design with as many tests as separate, `each` at a time, whichever explanation is wrong; None of them where
+    none below FORETOLD do. parts: a Part for either."""
+    ways = [part.separation() for part in parts]
+
+    def separation(n):
+        return min(way(n) for way in ways)
+
+    low, high = 0, 1
+    while separation(high) < wanted and high < FORETOLD:
+        low, high = high, 2 * high
+    if separation(high) < wanted:
+        return Option(None, 0.0, design.lead + design.text, design.what, design.far)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if separation(middle) >= wanted else (middle, high)
+    return Option(each * high, separation(high) / (each * high), design.lead + design.text, design.what, design.far)
 
 
 def designs(problem, final, other, wanted):
@@ -169,12 +181,14 @@ def designs(problem, final, other, wanted):
     new = problem.designs(final, other)
     if not new.options:
         return []
-    known = [(design, part) for design, part in zip(new.options, parts(new, final, other), strict=True) if np.isfinite(part.a)]
-    found = [part.option(design, wanted) for design, part in known]
+    known = [
+        each for each in zip(new.options, parts(new, final, other), strict=True) if np.isfinite([one.a for one in each[1]]).all()
+    ]
+    found = [option(design, both_wrong, wanted) for design, both_wrong in known]
     for (one, first), (two, second) in combinations(known, 2):
         if what := both(one, two):
             design = Design(f"{one.text} and {two.text}, half of them each", what, max(one.far, two.far), one.lead)
-            found.append(Part(*(x + y for x, y in zip(first, second, strict=True))).option(design, wanted, each=2))
+            found.append(option(design, [x.with_another(y) for x, y in zip(first, second, strict=True)], wanted, each=2))
     return found
 
 
@@ -187,18 +201,19 @@ def both(one, two):
 
 
 def parts(new, final, other):
-    """The Part of each design: what stays of the difference of two fits once the start of the test is free."""
+    """[(Part if the second is wrong, Part if the first is)] of each design: what stays of the difference of two fits once the
+    start of the test is free."""
     with np.errstate(all="ignore"):
-        linear = new.problem.linearise(other.model, new.initial_states)
-        mine = new.problem.residuals(final.model, new.initial_states)
-    root, found = _root(other.covariance), []
-    for recording, q, raw, ours, columns in zip(
-        new.problem.recordings, linear.state_bases, linear.raw, mine, linear.parameter_columns, strict=True
-    ):
-        rest = project_out(q, whiten(recording.whitening, raw - ours))
-        s = project_out(q, columns) @ root
-        found.append(Part(float(rest @ rest) + 0.0 * float(s.sum()), s.T @ rest, s.T @ s))  # not finite where either is not
-    return found
+        mine, theirs = (new.problem.linearise(fit.model, new.initial_states) for fit in (final, other))
+    both_ways = []
+    for fit, wrong, right in ((other, theirs, mine), (final, mine, theirs)):
+        root, found = _root(fit.covariance), []
+        for k, recording in enumerate(new.problem.recordings):
+            rest = project_out(wrong.state_bases[k], whiten(recording.whitening, wrong.raw[k] - right.raw[k]))
+            s = project_out(wrong.state_bases[k], wrong.parameter_columns[k]) @ root
+            found.append(Part(float(rest @ rest + 0.0 * s.sum()), s.T @ rest, s.T @ s))  # not finite where either is not
+        both_ways.append(found)
+    return list(zip(*both_ways, strict=True))
 
 
 def _root(covariance):
