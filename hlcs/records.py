@@ -153,7 +153,9 @@ class Diagnosis(Result):
     inclusion: dict = field(default_factory=dict)  # effect -> weight of all fitted sets that hold it
     explained: float | None = None  # share of the excess of chi2 over its expectation that the final model removes
     tolerance: dict | None = None  # what the user needs beside what is left: value, unit, left, met
-    learned: Any = field(default=None, repr=False)  # of learning.Learned: the law that explains what no effect does, where one was
+    learned: Any = field(
+        default=None, repr=False
+    )  # of learning.Learned: the law that explains what no effect does, where one was
     # found
     model: Any = field(default=None, repr=False)
     pictures: "Pictures | None" = field(default=None, repr=False, compare=False)

@@ -13,7 +13,7 @@ FRAMES = 10.0  # of a scene at rest, far enough apart to count each
 
 
 class Camera(NamedTuple):
-    """What a reading by film depends on."""
+    """What a reading by film, or by ruler and clock, depends on."""
 
     sigma: float  # noise of positions [m]
     step: float  # between frames [s]
@@ -39,6 +39,11 @@ def lean(numbers, camera):
     return np.hypot(numbers["angle_x"], numbers["angle_y"]) * camera.extent / camera.sigma
 
 
+def swinging(numbers, camera):
+    """A loss of amplitude beside that of a good thread and its knot, 0.01 1/s."""
+    return numbers["rate"] / 0.01
+
+
 def one_in_a_thousand(numbers, camera):
     """A relative error, read to 0.1 %."""
     return numbers["relative"] / 1e-3
@@ -46,9 +51,13 @@ def one_in_a_thousand(numbers, camera):
 
 WITNESSES = {
     measurement.LengthScale: Witness(
-        "hold a ruler of {extent:.2g} m in the view", lambda v, camera: (v["factor"] - 1) * camera.extent / camera.sigma, FRAMES
+        "hold a ruler of {extent:.2g} m beside what is measured",
+        lambda v, camera: (v["factor"] - 1) * camera.extent / camera.sigma,
+        FRAMES,
     ),
-    measurement.TimeScale: Witness("film a clock for 60 s", lambda v, camera: (v["factor"] - 1) * 60.0 / camera.moment),
+    measurement.TimeScale: Witness(
+        "compare the clock with another one for 60 s", lambda v, camera: (v["factor"] - 1) * 60.0 / camera.moment
+    ),
     measurement.TiltedFrame: Witness("film a plumb line in the view", lean, FRAMES),
     measurement.ClockOffset: Witness("trigger the clock by the release itself", lambda v, camera: v["offset"] / camera.moment),
     measurement.CalibrationCurve: Witness(
@@ -62,6 +71,9 @@ WITNESSES = {
     effects.TiltedGravity: Witness("film a plumb line in the view", lean, FRAMES),
     effects.Buoyancy: Witness(
         "weigh the fluid: its density to 1 %", lambda v, camera: v["fluid_density"] / max(0.01 * v["fluid_density"], 0.05)
+    ),
+    effects.LinearDrag: Witness(
+        "let the body swing on a thread of 1 m in the same fluid, away from any floor, for 60 s", swinging
     ),
     effects.UniformFlow: Witness(
         "measure the flow with dye (0.05 m/s)", lambda v, camera: np.linalg.norm(list(v.values())) / 0.05

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from hlcs.effects.witnesses import Camera
+from hlcs.estimation.designs import Designs, changes_of, other_bodies_tell
 from hlcs.estimation.linearization import Linearization, Recording
 from hlcs.estimation.problem import Problem
 from hlcs.estimation.whitening import whiten
@@ -118,6 +120,52 @@ class TrajectoryProblem(Problem):
             parameter_columns=[stacked(part, len(white)) for part, white in zip(columns, linear.white, strict=True)],
             state_moves=[stacked(part, n.shape[1]) for part, n in zip(moves, linear.state_columns, strict=True)],
         )
+
+    # --- the next experiment --------------------------------------------------------------------------------------------------
+
+    @property
+    def camera(self):
+        """What a direct reading by the same camera depends on."""
+        low, high = self.simulator.height_range
+        return Camera(self.noise.position or 0.0, self.noise.step, max(high - low, 0.1))
+
+    def designs(self, final, other):
+        """Designs that tell two fits apart, made of the longest recording."""
+        longest = max(range(len(self.trials)), key=lambda k: (np.ptp(self.trials[k].times), self.trials[k].name))
+        trial, simulator = self.trials[longest], self.simulator
+        other_bodies = other_bodies_tell((*final.model.terms, *other.model.terms))
+        options, starts, trials = zip(
+            *changes_of(trial, final.initial_states[longest], simulator.contact, simulator.seated[longest], other_bodies),
+            strict=True,
+        )
+        measured = np.where(np.isfinite(trial.position).any(axis=0), 0.0, np.nan)
+        trials = tuple(replace(each, position=np.tile(measured, (len(each.times), 1)), recording="") for each in trials)
+        count = len(trials)
+        new = Simulator(
+            final.model,
+            trials,
+            np.repeat(simulator.start_time[longest], count),
+            simulator.contact,
+            simulator.time_step,
+            np.repeat(simulator.seated[longest], count),
+        )
+        new.height_range = simulator.height_range
+        return Designs(TrajectoryProblem(trials, self.noise, new), np.array(starts), options)
+
+    def worst(self, fit):
+        """(where a fit misses most, in words; the same as {input: value})."""
+        misfit = [float(part @ part) / max(len(part), 1) for part in fit.linearization.projected[0]]
+        share = [float(part @ part) for part in fit.linearization.projected[0]]
+        index = max(range(len(misfit)), key=lambda k: (np.nan_to_num(misfit[k], nan=np.inf), self.trials[k].name))
+        trial, recording, white = self.trials[index], self.recordings[index], fit.linearization.projected[0][index]
+        channels = {CHANNELS[c]: float(np.sum(white[recording.channel == c] ** 2)) for c in np.unique(recording.channel)}
+        channel = max(sorted(channels), key=channels.get)
+        name = trial.recording or trial.name
+        text = (
+            f"{name} (where the model misses by {np.sqrt(misfit[index]):.2g} times the noise, most in {channel}; it holds "
+            f"{100 * share[index] / max(sum(share), 1e-300):.0f} % of the misfit)"
+        )
+        return text, {"repeat": name}
 
 
 def stacked(columns, rows):

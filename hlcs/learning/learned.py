@@ -23,6 +23,11 @@ class Learned:
     also: tuple[str, ...]  # other variables that foretell the recordings as well
     fit: Any = field(default=None, repr=False, compare=False)  # of the model with the law in it; None where there is no effect
 
+    @property
+    def file_name(self):
+        """Name of its file beside a result."""
+        return FILE
+
     def to_json(self):
         """The entry `learned` of the result of a diagnosis."""
         file = FILE if self.effect_file else None

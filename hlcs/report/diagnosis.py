@@ -9,8 +9,6 @@ from hlcs.report.figures import diagnosis_panels
 from hlcs.report.page import as_html, fragment, png
 from hlcs.report.words import note_lines, number, where_lines
 
-LEARNED = "learned_effect.py"  # a law that was learned, as a file that `compare` and `diagnose --effects` take
-
 
 def text(diagnosis):
     """The printed report of a Diagnosis."""
@@ -125,6 +123,6 @@ def save(diagnosis, folder):
     if diagnosis.model is not None:
         found |= diagnosis.model.files(folder)
     if diagnosis.learned is not None and diagnosis.learned.effect_file:
-        found[LEARNED] = diagnosis.learned.effect_file.encode()
+        found[diagnosis.learned.file_name] = diagnosis.learned.effect_file.encode()
     found["result.json"] = json.dumps(diagnosis.to_json(), indent=1).encode()  # last: where it stands, the others stand too
     return folders.save_files(folder, found)

@@ -1,29 +1,58 @@
 """What these data cannot tell apart, and the experiment that would.
 
-Every design is judged by lambda = min over what stays unknown of |y_A - y_B|^2 in units of the noise, A and B the two
-surviving rivals with their fitted numbers: the right one wins by more than 6 units with probability 0.9 when
-N lambda >= 16.4 (T-optimal design: Atkinson and Fedorov, Biometrika 62 (1975) 57).
+A and B are two sets of effects that do as well, with their fitted numbers. Of N tests Lambda(N) = min over what stays unknown of
+|y_A - y_B|^2 in units of the noise, the smaller of the two where either may be wrong. The difference of two costs moves by Lambda
+with standard deviation 2 sqrt(Lambda), so the right one wins by more than 6 units with probability 0.9 when Lambda(N) >= 16.4, and
+from behind when it is larger (`separation_for`; T-optimal design: Atkinson and Fedorov, Biometrika 62 (1975) 57). Unknown are the
+start of each test, which is its own, and the numbers of the wrong one, which all tests share and which move as far as the present
+data let them: more tests of one kind may tell no more at all.
 """
 
-from dataclasses import replace
+from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.data.recordings import Trial
-from hlcs.effects.witnesses import WITNESSES, Camera
+from hlcs.effects.witnesses import WITNESSES
+from hlcs.estimation.designs import Design
 from hlcs.estimation.least_squares import project_out
-from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.estimation.whitening import whiten
 from hlcs.records import NextExperiment
-from hlcs.simulation.simulator import Simulator
-from minibullet import rotations
+from hlcs.selection.thresholds import TIED
 
-SEPARATION = 16.4
+QUANTILE = 1.2816  # of the normal distribution at 0.9
+MOST_TESTS = 1000  # that anybody makes
+FORETOLD = 10**8  # tests up to which it is said how much sharper they would have to be
+SOME_TESTS = 100  # that a laboratory makes with another tracker, where it would take more than MOST_TESTS
 
 
-def tests_needed(separation):
-    """N = ceil(16.4 / lambda), None where a hundred tests do not separate."""
-    return int(np.ceil(SEPARATION / separation)) if separation > SEPARATION / 100 else None
+class Option(NamedTuple):
+    """One experiment for one pair of explanations."""
+
+    tests: int | None  # None = no number of them tells the two apart
+    score: float  # lambda: separation of that many tests, for each
+    text: str
+    design: dict
+    far: float = 0.0  # octaves from what was measured
+    direct: bool = False  # a suspect itself is measured
+
+    @property
+    def effort(self):
+        """What it costs: tests, dearer the further they are from what has been set up."""
+        return (self.tests or np.inf) * (1 + self.far**2), not self.direct, self.text
+
+
+def separation_for(behind):
+    """Lambda with which the right one wins by more than TIED with probability 0.9, behind by some units of cost as it may be."""
+    return float((QUANTILE + np.sqrt(QUANTILE**2 + TIED + behind)) ** 2)
+
+
+SEPARATION = separation_for(0.0)  # 16.4
+
+
+def tests_needed(separation, wanted=SEPARATION):
+    """N = ceil(16.4 / lambda), None where a thousand tests do not separate."""
+    return int(np.ceil(wanted / separation)) if separation * MOST_TESTS >= wanted else None
 
 
 def hardest(options):
@@ -36,156 +65,159 @@ def next_experiment(sets, verdict):
     problem, fits = sets.search.problem, sets.search.fits
     final, found = fits[sets.best], []
     for effects in sets.tied[1:]:
-        other = fits[effects]
-        names = " + ".join(sorted(sets.best - effects)), " + ".join(sorted(effects - sets.best))
+        names = _named(sets.best - effects), _named(effects - sets.best)
         terms = [
-            term for fit, rest in ((final, effects), (other, sets.best)) for term in fit.model.terms if term.name not in rest
+            term
+            for fit, rest in ((final, effects), (fits[effects], sets.best))
+            for term in fit.model.terms
+            if term.name not in rest
         ]
-        options = witnesses(problem, terms)
-        if isinstance(problem.simulator, Simulator):
-            options += [(score, text, design, False) for score, text, design in designs(problem, final, other)]
+        wanted = separation_for(abs(sets.search.cost(effects) - sets.search.cost(sets.best)))
+        options = witnesses(problem, terms, wanted)
+        if not any(option.tests == 1 for option in options):  # nothing costs less
+            options += designs(problem, final, fits[effects], wanted)
         if options:
-            best = max(options, key=lambda option: (min(option[0], 2 * SEPARATION), option[3], option[0], option[1]))
-            found.append((best[0], names, *best[1:3]))
+            best = min(options, key=lambda option: option.effort)
+            found.append((best.score, names, best))
     if not found:
-        return unexplained(problem, verdict, ())
-    score, names, text, design = hardest(found)
-    needed = tests_needed(score)
-    many = f"{needed} test{'' if needed == 1 else 's'}" if needed else "more than a hundred tests"
-    sentence = f"{text} ({many} to tell {names[0]} from {names[1]}, lambda = {score:.3g} a test)"
-    if len({pair for _, pair, _, _ in found}) > 1:
-        others = sorted({f"{pair[1]}: {other}" for _, pair, other, _ in found if pair != names and other != text})
-        sentence += "".join(f"; against {entry}" for entry in others[:3])
-    separates = tuple(name for part in names for name in part.split(" + "))
+        return unexplained(problem, final)
+    _, names, best = hardest(found)
+    sentence = best.text + _how_many(best, names)
+    others = {f"{pair[1]}: {other.text}" for _, pair, other in found if pair != names and other.text != best.text}
+    sentence += "".join(f"; against {entry}" for entry in sorted(others)[:3])
+    separates = tuple(name for part in names for name in part.split(" + ") if name != NOTHING)
+    needed = best.tests if best.tests and best.tests <= MOST_TESTS else None
     if verdict == "unexplained":
-        return unexplained(problem, verdict, separates, sentence, needed, design)
-    return NextExperiment(sentence, separates, needed, design)
+        return unexplained(problem, final, separates, sentence, needed, best.design)
+    return NextExperiment(sentence, separates, needed, best.design)
 
 
-def unexplained(problem, verdict, names, more="", needed=None, design=None):
-    """What to do where the model fails and no candidate mends it."""
-    if isinstance(problem.simulator, Simulator) and problem.unit == "m":
-        text = (
-            "film a dense ball (no drag to speak of) and a ruler in the same view, or repeat from known heights: that "
-            "separates the camera from the motion"
-        )
-    else:
-        text = "repeat the settings where the model misses most, in another order and by other hands"
-    return NextExperiment(text + (f"; then: {more}" if more else ""), names, needed, design or {})
+NOTHING = "no effect"
+
+
+def _named(effects):
+    return " + ".join(sorted(effects)) or NOTHING
+
+
+def _how_many(option, names):
+    """How many tests tell two explanations apart, and what would help where no laboratory makes so many."""
+    tests, pair = option.tests, f"{names[0]} from {names[1]}"
+    if tests and tests <= MOST_TESTS:
+        return f" ({tests} test{'' if tests == 1 else 's'} to tell {pair}, lambda = {option.score:.3g} a test)"
+    said = f" would be best, but no {MOST_TESTS:,} tests with this set-up tell {pair}: "
+    if tests:
+        said += f"with noise {np.sqrt(tests / SOME_TESTS):.2g} times smaller {SOME_TESTS} tests would; otherwise "
+    return said + "measure what one of them is about directly, or over a range wider than four times this one"
+
+
+def unexplained(problem, fit, names=(), more="", needed=None, design=None):
+    """What to do where the model fails and no candidate mends it: look again where it misses most."""
+    place, again = problem.worst(fit)
+    text = f"repeat {place}, in another order and by other hands: what comes back is the motion, what does not is the measurement"
+    return NextExperiment(text + (f"; then: {more}" if more else ""), names, needed, design or again)
 
 
 # --- direct witnesses: measure the suspect itself ----------------------------------------------------------------------
 
 
-def witnesses(problem, terms):
-    """[(lambda, text, design, True)]: direct readings of effects that two explanations do not share."""
-    low, high = problem.simulator.height_range
-    camera = Camera(problem.noise.position or 0.0, problem.noise.step, max(high - low, 0.1))
-    found = []
+def witnesses(problem, terms, wanted):
+    """[Option]: direct readings of effects that two explanations do not share; none of a law tells two forms of it apart."""
+    camera, found = problem.camera, []
+    forms = [term.candidate.form_of for term in terms]
     for term in terms:
+        if term.candidate.form_of and forms.count(term.candidate.form_of) > 1:
+            continue
         reading = WITNESSES.get(term.candidate.kind)
         if reading and camera.sigma > 0:
-            size = reading.size(term.numbers, camera)
+            score = float(reading.frames * reading.size(term.numbers, camera) ** 2)
             text = reading.text.format(extent=camera.extent)
-            found.append((float(reading.frames * size**2), text, {"witness": term.name}, True))
+            found.append(Option(tests_needed(score, wanted), score, text, {"witness": term.name}, direct=True))
+    return [option for option in found if option.tests]
+
+
+# --- designs: more tests, of one kind or of two in equal parts ---------------------------------------------------------
+
+
+class Part(NamedTuple):
+    """What one test says if B is wrong, of its numbers in units of their present uncertainty:
+    Lambda(N) = N a - N^2 b'(1 + N c)^-1 b."""
+
+    a: float
+    b: np.ndarray  # (p,)
+    c: np.ndarray  # (p, p)
+
+    def with_another(self, other):
+        """Both of two tests."""
+        return Part(*(x + y for x, y in zip(self, other, strict=True)))
+
+    def separation(self):
+        """Lambda as a function of N."""
+        values, vectors = np.linalg.eigh(self.c) if len(self.b) else (np.zeros(0), np.zeros((0, 0)))
+        b2, values = (vectors.T @ self.b) ** 2, np.maximum(values, 0.0)
+        return lambda n: n * self.a - n**2 * float(np.sum(b2 / (1 + n * values)))
+
+
+def option(design, parts, wanted, each=1):
+    """The Option of a design with as many tests as separate, `each` at a time, whichever explanation is wrong; None of them where
+    none below FORETOLD do. parts: a Part for either."""
+    ways = [part.separation() for part in parts]
+
+    def separation(n):
+        return min(way(n) for way in ways)
+
+    low, high = 0, 1
+    while separation(high) < wanted and high < FORETOLD:
+        low, high = high, 2 * high
+    if separation(high) < wanted:
+        return Option(None, 0.0, design.lead + design.text, design.what, design.far)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if separation(middle) >= wanted else (middle, high)
+    return Option(each * high, separation(high) / (each * high), design.lead + design.text, design.what, design.far)
+
+
+def designs(problem, final, other, wanted):
+    """[Option] of what the kind of measurement can do next, simulated under both explanations."""
+    new = problem.designs(final, other)
+    if not new.options:
+        return []
+    known = [
+        each for each in zip(new.options, parts(new, final, other), strict=True) if np.isfinite([one.a for one in each[1]]).all()
+    ]
+    found = [option(design, both_wrong, wanted) for design, both_wrong in known]
+    for (one, first), (two, second) in combinations(known, 2):
+        if what := both(one, two):
+            design = Design(f"{one.text} and {two.text}, half of them each", what, max(one.far, two.far), one.lead)
+            found.append(option(design, [x.with_another(y) for x, y in zip(first, second, strict=True)], wanted, each=2))
     return found
 
 
-# --- designs: another throw, drop or body ------------------------------------------------------------------------------
+def both(one, two):
+    """{input: [value, value]} of two designs that differ in one input, with what they share; else None."""
+    differing = [key for key in one.what if one.what[key] != two.what.get(key)]
+    if set(one.what) != set(two.what) or len(differing) != 1:
+        return None
+    return one.what | {differing[0]: [one.what[differing[0]], two.what[differing[0]]]}
 
 
-def designs(problem, final, other):
-    """[(lambda of one test, text, design)] for changes of a trial already done, simulated under both rivals."""
-    longest = max(
-        range(len(problem.trials)),
-        key=lambda k: (problem.trials[k].times[-1] - problem.trials[k].times[0], problem.trials[k].name),
-    )
-    trial, start = problem.trials[longest], final.initial_states[longest]
-    speed = float(np.linalg.norm(start[3:6]))
-    options = [("repeat the longest trial as it was", {"repeat": trial.name}, start, trial)]
-    quarter = rotations.exponential(np.array([0.0, 0.0, np.pi / 2]))
-    if speed > 0.3:
-        for factor, word in ((2.0, "twice as fast"), (0.5, "half as fast")):
-            faster = _with(start, velocity=factor)
-            options.append((f"throw {word} ({factor * speed:.2g} m/s)", {"speed_m_s": factor * speed}, faster, trial))
-        options.append(("turn the throw by 90 degrees", {"heading_deg": 90}, _turned(start, quarter), trial))
-        options.append(("turn the throw by 180 degrees", {"heading_deg": 180}, _turned(_turned(start, quarter), quarter), trial))
-    if np.linalg.norm(start[10:13]) > 1.0:
-        options.append(("reverse the spin", {"spin": "reversed"}, _with(start, spin=-1.0), trial))
-    if not problem.simulator.contact:
-        options.append(("let it fly twice as long (from higher)", {"duration": "twice"}, start, _stretched(trial, 2.0)))
-    if trial.body.mass is not None:
-        for factor in (3.0, 1 / 3):
-            heavy = replace(trial, body=replace(trial.body, mass=factor * trial.body.mass, inertia=None))
-            options.append(
-                (
-                    f"use a body of the same size and {'three times' if factor > 1 else 'a third of'} the mass",
-                    {"mass_kg": factor * trial.body.mass},
-                    start,
-                    heavy,
-                )
-            )
-    found = []
-    for text, design, new_start, new_trial in options:
-        score = separation(problem, longest, final, other, new_start, new_trial)
-        if np.isfinite(score):
-            found.append((score, text, design))
-    return found
-
-
-def _with(start, velocity=1.0, spin=1.0):
-    start = start.copy()
-    start[3:6] *= velocity
-    start[10:13] *= spin
-    return start
-
-
-def _turned(start, turn):
-    start = start.copy()
-    start[3:6], start[10:13] = rotations.rotate(turn, start[3:6]), rotations.rotate(turn, start[10:13])
-    return start
-
-
-def _stretched(trial, factor):
-    """The trial with samples at the same rate for a longer time."""
-    step, count = float(np.median(np.diff(trial.times))), int(factor * len(trial.times))
-    times = trial.times[0] + step * np.arange(count)
-    return Trial(
-        trial.name,
-        trial.group,
-        times,
-        np.resize(np.nan_to_num(trial.position), (count, 3)),
-        np.resize(trial.orientation, (count, 4)),
-        trial.start,
-        trial.body,
-        trial.surroundings,
-    )
-
-
-def separation(problem, index, final, other, start, trial):
-    """lambda of one test: |y_A - y_B|^2 in units of the noise, start and B's own numbers free as far as the data let them."""
-    measured = np.where(np.isfinite(problem.trials[index].position).any(axis=0), 0.0, np.nan)
-    trial = replace(trial, position=np.tile(measured, (len(trial.times), 1)))
-    simulator = Simulator(
-        final.model,
-        (trial,),
-        problem.simulator.start_time[index : index + 1],
-        problem.simulator.contact,
-        problem.simulator.time_step,
-        problem.simulator.seated[index : index + 1],
-    )
-    simulator.height_range = problem.simulator.height_range
-    small = TrajectoryProblem((trial,), problem.noise, simulator)
-    initial_states = start[None]
+def parts(new, final, other):
+    """[(Part if the second is wrong, Part if the first is)] of each design: what stays of the difference of two fits once the
+    start of the test is free."""
     with np.errstate(all="ignore"):
-        linear = small.linearise(other.model, initial_states)
-        mine = small.residuals(final.model, initial_states)[0]
-    difference = whiten(small.recordings[0].whitening, linear.raw[0] - mine)
-    if not np.isfinite(difference).all():
-        return np.nan
-    rest = project_out(linear.state_bases[0], difference)
-    s = project_out(linear.state_bases[0], linear.parameter_columns[0])
-    # B's numbers may move within what the present data allow: (I + S C S^T)^-1 in its cheap form
-    prior = np.linalg.pinv(other.covariance) if other.covariance.size else np.zeros((0, 0))
-    inner = s.T @ s + prior
-    return float(rest @ rest - (s.T @ rest) @ np.linalg.lstsq(inner, s.T @ rest, rcond=None)[0])
+        mine, theirs = (new.problem.linearise(fit.model, new.initial_states) for fit in (final, other))
+    both_ways = []
+    for fit, wrong, right in ((other, theirs, mine), (final, mine, theirs)):
+        root, found = _root(fit.covariance), []
+        for k, recording in enumerate(new.problem.recordings):
+            rest = project_out(wrong.state_bases[k], whiten(recording.whitening, wrong.raw[k] - right.raw[k]))
+            s = project_out(wrong.state_bases[k], wrong.parameter_columns[k]) @ root
+            found.append(Part(float(rest @ rest + 0.0 * s.sum()), s.T @ rest, s.T @ s))  # not finite where either is not
+        both_ways.append(found)
+    return list(zip(*both_ways, strict=True))
+
+
+def _root(covariance):
+    """R with R R' = covariance (p, p)."""
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    values, vectors = np.linalg.eigh(covariance / np.outer(deviation, deviation))
+    return deviation[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))

@@ -22,7 +22,7 @@ def next_experiment(search, fit, rivals, where, verdict):
         tests = f"{needed} more tests on {measured_set.name}"
         readings = "; or ".join(dict.fromkeys(OF_LAYERS.get(name, "measure " + name) for name in names))
         text = (
-            f"{readings}; by layers alone {tests if needed else 'more than a hundred tests on any grid measured here'} to tell "
+            f"{readings}; by layers alone {tests if needed else 'more than a thousand tests on any grid measured here'} to tell "
             f"{names[0]} from {names[1]} (lambda = {score:.3g} a test)"
         )
     if verdict == "unexplained":

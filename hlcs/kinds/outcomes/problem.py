@@ -1,29 +1,29 @@
 """Outcome tables (one number per experiment): the same search on rows in place of recordings. No start absorbs anything here."""
 
-import difflib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.data.experiment_file import impossible_density
-from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import wanted
 from hlcs.effects.body import MassOffset, SizeError
 from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
 from hlcs.effects.numerics import MarginOffset
+from hlcs.effects.witnesses import Camera
 from hlcs.estimation.adequacy import fit_adequacy
 from hlcs.estimation.correlated_noise import CorrelatedNoise
+from hlcs.estimation.designs import Designs, other_bodies_tell
 from hlcs.estimation.linearization import Linearization, Recording
 from hlcs.estimation.noise_model import Noise
 from hlcs.estimation.problem import Problem, difference_step
 from hlcs.estimation.whitening import whiten
+from hlcs.kinds.outcomes.checks import check_magnitude, check_table
+from hlcs.kinds.outcomes.designs import TOO_LONG, rows_of, said
 from hlcs.kinds.protocol import Prepared, misses
 from hlcs.selection.eligibility import NEEDS, eligible, known_body, stated
 from hlcs.simulation import outcome_motion
 from hlcs.simulation.model import Model
 from minibullet import effects
 from minibullet.effects.contract import Need
-from minibullet.errors import InputError
 
 FORCES = (
     effects.LinearDrag,
@@ -51,17 +51,10 @@ FITTING = {  # what acts on each outcome
     "slide_time_s": (*SLIDING, *CLOCK, LengthScale),
     "rest_height_m": (SizeError, MarginOffset, LengthScale),
 }
+LENGTHS = ("height_m", "distance_m")
+RULER = 1e-3  # [m]
+LEGIBLE = 5.0  # standard deviations that an outcome must be above zero
 BLOCKS = 6  # contiguous blocks of the main input, held out alternately, where no groups are given
-
-
-# Measured over predicted: outside these bounds no effect is missing, a unit is wrong. Nothing falls faster than freely.
-PLAUSIBLE = {
-    "fall_time_s": (0.2, 300.0),
-    "rebound_height_m": (0.0, 5.0),
-    "stop_distance_m": (0.02, 50.0),
-    "slide_time_s": (0.05, 300.0),
-    "rest_height_m": (-np.inf, np.inf),
-}
 
 
 @dataclass(frozen=True)
@@ -85,12 +78,13 @@ class TableSimulator:
 class TableProblem(Problem):
     """Rows of an outcome table as independent observations."""
 
-    def __init__(self, file, table, noise):
+    def __init__(self, file, table, noise, groups=None):
+        """groups: RowGroups, where rows are not held out together in the usual way."""
         self.file, self.table, self.noise, self.simulator = file, table, noise, TableSimulator()
         _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
         self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
         self.distinct = {name: values[first] for name, values in table.inputs.items()}
-        self.trials = row_groups(file, table)
+        self.trials = row_groups(file, table) if groups is None else groups
         self.recordings = [self._record(group) for group in self.trials]
         self.unit = table.outcome.rsplit("_", 1)[1]
         self.predicted, self.difference_steps = {}, {}
@@ -131,6 +125,44 @@ class TableProblem(Problem):
         r = [whiten(recording.whitening, part) for recording, part in zip(self.recordings, raw, strict=True)]
         return Linearization(raw, r, empty, [np.column_stack(columns) if columns else empty[k] for k, columns in enumerate(s)])
 
+    # --- the next experiment --------------------------------------------------------------------------------------------------
+
+    @property
+    def camera(self):
+        """What a direct reading depends on: a ruler over the longest way, a clock as sharp as that of the table."""
+        longest = max((float(np.max(self.table.inputs[name])) for name in LENGTHS if name in self.table.inputs), default=1.0)
+        return Camera(RULER, np.sqrt(12) * self.noise.position, longest)
+
+    def designs(self, final, other):
+        """Designs that tell two fits apart: further rows, with outcomes that can be read and are not far from those there."""
+        found = rows_of(self.file, self.table, other_bodies_tell((*final.model.terms, *other.model.terms)))
+        problem = self.with_rows([row for _, row in found])
+        low, high = LEGIBLE * self.noise.position, TOO_LONG * float(np.max(np.abs(self.table.values)))
+        outcomes = np.array([problem.predict(fit.model) for fit in (final, other)])
+        kept = [k for k in range(len(found)) if np.all((outcomes[:, k] > low) & (outcomes[:, k] < high))]
+        problem = self.with_rows([found[k][1] for k in kept])
+        return Designs(problem, problem.initial_guess(), tuple(found[k][0] for k in kept))
+
+    def with_rows(self, rows):
+        """The problem that rows {input: value} pose, each by itself."""
+        count = len(rows)
+        inputs = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ())}
+        each, names = np.arange(count), np.array([f"row {k}" for k in range(count)])
+        table = replace(self.table, values=np.zeros(count), inputs=inputs, groups=names, setting=each, rows=each, notes=())
+        body, surroundings = self.file.body, self.file.surroundings
+        groups = tuple(RowGroup(str(name), str(name), body, surroundings, each[k : k + 1]) for k, name in enumerate(names))
+        return TableProblem(self.file, table, self.noise, groups)
+
+    def worst(self, fit):
+        """(where a fit misses most, in words; the same as {input: value})."""
+        order = np.concatenate([group.rows for group in self.trials])
+        white = np.empty(len(order))
+        white[order] = np.concatenate(fit.linearization.white)
+        misses = [float(np.sum(white[self.back == k])) / np.sqrt(np.sum(self.back == k)) for k in range(len(self.setups))]
+        index = int(np.argmax(np.abs(misses)))
+        row = {name: float(values[index]) for name, values in self.distinct.items()}
+        return f"the rows {said(row)} (whose mean the model misses by {abs(misses[index]):.2g} standard errors)", row
+
 
 def row_groups(file, table):
     """Groups of rows, or contiguous blocks of the main input where the table has none: tuple of RowGroup."""
@@ -162,52 +194,6 @@ def table_noise(file, table):
     covariance = np.zeros((3, 3))
     covariance[0, 0] = 1 / (2 * freedom)
     return Noise(CorrelatedNoise(float(np.sqrt(within / freedom)), 0.0, 0.0, covariance), None, 1.0, "replicates")
-
-
-def check_table(file, table):
-    """Refuse a table whose outcome needs an input or a body that is not there, or a noise stated for another outcome."""
-    for key in file.noise:
-        if key not in ("outcome", table.outcome):
-            raise InputError(
-                f"{file.path}: measurement.noise.{key}: the table's outcome is {table.outcome}; write noise = "
-                f"{{ {table.outcome} = {file.noise[key]:g} }}"
-            )
-    for column in outcome_motion.NEEDS[table.outcome]:
-        if column not in table.inputs:
-            near = difflib.get_close_matches(column, [*table.inputs, ""], n=1, cutoff=0.5)
-            hint = f"; is it '{near[0]}'?" if near and near[0] else ""
-            raise InputError(f"{table.file}: {table.outcome} needs the column '{column}'{hint}")
-    if table.outcome == "slide_time_s" and not {"distance_m", "speed_m_s"} & set(table.inputs):
-        raise InputError(f"{table.file}: slide_time_s needs the column 'distance_m' (way to slide) or 'speed_m_s' (time to stop)")
-    for row in range(len(table.values)):
-        setup = outcome_motion.row_setup(file, table.inputs, row)
-        rigid_body(setup.body)
-        complaint = impossible_density(setup.body)
-        if not setup.surroundings.gravity > 0:
-            complaint = "gravity is 0; nothing falls, slides or stops without it: give gravity in m/s2, 9.81 on Earth"
-        if complaint:
-            raise InputError(f"{table.file}, row {table.rows[row]}: {complaint}")
-
-
-def check_magnitude(problem, model):
-    """Refuse outcomes that a whole unit lies between, and set-ups in which the model's body would not move at all."""
-    table, predicted = problem.table, problem.predict(model)
-    lost = np.flatnonzero(~np.isfinite(predicted))
-    if len(lost):
-        raise InputError(
-            f"{table.file}, row {table.rows[lost[0]]}: the model has no {table.outcome} for this row (does its body "
-            "move at all? friction, slope and speed decide)"
-        )
-    against = np.maximum(table.inputs["height_m"], 1e-9) if table.outcome == "rebound_height_m" else predicted
-    ratio = float(np.median(table.values / np.where(np.abs(against) > 1e-12, against, np.inf)))
-    low, high = PLAUSIBLE[table.outcome]
-    if low <= ratio <= high:
-        return
-    row = int(np.argmin(np.abs(table.values / against - ratio)))
-    raise InputError(
-        f"{table.file}, row {table.rows[row]}, column {table.outcome}: {table.values[row]:g} where "
-        f"{against[row]:.3g} is expected; units that cannot be right: lengths in m, times in s"
-    )
 
 
 def table_candidates(file, table, names, own):

@@ -27,5 +27,5 @@ def test_a_reading_is_as_sharp_as_its_instrument(kind, numbers, size):
 
 def test_witnesses_are_of_shipped_classes_and_say_what_to_do():
     assert set(WITNESSES) <= set(classes().values())
-    assert WITNESSES[LengthScale].text.format(extent=1.5) == "hold a ruler of 1.5 m in the view"
+    assert WITNESSES[LengthScale].text.format(extent=1.5) == "hold a ruler of 1.5 m beside what is measured"
     assert all(text and text == text.strip() for text in OF_LAYERS.values())

@@ -1,0 +1,65 @@
+"""Outcome tables that are refused: what no laboratory can have measured, in a sentence each."""
+
+import difflib
+
+import numpy as np
+
+from hlcs.data.experiment_file import impossible_density
+from hlcs.data.rigid_body import rigid_body
+from hlcs.simulation import outcome_motion
+from minibullet.errors import InputError
+
+# Measured over predicted: outside these bounds no effect is missing, a unit is wrong. Nothing falls faster than freely.
+PLAUSIBLE = {
+    "fall_time_s": (0.2, 300.0),
+    "rebound_height_m": (0.0, 5.0),
+    "stop_distance_m": (0.02, 50.0),
+    "slide_time_s": (0.05, 300.0),
+    "rest_height_m": (-np.inf, np.inf),
+}
+
+
+def check_table(file, table):
+    """Refuse a table whose outcome needs an input or a body that is not there, or a noise stated for another outcome."""
+    for key in file.noise:
+        if key not in ("outcome", table.outcome):
+            raise InputError(
+                f"{file.path}: measurement.noise.{key}: the table's outcome is {table.outcome}; write noise = "
+                f"{{ {table.outcome} = {file.noise[key]:g} }}"
+            )
+    for column in outcome_motion.NEEDS[table.outcome]:
+        if column not in table.inputs:
+            near = difflib.get_close_matches(column, [*table.inputs, ""], n=1, cutoff=0.5)
+            hint = f"; is it '{near[0]}'?" if near and near[0] else ""
+            raise InputError(f"{table.file}: {table.outcome} needs the column '{column}'{hint}")
+    if table.outcome == "slide_time_s" and not {"distance_m", "speed_m_s"} & set(table.inputs):
+        raise InputError(f"{table.file}: slide_time_s needs the column 'distance_m' (way to slide) or 'speed_m_s' (time to stop)")
+    for row in range(len(table.values)):
+        setup = outcome_motion.row_setup(file, table.inputs, row)
+        rigid_body(setup.body)
+        complaint = impossible_density(setup.body)
+        if not setup.surroundings.gravity > 0:
+            complaint = "gravity is 0; nothing falls, slides or stops without it: give gravity in m/s2, 9.81 on Earth"
+        if complaint:
+            raise InputError(f"{table.file}, row {table.rows[row]}: {complaint}")
+
+
+def check_magnitude(problem, model):
+    """Refuse outcomes that a whole unit lies between, and set-ups in which the model's body would not move at all."""
+    table, predicted = problem.table, problem.predict(model)
+    lost = np.flatnonzero(~np.isfinite(predicted))
+    if len(lost):
+        raise InputError(
+            f"{table.file}, row {table.rows[lost[0]]}: the model has no {table.outcome} for this row (does its body "
+            "move at all? friction, slope and speed decide)"
+        )
+    against = np.maximum(table.inputs["height_m"], 1e-9) if table.outcome == "rebound_height_m" else predicted
+    ratio = float(np.median(table.values / np.where(np.abs(against) > 1e-12, against, np.inf)))
+    low, high = PLAUSIBLE[table.outcome]
+    if low <= ratio <= high:
+        return
+    row = int(np.argmin(np.abs(table.values / against - ratio)))
+    raise InputError(
+        f"{table.file}, row {table.rows[row]}, column {table.outcome}: {table.values[row]:g} where "
+        f"{against[row]:.3g} is expected; units that cannot be right: lengths in m, times in s"
+    )

@@ -1,0 +1,84 @@
+"""More rows for an outcome table: at which value of which input they could be measured."""
+
+import numpy as np
+
+from hlcs.data.experiment_file import impossible_density
+from hlcs.data.outcome_tables import LIMITS
+from hlcs.estimation.designs import Design, octaves
+from hlcs.simulation import outcome_motion
+
+BEYOND = (0.25, 0.5, 2.0, 4.0)  # factors on the measured range of an input: what a laboratory can arrange
+SLOPES = (-10.0, -5.0, 5.0, 10.0)  # of a floor that was level: boards on a wedge [degrees]
+BODY = ("mass_kg", "radius_m")
+GIVEN = (
+    "friction",
+    "restitution",
+    "gravity_m_s2",
+    "fluid_density_kg_m3",
+    "fluid_viscosity_pa_s",
+    "spin_rad_s",
+)  # not to be chosen
+TOO_LONG = 4.0  # times the largest outcome measured: the widest step of an input, so that the noise is still the same
+
+
+def rows_of(file, table, other_bodies):
+    """[(Design, {input: value})] of one further row each."""
+    ways = levels(file, table, other_bodies)
+    usual = {name: values for name, values in table.inputs.items()}
+    for name in ways:
+        usual.setdefault(name, np.full(len(table.values), stated(file, name)))
+    main = next(iter(table.inputs), None)
+    order = np.argsort(usual[main], kind="stable") if main else np.arange(len(table.values))
+    places = dict.fromkeys(int(order[k]) for k in (0, len(order) // 2, -1))
+    found = {}
+    for place in places:
+        base = {name: float(values[place]) for name, values in usual.items()}
+        for name, values in ways.items():
+            for value, far in values:
+                row = base | {name: value}
+                told = {key: row[key] for key in row if key == name or (key in table.inputs and np.ptp(table.inputs[key]) > 0)}
+                found.setdefault(tuple(row.items()), (Design(said(told), told, far, "measure more rows "), row))
+    return [entry for entry in found.values() if possible(file, entry[1])]
+
+
+def levels(file, table, other_bodies):
+    """{input: [(value, octaves beyond what was measured)]} of all that can be chosen."""
+    chosen = [name for name in table.inputs if name not in GIVEN and (other_bodies or name not in BODY)]
+    if other_bodies:
+        chosen += [name for name in BODY if name not in chosen and stated(file, name)]
+    ways = {name: around(table.inputs.get(name, np.array([stated(file, name)]))) for name in chosen}
+    if table.outcome in ("stop_distance_m", "slide_time_s") and not {"slope", "angle_deg"} & set(table.inputs):
+        ways["angle_deg"] = [(angle, 1.0) for angle in SLOPES]
+    return ways
+
+
+def around(values):
+    """Values within the measured range and beyond it, two digits each: [(value, octaves beyond)]."""
+    low, high = float(values.min()), float(values.max())
+    inside = {low: 0.0, high: 0.0, two_digits((low + high) / 2): 0.0}
+    beyond = {two_digits(end * factor): octaves(factor) for factor in BEYOND for end in ((low,) if factor < 1 else (high,))}
+    return sorted((beyond | inside).items())
+
+
+def two_digits(value):
+    return float(f"{value:.2g}")
+
+
+def stated(file, name):
+    """What the file says of an input that is no column, 0 for a slope; None where it says nothing."""
+    if name == "radius_m" and file.body.shape != "sphere":
+        return None
+    return {"mass_kg": file.body.mass, "radius_m": file.body.radius}.get(name, 0.0)
+
+
+def said(row):
+    """A row in words."""
+    return "at " + ", ".join(f"{name} = {value:g}" for name, value in row.items())
+
+
+def possible(file, row):
+    """May a row be measured? Its inputs within their limits, its body of a density that there is."""
+    if not all(LIMITS[name][0] <= value <= LIMITS[name][1] for name, value in row.items()):
+        return False
+    setup = outcome_motion.row_setup(file, {name: np.array([value]) for name, value in row.items()}, 0)
+    return not impossible_density(setup.body)
