@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from minibullet.effects.catalogue import module_of
+
 KNOTS = 10  # of a table: more than the bends of a law of one variable that a handful of recordings can show
 STEEPEST = 6.0  # exponent of a power, either way
 EDGE = 0.01  # a force goes on and off within this time, shorter than the spacing of the frames of most cameras [s]
@@ -93,9 +95,7 @@ class Law:
 
     def kind(self):
         """The class that this text defines."""
-        space = {"__name__": "learned_effect"}
-        exec(compile(self.source(), "learned_effect.py", "exec"), space)
-        return space["LearnedForce"]
+        return module_of(self.source(), "learned_effect", "learned_effect.py").LearnedForce
 
     def at(self, linear, searched):
         """The law at other values of its numbers; the linear ones may become ten times as large as the largest."""

@@ -53,9 +53,9 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     """Run a search over candidates and return the Selection.
 
     experiment: has `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table) -> rows, `polished`
-    (problem, fit) -> the final fit, `learn` (problem, fit) -> the law that explains the rest, or None, and `pictures`; prepared: has the problem and the fit of the model under test; absent: {name:
-    why it was not tried}; on_all: function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the
-    search has fewer.
+    (problem, fit) -> the final fit, `learn` (problem, fit) -> the law that explains the rest, or None, and `pictures`; prepared:
+    has the problem and the fit of the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) ->
+    the same on all rows, for the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
     before, table_before = experiment.judge(*on_all(problem, base))

@@ -94,11 +94,16 @@ def _run(path):
     """The module of a file, run once; under a name of its own, so that two files of one name do not mix."""
     source = read_text(path, str(path), MOST_BYTES, "keep data out of it")
     name = "minibullet_user_" + hashlib.sha256(os.path.realpath(path).encode("utf-8", "surrogateescape")).hexdigest()[:12]
-    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader=None, origin=str(path)))
-    module.__file__ = str(path)
-    sys.modules[name] = module  # dataclasses look their module up
     with _located(path, 1):
-        exec(compile(source, str(path), "exec"), vars(module))
+        return module_of(source, name, str(path))
+
+
+def module_of(source, name, origin):
+    """The module that the text of an effects file defines; origin: where the text stands, or would stand."""
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader(name, loader=None, origin=origin))
+    module.__file__ = origin
+    sys.modules[name] = module  # dataclasses look their module up
+    exec(compile(source, origin, "exec"), vars(module))
     return module
 
 
