@@ -2,10 +2,10 @@
 
 A and B are two sets of effects that do as well, with their fitted numbers. Of N tests Lambda(N) = min over what stays unknown of
 |y_A - y_B|^2 in units of the noise, the smaller of the two where either may be wrong. The difference of two costs moves by Lambda
-with standard deviation 2 sqrt(Lambda): the right one wins by more than 6 units with probability 0.9 when Lambda(N) >= 16.4, and
-from behind when it is larger (`separation_for`; T-optimal design: Atkinson and Fedorov, Biometrika 62 (1975) 57). Unknown are the
-start of each test, which is its own, and the numbers of the wrong one, which all tests share and which move as far as the present
-data let them: more tests of one kind may tell no more at all.
+with standard deviation 2 sqrt(Lambda): the right one wins by more than 6 units with probability 0.9 when Lambda(N) >= 16.4,
+and from behind when it is larger (`separation_for`; T-optimal design: Atkinson and Fedorov, Biometrika 62 (1975) 57). Unknown are
+the start of each test, which is its own, and the numbers of the wrong one, which all tests share and which move as far as the
+present data let them: more tests of one kind may tell no more at all.
 """
 
 from itertools import combinations

@@ -85,3 +85,20 @@ def test_candidates_that_do_not_act_on_an_outcome_are_left_out_with_the_reason(t
     assert absent["friction"] == "does not act on fall_time_s"
     _, absent = table_candidates(*table(tmp_path, falls(), body='[body]\nshape = "sphere"\nradius = 0.03\n'), ["buoyancy"], ())
     assert absent == {"buoyancy": "mass and size of the body are not stated"}
+
+
+def test_the_setting_that_is_missed_most_is_where_to_look_again(tmp_path):
+    """The rows at 2 m are 6 ms late, 3 standard deviations of one and 3 sqrt(3) of the mean of three."""
+    late = falls()
+    late["fall_time_s"] = late["fall_time_s"] + 0.006 * (late["height_m"] == 2.0)
+    prepared = prepare_table(*table(tmp_path, late))
+    text, design = prepared.problem.worst(prepared.base)
+    assert design == {"height_m": 2.0} and "by 5.2 standard errors" in text
+
+
+def test_further_rows_are_within_reach_of_what_was_measured(tmp_path):
+    prepared = prepare_table(*table(tmp_path, falls()))
+    new = prepared.problem.designs(prepared.base, prepared.base)
+    heights = [design.what["height_m"] for design in new.options if set(design.what) == {"height_m"}]
+    assert min(heights) == 0.12 and max(heights) == 12.0  # a quarter and four times, in two digits
+    assert any(design.what.get("mass_kg") == 0.1 for design in new.options)
