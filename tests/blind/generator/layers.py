@@ -128,6 +128,8 @@ def case(deal, rng):
         "strengths": dict.fromkeys(names, strength),
         "outside": deal.kind == "outside",
         "tied": [],
+        "beyond": [],
+        "nearest": None,
         "possible": sorted({IMITATORS[name][0] for name in inside if IMITATORS.get(name)}),
         "largest_cosine": 1.0,
         "total_strength": strength,
