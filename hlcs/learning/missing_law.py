@@ -137,7 +137,7 @@ def _band(regression, law, ranges):
 def _refitted(problem, fit, law):
     """Fit of the model with the law in it, through the simulator."""
     trial, simulator = problem.trials[0], problem.simulator
-    kind = candidate(law.kind(), trial.surroundings, rigid_body(trial.body).radius, True, own=True)
+    kind = candidate(law.kind(), trial.surroundings, rigid_body(trial.body), True, own=True)
     term = Term(kind, ()).at({number.name: number.value for number in law.fitted})
     step = simulator.time_step
     try:

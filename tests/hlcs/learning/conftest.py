@@ -6,6 +6,7 @@ import pytest
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.recordings import Trial
 from hlcs.estimation.correlated_noise import CorrelatedNoise
+from hlcs.estimation.fitting import fit_at
 from hlcs.estimation.noise_model import Noise
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.simulation.model import Model
@@ -89,7 +90,7 @@ def bounced(force, sigma=SIGMA, seed=1):
     )
     noise = Noise(CorrelatedNoise(SIGMA, 0.0, 0.0, np.zeros((3, 3))), None, 0.01, "stated")
     problem = TrajectoryProblem(trials, noise, Simulator(Model(), trials, np.zeros(2), contact=True))
-    return problem, problem.fit_at(Model(), starts, problem.linearise(Model(), starts))
+    return problem, fit_at(Model(), starts, problem.linearise(Model(), starts))
 
 
 @pytest.fixture(scope="session")
