@@ -3,6 +3,7 @@
 `hlcs.placement.code_hash` follows the imports from this module: what it reaches can change a stored result, and nothing else can.
 """
 
+import os
 import signal
 import threading
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ from minibullet.errors import InputError
 
 # processor time for a test of 190 units, ten times what one takes: a candidate that stalls the physics is given up [s]
 LIMIT = 40.0
+COMPILER = f"{os.sep}numba{os.sep}"  # in the file names of Numba's own code
 AGAIN = 0.1  # after which the limit strikes again: what it raised may be lost in a callback, where nobody can pass it on [s]
 
 
@@ -45,6 +47,13 @@ def _warm():
     PlacementTest(layers=2, rows=2, columns=2, time_step=1.0 / 60.0, settle_time=0.5).run()
 
 
+def _callers(frame):
+    """A frame and all that it was called from."""
+    while frame is not None:
+        yield frame
+        frame = frame.f_back
+
+
 @contextmanager
 def at_most(seconds):
     """InputError when the block has taken so much processor time; where that cannot be had (no POSIX, a thread), no limit."""
@@ -55,6 +64,8 @@ def at_most(seconds):
     over = []
 
     def stop(number, frame):
+        if any(COMPILER in each.f_code.co_filename for each in _callers(frame)):
+            return  # compiled code is taking its arguments, where an exception would crash it; the limit strikes again
         over.append(InputError(f"took more than {seconds:.0f} s of processor time"))
         raise over[-1]
 
