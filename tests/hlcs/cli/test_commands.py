@@ -89,7 +89,7 @@ def test_place_has_an_option_for_every_setting():
         (["place", "--layers", "9"], "at most 8 layers"),
         (["place", "--bottom", "no.csv"], "no.csv"),
         (["demo", "--bogus"], "No such option '--bogus'"),
-        (["plcae"], "Did you mean 'place'"),
+        (["plcae"], "'place'"),
         (["reproduce", "table9"], "table9"),
         (["reproduce", "table2", "--workers", "0"], "workers"),
         (["compare", "missing.toml"], "missing.toml"),
