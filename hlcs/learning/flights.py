@@ -8,9 +8,7 @@ The response is kept in its singular vectors, so that the rows of a recording ar
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.interpolate import CubicSpline
-from scipy.optimize import minimize_scalar
+from scipy import integrate, interpolate, optimize
 
 from hlcs.data.rigid_body import rigid_body
 from hlcs.estimation.least_squares import basis, least_squares, project_out
@@ -125,7 +123,7 @@ def _by_axis(channel, moved, force):
 
 def _flight(part):
     nodes = np.linspace(part.begins, part.times[-1], min(2 * len(part.times), NODES))
-    curve = CubicSpline(part.times, part.position)
+    curve = interpolate.CubicSpline(part.times, part.position)
     turn = rotations.logarithm(rotations.product(part.orientation[1:], rotations.conjugate(part.orientation[:-1])))
     turn /= np.diff(part.times)[:, None]
     spin = np.column_stack([np.interp(nodes, (part.times[1:] + part.times[:-1]) / 2, axis) for axis in turn.T])
@@ -151,7 +149,7 @@ def force_variance(flights):
         return float(np.sum(squares / variance + np.log(variance)))
 
     largest = np.log(gains.max())
-    best = minimize_scalar(cost, bounds=(-largest - 10, -largest + 25), method="bounded").x
+    best = optimize.minimize_scalar(cost, bounds=(-largest - 10, -largest + 25), method="bounded").x
     return float(np.exp(best)) if cost(best) < squares.sum() else 0.0
 
 
@@ -173,7 +171,7 @@ def _corrected(flight, variance):
     force = np.einsum("rga,r->ga", flight.response, variance / (1 + variance * flight.strength**2) * flight.residual)
     seen = whiten(part.whitening, _by_axis(part.channel, double_integral(part.seen - part.begins, since), force))
     moves = least_squares(part.states, part.white - seen).estimate if part.unknown else ()
-    position, velocity = double_integral(since, since) @ force, cumulative_trapezoid(force, since, axis=0, initial=0.0)
+    position, velocity = double_integral(since, since) @ force, integrate.cumulative_trapezoid(force, since, axis=0, initial=0.0)
     for (slot, direction), move in zip(part.unknown, moves, strict=True):
         if slot < 2:
             position = position + np.multiply.outer(since**slot, move * direction)

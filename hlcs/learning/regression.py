@@ -3,8 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import block_diag
-from scipy.optimize import least_squares as minimise
+from scipy import linalg, optimize
 
 from hlcs.estimation.least_squares import least_squares
 from hlcs.learning.laws import Law
@@ -97,7 +96,7 @@ class Regression:
             costs = [float(np.sum(self.left(law, kind, begin, rows) ** 2)) for begin in inside]
             inside = inside[np.argsort(costs, kind="stable")[:BEGUN]]
         found = [
-            minimise(
+            optimize.least_squares(
                 lambda searched: self.left(law, kind, searched, rows),
                 begin,
                 bounds=(low, high),
@@ -162,7 +161,7 @@ class Regression:
         count = every.shape[1] - len(law.searched) - self.nuisance.shape[1]
         expected = self.expected(law, count)
         reach = [1 / (number.high - number.low) for number in law.searched]
-        prior = block_diag(expected, 1e-9 * np.eye(self.nuisance.shape[1]), np.diag(reach))
+        prior = linalg.block_diag(expected, 1e-9 * np.eye(self.nuisance.shape[1]), np.diag(reach))
         _, sizes, vt = np.linalg.svd(np.vstack([every[rows], prior]), full_matrices=False)
         return vt.T / np.maximum(sizes, 1e-12)
 

@@ -68,7 +68,14 @@ def test_the_table_counts_as_the_score_does(tmp_path):
     write_case(tmp_path, RATE)
     answer = {"family": "flight", "kind": "single", "kind_of_data": "trajectory", "effects": ["linear_drag"], "tied": []}
     answer |= {"strengths": {"linear_drag": 3.0}, "largest_cosine": 0.5, "parameters": {}, "outside": False}
-    answer |= {"beyond": [], "nearest": 100.0, "pair_cosine": 0.0, "possible": [], "hidden_laws": {}, "noise": {"regime": "white"}}
+    answer |= {
+        "beyond": [],
+        "nearest": 100.0,
+        "pair_cosine": 0.0,
+        "possible": [],
+        "hidden_laws": {},
+        "noise": {"regime": "white"},
+    }
     said = {"right": {"effects": ["linear_drag"]}, "wrong": {"effects": ["magnus"]}}
     said = {name: {"case_0001": {"verdict": "effect", "ambiguous": [], "seconds": 1.0, **v}} for name, v in said.items()}
     rows = peers.table(said, {"case_0001": answer})
@@ -81,7 +88,14 @@ def test_a_deck_is_judged_and_written(tmp_path):
     write_case(tmp_path, RATE)
     answer = {"family": "flight", "kind": "single", "kind_of_data": "trajectory", "effects": ["linear_drag"], "tied": []}
     answer |= {"strengths": {"linear_drag": 3.0}, "largest_cosine": 0.5, "parameters": {}, "outside": False}
-    answer |= {"beyond": [], "nearest": 100.0, "pair_cosine": 0.0, "possible": [], "hidden_laws": {}, "noise": {"regime": "white"}}
+    answer |= {
+        "beyond": [],
+        "nearest": 100.0,
+        "pair_cosine": 0.0,
+        "possible": [],
+        "hidden_laws": {},
+        "noise": {"regime": "white"},
+    }
     (tmp_path / "answers.json").write_text(json.dumps({"cases": {"case_0001": answer}}))
     peers.main(["--cases", str(tmp_path), "--out", str(tmp_path / "peers.json"), "--markdown"])
     told = json.loads((tmp_path / "peers.json").read_text())
