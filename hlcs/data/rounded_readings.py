@@ -45,9 +45,11 @@ def are_multiples(values, step):
 
 
 def last_decimal(values):
-    """The power of ten of which all values are multiples, 0 where there is none."""
+    """The power of ten of which all values (distinct ones) are multiples, no two the same; 0 where there is none."""
     for decimals in range(MOST_DECIMALS + 1):
         scaled = values * 10.0**decimals
-        if np.max(np.abs(scaled - np.round(scaled))) < 1e-3:  # doubles of some metres are exact to 1e-6 of the ninth decimal
+        whole = np.round(scaled)
+        near = np.max(np.abs(scaled - whole)) < 1e-3  # doubles of some metres are exact to 1e-6 of the ninth decimal
+        if near and len(np.unique(whole)) == len(values):  # small ones are all near zero, and multiples of nothing
             return 10.0**-decimals
     return 0.0

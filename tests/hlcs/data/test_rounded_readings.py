@@ -37,3 +37,9 @@ def test_the_step_of_a_fast_motion_is_found_though_neighbours_lie_many_steps_apa
 
 def test_the_last_decimal_is_a_step_too(generator):
     assert reading_step(np.round(3 * generator.standard_normal(60), 3)) == pytest.approx(0.001)
+
+
+def test_small_readings_are_no_multiples_of_a_large_step():
+    """Noise of 0.1 mm about zero, written with six decimals: steps of a micrometre, not of a metre."""
+    values = np.round(1e-4 * np.random.default_rng(2).standard_normal(40), 6)
+    assert reading_step(values) == pytest.approx(1e-6, rel=1e-6)
