@@ -83,7 +83,6 @@ class Reason(Sentence):
     SUSPECTED = "suspected: {why}"
     INVISIBLE = "cannot be seen in these data: what it does is absorbed by the unknown start or by what is in the model"
     EXPLAINED_TOO = "explained the residual too{at}, less well than what was accepted"
-    EXPLAINED_BEFORE = "pointed at the residual before the rest was explained: {why}"
     NOT_SEEN = "not seen{at}: {why}"
     NOT_TRIED = "not tried: {why}"
     NOT_SIMULATED = "could not be simulated: no such placement stands, or it takes too long"

@@ -45,13 +45,6 @@ class Linearization:
             for parts in (self.white, self.parameter_columns)
         )
 
-    @cached_property
-    def residual(self):
-        """(projected residual of all recordings with the free numbers projected out (n,), orthonormal basis of the latter)."""
-        r, s = (np.concatenate(parts) for parts in self.projected)
-        q = basis(s)
-        return project_out(q, r), q
-
 
 @dataclass(frozen=True)
 class Fit:

@@ -7,14 +7,9 @@ class Rule(Sentence):
     """What speaks against a candidate."""
 
     # recordings and tables of outcomes
-    FINITE = "the model leaves the finite numbers"
-    PRICE = "its gain of {gain:.1f} does not pay its price of {price:.1f}"
     BOTH_DIRECTIONS = "held-out error changes by {changes} in the two directions; a fall above 2 % in each is needed"
-    NO_CHANCE = "no better on recordings it was not fitted to (p = {p:.2g} after Holm)"
+    NO_CHANCE = "no better on recordings it was not fitted to (p = {p:.2g} after the number of candidates)"
     HELD_OUT_ERROR = "held-out error falls by {percent:.1f} % only"
-    INSIDE_BOUNDS = "{name} = {value:.3g} lies at the bound of what is plausible"
-    PLAUSIBLE_SIZE = "a correction of {size:.2g} m is not plausible"
-    STATED_FLUID = "a fluid of {density:.3g} kg/m3 is not the one the file states"
     # layers
     MOVES_A_LAYER = "it moves no layer"
     NUMBER_INSIDE_BOUNDS = "its number leaves the bounds"

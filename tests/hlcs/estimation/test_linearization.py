@@ -29,13 +29,6 @@ def test_numbers_of_a_term_are_found_by_its_place_and_from_the_end():
     assert (two.numbers_of(0), two.numbers_of(1), two.numbers_of(-1)) == (slice(0, 1), slice(1, 2), slice(1, 2))
 
 
-def test_the_residual_is_what_states_and_numbers_leave():
-    problem = Line(TIMES, [TIMES[0] ** 2])
-    left, q = problem.linearise(model(0.0), problem.initial_guess()).residual
-    assert left @ np.ones(5) == pytest.approx(0, abs=1e-10) and left @ TIMES[0] == pytest.approx(0, abs=1e-10)
-    assert q.shape == (5, 1)
-
-
 def test_a_number_pays_twice_the_log_of_spread_over_error_and_never_more_than_one_observation():
     """log(1 + 24) for an information of 24 in units of the spread; of 1e6 the log of the count; nothing for what is not seen."""
     assert occam(np.diag([24.0, 0.0]), 1000) == pytest.approx(np.log(25.0))

@@ -13,9 +13,9 @@ def test_sentences_are_distinct():
 
 
 def test_an_explanation_carries_reason_and_sentence():
-    price, layer = Rule.PRICE(gain=3.21, price=9.0), Rule.MOVES_A_LAYER()
-    assert price.reason is Rule.PRICE and price.why == "its gain of 3.2 does not pay its price of 9.0"
-    assert sentences([price, layer]) == f"{price.why}; it moves no layer" and sentences([]) == ""
+    fall, layer = Rule.HELD_OUT_ERROR(percent=1.23), Rule.MOVES_A_LAYER()
+    assert fall.reason is Rule.HELD_OUT_ERROR and fall.why == "held-out error falls by 1.2 % only"
+    assert sentences([fall, layer]) == f"{fall.why}; it moves no layer" and sentences([]) == ""
 
 
 def diagnosis(*findings):
