@@ -96,7 +96,7 @@ def was_asked(verdicts, name):
 
 
 def load(cases, verdicts):
-    """[(answer, verdict)] and the deck's record; the verdict is "missing" where it failed, "not asked" where none was asked for."""
+    """[(answer, verdict)] and the deck's record; the verdict is "missing" where it failed, "not asked" where it is to come."""
     record = json.loads((Path(cases) / "answers.json").read_text(encoding="utf-8"))
     pairs = []
     for name, answer in record["cases"].items():
