@@ -9,8 +9,13 @@ import tomllib
 import numpy as np
 import pytest
 
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.data.outcome_tables import read_outcomes
+from hlcs.kinds.layers.data import read_layers
+
 from . import again, generate, run
 from .generator import deck
+from .generator.case import write_case
 from .generator.layers import BASE, TESTS
 
 SEED = 11
@@ -105,6 +110,23 @@ def test_layer_tests_by_other_hands_are_a_campaign_of_their_own():
 def test_a_grid_that_nobody_placed_is_refused():
     with pytest.raises(KeyError, match="1.5,1.3"):
         made("layers", "null", then=({"grid": "1.5,1.3", "bottom_slope": 0.0}, 7))
+
+
+@pytest.mark.parametrize(
+    ("family", "kind", "table", "design"),
+    [
+        ("flight", "degenerate", True, {"height_m": [0.5, 20.0], "radius_m": 0.1}),
+        ("slide", "degenerate", True, {"speed_m_s": 3.5, "angle_deg": [-5.0, 5.0]}),
+        ("layers", "single", False, {"grid": "RPG", "bottom_slope": 0.0, "campaign": "another"}),
+    ],
+)
+def test_the_files_of_the_second_round_are_read_by_the_analyst(tmp_path, family, kind, table, design):
+    write_case(tmp_path, made(family, kind, table, (design, 6))[1])
+    file = read_experiment_file(tmp_path / "experiment.toml")
+    if table:
+        assert set(design) <= set(read_outcomes(file).inputs) and "recommended" in read_outcomes(file).groups
+    else:
+        assert all(measured.judgeable for measured in read_layers(file).sets)
 
 
 def test_the_recording_that_is_to_be_repeated_is_the_one_named():
