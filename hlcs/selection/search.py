@@ -15,7 +15,7 @@ import numpy as np
 from hlcs.estimation.budget import Budget
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
-from hlcs.selection.thresholds import AGAIN, EXPANDED, HELPS, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
+from hlcs.selection.thresholds import AGAIN, EXPANDED, FORESEEN, HELPS, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
 
@@ -130,8 +130,10 @@ class Search:
         parts = [self.cost(known) for known in self.fits if known < proposal.effects]
         if not proposal.cost + lost < min([best + REACH, *parts]):
             return False
+        if self.noise_alone(self.fits[self.ranked()[0]]):
+            return True
         fall = misfit(self.base) - misfit(parent) + proposal.fall - lost
-        return not self.found or self.noise_alone(self.fits[self.ranked()[0]]) or fall > HELPS * self.excess(self.base)
+        return fall > HELPS * self.excess(self.base) * (1.0 if self.found else FORESEEN)
 
     def share_found(self, parent):
         """What the fits of sets that were foreseen from a fit found of the fall that was foreseen of them."""
