@@ -146,11 +146,15 @@ class Search:
         return sorted(waiting, key=lambda each: (each[0].cost, sorted(each[0].effects)))
 
     def expand(self):
-        """Foresee neighbours of the best fitted sets: of the best alone where it explains the data, else of some more."""
-        for place, effects in enumerate(self.ranked()[:EXPANDED]):
+        """Foresee neighbours of the best fitted sets: of the best alone where it explains the data, else of those too that are
+        as good as it in units of what it leaves."""
+        first = self.ranked()[0]
+        fit = self.fits[first]
+        reach = 0.0 if self.noise_alone(fit) or self.budget.share > 0.5 else REACH * fit.chi2 / fit.freedom
+        for effects in self.ranked()[:EXPANDED]:
             if effects in self.expanded or not np.isfinite(self.fits[effects].chi2):
                 continue
-            if place and (self.noise_alone(self.fits[self.ranked()[0]]) or self.budget.share > 0.5):
+            if effects != first and not self.cost(effects) < self.cost(first) + reach:
                 break
             self.expanded.append(effects)
             fit = self.fits[effects]
