@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 SEGMENTED_LIMIT = 3.0e6  # body-steps of a search on a tumbling body: some 90 s at 30 us each
-SMOOTH_LIMIT = 15.0e6  # the same where recordings are not in segments: 6 us each
+SMOOTH_LIMIT = 10.0e6  # the same where recordings are not in segments: 60 to 70 s at 6 to 7 us each
 FLIGHT_LIMIT = 40.0e6  # the same where nothing touches: at most 2 us each, what a step costs by itself counted too
 SEARCH_LINEARISATIONS = 200  # that a search over the whole library needs
 FIT_LINEARISATIONS = 7  # that a fit takes, as a rule

@@ -16,6 +16,7 @@ from hlcs.estimation.linearization import Fit, free_numbers, values_of
 from minibullet.errors import InputError
 
 CLOSE, CLOSE_IN_CONTACT = 0.02, 0.3  # fall of chi2 below which a further step is not worth its simulations
+NARROW, NARROW_IN_CONTACT = 1e-8, 1e-4  # steps in spreads that are no longer taken: through contacts chi2 is rough below
 MOST_EVALUATIONS = 40  # of the residuals in the numbers
 MOST_STATE_STEPS = 12  # of the initial states at given numbers
 HELD = 0.5  # part of the promised fall of chi2 below which columns of the states have become old
@@ -27,7 +28,7 @@ class Elimination:
 
     def __init__(self, problem, model, initial_states):
         self.problem, self.model = problem, model
-        self.close = CLOSE_IN_CONTACT if problem.simulator.contact else CLOSE
+        self.close, self.narrow = (CLOSE_IN_CONTACT, NARROW_IN_CONTACT) if problem.simulator.contact else (CLOSE, NARROW)
         self.frees, self.start = free_numbers(model), values_of(model)
         self.spread = np.array([free.spread for free in self.frees])
         self.linear = None
@@ -49,14 +50,15 @@ class Elimination:
     def settle(self, values, initial_states):
         """Linearise at numbers (p,) where no recording has a better initial state nearby."""
         self.linearise(values, initial_states)
-        initial_states, _ = self.follow(self.at(values), initial_states, self.linear.white)
+        initial_states, _ = self.follow(self.at(values), initial_states, self.linear.white, renew=True)
         self.linearise(values, initial_states)
         self.last = values, self.states
 
-    def follow(self, model, initial_states, white):
+    def follow(self, model, initial_states, white, renew=False):
         """(initial states, white residuals) where each recording fits best at the numbers of a model.
 
-        Steps are taken on the columns of the last linearisation as long as they hold what they promise, then on new ones.
+        Steps are taken on the columns of the last linearisation as long as they hold what they promise, then, to `renew`, on new
+        ones: on the way of a fit new columns come with its next linearisation.
         """
         columns, fresh = self.linear.state_columns, False
         for _ in range(MOST_STATE_STEPS):
@@ -68,7 +70,7 @@ class Elimination:
                 break
             initial_states, white, fall = self.step(model, initial_states, white, [move.estimate for move in moves])
             if fall < HELD * promised:
-                if fresh and fall <= self.close:
+                if not renew or fresh and fall <= self.close:
                     break
                 everyone = np.arange(len(white))
                 columns, fresh = self.problem.linearise(model, initial_states, everyone).state_columns, True
@@ -146,7 +148,7 @@ def _fit(problem, model, initial_states):
             path.slopes,
             bounds=1 + (ends - path.start) / path.spread,
             ftol=path.close / count,
-            xtol=1e-8,
+            xtol=path.narrow,
             gtol=None,
             max_nfev=MOST_EVALUATIONS,
         )

@@ -24,6 +24,7 @@ class TrajectoryProblem(Problem):
     def __init__(self, trials, noise, simulator: Simulator):
         self.trials, self.noise, self.simulator = tuple(trials), noise, simulator
         self.difference_steps = {}  # (effect, number) -> step of its derivative
+        self.step_change = None  # what shorter time steps add to the observations, list of (n_i,); None = not looked at
         self.dropped = [np.zeros((len(trial.times), 6), bool) for trial in self.trials]
         self.lies_flat = [
             seated
@@ -60,6 +61,14 @@ class TrajectoryProblem(Problem):
 
     def residual(self, index, trajectory):
         """Measured - model for one recording, (n_obs,) [m, rad]; trajectory: (position (n, 3), orientation (n, 4))."""
+        residual = self._difference(index, trajectory)
+        return residual if self.step_change is None else residual - self.step_change[index]
+
+    def changes(self, before, after):
+        """What trajectories `after` have more than trajectories `before` at the observations, list of (n_i,)."""
+        return [self._difference(k, a) - self._difference(k, b) for k, (a, b) in enumerate(zip(before, after, strict=True))]
+
+    def _difference(self, index, trajectory):
         trial, recording = self.trials[index], self.recordings[index]
         position, orientation = trajectory
         table = np.empty((len(trial.times), 6))

@@ -36,7 +36,7 @@ def _simulator(problem, base, trials):
     """The simulator of a problem for other trials."""
     known = problem.simulator
     simulator = Simulator(base.model, trials, known.start_time, known.contact, known.time_step, known.seated)
-    simulator.height_range, simulator.extrapolation_steps = known.height_range, known.extrapolation_steps
+    simulator.height_range = known.height_range
     return simulator
 
 

@@ -28,6 +28,7 @@ class Proposal(NamedTuple):
     cost: float  # foreseen
     effects: frozenset
     numbers: dict  # effect -> {number: value} from where to fit it
+    fall: float = 0.0  # of the misfit and the surprise together that is foreseen of it, from the fit that it was foreseen from
 
 
 @dataclass(frozen=True)
@@ -163,6 +164,9 @@ class LinearModel:
         total = self.total - 2 * self.dots[gone] @ back + back @ self.gram[np.ix_(gone, gone)] @ back
         step, fall = self._step(kept, dots)
         cost = total - fall + occam(self.gram[np.ix_(kept, kept)], self.count) + self.price(names)
+        before = self.total + sum(
+            2 * np.log1p(self.columns[place].aside ** 2) for name in self.present for place in self.places[name]
+        )
         numbers = {}
         for place, move in zip(kept, step, strict=True):
             column = self.columns[place]
@@ -173,7 +177,7 @@ class LinearModel:
             if name in self.entries:
                 entry, view = self.entries[name]
                 numbers[name] = entry.start | (view or {}) | numbers.get(name, {})
-        return Proposal(float(cost), frozenset(names), numbers)
+        return Proposal(float(cost), frozenset(names), numbers, float(before - total + fall))
 
     def _step(self, kept, dots):
         """(best step of the numbers `kept` in spreads, by how much the misfit and the surprise fall together)."""

@@ -15,7 +15,7 @@ import numpy as np
 from hlcs.estimation.budget import Budget
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
-from hlcs.selection.thresholds import AGAIN, EXPANDED, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
+from hlcs.selection.thresholds import AGAIN, EXPANDED, FORESEEN, HELPS, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
 
@@ -34,6 +34,7 @@ class Search:
         self.budget = Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
         self.expanded, self.foreseen = [], {}  # sets; set -> (Proposal, Fit that it was foreseen from)
+        self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
         self.implied = frozenset()  # effects that the file implies and the data would show
         self.impossible = set()  # sets that could not be simulated from anywhere
 
@@ -62,9 +63,13 @@ class Search:
         """The fitted sets, the best first."""
         return sorted(self.fits, key=lambda effects: (self.cost(effects), sorted(effects)))
 
+    def excess(self, fit):
+        """chi2 that a fit leaves beyond what noise alone may leave, as far as the sum of squares can tell."""
+        return fit.chi2 - fit.freedom - NOISE * np.sqrt(2 * fit.freedom)
+
     def noise_alone(self, fit):
         """Does a fit leave nothing but noise, as far as the sum of squares can tell?"""
-        return fit.chi2 < fit.freedom + NOISE * np.sqrt(2 * fit.freedom)
+        return self.excess(fit) < 0
 
     def compatible(self, effects):
         """May these candidates stand in one model? Not two forms of one law, and nothing that acts through a drag without one."""
@@ -81,7 +86,7 @@ class Search:
         while True:
             self.expand()
             best = self.cost(self.ranked()[0])
-            promising = [each for each in self.open_proposals() if self.promising(each[0], best)]
+            promising = [each for each in self.open_proposals() if self.promising(*each, best)]
             if not promising:
                 break
             if refits >= REFITS or self.budget.spent(f"{len(promising)} sets of effects that might do as well"):
@@ -90,11 +95,14 @@ class Search:
             together = together[: self.budget.affordable(TOGETHER)] if self.problem.simulator.contact else together[:1]
             self.progress("fitting " + ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3]))
             fits = self.problem.batched([partial(self.refit, *each) for each in together])
-            for (proposal, _), fit in zip(together, fits, strict=True):
+            for (proposal, parent), fit in zip(together, fits, strict=True):
                 if fit is None:
                     self.impossible.add(proposal.effects)
                 else:
                     self.fits[proposal.effects] = fit
+                if proposal.fall > 0:
+                    found = 0.0 if fit is None else np.clip(misfit(parent) - misfit(fit), 0.0, proposal.fall)
+                    self.found.setdefault(id(parent), []).append((found, proposal.fall))
             refits += len(together)
         return self
 
@@ -111,10 +119,26 @@ class Search:
             ordered.setdefault(proposal.effects, (proposal, parent))
         return list(ordered.values())
 
-    def promising(self, proposal, best):
-        """May a set do as well as the best, and better than every part of it that is fitted?"""
+    def promising(self, proposal, parent, best):
+        """May a set do as well as the best, and better than every part of it that is fitted?
+
+        What is foreseen to fall counts by the share that the fits of such sets found of it: where chi2 is rough, or nothing
+        explains the data, a linear model promises much and keeps little. While the best fit leaves more than noise a set must
+        also be foreseen to take away so much of the excess that the verdict would name it.
+        """
+        lost = (1 - self.share_found(parent)) * max(proposal.fall, 0.0)
         parts = [self.cost(known) for known in self.fits if known < proposal.effects]
-        return proposal.cost < min([best + REACH, *parts])
+        if not proposal.cost + lost < min([best + REACH, *parts]):
+            return False
+        if self.noise_alone(self.fits[self.ranked()[0]]):
+            return True
+        fall = misfit(self.base) - misfit(parent) + proposal.fall - lost
+        return fall > HELPS * self.excess(self.base) * (1.0 if self.found else FORESEEN)
+
+    def share_found(self, parent):
+        """What the fits of sets that were foreseen from a fit found of the fall that was foreseen of them."""
+        found, foreseen = np.sum(self.found.get(id(parent), [(1.0, 1.0)]), axis=0)
+        return found / foreseen
 
     def open_proposals(self):
         """[(Proposal, Fit it was foreseen from)] of the sets that are not fitted yet, the cheapest first."""
@@ -122,11 +146,15 @@ class Search:
         return sorted(waiting, key=lambda each: (each[0].cost, sorted(each[0].effects)))
 
     def expand(self):
-        """Foresee neighbours of the best fitted sets: of the best alone where it explains the data, else of some more."""
-        for place, effects in enumerate(self.ranked()[:EXPANDED]):
+        """Foresee neighbours of the best fitted sets: of the best alone where it explains the data, else of those too that are
+        as good as it in units of what it leaves."""
+        first = self.ranked()[0]
+        fit = self.fits[first]
+        reach = 0.0 if self.noise_alone(fit) or self.budget.share > 0.5 else REACH * fit.chi2 / fit.freedom
+        for effects in self.ranked()[:EXPANDED]:
             if effects in self.expanded or not np.isfinite(self.fits[effects].chi2):
                 continue
-            if place and (self.noise_alone(self.fits[self.ranked()[0]]) or self.budget.share > 0.5):
+            if effects != first and not self.cost(effects) < self.cost(first) + reach:
                 break
             self.expanded.append(effects)
             fit = self.fits[effects]
@@ -157,10 +185,10 @@ class Search:
                 continue
             if not np.isfinite(fit.cost):
                 continue
-            again = best is not None and abs(fit.cost - best.cost) < AGAIN  # two beginnings lead to one end
+            again = best is not None and fit.cost > best.cost - AGAIN  # another beginning led to no better end
             if best is None or fit.cost < best.cost:
                 best = fit
-            if again or self.noise_alone(best):
+            if again or best.cost + self.price(proposal.effects) < proposal.cost + AGAIN or self.noise_alone(best):
                 break
         return best
 
@@ -192,3 +220,8 @@ class Search:
             entry = self.candidates[name]
             model = model.with_term(Term(entry, tuple((free.name, float(numbers[name][free.name])) for free in entry.free)))
         return model
+
+
+def misfit(fit):
+    """What `Proposal.fall` is of: the misfit of a fit and the surprise of its numbers."""
+    return fit.chi2 + fit.surprise

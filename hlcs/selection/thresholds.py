@@ -9,6 +9,7 @@ ODDS_ALONE = 12.0  # the same where nothing can be held out
 TIED = 6.0  # sets within it of the best do as well: it has less than twenty times their probability
 REACH = 12.0  # sets foreseen within it of the best are fitted: twice TIED, since what is foreseen is not what is found
 MOST_EFFECTS = 3  # in a set: with more, recordings of one body tell nothing apart
+FORESEEN = 0.2  # part of what a set takes away that is foreseen at least before any fit: a rebound, seen from a model of none
 REFITS = 30  # of sets in one search, so that it ends
 EXPANDED = 4  # sets whose neighbours are foreseen, while the best one leaves more than noise
 TOGETHER = 6  # sets fitted in one batch where simulations with contacts are shared

@@ -40,7 +40,6 @@ class Simulator:
         if any(trial.recording for trial in self.trials):
             self.duration_class = np.ceil(np.log2(durations / durations.min()) - 1e-9).astype(int)
         self.body_steps = 0  # bodies times steps simulated
-        self.extrapolation_steps = ()  # two steps [s], the second half the first: Richardson's extrapolation from both
 
     def simulate(self, model, initial_states, owner, time_step=None):
         """[(position (n, 3), orientation (n, 4)) at the times of trials[owner[b]]] for initial states (B, 13), owner (B,)."""
@@ -59,11 +58,7 @@ class Simulator:
             return task.ask(requests)
         if not self.contact:
             return [self._alone(request) for request in requests]
-        if not self.extrapolation_steps:
-            return self._in_shared_worlds(requests)
-        coarse, fine = ([(*request[:3], request[3] or step) for request in requests] for step in self.extrapolation_steps)
-        answers = self._in_shared_worlds(coarse + fine)
-        return [richardson(*both) for both in zip(answers[: len(requests)], answers[len(requests) :], strict=True)]
+        return self._in_shared_worlds(requests)
 
     def _in_shared_worlds(self, requests):
         """Answers to requests with contacts, those of one time step and one class of durations in one World."""
@@ -234,16 +229,3 @@ def partition(members, sizes, most):
             parts.append([])
         parts[-1].append(b)
     return parts
-
-
-def richardson(coarse, fine):
-    """Answers (positions, orientations) of one request at a step and at half of it -> at a step of zero; an error stays one.
-
-    Richardson's extrapolation of an error of first order, Phil. Trans. R. Soc. A 210 (1911) 307.
-    """
-    if isinstance(coarse, Exception) or isinstance(fine, Exception):
-        return coarse if isinstance(coarse, Exception) else fine
-    return [
-        (2 * near - far, rotations.product(rotations.product(turn, rotations.conjugate(before)), turn))
-        for (far, before), (near, turn) in zip(coarse, fine, strict=True)
-    ]

@@ -126,9 +126,9 @@ def test_two_effects_that_hide_each_other_are_found_together(tmp_path):
     rivals = ["restitution", "quadratic_drag", "velocity_dependent_restitution", "length_scale", "time_scale", "friction"]
     diagnosis = hlcs.diagnose(write_dragged_bounces(tmp_path, 0.90, 0.8826), candidates=rivals)
     assert {"restitution", "quadratic_drag"} <= reported(diagnosis) and diagnosis.verdict in ("effect", "ambiguous")
-    # the time step leaves 0.1 % of the restitution, three times its interval
-    assert diagnosis.parameters["restitution"]["coefficient"]["value"] == pytest.approx(0.90, rel=5e-3)
-    assert diagnosis.parameters["quadratic_drag"]["drag_coefficient"]["value"] == pytest.approx(0.47, rel=0.25)
+    found = diagnosis.parameters["restitution"]["coefficient"]
+    assert holds(found, 0.90) and found["high"] - found["low"] < 2e-3  # the step of 1/240 s alone moves it by 1e-3
+    assert holds(diagnosis.parameters["quadratic_drag"]["drag_coefficient"], 0.47)
 
 
 @pytest.mark.slow

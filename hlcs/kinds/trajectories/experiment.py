@@ -14,8 +14,9 @@ from hlcs.estimation.noise_model import estimate_noise
 from hlcs.estimation.trajectory_problem import CHANNELS
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
-from hlcs.kinds.trajectories.preparation import polished, prepare, touches
+from hlcs.kinds.trajectories.preparation import prepare, touches
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
+from hlcs.kinds.trajectories.time_step import polished
 from hlcs.learning import learn
 from hlcs.records import Pictures, Reason
 from hlcs.selection.eligibility import candidates_for

@@ -12,16 +12,13 @@ from hlcs.estimation.outliers import isolated_outliers, spread_of
 from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
 from hlcs.estimation.trajectory_problem import CHANNELS, TrajectoryProblem
 from hlcs.kinds.protocol import Prepared
-from hlcs.kinds.trajectories.observations import recording_scale
+from hlcs.kinds.trajectories.time_step import STILL, in_sigma, refine
 from hlcs.simulation.contact_motion import gap
 from hlcs.simulation.model import Model
-from hlcs.simulation.simulator import Simulator, richardson
+from hlcs.simulation.simulator import Simulator
 from minibullet.errors import InputError, InputWarning
 
-FINEST = 1 / 2000  # no step is halved below this [s]
-SHORTER = (1 / 2, 1 / 4, 1 / 8)  # of the step of the search: with them final numbers are looked at
-WORSE = 3.0  # units of chi2 by which a fit at a shorter step may be worse
-STILL = 0.02  # RMS by which a finer step may move the prediction [sigma]
+SMALL = 0.1  # RMS of an error of the time step that no verdict notices [sigma]
 LONG = 5000  # steps of a run through contacts (0.5 s) beyond which longer steps are tried first
 LONGEST = 1 / 15  # step of such a run [s]: in a longer one a model of some centimetres falls by its own size
 RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a comparison is told to cost
@@ -124,7 +121,7 @@ def prepare(measurement: Recordings, own=(), noise=None):
     problem, base, shift, sentences = in_long_steps(measurement, noise, model) if contact else (None, None, 0.0, [])
     if problem is None:
         problem, base, shift, sentences = fitted(posed(measurement, noise, model, contact), model)
-    if shift > 0.1:
+    if shift > SMALL:
         sentences.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
     return Prepared(noise, problem, base, (*notes, *sentences), contact)
 
@@ -150,10 +147,10 @@ def in_long_steps(measurement, noise, model):
         return none
     try:
         problem, base, shift, sentences = fitted(posed(measurement, noise, model, True, step), model)
-        if shift < STILL and not problem.segmented:
-            steps = " and ".join(f"{step:.3g} s" for step in problem.simulator.extrapolation_steps or (step,))
+        near = problem.step_change is None or in_sigma(problem, problem.step_change) < SMALL  # it holds near this fit alone
+        if shift < STILL and near and not problem.segmented:
             sentences.append(
-                f"numerics: motion of {span:.3g} s is computed in steps of {steps} where the file says "
+                f"numerics: motion of {span:.3g} s is computed in steps of {step:.3g} s where the file says "
                 f"{model.time_step:.3g} s: shorter ones move the prediction by {shift:.1g} sigma only"
             )
             return problem, base, shift, sentences
@@ -231,71 +228,3 @@ def set_aside(trials, flags):
         count = sum(map(len, channels.values()))
         notes.append(f"{name}: {count} isolated samples set aside for all models: " + "; ".join(parts))
     return notes
-
-
-def prediction_shift(problem, first, second):
-    """RMS difference of two simulations of all recordings [sigma]."""
-    differences = [
-        (problem.residual(k, a) - problem.residual(k, b)) * recording_scale(problem.recordings[k])
-        for k, (a, b) in enumerate(zip(first, second, strict=True))
-    ]
-    return float(np.sqrt(np.mean(np.concatenate(differences) ** 2)))
-
-
-def refine(problem, base):
-    """Take the error of the time step out of the prediction; (fit, by how much halving the step still moves it [sigma]).
-
-    In flight the step is halved until the prediction stands still to 0.02 sigma. With contacts, where halving moves it by more
-    than that, the results of two steps are extrapolated to a step of zero (Richardson) if that stands still.
-    """
-    simulator = problem.simulator
-    owner = np.arange(len(problem.trials))
-    while True:
-        runs = {
-            1: base.linearization.trajectories,
-            0.5: simulator.simulate(base.model, base.initial_states, owner, time_step=simulator.time_step / 2),
-        }
-        shift = prediction_shift(problem, runs[1], runs[0.5])
-        if shift < STILL or not simulator.contact and simulator.time_step / 2 < FINEST:
-            return base, shift
-        if simulator.contact:
-            break
-        simulator.time_step /= 2
-        base = problem.fit(base.model, base.initial_states)
-    for share in (2, 0.25):
-        runs[share] = simulator.simulate(base.model, base.initial_states, owner, time_step=simulator.time_step * share)
-    best = richardson(runs[0.5], runs[0.25])
-    for coarse in (2, 1):
-        left = prediction_shift(problem, richardson(runs[coarse], runs[coarse / 2]), best)
-        if left < STILL:
-            simulator.extrapolation_steps = (simulator.time_step * coarse, simulator.time_step * coarse / 2)
-            return problem.fit(base.model, base.initial_states), left
-    return base, shift
-
-
-def polished(problem, fit):
-    """A final fit through contacts with its numbers at steps so short that they stand still, an eighth at the shortest.
-
-    The step was chosen on the model under test, and what was found may bring motion that this step spoils: a body that drifts
-    sideways as it falls is held by friction from the beginning of the step in which it lands.
-    """
-    simulator = problem.simulator
-    if not simulator.contact or problem.segmented or not fit.model.terms:
-        return fit
-    step, pair = simulator.time_step, simulator.extrapolation_steps
-    try:
-        for share in SHORTER:
-            if share * step < FINEST:
-                break
-            simulator.time_step, simulator.extrapolation_steps = share * step, tuple(share * long for long in pair)
-            finer = problem.fit(fit.model, fit.initial_states)
-            if finer.chi2 > fit.chi2 + WORSE:  # a path that another step leads elsewhere: no step is the true one
-                break
-            fit, change = finer, np.abs(finer.estimate - fit.estimate)
-            if np.all(change < 0.1 * np.sqrt(np.diag(fit.covariance))):
-                break
-    except InputError:
-        pass  # what a shorter step cannot simulate loses no finished fit
-    finally:
-        simulator.time_step, simulator.extrapolation_steps = step, pair
-    return fit

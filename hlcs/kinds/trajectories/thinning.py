@@ -11,7 +11,8 @@ import numpy as np
 
 from hlcs.data.impacts import read_impacts
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
-from hlcs.kinds.trajectories.preparation import polished, without_isolated
+from hlcs.kinds.trajectories.preparation import without_isolated
+from hlcs.kinds.trajectories.time_step import refine
 from hlcs.simulation.simulator import Simulator
 
 MOST_SEARCHED = 10_000  # rows of all recordings: a search then takes some 1 GB and minutes
@@ -67,11 +68,10 @@ def on_all_rows(measurement):
                 Simulator(fit.model, trials, simulator.start_time, simulator.contact, simulator.time_step, simulator.seated),
             )
         full = whole[problem]
-        full.simulator.extrapolation_steps = simulator.extrapolation_steps
         fit = full.fit(fit.model, fit.initial_states)
         if first:
             fit, _ = without_isolated(full, fit)
-        return full, polished(full, fit)
+        return full, refine(full, fit)[0] if simulator.contact else fit
 
     return on_all
 

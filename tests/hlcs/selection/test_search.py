@@ -7,6 +7,7 @@ from linear_models import RATE, Line
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
+from hlcs.selection.prediction import Proposal
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS
 from hlcs.simulation.model import Model
@@ -53,3 +54,12 @@ def test_a_law_that_holds_another_pays_the_odds_twice():
     search = Search(problem, laws, problem.fit(Model()))
     assert search.price({"quadratic_drag"}) == search.price({"magnus"}) == ODDS and search.price({"drag_crisis"}) == 2 * ODDS
     assert search.compatible({"quadratic_drag", "magnus"}) and not search.compatible({"quadratic_drag", "drag_crisis"})
+
+
+def test_what_is_foreseen_counts_by_the_share_that_fits_of_the_same_expansion_found(generator):
+    """A fall of 40 is foreseen to cost 10 less than the base; where fits found a quarter of such falls it costs 20 more."""
+    search = searched(0.0, noise=0.1, generator=generator)
+    proposal = Proposal(search.cost(frozenset()) - 10, frozenset({"another"}), {}, 40.0)
+    assert search.promising(proposal, search.base, search.cost(frozenset()))
+    search.found[id(search.base)] = [(10.0, 20.0), (0.0, 20.0)]
+    assert not search.promising(proposal, search.base, search.cost(frozenset()))

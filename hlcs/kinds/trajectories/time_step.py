@@ -1,0 +1,104 @@
+"""The error of the time step: how large it is in the prediction of a fit, and taken out of it."""
+
+import numpy as np
+
+from hlcs.kinds.trajectories.observations import recording_scale
+from minibullet import rotations
+from minibullet.errors import InputError
+
+FINEST = 1 / 2000  # no step is halved below this [s]
+SHORTER = (1 / 2, 1 / 4, 1 / 8)  # of the step of the search: from them the error of it is found
+CORRECTIONS = 2  # of a fit by its error: the second looks whether the first still holds where it has led
+SURE = 0.5  # part of a correction that halving the shortest step may move it by: else no step is the true one
+STILL = 0.02  # RMS by which a finer step may move the prediction [sigma]
+
+
+def refine(problem, fit):
+    """Take the error of the time step out of the prediction; (fit, by how much halving the step still moves it [sigma]).
+
+    In flight the step is halved until the prediction stands still to 0.02 sigma. With contacts, where that costs too much, what
+    shorter steps would change at the fit is added to the predictions of all fits in its neighbourhood (defect correction: H. J.
+    Stetter, Numer. Math. 29 (1978) 425), until fit and correction agree.
+    """
+    simulator = problem.simulator
+    if simulator.contact:
+        return corrected(problem, fit)
+    owner = np.arange(len(problem.trials))
+    while True:
+        finer = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step / 2)
+        shift = prediction_shift(problem, fit.linearization.trajectories, finer)
+        if shift < STILL or simulator.time_step / 2 < FINEST:
+            return fit, shift
+        simulator.time_step /= 2
+        fit = problem.fit(fit.model, fit.initial_states)
+
+
+def corrected(problem, fit):
+    """What `refine` gives of a fit through contacts; the Problem keeps the correction of its predictions."""
+    simulator, owner = problem.simulator, np.arange(len(problem.trials))
+    left = 0.0
+    for _ in range(CORRECTIONS):
+        runs = {1: fit.linearization.trajectories}
+        for share in SHORTER:
+            runs[share] = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step * share)
+            if problem.step_change is None and share == SHORTER[0] and prediction_shift(problem, runs[1], runs[share]) < STILL:
+                return fit, 0.0
+        best, unsure = finest(problem, runs)
+        change = problem.changes(runs[1], best)
+        known = problem.step_change or [0.0 * part for part in change]
+        moved = in_sigma(problem, [new - old for new, old in zip(change, known, strict=True)])
+        left = min(unsure, moved) if problem.step_change else moved
+        if not (moved > STILL and unsure < SURE * moved):
+            break
+        problem.step_change, left = change, unsure
+        former, fit = fit, problem.fit(fit.model, fit.initial_states)
+        if len(fit.estimate) and np.all(np.abs(fit.estimate - former.estimate) < 0.1 * np.sqrt(np.diag(fit.covariance))):
+            break
+    return fit, left
+
+
+def finest(problem, runs):
+    """(the best prediction from runs {share of the step: trajectories}, by how much halving the step still moves it [sigma]):
+    those of the shortest step, or extrapolated to none where that moves less."""
+    a, b, c = (runs[share] for share in SHORTER)
+    options = (
+        (c, prediction_shift(problem, b, c)),
+        (richardson(b, c), prediction_shift(problem, richardson(a, b), richardson(b, c))),
+    )
+    return min(options, key=lambda option: option[1])
+
+
+def richardson(coarse, fine):
+    """Trajectories at a step and at half of it -> at a step of zero.
+
+    Richardson's extrapolation of an error of first order, Phil. Trans. R. Soc. A 210 (1911) 307.
+    """
+    return [
+        (2 * near - far, rotations.product(rotations.product(turn, rotations.conjugate(before)), turn))
+        for (far, before), (near, turn) in zip(coarse, fine, strict=True)
+    ]
+
+
+def polished(problem, fit):
+    """A final fit through contacts, the error of the time step at its own numbers taken out: that of the model under test may
+    be another, since what was found may bring motion that this step spoils."""
+    if not problem.simulator.contact or problem.segmented or not fit.model.terms:
+        return fit
+    known = problem.step_change
+    try:
+        return corrected(problem, fit)[0]
+    except InputError:
+        return fit  # what a shorter step cannot simulate loses no finished fit
+    finally:
+        problem.step_change = known
+
+
+def prediction_shift(problem, first, second):
+    """RMS difference of two simulations of all recordings [sigma]."""
+    return in_sigma(problem, problem.changes(first, second))
+
+
+def in_sigma(problem, changes):
+    """RMS of changes of all observations, list of (n_i,) [sigma]."""
+    scaled = [part * recording_scale(recording) for part, recording in zip(changes, problem.recordings, strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate(scaled) ** 2)))
