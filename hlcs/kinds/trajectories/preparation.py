@@ -9,6 +9,7 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.estimation.multiple_shooting import refit_initial_states
 from hlcs.estimation.noise_model import estimate_noise
 from hlcs.estimation.outliers import isolated_outliers, spread_of
+from hlcs.estimation.segment_profiles import profiled
 from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
 from hlcs.estimation.trajectory_problem import CHANNELS, TrajectoryProblem
 from hlcs.kinds.protocol import Prepared
@@ -277,11 +278,13 @@ def polished(problem, fit):
     """A final fit through contacts with its numbers at steps so short that they stand still, an eighth at the shortest.
 
     The step was chosen on the model under test, and what was found may bring motion that this step spoils: a body that drifts
-    sideways as it falls is held by friction from the beginning of the step in which it lands.
+    sideways as it falls is held by friction from the beginning of the step in which it lands. Numbers of segments are profiled.
     """
     simulator = problem.simulator
-    if not simulator.contact or problem.segmented or not fit.model.terms:
+    if not simulator.contact or not fit.model.terms:
         return fit
+    if problem.segmented:
+        return profiled(problem, fit)
     step, pair = simulator.time_step, simulator.extrapolation_steps
     try:
         for share in SHORTER:
