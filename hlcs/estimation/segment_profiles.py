@@ -68,9 +68,9 @@ def profiled(problem, fit):
 def centred(problem, fit, index):
     """(Fit where one number is at the common minimum of all segments, the Reading there or None where none is found)."""
     free = free_numbers(fit.model)[index]
-    reach, short, known = WIDE * min(free.high - free.low, 1e3), False, False
+    reach, short = WIDE * min(free.high - free.low, 1e3), False
     for _ in range(LINES):
-        line = along(problem, fit, index, reach, known)
+        line = along(problem, fit, index, reach)
         reading = read(line, freedom_of(problem))
         lowest = line.offsets[np.argmin(line.chi2.sum(axis=1))]
         if reading is not None and line.offsets[0] < reading.offset < line.offsets[-1]:
@@ -78,7 +78,7 @@ def centred(problem, fit, index):
                 return moved(problem, fit, index, line, reading.offset), reading
             lowest = reading.offset
             reach, short = REACH * reading.bare, True
-        fit, known = moved(problem, fit, index, line, lowest), True
+        fit = moved(problem, fit, index, line, lowest)
     return fit, None
 
 
@@ -87,11 +87,8 @@ def freedom_of(problem):
     return np.array([max(len(recording.times) - len(recording.unknown), 1) for recording in problem.recordings])
 
 
-def along(problem, fit, index, reach, known):
-    """The Line through a fit on which one number leads, as far as `reach`, and the others follow as chi2 asks them to.
-
-    known: have the initial states of the fit been sought from their samples already?
-    """
+def along(problem, fit, index, reach):
+    """The Line through a fit on which one number leads, as far as `reach`, and the others follow as chi2 asks them to."""
     free, covariance = free_numbers(fit.model)[index], fit.covariance
     ends = [fit.estimate[index] + side * reach for side in (-1, 1)]
     ends = ends if free.period is not None else [free.inside(end) for end in ends]
@@ -109,8 +106,7 @@ def along(problem, fit, index, reach, known):
         return chi2_over(problem, model, states, everyone, whole), states
 
     def first(model):
-        options = [improved(model, fit.initial_states)]
-        return best(options if known else [*options, improved(model, grown_states(problem, model, everyone))])
+        return best([improved(model, states) for states in (fit.initial_states, grown_states(problem, model, everyone))])
 
     def exchanged(place):
         options = [results[place]]
