@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
+from hlcs.estimation import fitting
 from hlcs.estimation.fitting import fit_at, with_values
 from hlcs.estimation.linearization import free_numbers
 from hlcs.estimation.multiple_shooting import chi2_over, grown_states, improve_for
@@ -65,12 +66,25 @@ def profiled(problem, fit):
     return replace(fit, covariance=fit.covariance * np.outer(scale, scale), withheld=withheld)
 
 
-def centred(problem, fit, index):
+def fit(problem, model, initial_states):
+    """A Fit of segments, quick: on short lines through each number, initial states as far as they follow from those given.
+
+    A step-by-step fit loses a segment here and there on its way, and with it the way; where lines show no minimum it is tried.
+    """
+    there = fit_at(model, initial_states, problem.linearise(model, initial_states))
+    for index in range(len(there.estimate)):
+        there, reading = centred(problem, there, index, thorough=False)
+        if reading is None:
+            return fitting.fit(problem, there.model, there.initial_states)
+    return there
+
+
+def centred(problem, fit, index, thorough=True):
     """(Fit where one number is at the common minimum of all segments, the Reading there or None where none is found)."""
     free = free_numbers(fit.model)[index]
     reach, short = WIDE * min(free.high - free.low, 1e3), False
     for _ in range(LINES):
-        line = along(problem, fit, index, reach)
+        line = along(problem, fit, index, reach, thorough)
         reading = read(line, freedom_of(problem))
         lowest = line.offsets[np.argmin(line.chi2.sum(axis=1))]
         if reading is not None and line.offsets[0] < reading.offset < line.offsets[-1]:
@@ -87,8 +101,11 @@ def freedom_of(problem):
     return np.array([max(len(recording.times) - len(recording.unknown), 1) for recording in problem.recordings])
 
 
-def along(problem, fit, index, reach):
-    """The Line through a fit on which one number leads, as far as `reach`, and the others follow as chi2 asks them to."""
+def along(problem, fit, index, reach, thorough):
+    """The Line through a fit on which one number leads, as far as `reach`, and the others follow as chi2 asks them to.
+
+    thorough: are initial states also sought from the samples anew, and tried at neighbouring values?
+    """
     free, covariance = free_numbers(fit.model)[index], fit.covariance
     ends = [fit.estimate[index] + side * reach for side in (-1, 1)]
     ends = ends if free.period is not None else [free.inside(end) for end in ends]
@@ -106,7 +123,8 @@ def along(problem, fit, index, reach):
         return chi2_over(problem, model, states, everyone, whole), states
 
     def first(model):
-        return best([improved(model, states) for states in (fit.initial_states, grown_states(problem, model, everyone))])
+        options = [improved(model, fit.initial_states)]
+        return best([*options, improved(model, grown_states(problem, model, everyone))] if thorough else options)
 
     def exchanged(place):
         options = [results[place]]
@@ -117,7 +135,7 @@ def along(problem, fit, index, reach):
         return best([options[0], improved(models[place], best(options)[1])])
 
     results = problem.batched([lambda model=model: first(model) for model in models])
-    for _ in range(EXCHANGES):
+    for _ in range(EXCHANGES if thorough else 0):
         results = problem.batched([lambda place=place: exchanged(place) for place in range(len(models))])
     chi2, states = (np.array(part) for part in zip(*results, strict=True))
     return Line(offsets, direction, chi2, states)
