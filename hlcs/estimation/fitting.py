@@ -19,6 +19,7 @@ CLOSE, CLOSE_IN_CONTACT = 0.02, 0.3  # fall of chi2 below which a further step i
 NARROW, NARROW_IN_CONTACT = 1e-8, 1e-4  # steps in spreads that are no longer taken: through contacts chi2 is rough below
 MOST_EVALUATIONS = 40  # of the residuals in the numbers
 MOST_STATE_STEPS = 12  # of the initial states at given numbers
+COARSE = 0.01  # step in spreads of the numbers below which segments are told no finer: `segment_profiles` tells the final ones
 HELD = 0.5  # part of the promised fall of chi2 below which columns of the states have become old
 CAUTIOUS = (1.0, 0.3)  # parts of a step of an initial state that are tried, one after the other
 
@@ -29,9 +30,11 @@ class Elimination:
     def __init__(self, problem, model, initial_states):
         self.problem, self.model = problem, model
         self.close, self.narrow = (CLOSE_IN_CONTACT, NARROW_IN_CONTACT) if problem.simulator.contact else (CLOSE, NARROW)
+        if problem.segmented:  # each segment comes to its own end, and none of them is smooth to less than that
+            self.close, self.narrow = self.close * len(problem.trials), COARSE
         self.frees, self.start = free_numbers(model), values_of(model)
         self.spread = np.array([free.spread for free in self.frees])
-        self.linear = None
+        self.linear, self.best = None, (np.inf, self.start, initial_states)  # of all points seen: cost, numbers, initial states
         self.settle(self.start, initial_states)
 
     def at(self, values):
@@ -53,6 +56,13 @@ class Elimination:
         initial_states, _ = self.follow(self.at(values), initial_states, self.linear.white, renew=True)
         self.linearise(values, initial_states)
         self.last = values, self.states
+        self.remember(np.concatenate([*self.linear.white, belief(values, self.frees)[0]]))
+
+    def remember(self, rows):
+        """Keep the last point where its rows (n + p,) are the shortest so far: paths through impacts may lose a recording."""
+        cost = float(rows @ rows)
+        if cost < self.best[0]:
+            self.best = cost, *self.last
 
     def follow(self, model, initial_states, white, renew=False):
         """(initial states, white residuals) where each recording fits best at the numbers of a model.
@@ -118,8 +128,9 @@ class Elimination:
                 states, white = self.follow(model, states, self.problem.white_residuals(model, states))
         except InputError:
             return np.full(sum(map(len, linear.white)) + len(values), np.nan)
-        self.last = values, states
-        return np.concatenate([*white, belief(values, self.frees)[0]])
+        self.last, rows = (values, states), np.concatenate([*white, belief(values, self.frees)[0]])
+        self.remember(rows)
+        return rows
 
     def slopes(self, step):
         """Their derivatives with the initial states projected out, (n + p, p); called where the residuals were found last."""
@@ -153,8 +164,7 @@ def _fit(problem, model, initial_states):
             max_nfev=MOST_EVALUATIONS,
         )
         converged = found.status > 0
-        path.slopes(found.x)
-        path.settle(path.values, path.states)
+        path.settle(*path.best[1:])
     return fit_at(path.at(path.values), path.states, path.linear, converged)
 
 

@@ -1,6 +1,6 @@
 """What a fit is made of: which numbers are observations, the linearisation at one point, the fitted model."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -56,6 +56,7 @@ class Fit:
     estimate: np.ndarray  # of the free numbers of model.terms, in order (p,)
     covariance: np.ndarray  # for the stated noise (p, p)
     converged: bool = True
+    withheld: dict = field(default_factory=dict)  # (effect, number) -> why its value is not given
 
     def numbers_of(self, index):
         """Where the free numbers of one term stand among those of all, a slice; -1 is the newest term."""

@@ -20,30 +20,41 @@ def poorly_fitted(fit):
 
 
 def refit_initial_states(problem, fit):
-    """The fit with better initial states for recordings that it explains poorly; itself where there are none.
-
-    Without shared numbers recordings do not know of each other, so each takes the step that is best for it. The first stretch
-    ends before most impacts, where the way to the best state is straight; each stretch begins with what the one before found.
-    """
+    """The fit with better initial states for recordings that it explains poorly; itself where there are none."""
     bad = poorly_fitted(fit)
     if len(bad) == 0:
         return fit
-    states = problem.initial_guess()
-    for stretch in STRETCHES:
-        stretches = {}
-        for k in bad:
-            times = problem.recordings[k].times
-            stretches[k] = times <= times.min() + stretch * np.ptp(times)
-        active = bad
-        for _ in range(ROUNDS):
-            active = improve(problem, fit.model, states, stretches, active)
-            if len(active) == 0:
-                break
+    states = grown_states(problem, fit.model, bad)
     better = fit.initial_states.copy()
     both = np.concatenate([fit.initial_states[bad], states[bad]])
     old, new = chi2_over(problem, fit.model, both, np.tile(bad, 2), dict.fromkeys(bad, slice(None))).reshape(2, -1)
     better[bad[new < old]] = states[bad[new < old]]
     return problem.fit(fit.model, better)
+
+
+def grown_states(problem, model, which):
+    """Initial states (trials, 13) of a model: first guesses, those of the recordings `which` fitted over growing stretches.
+
+    Without shared numbers recordings do not know of each other, so each takes the step that is best for it. The first stretch
+    ends before most impacts, where the way to the best state is straight; each stretch begins with what the one before found.
+    """
+    states = problem.initial_guess()
+    for stretch in STRETCHES:
+        stretches = {}
+        for k in which:
+            times = problem.recordings[k].times
+            stretches[k] = times <= times.min() + stretch * np.ptp(times)
+        improve_for(ROUNDS, problem, model, states, stretches)
+    return states
+
+
+def improve_for(rounds, problem, model, states, stretches):
+    """Up to so many rounds of `improve` for the recordings that have a stretch, in place."""
+    active = np.array(sorted(stretches))
+    for _ in range(rounds):
+        active = improve(problem, model, states, stretches, active)
+        if len(active) == 0:
+            break
 
 
 def chi2_over(problem, model, states, owner, stretches):

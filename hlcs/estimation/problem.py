@@ -6,8 +6,9 @@ projected out, so that everything downstream sees, per recording, a white residu
 
 import numpy as np
 
-from hlcs.estimation import fitting
+from hlcs.estimation import fitting, segment_profiles
 from hlcs.estimation.least_squares import least_squares, project_out
+from hlcs.estimation.linearization import free_numbers
 from hlcs.estimation.whitening import whiten
 from hlcs.simulation.batching import run_tasks
 from hlcs.simulation.initial_state import stepped
@@ -94,7 +95,8 @@ class Problem:
 
     def fit(self, model, initial_states=None):
         """Fit of the model's free numbers and of all initial states: trust-region least squares (`estimation.fitting`)."""
-        return fitting.fit(self, model, self.initial_guess() if initial_states is None else initial_states)
+        fit = segment_profiles.fit if self.segmented and free_numbers(model) else fitting.fit
+        return fit(self, model, self.initial_guess() if initial_states is None else initial_states)
 
     def stepped(self, initial_states, moves):
         """Initial states after moves of their unknowns, list of (unknowns_i,) -> (trials, 13)."""

@@ -25,6 +25,9 @@ def text(diagnosis):
         lines += ["", "Numbers (90 % intervals)"]
         for effect, numbers in diagnosis.parameters.items():
             for name, entry in numbers.items():
+                if entry["value"] is None:
+                    lines.append(f"  {effect:24s} {name:20s}    withheld   {entry['why']}")
+                    continue
                 unit = "" if entry["unit"] == "1" else f" {entry['unit']}"
                 bounds = f"[{entry['low']:.4g}, {entry['high']:.4g}]"
                 lines.append(f"  {effect:24s} {name:20s} {entry['value']:11.4g}   {bounds}{unit}")

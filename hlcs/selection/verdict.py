@@ -147,7 +147,8 @@ def _parameters(sets, effects, best):
                 continue
             holding = [(sets.weights[members], fits[members]) for members in sets.tied if name in members]
             numbers[name] = {
-                free.name: interval(
+                free.name: _withheld(holding, name, free)
+                or interval(
                     [(max(weight, 1e-12), *_number(fit, name, free.name, sets.inflation)) for weight, fit in holding],
                     free,
                     best.freedom,
@@ -155,6 +156,12 @@ def _parameters(sets, effects, best):
                 for free in entry.free
             }
     return numbers
+
+
+def _withheld(holding, name, free):
+    """The entry of a number that the first fit which holds it does not give, else None; holding: [(weight, Fit)]."""
+    why = holding[0][1].withheld.get((name, free.name))
+    return why and {"value": None, "low": None, "high": None, "unit": free.unit, "why": why}
 
 
 def _number(fit, name, number, inflation):

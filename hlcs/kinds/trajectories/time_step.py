@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hlcs.estimation.segment_profiles import profiled
 from hlcs.kinds.trajectories.observations import recording_scale
 from minibullet import rotations
 from minibullet.errors import InputError
@@ -81,9 +82,11 @@ def richardson(coarse, fine):
 
 def polished(problem, fit):
     """A final fit through contacts, the error of the time step at its own numbers taken out: that of the model under test may
-    be another, since what was found may bring motion that this step spoils."""
-    if not problem.simulator.contact or problem.segmented or not fit.model.terms:
+    be another, since what was found may bring motion that this step spoils. Numbers of segments are profiled."""
+    if not problem.simulator.contact or not fit.model.terms:
         return fit
+    if problem.segmented:
+        return profiled(problem, fit)
     known = problem.step_change
     try:
         return corrected(problem, fit)[0]

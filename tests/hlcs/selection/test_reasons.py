@@ -38,3 +38,11 @@ def test_the_report_gathers_what_was_not_tried_by_its_reason_not_by_its_words():
     text = str(diagnosis(*absent, fewer, quoted))
     assert "  not tried, there is no floor: a, b\n" in text + "\n"
     assert "on 3 recordings: not tried: there is no floor" in text and "  not tried: so says the user" in text
+
+
+def test_the_report_says_why_a_number_is_withheld():
+    entry = {"value": None, "low": None, "high": None, "unit": "1", "why": "too few segments tell it"}
+    held = replace(diagnosis(), parameters={"friction": {"coefficient": entry}})
+    line = next(line for line in str(held).splitlines() if "coefficient" in line)
+    assert line.split() == ["friction", "coefficient", "withheld", *entry["why"].split()]
+    assert json.loads(json.dumps(held.to_json()))["parameters"]["friction"]["coefficient"] == entry

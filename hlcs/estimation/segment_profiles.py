@@ -1,0 +1,176 @@
+"""Numbers of recordings that were split into segments: each segment is a witness of its own, and their disagreement is the error.
+
+Segments share nothing but the numbers of the model, so along a line through these chi2 is a sum of curves, one of each segment.
+What a free initial state absorbs, a path that tips the other way and an impact that no law describes move the minimum of one
+curve, not those of all alike; the curvature of the sum, which gives the usual standard error, knows nothing of it. The scores of
+the segments at the common minimum do: their sum is zero, the sum of their squares tells how far the minimum would have moved
+with other segments (P. J. Huber, Proc. 5th Berkeley Symp. 1 (1967) 221; clusters: K.-Y. Liang, S. L. Zeger, Biometrika 73 (1986)
+13). Where too few segments say anything, or there is no minimum, the number is withheld.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from hlcs.estimation import fitting
+from hlcs.estimation.fitting import fit_at, with_values
+from hlcs.estimation.linearization import free_numbers
+from hlcs.estimation.multiple_shooting import chi2_over, grown_states, improve_for
+
+VALUES = 9  # of a number, at which all segments are fitted anew: a parabola through them averages what single fits leave
+WIDE = 0.1  # half of the first line of values, part of the plausible range: fits through impacts end so far from the minimum
+REACH = (
+    10.0  # half of the lines after it [standard errors]: chi2 rises by 100, far above what fits of the segments leave (5 to 30)
+)
+LINES = 4  # through a number at most, until a short one has the minimum inside
+EXCHANGES = 3  # rounds in which segments try the initial states of the neighbouring values
+ROUNDS = 4  # steps of the initial states in each of them
+TAIL = 0.95  # of Student's law, at which an error from few segments is told as one from many
+WITNESSES = 2.0  # segments that must tell a number: the disagreement of fewer is not seen
+
+
+class Line(NamedTuple):
+    """All segments along a line through the numbers of a model, their initial states fitted anew at each point."""
+
+    offsets: np.ndarray  # of the number that leads from the start of the line (J,)
+    direction: np.ndarray  # change of all numbers for each unit of it (p,)
+    chi2: np.ndarray  # (J, segments)
+    states: np.ndarray  # (J, segments, 13)
+
+
+class Reading(NamedTuple):
+    """What a Line says of its number."""
+
+    offset: float  # of the minimum from the start of the line
+    bare: float  # standard error by the curvature alone
+    error: float  # by the disagreement of the segments too; a normal law of this error has the 90 % interval of the number
+    witnesses: float  # effective number of segments that tell it
+
+
+def profiled(problem, fit):
+    """A Fit of segments with the numbers and errors of their profiles; `withheld` says which cannot be given, and why."""
+    names = [(term.name, free.name) for term in fit.model.terms for free in term.candidate.free]
+    readings, withheld = [], {}
+    for index, name in enumerate(names):
+        fit, reading = centred(problem, fit, index)
+        readings.append(reading)
+        if reading is None:
+            withheld[name] = "the segments into which its recordings are split have no common minimum in it"
+        elif reading.witnesses < WITNESSES:
+            withheld[name] = "fewer than two of the segments into which its recordings are split tell it: nothing shows its error"
+    errors = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
+    scale = np.array([1.0 if reading is None else reading.error for reading in readings])
+    scale = np.where([reading is None for reading in readings], 1.0, scale / errors)
+    return replace(fit, covariance=fit.covariance * np.outer(scale, scale), withheld=withheld)
+
+
+def fit(problem, model, initial_states):
+    """A Fit of segments, quick: on short lines through each number, initial states as far as they follow from those given.
+
+    A step-by-step fit loses a segment here and there on its way, and with it the way; where lines show no minimum it is tried.
+    """
+    there = fit_at(model, initial_states, problem.linearise(model, initial_states))
+    for index in range(len(there.estimate)):
+        there, reading = centred(problem, there, index, thorough=False)
+        if reading is None:
+            return fitting.fit(problem, there.model, there.initial_states)
+    return there
+
+
+def centred(problem, fit, index, thorough=True):
+    """(Fit where one number is at the common minimum of all segments, the Reading there or None where none is found)."""
+    free = free_numbers(fit.model)[index]
+    reach, short = WIDE * min(free.high - free.low, 1e3), False
+    for _ in range(LINES):
+        line = along(problem, fit, index, reach, thorough)
+        reading = read(line, freedom_of(problem))
+        lowest = line.offsets[np.argmin(line.chi2.sum(axis=1))]
+        if reading is not None and line.offsets[0] < reading.offset < line.offsets[-1]:
+            if short:
+                return moved(problem, fit, index, line, reading.offset), reading
+            lowest = reading.offset
+            reach, short = REACH * reading.bare, True
+        fit = moved(problem, fit, index, line, lowest)
+    return fit, None
+
+
+def freedom_of(problem):
+    """Observations of each segment less the unknowns of its initial state (segments,)."""
+    return np.array([max(len(recording.times) - len(recording.unknown), 1) for recording in problem.recordings])
+
+
+def along(problem, fit, index, reach, thorough):
+    """The Line through a fit on which one number leads, as far as `reach`, and the others follow as chi2 asks them to.
+
+    thorough: are initial states also sought from the samples anew, and tried at neighbouring values?
+    """
+    free, covariance = free_numbers(fit.model)[index], fit.covariance
+    ends = [fit.estimate[index] + side * reach for side in (-1, 1)]
+    ends = ends if free.period is not None else [free.inside(end) for end in ends]
+    offsets = np.linspace(*ends, VALUES) - fit.estimate[index]
+    direction = (
+        covariance[:, index] / covariance[index, index] if covariance[index, index] > 0 else np.eye(len(covariance))[index]
+    )
+    models = [with_values(fit.model, fit.estimate + offset * direction) for offset in offsets]
+    everyone = np.arange(len(problem.trials))
+    whole = dict.fromkeys(everyone, slice(None))
+
+    def improved(model, states):
+        states = states.copy()
+        improve_for(ROUNDS, problem, model, states, whole)
+        return chi2_over(problem, model, states, everyone, whole), states
+
+    def first(model):
+        options = [improved(model, fit.initial_states)]
+        return best([*options, improved(model, grown_states(problem, model, everyone))] if thorough else options)
+
+    def exchanged(place):
+        options = [results[place]]
+        for other in (place - 1, place + 1):
+            if 0 <= other < len(models):
+                states = results[other][1]
+                options.append((chi2_over(problem, models[place], states, everyone, whole), states))
+        return best([options[0], improved(models[place], best(options)[1])])
+
+    results = problem.batched([lambda model=model: first(model) for model in models])
+    for _ in range(EXCHANGES if thorough else 0):
+        results = problem.batched([lambda place=place: exchanged(place) for place in range(len(models))])
+    chi2, states = (np.array(part) for part in zip(*results, strict=True))
+    return Line(offsets, direction, chi2, states)
+
+
+def best(options):
+    """(chi2, states) that takes for each segment the best of [(chi2 (segments,), states (segments, 13))]."""
+    chi2 = np.array([option[0] for option in options])
+    which, everyone = np.argmin(chi2, axis=0), np.arange(chi2.shape[1])
+    return chi2[which, everyone], np.array([option[1] for option in options])[which, everyone]
+
+
+def read(line, freedom):
+    """The Reading of a Line, None where the sum of its curves has no minimum; freedom: of each segment.
+
+    A segment that misses by more than its noise counts for as much less.
+    """
+    chi2 = line.chi2 / np.maximum(np.min(line.chi2, axis=0) / freedom, 1.0)
+    if not np.isfinite(chi2).all():
+        return None
+    curvature, slope, _ = np.polyfit(line.offsets, chi2, 2)
+    bend = curvature.sum()
+    if not bend > 0:
+        return None
+    offset = -slope.sum() / (2 * bend)
+    scores = slope + 2 * curvature * offset
+    witnesses = np.sum(np.maximum(curvature, 0.0)) ** 2 / np.sum(np.maximum(curvature, 0.0) ** 2)
+    few = max(witnesses, WITNESSES) - 1
+    scatter = np.sqrt(np.sum(scores**2) * (few + 1) / few) / (2 * bend) * stats.t.ppf(TAIL, few) / stats.norm.ppf(TAIL)
+    return Reading(float(offset), float(bend**-0.5), float(max(scatter, bend**-0.5)), float(witnesses))
+
+
+def moved(problem, fit, index, line, offset):
+    """The Fit at an offset on a Line, from the initial states of its nearest point."""
+    nearest = int(np.argmin(np.abs(line.offsets - offset)))
+    model, states = with_values(fit.model, fit.estimate + offset * line.direction), line.states[nearest].copy()
+    improve_for(ROUNDS, problem, model, states, dict.fromkeys(np.arange(len(states)), slice(None)))
+    return fit_at(model, states, problem.linearise(model, states), fit.converged)

@@ -1,0 +1,74 @@
+"""A number of recordings in segments is read off the curves of all segments; their disagreement is its error."""
+
+import numpy as np
+import pytest
+from experiments import measured
+from tosses import write_tosses
+
+from hlcs.estimation.segment_profiles import Line, best, profiled, read
+from hlcs.kinds.trajectories.preparation import prepare
+from hlcs.selection.eligibility import candidates_for
+from hlcs.simulation.model import Term
+
+OFFSETS = np.linspace(-0.05, 0.05, 9)
+FREEDOM = 100
+
+
+def line_of(minima, errors, least=FREEDOM):
+    """A Line whose segments have parabolas with these minima and standard errors."""
+    chi2 = least + ((OFFSETS[:, None] - np.asarray(minima)) / np.asarray(errors)) ** 2
+    return Line(OFFSETS, np.ones(1), chi2, np.zeros((9, chi2.shape[1], 13)))
+
+
+def read_of(minima, errors, **options):
+    return read(line_of(minima, errors, **options), np.full(len(minima), FREEDOM))
+
+
+def test_segments_that_agree_give_their_weighted_mean_and_its_error():
+    reading = read_of([0.01] * 5, [0.01, 0.02, 0.02, 0.01, 0.01])
+    assert reading.offset == pytest.approx(0.01)
+    assert reading.error == reading.bare == pytest.approx((3 / 0.01**2 + 2 / 0.02**2) ** -0.5, rel=0.02)  # two miss by a trace
+    assert reading.witnesses == pytest.approx(3.5**2 / (3 + 2 / 16), rel=0.02)
+
+
+def test_the_disagreement_of_segments_is_the_error():
+    """90 % intervals of the mean of 6 segments that differ by 3 errors each hold the truth in 90 %: 2 % is chance in 1000."""
+    generator, held = np.random.default_rng(3), 0
+    for _ in range(1000):
+        reading = read_of(0.012 * generator.standard_normal(6), [0.004] * 6, least=1.0)
+        held += abs(reading.offset) < 1.645 * reading.error
+    assert 0.88 < held / 1000 < 0.94  # no interval is narrower than the curvature gives, so a few are wider than need be
+
+
+def test_a_segment_that_its_states_do_not_follow_counts_for_less():
+    chi2 = np.column_stack([line_of([-0.01] * 3, [0.01] * 3).chi2, 4 * line_of([0.03], [0.01]).chi2])
+    reading = read(line_of([0] * 4, [0.01] * 4)._replace(chi2=chi2), np.full(4, FREEDOM))
+    assert reading.offset == pytest.approx(0.0, abs=1e-3)  # it weighs as one of them, not as four
+
+
+def test_where_one_segment_tells_a_number_its_error_is_unknown():
+    assert read_of([0.0, 0.0, 0.01], [0.005, 0.5, 0.5]).witnesses < 1.1
+
+
+def test_curves_without_a_minimum_give_no_number():
+    there = line_of([0.0, 0.0], [0.01, 0.01])
+    assert read(there._replace(chi2=200 - there.chi2), np.full(2, FREEDOM)) is None
+    there.chi2[2, 1] = np.inf
+    assert read(there, np.full(2, FREEDOM)) is None
+
+
+def test_each_segment_takes_the_initial_state_that_is_best_for_it():
+    chi2, states = best([(np.array([1.0, 5.0]), np.zeros((2, 13))), (np.array([2.0, 3.0]), np.ones((2, 13)))])
+    assert list(chi2) == [1.0, 3.0] and list(states[:, 0]) == [0.0, 1.0]
+
+
+@pytest.mark.slow
+def test_the_friction_of_a_cut_toss_is_found_from_afar(tmp_path):
+    """Recorded with 0.2, begun at 0.3; twice the half-width of the 90 % interval is not exceeded once in 1000."""
+    recordings = measured(write_tosses(tmp_path, [1.8, 1.5]))
+    prepared = prepare(recordings)
+    (friction,) = candidates_for(recordings, True, ["friction"], ())[0]
+    model = prepared.base.model.with_term(Term(friction, (("coefficient", 0.3),)))
+    fit = profiled(prepared.problem, prepared.problem.fit(model, prepared.base.initial_states))
+    assert not fit.withheld
+    assert abs(fit.estimate[0] - 0.2) < 2 * 1.645 * np.sqrt(fit.covariance[0, 0])
