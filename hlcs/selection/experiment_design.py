@@ -16,7 +16,6 @@ import numpy as np
 from hlcs.effects.witnesses import WITNESSES
 from hlcs.estimation.designs import Design
 from hlcs.estimation.least_squares import project_out
-from hlcs.estimation.whitening import whiten
 from hlcs.records import NextExperiment
 from hlcs.selection.thresholds import TIED
 
@@ -208,8 +207,9 @@ def parts(new, final, other):
     both_ways = []
     for fit, wrong, right in ((other, theirs, mine), (final, mine, theirs)):
         root, found = _root(fit.covariance), []
-        for k, recording in enumerate(new.problem.recordings):
-            rest = project_out(wrong.state_bases[k], whiten(recording.whitening, wrong.raw[k] - right.raw[k]))
+        apart = new.problem.whitened([a - b for a, b in zip(wrong.raw, right.raw, strict=True)])
+        for k, difference in enumerate(apart):
+            rest = project_out(wrong.state_bases[k], difference)
             s = project_out(wrong.state_bases[k], wrong.parameter_columns[k]) @ root
             found.append(Part(float(rest @ rest + 0.0 * s.sum()), s.T @ rest, s.T @ s))  # not finite where either is not
         both_ways.append(found)

@@ -11,7 +11,7 @@ from hlcs.estimation.linearization import free_numbers
 from hlcs.records import Finding, NextExperiment, Pictures
 from hlcs.selection import experiment_design
 from hlcs.selection.findings import candidate_findings, error_record
-from hlcs.selection.held_out import fitted_error, held_out_error, sigma_of
+from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.sets import FittedSets, interval
 from hlcs.selection.thresholds import HELPS
 
@@ -81,7 +81,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         error=error_record(
             "rms",
             problem.unit,
-            sigma_of(problem),
+            problem.noise_level,
             [fitted_error(problem, fit) for fit in (base, final)],
             [errors(fit) for fit in (base, final)] if cross_validation.possible else None,
         ),
@@ -105,7 +105,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         inclusion=sets.inclusion,
         explained=explained(base, final),
         learned=None if after.adequate else experiment.learn(problem, final),
-        tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), sigma_of(problem)),
+        tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), problem.noise_level),
         next_experiment=partial(experiment_design.next_experiment, sets),
     )
 
