@@ -27,6 +27,10 @@ class DirectProblem(Problem):
     def initial_guess(self):
         return np.zeros((len(self.trials), 13))
 
+    def stepped(self, initial_states, moves):
+        """The same initial states: none of them moves."""
+        return initial_states
+
     def residuals(self, model, initial_states):
         difference = self.values - self.predict(model)
         return [difference[trial.rows] for trial in self.trials]

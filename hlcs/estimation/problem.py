@@ -6,6 +6,7 @@ projected out, so that everything downstream sees, per recording, a white residu
 
 import numpy as np
 
+from hlcs.effects.witnesses import WITNESSES
 from hlcs.estimation import fitting
 from hlcs.estimation.least_squares import least_squares, project_out
 from hlcs.estimation.whitening import colour, whiten
@@ -116,6 +117,15 @@ class Problem:
                 changes, moves = followed, along
         finite = np.isfinite(size(changes))  # a run that left the finite numbers shows no derivative
         return [part / step if finite else np.zeros(len(part)) for part in changes], [move / step for move in moves]
+
+    # --- the next experiment --------------------------------------------------------------------------------------------------
+
+    def reading(self, term):
+        """(what measures an effect directly, its separation from no effect in units of chi2), None where nothing does."""
+        witness, camera = WITNESSES.get(term.candidate.kind), self.camera
+        if witness is None or camera.sigma <= 0:
+            return None
+        return witness.text.format(extent=camera.extent), float(witness.frames * witness.size(term.numbers, camera) ** 2)
 
     # --- fits -----------------------------------------------------------------------------------------------------------------
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from hlcs.effects import set_of
 from hlcs.estimation.least_squares import basis, largest_cosine, project_out
 from hlcs.records import Finding, Reason, untested
 from hlcs.selection.held_out import fitted_error, held_out_error
@@ -38,13 +37,13 @@ def findings(names, alternatives, described):
     return tuple(sorted(unsorted, key=order))
 
 
-def accepted_reason(gain, price, falls, same, error="error", at="", label=""):
+def accepted_reason(gain, price, falls, same, at="", label=""):
     """The Explanation of an accepted candidate; falls: of its held-out error, each relative; at: its number, in brackets."""
     return Reason.ACCEPTED(
         at=at,
         gain=gain,
         price=price,
-        held_out=f"; held-out {error} falls by {' and '.join(f'{100 * fall:.0f} %' for fall in falls)}" if falls else "",
+        held_out=f"; held-out error falls by {' and '.join(f'{100 * fall:.0f} %' for fall in falls)}" if falls else "",
         same=f"; cannot be told from {', '.join(same)}{label}" if same else "",
     )
 
@@ -54,10 +53,9 @@ def rival_reason(same, effects, at="", label=""):
     return Reason.NOT_TOLD_APART(others=", ".join(name for name in same if name in effects), at=at, label=label)
 
 
-def set_label(name, same, set_of=set_of):
+def set_label(candidate, others):
     """The set of look-alikes that a candidate and some of its rivals belong to, in brackets, or nothing."""
-    form = set_of(name)
-    return f" ({form})" if form and any(set_of(other) == form for other in same) else ""
+    return f" ({candidate.alike})" if candidate.alike and any(other.alike == candidate.alike for other in others) else ""
 
 
 def smallest_visible(free, size):
@@ -102,38 +100,47 @@ def candidate_findings(sets, places, absent):
 
 def _cosine(sets, name, other):
     """Likeness of an effect of the best set and of one that takes its place."""
-    best = sets.best
+    search, best = sets.search, sets.best
     holding = next(members for members in sets.tied[1:] if other in members and name not in members)
-    return largest_cosine(*(_own_columns(sets.search.fits[members], its) for members, its in ((best, name), (holding, other))))
+    both = (search.fits[best], name), (search.fits[holding], other)
+    return largest_cosine(*(_own_columns(search.problem, *each) for each in both))
 
 
-def _own_columns(fit, name):
-    """Projected signature of one effect of a fit, all recordings in one column (n, p)."""
-    columns, its = np.concatenate(fit.linearization.projected[1]), fit.numbers_of(fit.model.terms_named(name))
-    return project_out(basis(np.delete(columns, its, axis=1)), columns[:, its])
+def _own_columns(problem, fit, name):
+    """Projected signature of one effect of a fit, recordings in one column (n, p): of one without numbers, all that it does."""
+    index, columns = fit.model.terms_named(name), np.concatenate(fit.linearization.projected[1])
+    its = fit.numbers_of(index)
+    own, rest = columns[:, its], basis(np.delete(columns, its, axis=1))
+    if not own.shape[1]:
+        whole = problem.signature(fit.model.without(index), fit.initial_states, fit.model)
+        parts = zip(fit.linearization.state_bases, whole, strict=True)
+        own = np.concatenate([project_out(q, part) for q, part in parts])[:, None]
+    return project_out(rest, own)
 
 
 def _explained(sets, name, same, holding, evidence):
     """The Explanation of what became of a candidate."""
-    search, best = sets.search, sets.best
+    search, best, entry = sets.search, sets.best, sets.search.candidates[name]
+    others = [search.candidates[other] for other in same]
+    at = f" ({entry.family})" if entry.family else ""
     if name in best:
         held = sets.held_out(best, name)
         rest, fit = sets.fit(sets.without(best, name)), search.fits[best]
-        return accepted_reason(rest.chi2 - fit.chi2, rest.chi2 - fit.chi2 - evidence, held.directions, same)
+        gain = rest.chi2 - fit.chi2
+        return accepted_reason(gain, gain - evidence, held.directions, same, at, set_label(entry, others))
     if same:
-        return rival_reason(same, best, label=set_label(name, same))
+        return rival_reason(same, best, at, set_label(entry, others))
     if evidence is None:
         return Reason.INVISIBLE()
-    form = set_of(name)
-    better = [other for other in sorted(best) if form and set_of(other) == form]
+    better = [other for other in sorted(best) if entry.alike and search.candidates[other].alike == entry.alike]
     if better and evidence > 0:
-        return Reason.OTHER_FORM(form=form, better=better[0])
+        return Reason.OTHER_FORM(form=entry.alike, better=better[0])
     broken = sets.broken(holding, name) if holding is not None and evidence > 0 else []
     if broken:
         return Reason.SUSPECTED(why=sentences(broken))
     if evidence > 0:
-        return Reason.EXPLAINED_TOO(at="")
-    return Reason.NOT_SEEN(at="", why=f"it would cost {-evidence:.1f} more than it explains")
+        return Reason.EXPLAINED_TOO(at=at)
+    return Reason.NOT_SEEN(at=at, why=f"it would cost {-evidence:.1f} more than it explains")
 
 
 def _visible(search, name):

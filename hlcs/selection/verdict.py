@@ -52,10 +52,10 @@ class Selection:
 def select(experiment, prepared, search, cross_validation, absent, on_all=lambda problem, fit: (problem, fit)):
     """Run a search over candidates and return the Selection.
 
-    experiment: has `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table) -> rows, `polished`
-    (problem, fit) -> the final fit, `learn` (problem, fit) -> the law that explains the rest, or None, and `pictures`; prepared:
-    has the problem and the fit of the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) ->
-    the same on all rows, for the verdict and the numbers, where the search has fewer.
+    experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table)
+    -> rows, `polished` (problem, fit) -> the final fit, `learn` (problem, fit) -> the law that explains the rest, or None, and
+    `pictures`; prepared: has the problem and the fit of the model under test; absent: {name: why it was not tried}; on_all:
+    function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
     before, table_before = experiment.judge(*on_all(problem, base))
@@ -79,7 +79,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
         parameters=_parameters(sets, effects, best),
         error=error_record(
-            "rms",
+            experiment.measure,
             problem.unit,
             problem.noise_level,
             [fitted_error(problem, fit) for fit in (base, final)],
@@ -153,7 +153,7 @@ def _parameters(sets, effects, best):
                     best.freedom,
                 )
                 for free in entry.free
-            }
+            } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
     return numbers
 
 

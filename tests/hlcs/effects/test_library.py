@@ -6,7 +6,7 @@ from enum import Enum
 import pytest
 
 from hlcs.data.experiment_file import Surroundings
-from hlcs.effects import build_entry, class_named, classes, own_classes, set_of, wanted
+from hlcs.effects import build_entry, class_named, classes, own_classes, wanted
 from minibullet import effects
 from minibullet.effects.contract import Effect, parameter, parameters
 from minibullet.errors import InputError
