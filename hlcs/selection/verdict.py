@@ -10,7 +10,7 @@ import numpy as np
 from hlcs.estimation.linearization import free_numbers
 from hlcs.records import Finding, NextExperiment, Pictures
 from hlcs.selection import experiment_design
-from hlcs.selection.findings import candidate_findings, error_record
+from hlcs.selection.findings import candidate_findings
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.sets import FittedSets, interval
 from hlcs.selection.thresholds import HELPS
@@ -78,13 +78,12 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         effects=ordered,
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
         parameters=_parameters(sets, effects, best),
-        error=error_record(
-            experiment.measure,
-            problem.unit,
-            problem.noise_level,
-            [fitted_error(problem, fit) for fit in (base, final)],
-            [errors(fit) for fit in (base, final)] if cross_validation.possible else None,
-        ),
+        error={
+            "measure": experiment.measure,
+            "unit": problem.unit,
+            "held_out": _record(problem, errors, base, final) if cross_validation.possible else None,
+            "fitted": _record(problem, partial(fitted_error, problem), base, final),
+        },
         steps=_steps(sets, ordered, errors),
         adequate={
             "before": before.adequate,
@@ -108,6 +107,11 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), problem.noise_level),
         next_experiment=partial(experiment_design.next_experiment, sets),
     )
+
+
+def _record(problem, error, base, final):
+    """An error before and after, beside the noise."""
+    return {"before": error(base), "after": error(final), "noise": problem.noise_level}
 
 
 def explained(base, final):
