@@ -84,10 +84,14 @@ def _physics(test):
     level = isinstance(test.bottom, Flat | Slope)  # a survey has the roughness of the bed itself
     bouncier, smoother = 0.3 if restitution <= 0.5 else -0.3, friction * (friction - 1.0) if friction >= 0.3 else 0.2
     return (
-        _setting(test, "restitution", "coefficient", "1", 0.0, 1.0, bouncier, most=1.0),
-        _setting(test, "friction", "coefficient", "1", 0.0, 1.5, smoother),
-        _setting(test, "inertia_error", "factor", "1", 0.5, 4.0, 1.06 * test.inertia_factor, "inertia_factor"),
-        _setting(test, "bottom_roughness", "standard_deviation", "Dn", 0.0, 0.1, 0.04) if level else None,
+        _setting("restitution", _number("coefficient", "1", 0.0, 1.0, test.restitution, most=1.0), bouncier),
+        _setting("friction", _number("coefficient", "1", 0.0, 1.5, test.friction), smoother),
+        _setting(
+            "inertia_error", _number("factor", "1", 0.5, 4.0, test.inertia_factor), 1.06 * test.inertia_factor, "inertia_factor"
+        ),
+        _setting("bottom_roughness", _number("standard_deviation", "Dn", 0.0, 0.1, test.bottom_roughness), 0.04)
+        if level
+        else None,
         _simulated("bottom_slope", _number("grade_y", "1", -0.1, 0.1, 0.0), 0.03, _tilt_bottom),
         _simulated(  # in units of their own size, larger units on the same grid have a narrower one
             "size_error",
@@ -133,12 +137,12 @@ def _placement(test):
     """What hands do: where and how units are placed."""
     lower = -0.2 if test.falling_distance > 0.25 else 0.25
     return (
-        _setting(test, "placement_scatter", "standard_deviation", "Dn", 0.0, 0.3, 0.15),
-        _setting(test, "placement_offset", "y", "Dn", -0.3, 0.3, 0.1, "placement_offset_y"),
-        _setting(test, "yaw_constraint", "concentration", "1", 0.0, 50.0, 10.0),
-        _setting(test, "lost_units", "fraction", "1", 0.0, 0.1, 0.05, most=1.0),
-        _setting(test, "vibration", "acceleration", "g", 0.0, 1.0, 0.3),
-        _setting(test, "falling_distance", "distance", "Dn", 0.0, 0.5, lower),
+        _setting("placement_scatter", _number("standard_deviation", "Dn", 0.0, 0.3, test.placement_scatter), 0.15),
+        _setting("placement_offset", _number("y", "Dn", -0.3, 0.3, test.placement_offset_y), 0.1, "placement_offset_y"),
+        _setting("yaw_constraint", _number("concentration", "1", 0.0, 50.0, test.yaw_constraint), 10.0),
+        _setting("lost_units", _number("fraction", "1", 0.0, 0.1, test.lost_units, most=1.0), 0.05),
+        _setting("vibration", _number("acceleration", "g", 0.0, 1.0, test.vibration), 0.3),
+        _setting("falling_distance", _number("distance", "Dn", 0.0, 0.5, test.falling_distance), lower),
         None if test.sequential_placement else _switch("sequential_placement", sequential_placement=True),
         None if test.loose_lower_layers else _switch("loose_lower_layers", loose_lower_layers=True),
         _simulated("grid_spacing", _number("relative", "1", -0.03, 0.03, 0.0), 0.02, _widen_grid),
@@ -204,10 +208,9 @@ def _simulated(name, number, step, change, reading=None):
     return LayerCandidate(name, Facts, (number,), change=change, reading=reading, step=step)
 
 
-def _setting(test, name, number, unit, low, high, step, field=None, most=None):
+def _setting(name, number, step, field=None):
     """A candidate that is one setting of the test, absent at its present value."""
-    field = field or name
-    return _simulated(name, _number(number, unit, low, high, getattr(test, field), most=most), step, _set(field))
+    return _simulated(name, number, step, _set(field or name))
 
 
 def _switch(name, constant="switch", value=1.0, **settings):
