@@ -22,6 +22,15 @@ KNOWN = (
 VACUUM = 1e-3  # part of its plausible range that a number of a fluid may have where the file states a vacuum
 
 
+def ends_of_law(low, null, ends, period=None):
+    """(least, most) that a law allows of a number: what it states; else nothing above, and below zero or the null value where the
+    plausible range begins there: what is positive stays positive, to a hundredth of that range's beginning."""
+    least, most = ends
+    if least is None:
+        least = -np.inf if period is not None or low < 0 else low if low in (0.0, null) else 0.01 * low
+    return least, np.inf if most is None else most
+
+
 @dataclass(frozen=True)
 class Free:
     """One number to be found: its plausible range low .. high is a belief, not a wall.
@@ -36,7 +45,7 @@ class Free:
     start: float  # where a fit begins
     period: float | None = None  # values this far apart are the same (an angle)
     starts: tuple[float, ...] = ()  # where fits and first looks begin, where the start does not do alone
-    ends: tuple = (None, None)  # where the law itself ends (restitution 1), None: see `least`; nowhere
+    ends: tuple = (None, None)  # where the law itself ends (restitution 1), None: see `ends_of_law`
     stated: float | None = None  # value that the experiment file states or implies
     error: float = 0.0  # how far off that may be
     certain: bool = False  # the file states a liquid, in which the effect is there
@@ -57,18 +66,13 @@ class Free:
 
     @property
     def least(self):
-        """Where the law itself ends below: at zero where the range begins there, at the null value likewise; what is positive
-        stays positive."""
-        if self.ends[0] is not None:
-            return self.ends[0]
-        if self.period is not None or self.low < 0:
-            return -np.inf
-        return self.low if self.low in (0.0, self.null) else 0.01 * self.low
+        """Where the law itself ends below."""
+        return ends_of_law(self.low, self.null, self.ends, self.period)[0]
 
     @property
     def most(self):
         """Where the law itself ends above."""
-        return np.inf if self.ends[1] is None else self.ends[1]
+        return ends_of_law(self.low, self.null, self.ends, self.period)[1]
 
     def inside(self, value):
         """The value where the law holds, or the same angle within one period."""

@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hlcs.data.experiment_file import impossible_density
-from hlcs.data.recordings import Trial
 from minibullet import rotations
 
 AT_REST = 0.3  # speed below which a body is dropped rather than thrown [m/s]
@@ -67,7 +66,13 @@ def changes_of(trial, start, contact, seated, other_bodies):
     if np.linalg.norm(start[10:13]) > TURNING:
         found.append((Design("reverse the spin", {"spin": "reversed"}), _with(start, spin=-1.0), trial))
     if not contact:
-        found.append((Design("let it fly twice as long (from higher)", {"duration": "twice"}, 1.0), start, _longer(trial)))
+        found.append(
+            (
+                Design("let it fly twice as long (from higher)", {"duration": "twice"}, 1.0),
+                start,
+                with_samples(trial, 2 * len(trial.times)),
+            )
+        )
     if trial.body.mass is not None and other_bodies:
         for factor, word in ((1 / 3, "a third of"), (3.0, "three times")):
             mass = factor * trial.body.mass
@@ -91,16 +96,9 @@ def _turned(start, turn):
     return start
 
 
-def _longer(trial):
-    """The trial with samples at the same rate for twice the time."""
-    step, count = float(np.median(np.diff(trial.times))), 2 * len(trial.times)
-    return Trial(
-        trial.name,
-        trial.group,
-        trial.times[0] + step * np.arange(count),
-        np.resize(np.nan_to_num(trial.position), (count, 3)),
-        np.resize(trial.orientation, (count, 4)),
-        trial.start,
-        trial.body,
-        trial.surroundings,
-    )
+def with_samples(trial, count):
+    """A trial of so many samples at its rate, NaN where a sample is missing: positions zero, orientations some that were seen."""
+    more = trial.times[-1] + np.median(np.diff(trial.times)) * np.arange(1, max(count - len(trial.times), 0) + 1)
+    times = np.concatenate([trial.times, more])[:count]
+    position, orientation = np.resize(0 * trial.position, (count, 3)), np.resize(trial.orientation, (count, 4))
+    return replace(trial, times=times, position=position, orientation=orientation, rows=None)

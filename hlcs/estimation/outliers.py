@@ -7,6 +7,7 @@ import numpy as np
 STANDS_OUT = 4.0  # standard deviations of a second difference: of 10,000 samples of normal noise less than one lies beyond
 PASSES = 3  # neighbours of outliers are outliers too: of three per cent, one in 1,000 stands third in a row
 UNSURE = 3.0  # over the root of their number: by so much the scatter of normal noise seems larger than it is once in 40 series
+END = 1.29  # scatter of white noise about what the next four samples foretell, that about the line through two neighbours being 1
 LEAST = 10  # samples of which a scatter can be told
 CORE = 3.3  # standard deviations within which 99.9 % of normal noise lies: what is beyond is counted as outliers that stayed
 BEYOND_CORE = 0.000967  # part of normal noise that lies beyond it all the same
@@ -79,10 +80,30 @@ def _standing_out(times, values, spread):
     size = near + far  # of two outliers beside each other, and of the good samples beside them, `near` is the same
     around = np.maximum(np.r_[0, size[:-1]], np.r_[size[1:], 0])
     flags = (near > STANDS_OUT * spread) & (size >= around)
-    for end, inner, beyond in ((0, 1, 2), (-1, -2, -3)):  # an outlier at the end marks its neighbour, and only that one
-        if flags[inner] and near[beyond] < near[inner] / 4:
-            flags[inner], flags[end] = False, True
+    for along in (slice(None), slice(None, None, -1)):
+        _judge_end(flags[along], near[along], far[along], _foretold(times[along], values[along]), spread)
     return flags
+
+
+def _judge_end(flags, near, far, ahead, spread):
+    """Flag the first sample, in place, where it and not its neighbour stands out.
+
+    It marks `near` of the second sample and `far` of the third, the second sample if it is the outlier `near` of the third and
+    `far` of the fourth. A smaller one is seen in what the samples after it foretell.
+    """
+    if flags[1]:
+        flags[0] = far[2] > near[2] + far[3]
+        flags[1] = not flags[0]
+    elif not flags[2:5].any():
+        flags[0] = ahead[0] > STANDS_OUT * max(1.4826 * float(np.median(ahead)), END * spread)
+
+
+def _foretold(times, values):
+    """Distance of samples from what those after them foretell: the next one, and the slope from the second to the fourth after;
+    less the median of all, (n - 4,)."""
+    slope = (values[4:] - values[2:-2]) / (times[4:] - times[2:-2])
+    off = values[:-4] - values[1:-3] + slope * (times[1:-3] - times[:-4])
+    return np.abs(off - np.median(off))
 
 
 def _off_the_line(times, values, away):

@@ -127,6 +127,11 @@ VARIABLES = {
     "time": ("s", "1/s", ("u = time + np.zeros(len(bodies.mass))",)),
     "spin": ("rad/s", "s/rad", (f"u = np.maximum(np.linalg.norm({SPIN}, axis=1), 1e-9)",)),
 }
+WRITTEN = "import numpy as np\n" + "".join(
+    f"\n\ndef {name}(bodies, time):\n" + "".join(f"    {line}\n" for line in lines) + "    return u\n"
+    for name, (_, _, lines) in VARIABLES.items()
+    if name != "distance"  # from a point that is to be found
+)
 SIGNED = ("height", "x", "y")  # a power of such a variable keeps its sign
 # way -> lines that give the direction `along` (n, 3) in which a positive force acts
 UNIT = "along = {0} / np.maximum(np.linalg.norm({0}, axis=1, keepdims=True), 1e-9)"
@@ -152,6 +157,12 @@ TRIED = {  # variable -> ((way, forms), ..); "axes": along x, y and z, each with
     "time": (("axes", ("power", "exponential", "switch", "oscillation", "table")),),
     "spin": (("lift", ("power", "exponential")),),
 }
+
+
+def seen(bodies, time):
+    """{variable: its values (n,)} of all that need no number to be found, in the very words of the laws."""
+    module = module_of(WRITTEN, "seen_variables", "<variables of laws>")
+    return {name: getattr(module, name)(bodies, time) for name in VARIABLES if hasattr(module, name)}
 
 
 class Ranges(NamedTuple):

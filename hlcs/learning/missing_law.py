@@ -9,7 +9,7 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
 from hlcs.estimation.whitening import colour
 from hlcs.learning.flights import flights_of, rows_with_force
-from hlcs.learning.laws import AXES, Ranges, knots_of, laws, one_law
+from hlcs.learning.laws import AXES, Ranges, knots_of, laws, one_law, seen
 from hlcs.learning.learned import Learned, sentence
 from hlcs.learning.regression import Regression
 from hlcs.simulation.model import Term
@@ -35,7 +35,8 @@ def learn(problem, fit):
     force = Force(flights)
     if not force.seen:
         return None
-    regression, ranges = Regression(flights, force.size), _ranges(problem, flights)
+    regression = Regression(flights, force.size)
+    ranges = _ranges(problem, regression)
     ranked = [
         one
         for one in regression.fits(laws(*ranges), force.explained_by, ALIKE)
@@ -189,21 +190,13 @@ def _errors(regression, foretold):
     return {"before": rms([flight.part.white for flight in flights]), "after": rms(after)}
 
 
-def _ranges(problem, flights):
+def _ranges(problem, regression):
     """(variable -> its values, Ranges) of the data."""
-    position, velocity, spin = (np.concatenate([getattr(f, name) for f in flights]) for name in ("position", "velocity", "spin"))
+    flights, position = regression.flights, regression.bodies.position
     box = np.array([position.min(axis=0), position.max(axis=0)])
-    values = {
-        "speed": np.linalg.norm(velocity, axis=1),
-        "height": position[:, 2],
-        "x": position[:, 0],
-        "y": position[:, 1],
-        "heading": np.arctan2(velocity[:, 1], velocity[:, 0]),
-        "distance": np.array([0.0, np.linalg.norm(box[1] - box[0])]),
-        "time": np.concatenate([flight.times for flight in flights]),
-    }
-    if any((recording.channel >= 3).any() for recording in problem.recordings):
-        values["spin"] = np.linalg.norm(spin, axis=1)
+    values = seen(regression.bodies, regression.times) | {"distance": np.array([0.0, np.linalg.norm(box[1] - box[0])])}
+    if not any((recording.channel >= 3).any() for recording in problem.recordings):
+        del values["spin"]
     step = max(float(np.median(np.diff(trial.times))) for trial in problem.trials)
     shortest = min(float(np.ptp(flight.times)) for flight in flights)
     # an oscillation comes back one and a half times: a slower one is any force that changes once; four frames a period show it

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hlcs.data.rigid_body import rigid_body
+from hlcs.estimation.designs import with_samples
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.simulation.contact_motion import gap
 from hlcs.simulation.simulator import Simulator
@@ -19,7 +20,7 @@ def lasting(problem, base, factor):
     """
     if problem.simulator.contact and factor > 1 or any(factor * len(trial.times) < FEWEST_SAMPLES for trial in problem.trials):
         return None
-    empty = [_with_samples(trial, int(factor * len(trial.times))) for trial in problem.trials]
+    empty = [with_samples(trial, int(factor * len(trial.times))) for trial in problem.trials]
     runs = _simulator(problem, base, empty).simulate(base.model, base.initial_states, np.arange(len(empty)))
     trials = []
     for trial, (position, orientation) in zip(empty, runs, strict=True):
@@ -29,13 +30,6 @@ def lasting(problem, base, factor):
                 return None
         trials.append(replace(trial, position=position + 0 * trial.position, orientation=orientation + 0 * trial.orientation))
     return TrajectoryProblem(trials, problem.noise, _simulator(problem, base, trials))
-
-
-def _with_samples(trial, count):
-    """A trial of so many samples at its rate, zero where something is measured and NaN where a sample is missing."""
-    more = trial.times[-1] + np.median(np.diff(trial.times)) * np.arange(1, max(count - len(trial.times), 0) + 1)
-    shown = {name: np.resize(0 * getattr(trial, name), (count, width)) for name, width in (("position", 3), ("orientation", 4))}
-    return replace(trial, times=np.concatenate([trial.times, more])[:count], rows=None, **shown)
 
 
 def _simulator(problem, base, trials):

@@ -1,11 +1,11 @@
 """Do the experiments that verdicts recommend, and diagnose again: `python -m tests.blind.again --out DIR [--workers N]`.
 
-DIR is that of `tests.blind.run`, its verdicts stored. Only ambiguous verdicts on trajectories and tables whose report names an
-experiment with a number of tests take part. Another throw, drop or body, or more rows of a table: so many recordings or rows of
-the same hidden motion join the case. A direct reading of a suspect: where it is what is hidden the reading says so and nothing
-is left to ask; else the suspect is out, and the rest of the library is asked again. Settled means: not both of the pair that
-the experiment was to separate are reported any more, and what is hidden still is if it was. DIR/again.json holds the outcome
-for the scorer.
+DIR is that of `tests.blind.run`, its verdicts stored. Only ambiguous verdicts whose report names an experiment with a number of
+tests take part, but for those of tumbling cubes. Another throw, drop or body, more rows of a table, more tests of layers on a
+grid: so many recordings, rows or tests of the same hidden cause join the case. A direct reading of a suspect: where it is what
+is hidden the reading says so and nothing is left to ask; else the suspect is out, and the rest of the library is asked again.
+Settled means: not both of the pair that the experiment was to separate are reported any more, and what is hidden still is if it
+was. DIR/again.json holds the outcome for the scorer.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from .figures import reported
 from .generator import deck
 from .generator.case import write_case
 
-MOST = 30  # recordings, or hundred times as many rows of a table, that a laboratory would add
+MOST = 30  # recordings that a laboratory would add; rows and tests of layers: as many as a verdict may ask for
 HIDDEN = ("single", "degenerate", "clear", "nested", "joint", "double")
 
 
@@ -31,10 +31,9 @@ def asked(answer, verdict):
     """(design, number of tests) of the recommended experiment, or None where none takes part in this round."""
     following = verdict.get("next_experiment") or {}
     design, tests = following.get("design") or {}, following.get("tests_needed")
-    if verdict["verdict"] != "ambiguous" or answer["kind"] not in HIDDEN or answer["family"] in ("layers", "tumble"):
+    if verdict["verdict"] != "ambiguous" or answer["kind"] not in HIDDEN or answer["family"] == "tumble":
         return None
-    most = MOST * (100 if answer["kind_of_data"] == "outcomes" else 1)
-    if len(design) != 1 or not tests or tests > most:
+    if not design or not tests or (answer["kind_of_data"] == "trajectory" and tests > MOST):
         return None
     return design, tests
 
@@ -84,7 +83,7 @@ def main(arguments=None):
             except KeyError as problem:
                 print(f"{name}: this laboratory cannot change {problem}", file=sys.stderr)
                 continue
-        waiting[name] = answer, verdict, "ruled out" if suspect(wanted[0]) else next(iter(wanted[0]))
+        waiting[name] = answer, verdict, "ruled out" if suspect(wanted[0]) else " and ".join(wanted[0])
     for problem in run.verdicts(out / "again" / "cases", out / "again" / "verdicts", given.workers, given.limit):
         print(problem, file=sys.stderr)
     for name, (answer, verdict, how) in waiting.items():

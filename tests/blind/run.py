@@ -1,9 +1,11 @@
-"""Generate, diagnose, score: `python -m tests.blind.run --out DIR [--judge | --seed N] [--cases K] [--analyst CHECKOUT]`.
+"""Generate, diagnose, score: `python -m tests.blind.run --out DIR [--judge | --seed N] [--family F] [--analyst CHECKOUT]`.
 
 --judge makes the judging deck of the frozen commit (generator/seal.py). --analyst PATH puts the same cases before the analyst of
 another checkout. Verdicts go to DIR/verdicts, those of another analyst to DIR/verdicts-COMMIT, with the CPU time of each
-process; the score shows all analysts side by side. Verdicts are stored before the answers are opened. Killed and started
-again it goes on where it stopped.
+process; the score shows all analysts side by side. Verdicts are stored before the answers are opened: a judging deck is scored
+once all its cases were asked. A run may be done in pieces: families one after the other (--family; the deck stays whole), and
+killed and started again it goes on where it stopped, cheap cases first. A case that failed or took too long stands in
+CASE.error; delete that file to ask it again.
 """
 
 import argparse
@@ -57,13 +59,23 @@ def diagnose(experiment, out, limit, analyst=seal.ROOT):
     return None
 
 
-def verdicts(cases, out, workers=2, limit=600, quiet=False, analyst=seal.ROOT):
-    """Verdicts of all cases under `cases` that have none yet; a list of what went wrong."""
+# CPU seconds of a verdict, medians of an open deck (seed 20260001): 5, 5, 8, 20, 30, -, 35, some minutes; tables 4
+CHEAP_FIRST = ("flight", "sinking", "topple", "slide", "roll", "stack", "bounce", "layers", "tumble")
+
+
+def in_order(deck_folder, family=None):
+    """Names of the cases of a deck, or of one family of it, cheap ones first."""
+    answers = json.loads((Path(deck_folder) / "answers.json").read_text(encoding="utf-8"))["cases"]
+    dear = {name: (one["kind_of_data"] != "outcomes", CHEAP_FIRST.index(one["family"])) for name, one in answers.items()}
+    return sorted((name for name in dear if family in (None, answers[name]["family"])), key=lambda name: (dear[name], name))
+
+
+def verdicts(cases, out, workers=2, limit=600, quiet=False, analyst=seal.ROOT, names=None):
+    """Verdicts of the named cases under `cases`, in that order, or of all, that were not asked yet; a list of what went wrong."""
     out = Path(out)
     out.mkdir(parents=True, exist_ok=True)
-    files = [
-        file for file in sorted(Path(cases).glob("case_*/experiment.toml")) if not (out / f"{file.parent.name}.json").exists()
-    ]
+    names = names if names is not None else sorted(file.parent.name for file in Path(cases).glob("case_*/experiment.toml"))
+    files = [Path(cases) / name / "experiment.toml" for name in names if not score.was_asked(out, name)]
     problems = []
     with ProcessPoolExecutor(workers) as pool:
         jobs = [pool.submit(diagnose, file, out / f"{file.parent.name}.json", limit, analyst) for file in files]
@@ -81,7 +93,7 @@ def main(arguments=None):
     parser.add_argument("--judge", action="store_true", help="the judging deck of the frozen commit")
     parser.add_argument("--seed", type=int, default=generate.SMALL_SEED, help="an open seed: judges nothing")
     parser.add_argument("--cases", type=int, default=generate.SMALL)
-    parser.add_argument("--family", choices=deck.FAMILIES)
+    parser.add_argument("--family", choices=deck.FAMILIES, help="a deck of this family; of a deck that is there, its cases")
     parser.add_argument("--kind", choices=(*deck.KINDS, "single"), help="hide this kind in every case")
     parser.add_argument("--analyst", type=Path, help="another checkout, whose analyst is asked")
     parser.add_argument("--workers", type=int, default=2)
@@ -97,9 +109,15 @@ def main(arguments=None):
             generate.generate(out, given.seed, given.cases, given.family, given.kind, given.workers, False)
     analyst = (given.analyst or seal.ROOT).resolve()
     folder = out / (f"verdicts-{seal.commit_of(analyst)[:8]}" if given.analyst else "verdicts")
-    for problem in verdicts(out / "cases", folder, given.workers, given.limit, analyst=analyst):
+    names = in_order(out, given.family)
+    for problem in verdicts(out / "cases", folder, given.workers, given.limit, analyst=analyst, names=names):
         print(problem, file=sys.stderr)
     (folder / "analyst.json").write_text(json.dumps({"commit": seal.commit_of(analyst)}), encoding="utf-8")
+    record = json.loads((out / "answers.json").read_text(encoding="utf-8"))
+    waiting = [name for name in record["cases"] if not score.was_asked(folder, name)]
+    if waiting and seal.judges(record):
+        print(f"{len(waiting)} of {len(record['cases'])} cases were not asked yet: a judging deck is scored when all are")
+        return
     text = score.report(out)
     print(text)
     if given.markdown:

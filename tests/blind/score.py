@@ -1,7 +1,8 @@
 """Score verdicts against sealed answers: `python -m tests.blind.score --cases DIR [--also DIR] [--markdown docs/blind.md]`.
 
 DIR holds answers.json and, in `verdicts` and `verdicts-COMMIT`, one CASE.json per case as `hlcs diagnose --json` writes it: the
-analyst of this checkout and others asked with `run --analyst`, scored side by side.
+analyst of this checkout and others asked with `run --analyst`, scored side by side on the cases that all were asked. A case that
+was asked and has no verdict (CASE.error) counts as a failure.
 """
 
 import argparse
@@ -69,14 +70,16 @@ def by_effect(pairs):
 
 
 def times(analysts):
-    """Lines (family, then for each analyst: median and longest CPU seconds of a verdict)."""
+    """Lines (family, then for each analyst: median and longest CPU seconds of a verdict, and how many have none)."""
     lines = []
     first = next(iter(analysts.values()))
     for family in dict.fromkeys(answer["family"] for answer, _ in first):
         cells = [family]
         for pairs in analysts.values():
-            spent = [v["cpu_seconds"] for a, v in pairs if a["family"] == family and "cpu_seconds" in v]
-            cells.append(f"{np.median(spent):.1f}, {max(spent):.1f} (n = {len(spent)})" if spent else "-")
+            mine = [verdict for answer, verdict in pairs if answer["family"] == family]
+            spent, none = [v["cpu_seconds"] for v in mine if "cpu_seconds" in v], sum(v["verdict"] == "missing" for v in mine)
+            count = f"n = {len(spent)}" + (f", {none} without a verdict" if none else "")
+            cells.append(f"{np.median(spent):.1f}, {max(spent):.1f} ({count})" if spent else f"- ({count})")
         lines.append(cells)
     return lines
 
@@ -87,15 +90,27 @@ def markdown_table(header, lines):
     return "\n".join(rows + ["| " + " | ".join(line) + " |" for line in lines]) + "\n"
 
 
+def was_asked(verdicts, name):
+    """Whether a case was put before the analyst whose verdicts stand in a folder, with a verdict or without."""
+    return any((Path(verdicts) / f"{name}.{end}").exists() for end in ("json", "error"))
+
+
 def load(cases, verdicts):
-    """[(answer, verdict)] and the deck's record."""
+    """[(answer, verdict)] and the deck's record; the verdict is "missing" where it failed, "not asked" where it is to come."""
     record = json.loads((Path(cases) / "answers.json").read_text(encoding="utf-8"))
     pairs = []
     for name, answer in record["cases"].items():
         file = Path(verdicts) / f"{name}.json"
         verdict = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-        pairs.append((answer, {**verdict, "effects": verdict.get("effects") or [], "verdict": verdict.get("verdict", "missing")}))
+        none = "missing" if was_asked(verdicts, name) else "not asked"
+        pairs.append((answer, {**verdict, "effects": verdict.get("effects") or [], "verdict": verdict.get("verdict", none)}))
     return pairs, record
+
+
+def in_common(analysts):
+    """{name: [(answer, verdict)]} of the cases that all analysts were asked."""
+    asked = [all(verdict["verdict"] != "not asked" for _, verdict in row) for row in zip(*analysts.values(), strict=True)]
+    return {name: [pair for pair, kept in zip(pairs, asked, strict=True) if kept] for name, pairs in analysts.items()}
 
 
 def analysts_of(cases):
@@ -121,9 +136,15 @@ def deck_text(record, analysts, register):
         text = f"An open seed ({record['seed']}): this deck judges nothing."
     text += f" {len(record['cases'])} cases"
     text += f", without {', '.join(record['without'])} (pybullet is not installed). " if record["without"] else ". "
+    compared = in_common(analysts)
+    text += f"Every figure is of the {len(next(iter(compared.values())))} cases that all analysts were asked.\n\n"
+    tally = []
     for name, pairs in analysts.items():
-        text += f"Without a verdict, {name}: {sum(verdict['verdict'] == 'missing' for _, verdict in pairs)}. "
-    return text + "Bounds: exact binomial, one-sided 95 %.\n\n"
+        said = [verdict["verdict"] for _, verdict in pairs]
+        failed = sum(verdict["verdict"] == "missing" for _, verdict in compared[name])
+        tally.append([name, str(len(said) - said.count("not asked")), str(said.count("not asked")), str(failed)])
+    text += markdown_table(["analyst", "asked", "not asked yet", "of the compared: without a verdict"], tally)
+    return text + "\nBounds: exact binomial, one-sided 95 %.\n\n"
 
 
 def report(cases, also=None, register=seal.REGISTER):
@@ -132,6 +153,7 @@ def report(cases, also=None, register=seal.REGISTER):
     done = Path(cases) / "again.json"
     again = json.loads(done.read_text(encoding="utf-8")) if done.exists() else None
     text = "# Hidden-effect suite\n\n" + deck_text(record, analysts, register)
+    analysts = in_common(analysts)
     tables = []
     for number, pairs in enumerate(analysts.values()):
         tables.append(figures(pairs, list(again.values()) if again is not None and number == 0 else None))

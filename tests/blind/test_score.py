@@ -1,12 +1,14 @@
 """The scorer on planted verdicts: for every figure one case that must count as a hit and one that must count as a miss."""
 
 import json
+from concurrent import futures
 
 import pytest
 
+from . import run, score
 from .again import asked, settled
 from .figures import Figure, figures
-from .generator import seal
+from .generator import deck, seal
 from .score import report
 
 
@@ -232,3 +234,62 @@ def test_two_analysts_are_scored_side_by_side_and_the_deck_is_registered(tmp_pat
     (row,) = [line for line in text.splitlines() if line.startswith("| unique but wrong")]
     assert "0/1 = 0.0 %" in row and "1/1 = 100.0 %" in row
     assert "| flight | 3.0, 3.0 (n = 1) | 7.0, 7.0 (n = 1) |" in text
+
+
+def write_deck(folder, verdicts, commit="b" * 40, **more):
+    """A deck of so many cases with the verdicts {folder: {case number: verdict, or None where it failed}}."""
+    record = {"seed": 1, "commit": commit, "asked": 3, "family": None, "kind": None, "without": [], **more}
+    cases = {f"case_{k:04d}": SINGLE | {"family": family} for k, family in enumerate(("layers", "flight", "bounce"), 1)}
+    cases["case_0004"] = SINGLE | {"family": "slide", "kind_of_data": "outcomes"}
+    (folder / "answers.json").write_text(json.dumps({**record, "cases": cases}))
+    for name, told_ in verdicts.items():
+        (folder / name).mkdir()
+        for number, verdict in told_.items():
+            file = folder / name / f"case_{number:04d}"
+            if verdict is None:
+                file.with_suffix(".error").write_text("no verdict within 900 s\n")
+            else:
+                file.with_suffix(".json").write_text(json.dumps(verdict))
+
+
+def test_analysts_are_compared_on_the_cases_that_all_were_asked(tmp_path):
+    """A case that failed was asked and counts as a failure; one still to come counts for nobody, and the table says so."""
+    write_deck(tmp_path, {"verdicts": {1: FOUND, 2: FOUND, 3: None}, "verdicts-88a7674": {2: WRONG, 3: WRONG}})
+    text = report(tmp_path, register=tmp_path / "opened.txt")
+    assert "Every figure is of the 2 cases that all analysts were asked" in text
+    assert "| this analyst | 3 | 1 | 1 |" in text and "| other analyst | 2 | 2 | 0 |" in text
+    (row,) = [line for line in text.splitlines() if line.startswith("| unique but wrong")]
+    assert "0/1 = 0.0 %" in row and "2/2 = 100.0 %" in row
+    assert "| bounce | - (n = 0, 1 without a verdict) |" in text
+
+
+def test_a_run_in_pieces_asks_cheap_cases_first_and_opens_a_judging_deck_last(tmp_path, monkeypatch, capsys):
+    """Tables, then families by the time of a verdict; what was asked is not asked again; the answers wait for the last case."""
+    commit, order = "c" * 40, []
+    write_deck(tmp_path, {"verdicts": {3: None}}, commit, seed=seal.seed_of(commit))
+
+    def diagnose(experiment, out, *_):
+        order.append(experiment.parent.name)
+        out.write_text(json.dumps(FOUND))
+
+    class Here:
+        def __init__(self, workers):
+            pass
+
+        __enter__, __exit__ = lambda self: self, lambda *_: None
+
+        def submit(self, work, *given):
+            done = futures.Future()
+            done.set_result(work(*given))
+            return done
+
+    monkeypatch.setattr(run, "diagnose", diagnose)
+    monkeypatch.setattr(run, "ProcessPoolExecutor", Here)
+    monkeypatch.setattr(seal, "REGISTER", tmp_path / "opened.txt")
+    monkeypatch.setattr(score.report, "__defaults__", (None, tmp_path / "opened.txt"))
+    run.main(["--out", str(tmp_path), "--family", "flight"])
+    assert order == ["case_0002"] and "2 of 4 cases were not asked yet" in capsys.readouterr().out
+    assert not (tmp_path / "opened.txt").exists()
+    run.main(["--out", str(tmp_path)])
+    assert order == ["case_0002", "case_0004", "case_0001"] and (tmp_path / "opened.txt").read_text() == f"{commit} 4\n"
+    assert sorted(run.CHEAP_FIRST) == sorted(deck.FAMILIES)

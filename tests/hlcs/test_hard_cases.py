@@ -107,7 +107,11 @@ def test_wild_readings_are_no_effect(tmp_path, seed):
 
 
 @pytest.mark.parametrize(
-    "seed", [43, pytest.param(44, marks=pytest.mark.xfail(reason="p = 0.002: some wild readings are kept as noise"))]
+    "seed",
+    [
+        43,
+        pytest.param(44, marks=pytest.mark.xfail(reason="p = 0.007: two wild readings among the last three of a recording stay")),
+    ],
 )
 def test_wild_readings_hide_no_drag(tmp_path, seed):
     path = write_plain_throws(tmp_path, k=per_metre(0.5, **CELLULOID), outliers=0.03, seed=seed, body=CELLULOID)

@@ -1,5 +1,7 @@
 """Outcome tables as a kind of measurement: read, compared with the model under test, searched for what it is missing."""
 
+from dataclasses import replace
+
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.outcome_tables import read_outcomes
 from hlcs.effects import check_names, class_named
@@ -25,9 +27,10 @@ class Outcomes:
     judge, where = staticmethod(judge_table), staticmethod(where_in_table)
 
     def __init__(self, file, options):
-        check_names(file, options.user_effects)
+        said = check_names(file, options.user_effects)
         self.options, self.title, self.tolerance = options, file.title, file.tolerance
-        self.file, self.table = file, read_outcomes(file)
+        table = read_outcomes(file)
+        self.file, self.table = file, replace(table, notes=(*said, *table.notes))
         self.notes = self.table.notes
         self.unit = self.table.outcome.rsplit("_", 1)[1]
         self._prepared = prepare_table(file, self.table, options.user_effects)

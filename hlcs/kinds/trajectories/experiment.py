@@ -35,9 +35,10 @@ class Trajectories:
     learn = staticmethod(learn)
 
     def __init__(self, file, options):
-        check_names(file, options.user_effects)  # a misspelt candidate is the user's to mend, though comparing tries none
+        said = check_names(file, options.user_effects)  # a misspelt candidate is the user's to mend, though comparing tries none
         self.options, self.title, self.tolerance = options, file.title, file.tolerance
-        self.measurement = read_recordings(file)
+        measurement = read_recordings(file)
+        self.measurement = replace(measurement, notes=(*said, *measurement.notes))
         options.log("fitting the model under test")
         self._noise = estimate_noise(self.measurement)
         self.notes = (*self.measurement.notes, *self._noise.notes)

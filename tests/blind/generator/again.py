@@ -11,15 +11,31 @@ GROUP = "recommended"
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def trials(setup, design, count, stamps):
-    """`count` trials of the recommended design, from the longest recording; stamps(duration) gives the recorder's times.
+def turns(design, count):
+    """[{input: value}] of each of `count` tests of a design: a list of values takes turns."""
+    return [
+        {key: value[k % len(value)] if isinstance(value, list) else value for key, value in design.items()} for k in range(count)
+    ]
 
-    A list of values takes turns. Raises KeyError for a design that no trial of this laboratory can follow.
+
+def trials(setup, design, count, stamps):
+    """`count` trials of the recommended design, from the recording that is named, else the longest; stamps(duration) gives the
+    recorder's times. Raises KeyError for a design that no trial of this laboratory can follow.
     """
-    trial = max(setup.trials, key=lambda one: one.times[-1] - one.times[0])
-    ((key, values),) = design.items()
-    values = values if isinstance(values, list) else [values]
-    return [_changed(setup, trial, key, values[k % len(values)], stamps) for k in range(count)]
+    longest = max(
+        range(len(setup.trials)), key=lambda k: (np.ptp(setup.trials[k].times), k)
+    )  # of equals the last, as the analyst
+    named = {recording_name(k): k for k in range(len(setup.trials))}
+    made = []
+    for test in turns(design, count):
+        ((key, value),) = test.items()
+        made.append(_changed(setup, setup.trials[named[value] if key == "repeat" else longest], key, value, stamps))
+    return made
+
+
+def recording_name(index):
+    """File of the recording with this index, from 0."""
+    return f"recording_{index + 1:02d}.csv"
 
 
 def _changed(setup, trial, key, value, stamps):

@@ -343,7 +343,7 @@ def _files(rng, setup, noise, stated, films, more=(), more_films=()):
 
     def keep(trial, position, orientation):
         noisy.append(recorded(position, orientation))
-        name = f"recording_{len(noisy):02d}.csv"
+        name = again.recording_name(len(noisy) - 1)
         files[name] = table(trial.times, *noisy[-1])
         known = {key: [float(x) for x in np.round(trial.start[key], 9)] for key in trial.known}
         entries.append({"file": name, "group": trial.group, **({"start": known} if known else {}), **trial.overrides})

@@ -150,7 +150,7 @@ def draw(rng, dealt, attempt):
 
 def make(seed, index, dealt, then=None):
     """Files and answer of one case; draws again until one can be made as dealt, of another family where that one cannot show it
-    (never of another kind). then: see `trajectory`."""
+    (never of another kind). then: (design, number of tests) of the experiment that a verdict asks for, which joins the case."""
     problems, others = [], [name for name in ROOMS if name != dealt.family and dealt.family in ROOMS and can(name, dealt.kind)]
     for attempt in range(ATTEMPTS * (1 + len(others))):
         if attempt >= ATTEMPTS:
@@ -159,7 +159,7 @@ def make(seed, index, dealt, then=None):
         deal = draw(rng, dealt, attempt % ATTEMPTS)
         try:
             if dealt.family == "layers":
-                files, answer = layers.case(deal, rng)
+                files, answer = layers.case(deal, rng, then)
             elif dealt.family == "tumble":
                 files, answer = tumble.case(deal, rng)
             elif dealt.table:

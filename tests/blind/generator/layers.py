@@ -9,6 +9,7 @@ Strength here = largest shift of a layer / shift detectable with 80 % power amon
 
 import numpy as np
 
+from .again import GROUP, turns
 from .build import Redraw
 from .case import csv_text, toml_text
 
@@ -45,8 +46,57 @@ def standard_error(grids, campaigns):
     return np.sqrt(scatter + CAMPAIGN**2 / campaigns)
 
 
-def case(deal, rng):
-    """One layer case: ({file name: text}, answer). deal.strengths in detectable shifts. Raises Redraw."""
+class Laboratory:
+    """Tests of layers by hands of their own in every campaign.
+
+    means, cvs: of each grid (5,). rng: of the campaigns made first."""
+
+    def __init__(self, rng, means, cvs, campaigns):
+        self.means, self.cvs, self.common, self.tests = means, cvs, {}, {}
+        for campaign in range(campaigns):
+            self.campaign(rng, f"campaign {campaign + 1}")
+            for grid in means:
+                self.test(rng, f"campaign {campaign + 1}", grid, TESTS)
+
+    def campaign(self, rng, name):
+        """Begin a campaign: what its hands do to every layer."""
+        self.common[name] = 1 + CAMPAIGN * rng.normal()
+
+    def test(self, rng, campaign, grid, count):
+        """`count` more tests on a grid in a campaign."""
+        seen = self.means[grid] * self.common[campaign] * (1 + self.cvs[grid] * rng.normal(size=(count, 5)))
+        self.tests[campaign, grid] = np.concatenate([self.tests.get((campaign, grid), np.empty((0, 5))), seen])
+
+    def follow(self, rng, design, count):
+        """The tests that a verdict asks for. Those that name no campaign, or one that there is, add to the rows of the grid, the
+        campaigns in turn; others are a campaign of their own. KeyError for a grid that nobody here has placed."""
+        for test in turns({"bottom_slope": 0.0, **design}, count):
+            grid, own = test["grid"], test.get("campaign")
+            if grid not in self.means or test["bottom_slope"] != 0.0:
+                raise KeyError(f"{grid} on a bottom of {test['bottom_slope']:g}")
+            if own is not None and own not in self.common:
+                own = GROUP
+                if own not in self.common:
+                    self.campaign(rng, own)
+                if (own, grid) not in self.tests:
+                    self.test(rng, own, grid, 1)  # one test alone has no scatter
+            fewest = min((name for name, place in self.tests if place == grid), key=lambda name: len(self.tests[name, grid]))
+            self.test(rng, own or fewest, grid, 1)
+
+    def rows(self):
+        """Rows of the file, one a layer."""
+        rows = []
+        for (campaign, grid), tests in self.tests.items():
+            mean, cv = tests.mean(axis=0), tests.std(axis=0, ddof=1) / tests.mean(axis=0)
+            place = (grid, f"{SPACING[grid][0]}", f"{SPACING[grid][1]}", "0")
+            for layer in range(5):
+                rows.append((*place, str(layer + 1), f"{mean[layer]:.4f}", f"{cv[layer]:.4f}", str(len(tests)), campaign))
+        return rows
+
+
+def case(deal, rng, then=None):
+    """One layer case: ({file name: text}, answer). deal.strengths in detectable shifts; then = (design, number of tests): these
+    are made too, after all others. Raises Redraw."""
     grids, campaigns = ("TPG", "RPG"), int(rng.integers(3, 5))
     detectable = 3.42 * standard_error(grids, campaigns)
     shape, shift, widen, amplitude, strength = "pieces", np.zeros(5), 1.0, 0.0, 0.0
@@ -70,28 +120,12 @@ def case(deal, rng):
                 raise Redraw("beyond the bounds of the effect")
             widen = 1.0 if deal.kind == "outside" else 1 + (EFFECTS[name][3] - 1) * amplitude / EFFECTS[name][2]
             change = {grid: shift for grid in grids}
-    rows = []
-    for campaign in range(campaigns):
-        common = 1 + CAMPAIGN * rng.normal()
-        for grid in grids:
-            cv = CV[grid] * np.concatenate([[1.0], np.full(4, widen)])
-            mean = BASE[grid] * (1 + change[grid]) * common
-            tests = mean * (1 + cv * rng.normal(size=(TESTS, 5)))
-            seen, scatter = tests.mean(axis=0), tests.std(axis=0, ddof=1) / tests.mean(axis=0)
-            rows += [
-                (
-                    grid,
-                    f"{SPACING[grid][0]}",
-                    f"{SPACING[grid][1]}",
-                    "0",
-                    str(layer + 1),
-                    f"{seen[layer]:.4f}",
-                    f"{scatter[layer]:.4f}",
-                    str(TESTS),
-                    f"campaign {campaign + 1}",
-                )
-                for layer in range(5)
-            ]
+    means = {grid: BASE[grid] * (1 + change[grid]) for grid in grids}
+    cvs = {grid: CV[grid] * np.concatenate([[1.0], np.full(4, widen)]) for grid in grids}
+    laboratory = Laboratory(rng, means, cvs, campaigns)
+    if then:
+        laboratory.follow(rng, *then)
+    rows = laboratory.rows()
     header = ["grid", "spacing_x", "spacing_y", "bottom_slope", "layer", "mean", "cv", "tests", "campaign"]
     files = {
         "layers.csv": csv_text(header, rows),

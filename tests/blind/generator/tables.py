@@ -5,11 +5,12 @@ line from rest (falling, or rising and sliding played backwards), solved by an e
 all settings.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from .again import GROUP, turns
 from .build import Redraw, draw_laws, judge, written
 from .case import Setup, csv_text, toml_text
 from .dials import Dial, one
@@ -159,12 +160,41 @@ def respond(setup, effects, errors, settings):
     power = 2.0 - stribeck.get("form", 0.0)
     viscous = effects.get("viscous_friction", {"slope": 0.0})
 
+    angle = np.deg2rad(inputs.get("angle", 0.0))
+
     def brake(v):
         grip = mu * (1 + (stribeck["ratio"] - 1) * np.exp(-((v / max(stribeck["speed"], 1e-3)) ** power)))
-        return max(g * (grip + viscous["slope"] * v ** (1 - 0.25 * viscous.get("form", 0.0))), 0.0) + drag(v)
+        rubbing = max(g * (grip + viscous["slope"] * v ** (1 - 0.25 * viscous.get("form", 0.0))), 0.0)
+        return np.cos(angle) * rubbing - g * np.sin(angle) + drag(v)
 
     _, way, speed = line(brake, 1.2 * settings.max() ** 2 / (2 * 0.05 * G))
+    if speed[-1] < settings.max():
+        raise Redraw("never stops")
     return scale * np.interp(settings, speed, way) * (1 + wave)
+
+
+NOMINAL = {"mass_kg": "mass", "radius_m": "radius", "angle_deg": "angle"}  # what a design may change -> input
+
+
+def further(setup, effects, errors, column, tests):
+    """Noiseless outcomes (n,) of the rows {column: value} that a design asks for; KeyError where the table cannot have them."""
+    known = {}
+    for test in tests:
+        row = tuple(test.items())
+        if row in known:
+            continue
+        inputs = dict(setup.inputs)
+        for key, value in test.items():
+            if key != column:
+                inputs[NOMINAL[key]] = value
+            if key == "radius_m":
+                inputs["volume"] = 4 / 3 * np.pi * value**3
+        try:  # the other settings stay: an outside effect is laid over their range
+            settings = np.append(np.unique(setup.trials), test[column])
+            known[row] = respond(replace(setup, inputs=inputs), effects, errors, settings)[-1]
+        except Redraw as problem:
+            raise KeyError(f"{test} ({problem})") from None
+    return np.array([known[tuple(test.items())] for test in tests])
 
 
 @dataclass
@@ -251,15 +281,19 @@ def case(deal, rng, then=None):
     ]
     order = np.lexsort((rng.random(len(rows)), day))
     rows = [rows[i] for i in order]
+    inputs = [column]
     if then:
-        ((key, value),), count = then[0].items(), then[1]
-        if key != column:
-            raise KeyError(key)
-        acting = {**made.base(), **answer["hidden_laws"]}
-        more = respond(made, acting, errors, np.append(lens.single, value))[-1] + rng.normal(size=count) * noise.position
-        rows += [(f"{value:g}", f"{one:.5f}", "recommended") for one in more]
+        tests = turns(*then)
+        inputs += [key for key in then[0] if key != column]
+        seen = (
+            further(made, {**made.base(), **answer["hidden_laws"]}, errors, column, tests)
+            + rng.normal(size=len(tests)) * noise.position
+        )
+        nominal = [f"{made.inputs.get(NOMINAL[key], 0.0):g}" for key in inputs[1:]]
+        rows = [(row[0], *nominal, *row[1:]) for row in rows]
+        rows += [(*(f"{test[key]:g}" for key in inputs), f"{value:.5f}", GROUP) for test, value in zip(tests, seen, strict=True)]
     files = {
-        "outcomes.csv": csv_text([column, OUTCOME[deal.family], "group"], rows),
+        "outcomes.csv": csv_text([*inputs, OUTCOME[deal.family], "group"], rows),
         "experiment.toml": toml_text(
             {
                 "": {"kind": "outcomes", "title": made.title},

@@ -11,22 +11,9 @@ from dataclasses import fields
 import pytest
 
 from hlcs import PlacementTest
-from hlcs.cli import commands, placement_options
+from hlcs.cli import placement_options
 
 SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
-
-
-@pytest.fixture
-def hlcs(capsys, tmp_path, monkeypatch):
-    """Run the command in an empty folder; returns (status, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        status = commands.main(list(arguments))
-        output = capsys.readouterr()
-        return status, output.out, output.err
-
-    return run
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hlcs.cli import commands, error_handling
+from hlcs.cli import error_handling
 from hlcs.files import limits
 from hlcs.files.spreadsheets import csv_text
 from minibullet.errors import InputError
@@ -33,19 +33,6 @@ def experiment(folder, title='"x"', file='"a.csv"', recording=None):
     (folder / "a.csv").write_text(recording or fall())
     (folder / "e.toml").write_text(THROW.format(title=title, file=file), encoding="utf-8")
     return "e.toml"
-
-
-@pytest.fixture
-def hlcs(capsys, tmp_path, monkeypatch):
-    """Run the command in an empty folder; returns (status, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        status = commands.main(list(arguments))
-        output = capsys.readouterr()
-        return status, output.out, output.err
-
-    return run
 
 
 def shell(line, folder, **environment):

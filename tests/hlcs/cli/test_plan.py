@@ -6,22 +6,7 @@ import pytest
 from layer_tables import experiment, measured
 from throws import write_throws
 
-from hlcs.cli import commands
-
 DRAG = ("--effect", "quadratic_drag", "--at", "drag_coefficient=0.47")
-
-
-@pytest.fixture
-def hlcs(capsys, tmp_path, monkeypatch):
-    """Run the command in an empty folder; returns (status, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        status = commands.main(list(arguments))
-        output = capsys.readouterr()
-        return status, output.out, output.err
-
-    return run
 
 
 @pytest.fixture

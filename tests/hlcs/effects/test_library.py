@@ -5,8 +5,9 @@ from enum import Enum
 
 import pytest
 
-from hlcs.data.experiment_file import Surroundings
-from hlcs.effects import build_entry, class_named, classes, own_classes, wanted
+from hlcs.data.experiment_file import Body, Surroundings
+from hlcs.data.rigid_body import rigid_body
+from hlcs.effects import build_entry, candidate, class_named, classes, own_classes, wanted
 from minibullet import effects
 from minibullet.effects.contract import Effect, parameter, parameters
 from minibullet.errors import InputError
@@ -77,11 +78,32 @@ def test_an_entry_of_a_file_becomes_an_effect_with_what_the_surroundings_say():
         ({"name": "magnus", "coefficient": float("inf")}, "must be a finite number"),
         ({"name": "magnus", "coefficient": 10**400}, "must be a finite number"),
         ({"name": "linear_drag", "rate": -1.0}, "rate = -1 must be at least 0"),
+        ({"name": "static_friction", "ratio": 0.9}, "ratio = 0.9 must be at least 1"),
+        ({"name": "length_scale", "factor": 0.0}, "factor = 0 must be at least 0.009"),
+        ({"name": "restitution", "coefficient": 1.2}, "coefficient = 1.2 must be at most 1"),
+        ({"name": "mass_offset", "relative": -0.95}, "relative = -0.95 must be at least -0.9"),
     ],
 )
 def test_entries_that_mean_nothing_are_refused(entry, message):
     with pytest.raises(InputError, match=message):
         build_entry(entry, AIR)
+
+
+@pytest.mark.parametrize("name", sorted(name for name, kind in classes().items() if "fluid_density" in parameters(kind)))
+def test_a_fluid_that_is_left_out_is_air_for_every_effect(name):
+    """Whatever density the class has by itself; a stated fluid is that fluid, and what an entry says wins."""
+    assert build_entry({"name": name}, AIR).fluid_density == AIR.fluid_density == 1.2
+    assert build_entry({"name": name}, Surroundings(fluid_density=998.0)).fluid_density == 998.0
+    assert build_entry({"name": name, "fluid_density": 5.0}, AIR).fluid_density == 5.0
+
+
+def test_numbers_that_a_search_may_find_can_be_written_back():
+    """Whatever lies between the ends of a law (`Free.least`, `Free.most`), plausible or not."""
+    body = rigid_body(Body(radius=0.05, mass=0.5))
+    for name, kind in classes().items():
+        for free in candidate(kind, AIR, body, body_known=True).free:
+            for value in (max(free.least, -1e3), min(free.most, 1e3)):
+                assert getattr(build_entry({"name": name, free.name: value}, AIR), free.name) == value
 
 
 def test_own_classes_need_a_number_that_can_be_absent():

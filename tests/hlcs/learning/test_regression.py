@@ -14,8 +14,9 @@ def drag(throw):
     """Throws against which a force of 0.05 v^1.5 acts, without noise, and the law that says so."""
     problem, fit = throw(lambda x, v, t: -0.05 * v * np.linalg.norm(v, axis=1, keepdims=True) ** 0.5, sigma=0.0)
     flights = flights_of(problem, fit)
-    ranges = _ranges(problem, flights)
-    return Regression(flights, 1.0), one_law("speed", "power", "velocity", ranges[0]["speed"], ranges[1])
+    regression = Regression(flights, 1.0)
+    ranges = _ranges(problem, regression)
+    return regression, one_law("speed", "power", "velocity", ranges[0]["speed"], ranges[1])
 
 
 def test_a_law_is_found_with_its_numbers(drag):

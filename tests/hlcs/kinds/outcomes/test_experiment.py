@@ -1,0 +1,34 @@
+"""An outcome table through both verbs: what a diagnosis finds can be written back into the file, however far it lies."""
+
+import numpy as np
+import pytest
+
+import hlcs
+from minibullet.errors import InputError
+
+HEIGHTS = np.repeat(np.linspace(0.5, 9.0, 8), 4)
+
+
+def falls(folder, ruler, model=""):
+    """The experiment file of falls in a vacuum; a height of 1 m on the ruler is `ruler` m; 2 ms of scatter."""
+    seconds = np.sqrt(2 * HEIGHTS / ruler / 9.81) + 0.002 * np.tile([-1.0, 1.0, 1.0, -1.0], 8)
+    rows = "".join(f"{height},{time:.6f}\n" for height, time in zip(HEIGHTS, seconds, strict=True))
+    (folder / "t.csv").write_text("height_m,fall_time_s\n" + rows)
+    file = folder / "e.toml"
+    body = 'kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[surroundings]\nfluid_density = 0.0\n'
+    file.write_text(body + '[measurement]\nfile = "t.csv"\n' + model)
+    return file
+
+
+def test_a_number_found_beyond_what_is_plausible_can_be_written_back(tmp_path):
+    """A ruler of 0.8 (plausible from 0.9): found, and its model is taken from a file with a note, and misses nothing."""
+    found = hlcs.diagnose(falls(tmp_path, 0.8), candidates=["length_scale"])
+    (factor,) = found.parameters["length_scale"].values()
+    assert found.effects == ("length_scale",) and factor["value"] == pytest.approx(0.8, abs=0.01)
+    seen = hlcs.compare(falls(tmp_path, 0.8, found.model.to_toml()))
+    assert seen.adequate and any("lies beyond what is plausible (0.9 to 1.1)" in note for note in seen.notes)
+
+
+def test_what_no_law_allows_stays_refused_by_file_and_line(tmp_path):
+    with pytest.raises(InputError, match=r"e.toml, line 11: model.effects: length_scale: factor = -1 must be at least 0.009"):
+        hlcs.compare(falls(tmp_path, 1.0, '[model]\neffects = [{ name = "length_scale", factor = -1.0 }]\n'))
