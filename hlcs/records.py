@@ -85,7 +85,6 @@ class Reason(Sentence):
     EXPLAINED_TOO = "explained the residual too{at}, less well than what was accepted"
     NOT_SEEN = "not seen{at}: {why}"
     NOT_TRIED = "not tried: {why}"
-    NOT_SIMULATED = "could not be simulated: no such placement stands, or it takes too long"
     NOT_JUDGED = "not judged: the noise is unknown"
     ON_FEWER_RECORDINGS = "on {count} recordings: {why}"
 

@@ -98,6 +98,8 @@ class Candidate:
     kind: type
     free: tuple[Free, ...]
     own: bool = False  # brought by the user
+    constants: tuple[tuple[str, float], ...] = ()  # that say how it is there, where that is not to be found
+    family: str = ""  # what a verdict on layers can tell apart: "physics", "placement", "measurement" or "numerics"
 
     @property
     def group(self):
@@ -117,6 +119,11 @@ class Candidate:
     def form_of(self):
         """Label of the law that it is one form of, or an empty text."""
         return self.kind.form_of
+
+    @property
+    def alike(self):
+        """Label of the set of look-alikes that it belongs to, or an empty text."""
+        return self.kind.form_of or self.kind.alike
 
     @property
     def is_drag(self):

@@ -40,12 +40,6 @@ def wanted(names, own):
     return with_own(own).values() if names is None else dict.fromkeys([*(class_named(name, own) for name in names), *own])
 
 
-def set_of(name):
-    """Label of the set of look-alikes a shipped class belongs to, or an empty text."""
-    kind = classes().get(name, Effect)
-    return kind.form_of or kind.alike
-
-
 def build_entry(entry, surroundings, own=()):
     """The effect of one entry of [model] effects; InputError with the nearest known name or parameter, or where the law ends."""
     kind = class_named(entry["name"], own)

@@ -28,6 +28,7 @@ class Designs(NamedTuple):
     problem: Any
     initial_states: np.ndarray  # (designs, 13)
     options: tuple[Design, ...]
+    shared: list | None = None  # what all tests of a design are off by together: white columns per standard deviation (n_i, k)
 
 
 def octaves(factor):

@@ -6,10 +6,11 @@ projected out, so that everything downstream sees, per recording, a white residu
 
 import numpy as np
 
+from hlcs.effects.witnesses import WITNESSES
 from hlcs.estimation import fitting, segment_profiles
 from hlcs.estimation.least_squares import least_squares, project_out
 from hlcs.estimation.linearization import free_numbers
-from hlcs.estimation.whitening import whiten
+from hlcs.estimation.whitening import colour, whiten
 from hlcs.simulation.batching import run_tasks
 from hlcs.simulation.initial_state import stepped
 
@@ -41,12 +42,39 @@ class Problem:
             return run_tasks(self.simulator.simulate_all, functions)
         return [function() for function in functions]
 
+    # --- noise ----------------------------------------------------------------------------------------------------------------
+
+    def whitened(self, raw):
+        """Observations in units of the channels as white ones, lists of (n_i,)."""
+        return [whiten(recording.whitening, part) for recording, part in zip(self.recordings, raw, strict=True)]
+
+    def in_sigmas(self, white):
+        """White residuals turned back into residuals in units of sigma, lists of (n_i,)."""
+        return [
+            colour(recording.whitening, part) / recording.whitening.sigma
+            for recording, part in zip(self.recordings, white, strict=True)
+        ]
+
+    @property
+    def noise_level(self):
+        """Noise of the channel that errors are told in [unit of the problem]."""
+        return self.noise.orientation if self.unit == "rad" else self.noise.position
+
+    def error(self, white):
+        """RMS over positions [m] or rotations [rad] of white residuals, list of (n_i,)."""
+        total, count = 0.0, 0
+        for recording, part in zip(self.recordings, self.in_sigmas(white), strict=True):
+            inside = recording.channel < 3 if self.unit != "rad" else recording.channel >= 3
+            total += float(np.sum(part[inside] ** 2))
+            count += int(inside.sum())
+        return float(self.noise_level * np.sqrt(total / max(count, 1)))
+
     # --- derivatives ----------------------------------------------------------------------------------------------------------
 
     def signature(self, model, initial_states, plus):
         """White change of the observations from a model to the model `plus`, list of (n_i,)."""
         before, after = self.residuals(model, initial_states), self.residuals(plus, initial_states)
-        return [whiten(recording.whitening, a - b) for recording, a, b in zip(self.recordings, before, after, strict=True)]
+        return self.whitened([a - b for a, b in zip(before, after, strict=True)])
 
     def derivative(self, name, free, value, moved, linear, initial_states, reach=WIDE, to=None):
         """White change of the observations per unit of a free number at `value`, list of (n_i,), and what the initial states do
@@ -65,7 +93,7 @@ class Problem:
 
         def change(step, states):
             after = self.residuals(moved(value + step), states)
-            return [whiten(rec.whitening, a - b) for rec, a, b in zip(self.recordings, linear.raw, after, strict=True)]
+            return self.whitened([a - b for a, b in zip(linear.raw, after, strict=True)])
 
         def size(changes):
             left = [np.sum(project_out(q, part) ** 2) for q, part in zip(linear.state_bases, changes, strict=True)]
@@ -91,6 +119,15 @@ class Problem:
         finite = np.isfinite(size(changes))  # a run that left the finite numbers shows no derivative
         return [part / step if finite else np.zeros(len(part)) for part in changes], [move / step for move in moves]
 
+    # --- the next experiment --------------------------------------------------------------------------------------------------
+
+    def reading(self, term):
+        """(what measures an effect directly, its separation from no effect in units of chi2), None where nothing does."""
+        witness, camera = WITNESSES.get(term.candidate.kind), self.camera
+        if witness is None or camera.sigma <= 0:
+            return None
+        return witness.text.format(extent=camera.extent), float(witness.frames * witness.size(term.numbers, camera) ** 2)
+
     # --- fits -----------------------------------------------------------------------------------------------------------------
 
     def fit(self, model, initial_states=None):
@@ -105,8 +142,7 @@ class Problem:
 
     def white_residuals(self, model, initial_states):
         """Whitened residuals of every recording, list of (n_i,)."""
-        raw = self.residuals(model, initial_states)
-        return [whiten(recording.whitening, part) for recording, part in zip(self.recordings, raw, strict=True)]
+        return self.whitened(self.residuals(model, initial_states))
 
 
 def difference_step(free, value):

@@ -15,7 +15,7 @@ from hlcs.files.spreadsheets import csv_text
 from hlcs.files.versions import versions
 from hlcs.kinds.layers import Layers
 from hlcs.kinds.layers.data import read_layer_sets
-from hlcs.kinds.layers.model import LayerModel, PlacementSimulator, coefficients
+from hlcs.kinds.layers.model import PlacementSimulator, coefficients
 from hlcs.kinds.protocol import Options
 from hlcs.placement import statistics
 from hlcs.placement.comparison import repeated
@@ -52,22 +52,25 @@ def ladder(plan, folder, progress=False, simulator=None):
     simulator, seeds = simulator or PlacementSimulator(workers=plan.workers, progress=progress), plan.repeats or SEEDS
     file = read_experiment_file(folder / "flat.toml")
     diagnosis = diagnosis_of(Layers(file, Options(seed=plan.seed - 1), simulator, seeds))
-    (slope,) = read_layer_sets(folder / "slope.csv")
-    models = [LayerModel(diagnosis.model.base, diagnosis.model.terms[:count]) for count in range(len(diagnosis.steps))]
+    flat, (slope,) = read_layer_sets(folder / "flat.csv"), read_layer_sets(folder / "slope.csv")
+    terms = {term.name: term for term in diagnosis.model.terms}
+    models = [replace(diagnosis.model, terms=tuple(map(terms.get, step["effects"]))) for step in diagnosis.steps]
     numbers = range(plan.seed, plan.seed + seeds)
     steps = []
-    for step, (runs,) in zip(diagnosis.steps, coefficients(simulator, models, [slope], list(numbers), "slope"), strict=True):
-        model = repeated(runs[np.isfinite(runs).all(axis=1)])
+    tables = coefficients(simulator, models, [*flat, slope], list(numbers), "tables")
+    for step, of_model in zip(diagnosis.steps, tables, strict=True):
+        *means, model = [repeated(runs[np.isfinite(runs).all(axis=1)]).mean for runs in of_model]
+        errors = [statistics.mean_relative_error(one.sample.mean, mean) for one, mean in zip(flat, means, strict=True)]
         steps.append(
             {
                 "effects": step["effects"],
-                "fitted": step["fitted"],
-                "by_table": step["by_set"],
-                "held_out": statistics.mean_relative_error(slope.sample.mean, model.mean),
-                "held_out_bias": statistics.signed_bias(slope.sample.mean, model.mean),
+                "fitted": float(np.average(errors, weights=[one.layers for one in flat])),
+                "by_table": dict(zip([one.name for one in flat], errors, strict=True)),
+                "held_out": statistics.mean_relative_error(slope.sample.mean, model),
+                "held_out_bias": statistics.signed_bias(slope.sample.mean, model),
             }
         )
-        floor = statistics.perfect_model_error(slope.sample, model, draws=20_000)
+        floor = statistics.perfect_model_error(slope.sample, repeated(of_model[-1]), draws=20_000)
     document = {
         "format": 1,
         "table": "ladder",

@@ -13,10 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.effects.witnesses import WITNESSES
 from hlcs.estimation.designs import Design
 from hlcs.estimation.least_squares import project_out
-from hlcs.estimation.whitening import whiten
 from hlcs.records import NextExperiment
 from hlcs.selection.thresholds import TIED
 
@@ -52,7 +50,7 @@ SEPARATION = separation_for(0.0)  # 16.4
 
 def tests_needed(separation, wanted=SEPARATION):
     """N = ceil(16.4 / lambda), None where a thousand tests do not separate."""
-    return int(np.ceil(wanted / separation)) if separation * MOST_TESTS >= wanted else None
+    return max(int(np.ceil(wanted / separation)), 1) if separation * MOST_TESTS >= wanted else None
 
 
 def hardest(options):
@@ -103,7 +101,8 @@ def _how_many(option, names):
     """How many tests tell two explanations apart, and what would help where no laboratory makes so many."""
     tests, pair = option.tests, f"{names[0]} from {names[1]}"
     if tests and tests <= MOST_TESTS:
-        return f" ({tests} test{'' if tests == 1 else 's'} to tell {pair}, lambda = {option.score:.3g} a test)"
+        size = f", lambda = {option.score:.3g} a test" if np.isfinite(option.score) else ""
+        return f" ({tests} test{'' if tests == 1 else 's'} to tell {pair}{size})"
     said = f" would be best, but no {MOST_TESTS:,} tests with this set-up tell {pair}: "
     if tests:
         said += f"with noise {np.sqrt(tests / SOME_TESTS):.2g} times smaller {SOME_TESTS} tests would; otherwise "
@@ -122,15 +121,11 @@ def unexplained(problem, fit, names=(), more="", needed=None, design=None):
 
 def witnesses(problem, terms, wanted):
     """[Option]: direct readings of effects that two explanations do not share; none of a law tells two forms of it apart."""
-    camera, found = problem.camera, []
-    forms = [term.candidate.form_of for term in terms]
+    found, forms = [], [term.candidate.form_of for term in terms]
     for term in terms:
-        if term.candidate.form_of and forms.count(term.candidate.form_of) > 1:
-            continue
-        reading = WITNESSES.get(term.candidate.kind)
-        if reading and camera.sigma > 0:
-            score = float(reading.frames * reading.size(term.numbers, camera) ** 2)
-            text = reading.text.format(extent=camera.extent)
+        reading = None if term.candidate.form_of and forms.count(term.candidate.form_of) > 1 else problem.reading(term)
+        if reading:
+            text, score = reading
             found.append(Option(tests_needed(score, wanted), score, text, {"witness": term.name}, direct=True))
     return [option for option in found if option.tests]
 
@@ -208,9 +203,12 @@ def parts(new, final, other):
     both_ways = []
     for fit, wrong, right in ((other, theirs, mine), (final, mine, theirs)):
         root, found = _root(fit.covariance), []
-        for k, recording in enumerate(new.problem.recordings):
-            rest = project_out(wrong.state_bases[k], whiten(recording.whitening, wrong.raw[k] - right.raw[k]))
+        apart = new.problem.whitened([a - b for a, b in zip(wrong.raw, right.raw, strict=True)])
+        for k, difference in enumerate(apart):
+            rest = project_out(wrong.state_bases[k], difference)
             s = project_out(wrong.state_bases[k], wrong.parameter_columns[k]) @ root
+            if new.shared:
+                s = np.hstack([s, new.shared[k]])
             found.append(Part(float(rest @ rest + 0.0 * s.sum()), s.T @ rest, s.T @ s))  # not finite where either is not
         both_ways.append(found)
     return list(zip(*both_ways, strict=True))

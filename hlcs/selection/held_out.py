@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from hlcs.estimation.whitening import colour
 from hlcs.selection.reasons import Rule
 from hlcs.selection.thresholds import BEATEN, BY_CHANCE, FALL, FALL_IN_SIGMA
 
@@ -46,7 +45,7 @@ def held_out(problem, cross_validation, before, after):
         spread += float(difference @ difference)
         clustered += float(difference @ b) ** 2
     p = float(stats.norm.sf(dots / np.sqrt(max(spread, clustered)))) if spread > 0 else 1.0
-    raw0, raw1 = coloured(problem, r0), coloured(problem, r1)
+    raw0, raw1 = problem.in_sigmas(r0), problem.in_sigmas(r1)
     halves = [np.flatnonzero(cross_validation.half == half) for half in (0, 1)]
     directions = tuple(1 - rms([raw1[k] for k in inside]) / rms([raw0[k] for k in inside]) for inside in halves)
     e0, e1 = rms(raw0), rms(raw1)
@@ -66,39 +65,16 @@ def beaten(cross_validation, fit, other):
     return bool(spread > 0 and (a @ a - b @ b) / spread > stats.norm.isf(BEATEN) and other.chi2 - fit.chi2 > 1.0)
 
 
-def coloured(problem, residuals):
-    """White residuals turned back into residuals in units of sigma, list of (n_i,)."""
-    return [
-        colour(recording.whitening, part) / recording.whitening.sigma
-        for recording, part in zip(problem.recordings, residuals, strict=True)
-    ]
-
-
 def rms(parts):
     total = np.concatenate(parts)
     return float(np.sqrt(np.mean(total**2)))
 
 
-def error(problem, residuals):
-    """RMS over positions [m] or rotations [rad] of white residuals, list of (n_i,)."""
-    total, count = 0.0, 0
-    for recording, part in zip(problem.recordings, coloured(problem, residuals), strict=True):
-        inside = recording.channel < 3 if problem.unit != "rad" else recording.channel >= 3
-        total += float(np.sum(part[inside] ** 2))
-        count += int(inside.sum())
-    return float(sigma_of(problem) * np.sqrt(total / max(count, 1)))
-
-
-def sigma_of(problem):
-    """Noise of the channel that errors are told in [m or rad]."""
-    return problem.noise.orientation if problem.unit == "rad" else problem.noise.position
-
-
 def fitted_error(problem, fit):
     """RMS residual of a fit on the data it was fitted to."""
-    return error(problem, fit.linearization.projected[0])
+    return problem.error(fit.linearization.projected[0])
 
 
 def held_out_error(problem, cross_validation, fit):
     """RMS residual on recordings the numbers were not fitted to; None where nothing can be held out."""
-    return error(problem, cross_validation.residuals(fit)) if cross_validation.possible else None
+    return problem.error(cross_validation.residuals(fit)) if cross_validation.possible else None

@@ -19,7 +19,6 @@ from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.records import Plan
 from hlcs.selection.eligibility import lacks_drag
 from hlcs.selection.experiment_design import tests_needed
-from hlcs.selection.held_out import coloured, sigma_of
 from hlcs.selection.other_lengths import lasting, length_of
 from hlcs.selection.prediction import LinearModel, signatures
 from hlcs.selection.search import Search
@@ -174,7 +173,7 @@ def signal_of(problem, base, plus, count):
     changes = problem.signature(base.model, base.initial_states, plus)
     linear = problem.linearise(plus, base.initial_states)
     left = [project_out(q, part) for q, part in zip(linear.state_bases, changes, strict=True)]
-    size, raw = (float(sum(part @ part for part in parts)) for parts in (left, coloured(problem, left)))
+    size, raw = (float(sum(part @ part for part in parts)) for parts in (left, problem.in_sigmas(left)))
     spread = np.array([free.spread for free in plus.terms[-1].candidate.free])
     columns = np.concatenate(linear.projected[1])[:, -len(spread) :] * spread
     observations = sum(map(len, left))
@@ -233,7 +232,7 @@ def _odds(search, entry, numbers, implied, pilot):
 
 def _options(odds, power, pilot, problem, signals):
     """Rows {change, recordings, length_s, sigma, unit, noncentrality, power}; the pilot as it is first."""
-    sigma, length = sigma_of(problem), length_of(problem)
+    sigma, length = problem.noise_level, length_of(problem)
 
     def row(change, factor, share, signal, needed):
         return {

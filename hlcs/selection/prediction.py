@@ -119,7 +119,7 @@ class LinearModel:
         spread = np.array([column.free.spread for column in self.columns])
         table = np.nan_to_num(np.hstack(parts) * spread)
         self.gram, self.dots, self.total = table.T @ table, table.T @ r, float(r @ r)
-        self.places = {}
+        self.places = {name: [] for name in self.present}
         for place, column in enumerate(self.columns):
             self.places.setdefault(column.effect, []).append(place)
 
@@ -130,7 +130,7 @@ class LinearModel:
         sets = [present | {name} for name in absent]
         sets += [present | set(pair) for pair in combinations(absent, 2)]
         for name in self.present:
-            if all(np.isfinite(self.columns[place].absent) for place in self.places[name]):
+            if self.places[name] and all(np.isfinite(self.columns[place].absent) for place in self.places[name]):
                 sets += [present - {name}, *(present - {name} | {other} for other in absent)]
         found = [self.proposal(names) for names in sets if len(names) <= most and compatible(names)]
         return found + self.other_forms()
@@ -167,16 +167,16 @@ class LinearModel:
         before = self.total + sum(
             2 * np.log1p(self.columns[place].aside ** 2) for name in self.present for place in self.places[name]
         )
-        numbers = {}
+        numbers = {name: {} for name in names}
         for place, move in zip(kept, step, strict=True):
             column = self.columns[place]
             if column.effect in self.present or self.entries[column.effect][1] is not None:
                 value = column.free.inside(column.value + move * column.free.spread)
-                numbers.setdefault(column.effect, {})[column.free.name] = value
+                numbers[column.effect][column.free.name] = value
         for name in names:
             if name in self.entries:
                 entry, view = self.entries[name]
-                numbers[name] = entry.start | (view or {}) | numbers.get(name, {})
+                numbers[name] = entry.start | (view or {}) | numbers[name]
         return Proposal(float(cost), frozenset(names), numbers, float(before - total + fall))
 
     def _step(self, kept, dots):

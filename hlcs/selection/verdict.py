@@ -10,8 +10,8 @@ import numpy as np
 from hlcs.estimation.linearization import free_numbers
 from hlcs.records import Finding, NextExperiment, Pictures
 from hlcs.selection import experiment_design
-from hlcs.selection.findings import candidate_findings, error_record
-from hlcs.selection.held_out import fitted_error, held_out_error, sigma_of
+from hlcs.selection.findings import candidate_findings
+from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.sets import FittedSets, interval
 from hlcs.selection.thresholds import HELPS
 
@@ -52,10 +52,10 @@ class Selection:
 def select(experiment, prepared, search, cross_validation, absent, on_all=lambda problem, fit: (problem, fit)):
     """Run a search over candidates and return the Selection.
 
-    experiment: has `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table) -> rows, `polished`
-    (problem, fit) -> the final fit, `learn` (problem, fit) -> the law that explains the rest, or None, and `pictures`; prepared:
-    has the problem and the fit of the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) ->
-    the same on all rows, for the verdict and the numbers, where the search has fewer.
+    experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table)
+    -> rows, `polished` (problem, fit) -> the final fit, `learn` (problem, fit) -> the law that explains the rest, or None, and
+    `pictures`; prepared: has the problem and the fit of the model under test; absent: {name: why it was not tried}; on_all:
+    function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
     before, table_before = experiment.judge(*on_all(problem, base))
@@ -78,13 +78,12 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         effects=ordered,
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
         parameters=_parameters(sets, effects, best),
-        error=error_record(
-            "rms",
-            problem.unit,
-            sigma_of(problem),
-            [fitted_error(problem, fit) for fit in (base, final)],
-            [errors(fit) for fit in (base, final)] if cross_validation.possible else None,
-        ),
+        error={
+            "measure": experiment.measure,
+            "unit": problem.unit,
+            "held_out": _record(problem, errors, base, final) if cross_validation.possible else None,
+            "fitted": _record(problem, partial(fitted_error, problem), base, final),
+        },
         steps=_steps(sets, ordered, errors),
         adequate={
             "before": before.adequate,
@@ -105,9 +104,14 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         inclusion=sets.inclusion,
         explained=explained(base, final),
         learned=None if after.adequate else experiment.learn(problem, final),
-        tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), sigma_of(problem)),
+        tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), problem.noise_level),
         next_experiment=partial(experiment_design.next_experiment, sets),
     )
+
+
+def _record(problem, error, base, final):
+    """An error before and after, beside the noise."""
+    return {"before": error(base), "after": error(final), "noise": problem.noise_level}
 
 
 def explained(base, final):
@@ -154,7 +158,7 @@ def _parameters(sets, effects, best):
                     best.freedom,
                 )
                 for free in entry.free
-            }
+            } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
     return numbers
 
 

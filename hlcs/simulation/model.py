@@ -31,14 +31,8 @@ class Term:
         return Term(self.candidate, tuple((key, float(value)) for key, value in numbers.items()))
 
 
-@dataclass(frozen=True)
-class Model:
-    """What is believed to happen: gravity, the floor, and these effects. A value: `with_term` makes another one."""
-
-    terms: tuple[Term, ...] = ()
-    fixed: tuple[dict, ...] = ()  # effects of the experiment file, as written
-    own: tuple[type, ...] = ()  # the user's classes, to look names up
-    time_step: float = 1 / 240  # of the model with contacts [s]
+class Terms:
+    """What any model can do with the effects in it, `terms`: each method makes another model."""
 
     def with_term(self, term):
         """The model with one more effect."""
@@ -52,6 +46,20 @@ class Model:
         """The model with other numbers in its term number `index`."""
         return replace(self, terms=self.terms[:index] + (self.terms[index].at(numbers),) + self.terms[index + 1 :])
 
+    def terms_named(self, name):
+        """The number of the term of that name."""
+        return [term.name for term in self.terms].index(name)
+
+
+@dataclass(frozen=True)
+class Model(Terms):
+    """What is believed to happen: gravity, the floor, and these effects. A value: `with_term` makes another one."""
+
+    terms: tuple[Term, ...] = ()
+    fixed: tuple[dict, ...] = ()  # effects of the experiment file, as written
+    own: tuple[type, ...] = ()  # the user's classes, to look names up
+    time_step: float = 1 / 240  # of the model with contacts [s]
+
     def changes(self, surroundings):
         """(effects for the engine with gravity first, changes of the set-up, changes of the look) in these surroundings."""
         built = [build_entry(entry, surroundings, self.own) for entry in self.fixed]
@@ -64,10 +72,6 @@ class Model:
             [c for c in changes if type(c).setup is not Change.setup],
             [c for c in changes if type(c).look is not Change.look],
         )
-
-    def terms_named(self, name):
-        """The number of the term of that name."""
-        return [term.name for term in self.terms].index(name)
 
     @property
     def names(self):

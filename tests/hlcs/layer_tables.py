@@ -28,7 +28,8 @@ def emulate(test):
     case = [test.seed, int(test.grid.triangular), int(1e4 * test.bottom.height(0.0, 1.0))]
     shared = np.random.default_rng(case).standard_normal(layers)  # common random numbers: the same with and without an effect
     own = np.random.default_rng([*case, int(1e5 * test.margin), int(test.shape == "hull"), int(1e4 * test.friction)])
-    return {"k": [float(v) for v in k + upper * (0.012 * shared + 0.006 * own.standard_normal(layers))], "lost": 0}
+    wide = 1.0 + 5.0 * test.placement_scatter  # 2.5 times the scatter at 0.3 Dn, as units that miss their places give
+    return {"k": [float(v) for v in k + wide * upper * (0.012 * shared + 0.006 * own.standard_normal(layers))], "lost": 0}
 
 
 def experiment(folder, tables, placement="", diagnose=""):

@@ -11,57 +11,46 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.effects import Free
-from hlcs.effects import set_of as library_set
+from hlcs.effects import Candidate, Free
 from hlcs.placement.grids import Grid
 from hlcs.placement.sea_bottom import Flat, Slope
 from minibullet import effects
-from minibullet.effects.contract import name_of, parameters
+from minibullet.effects.contract import Facts, name_of, parameters
 from minibullet.errors import InputError
 
 TIP_OVER_LOW = 1.40428 - 1.29826  # how much higher a unit stands on a tip than in its lowest pose [Dn]
 
-ALIKE = {"plate_bias": "rest_height", "settlement": "rest_height"}  # of what is no class of effects: label of its set
+
+class RestHeight(Facts):
+    """What raises or lowers the first layer alone, and can be told apart by nothing but another reading."""
+
+    alike = "rest_height"
 
 
 @dataclass(frozen=True)
-class LayerCandidate:
+class LayerCandidate(Candidate):
     """One thing that may be missing.
 
-    change: (PlacementTest, value) -> PlacementTest; reading: (k (M,), value, LayerSet) -> k as it would be read. One or both.
-    A switch is either there (value 1) or not (0).
+    change: (PlacementTest, *its numbers) -> PlacementTest; reading: (k (.., M), LayerSet, *its numbers) -> k as it would be read.
+    One or both. What is either there or not (a switch) has no number to be found, but constants that say how it is there.
     """
 
-    name: str
-    number: Free  # it has one; `start` is the value at which it is simulated
     change: Callable | None = None
     reading: Callable | None = None
-    switch: bool = False
-    campaign: str = ""  # name of the campaign it belongs to, where it has one
-    removed_at: float | None = None  # bound at which a shortcut of the model is taken back: no sign of a wrong candidate
-    family: str = ""  # "physics", "placement", "measurement" or "numerics"
-
-    @property
-    def key(self):
-        """What tells it from all others."""
-        return self.name, self.campaign
+    step: float = 1.0  # from the null value to the first value at which it is simulated; of a switch: it is there
 
     @property
     def simulated(self):
         """Whether its signature needs simulations."""
         return self.change is not None
 
-    @property
-    def step(self):
-        return self.number.start - self.number.null
+    def applied(self, test, *numbers):
+        """The test with the candidate at these numbers."""
+        return self.change(test, *numbers) if self.change else test
 
-    def applied(self, test, value):
-        """The test with the candidate at this value."""
-        return self.change(test, value) if self.change else test
-
-    def read(self, coefficients, value, measured_set):
-        """Layer coefficients as they would be read with the candidate at this value."""
-        return self.reading(coefficients, value, measured_set) if self.reading else coefficients
+    def read(self, coefficients, measured_set, *numbers):
+        """Layer coefficients as they would be read with the candidate at these numbers."""
+        return self.reading(coefficients, measured_set, *numbers) if self.reading else coefficients
 
 
 def library(test, sets):
@@ -73,57 +62,57 @@ def library(test, sets):
         "numerics": _numerics(test),
     }
     candidates = [replace(member, family=family) for family, members in families.items() for member in members if member]
-    return tuple(sorted(candidates, key=lambda candidate: candidate.key))
+    return tuple(sorted(candidates, key=lambda candidate: candidate.name))
 
 
 def named(name, test, sets):
-    """The candidates of that name; InputError with the nearest known name."""
-    known = library(test, sets)
-    candidates = tuple(candidate for candidate in known if candidate.name == name)
-    if not candidates:
-        near = difflib.get_close_matches(name, sorted({candidate.name for candidate in known}), n=1, cutoff=0.0)[0]
+    """The candidate of that name; InputError with the nearest known name."""
+    known = {candidate.name: candidate for candidate in library(test, sets)}
+    if name not in known:
+        near = difflib.get_close_matches(name, sorted(known), n=1, cutoff=0.0)[0]
         raise InputError(f"effect '{name}' does not fit layer data; the nearest that does is '{near}'")
-    return candidates
+    return known[name]
 
 
-def set_of(name):
-    """Label of the set of look-alikes that a candidate belongs to, or an empty text."""
-    return ALIKE.get(name) or library_set(name)
-
-
-# ---- the candidates by family: name, number (unit, lowest, highest, null, trial value), what they change; None = does not fit
+# ---- the candidates by family: name, number (unit, plausible range, null value), first step, change; None where it does not fit
 def _physics(test):
     """Settings of the physics, sizes and slopes that are not what the file says, and what weight does after placing."""
-    now, friction = test.restitution, test.friction
+    restitution, friction = test.restitution, test.friction
     weight = 9.81 * test.unit.mass(test.density)
     sinking = weight / test.unit.nominal_diameter  # of a point of unit compliance under one unit's weight [Dn N/m]
     softest = 0.01 * test.unit.side / weight
     level = isinstance(test.bottom, Flat | Slope)  # a survey has the roughness of the bed itself
-    rough = test.bottom_roughness
+    bouncier, smoother = 0.3 if restitution <= 0.5 else -0.3, friction * (friction - 1.0) if friction >= 0.3 else 0.2
     return (
-        _setting(test, "restitution", "coefficient", "1", 0.0, 1.0, now + 0.3 if now <= 0.5 else now - 0.3),
-        _setting(test, "friction", "coefficient", "1", 0.0, 1.5, friction * friction if friction >= 0.3 else friction + 0.2),
-        _setting(test, "inertia_error", "factor", "1", 0.5, 4.0, 2.06 * test.inertia_factor, "inertia_factor"),
-        _setting(test, "bottom_roughness", "standard_deviation", "Dn", 0.0, 0.1, rough + 0.04) if level else None,
-        LayerCandidate("bottom_slope", Free("grade_y", "1", -0.1, 0.1, 0.0, 0.03), _tilt_bottom),
-        LayerCandidate(  # in units of their own size, larger units on the same grid have a narrower one
+        _setting("restitution", _number("coefficient", "1", 0.0, 1.0, test.restitution, most=1.0), bouncier),
+        _setting("friction", _number("coefficient", "1", 0.0, 1.5, test.friction), smoother),
+        _setting(
+            "inertia_error", _number("factor", "1", 0.5, 4.0, test.inertia_factor), 1.06 * test.inertia_factor, "inertia_factor"
+        ),
+        _setting("bottom_roughness", _number("standard_deviation", "Dn", 0.0, 0.1, test.bottom_roughness), 0.04)
+        if level
+        else None,
+        _simulated("bottom_slope", _number("grade_y", "1", -0.1, 0.1, 0.0), 0.03, _tilt_bottom),
+        _simulated(  # in units of their own size, larger units on the same grid have a narrower one
             "size_error",
-            Free("relative", "1", -0.02, 0.02, 0.0, -0.02),
+            _number("relative", "1", -0.02, 0.02, 0.0),
+            -0.02,
             change=lambda test, value: _widen_grid(test, 1.0 / (1.0 + value) - 1.0),
-            reading=lambda k, value, _: k * (1.0 + value),
+            reading=lambda k, _, value: k * (1.0 + value),
         ),
-        LayerCandidate(
-            "settlement", Free("instant", "Dn", 0.0, 0.1, 0.0, 0.02), reading=lambda k, value, _: _raise_first(k, -value)
+        _read(
+            "settlement",
+            _number("instant", "Dn", 0.0, 0.1, 0.0),
+            reading=lambda k, _, value: _raise_first(k, -value),
+            kind=RestHeight,
         ),
-        LayerCandidate(  # every layer loads the ground by as much again
-            "ground_softness",
-            Free("compliance", "m/N", 0.0, softest, 0.0, 0.5 * softest),
-            reading=lambda k, value, _: k - value * sinking,
+        _read(  # every layer loads the ground by as much again
+            "ground_softness", _number("compliance", "m/N", 0.0, softest, 0.0), reading=lambda k, _, value: k - value * sinking
         ),
-        LayerCandidate(
+        _read(
             "contact_compliance",
-            Free("compliance", "m/N", 0.0, softest, 0.0, 0.5 * softest),
-            reading=lambda k, value, _: k - value * sinking / 3.0 * np.arange(1.0, k.shape[-1] + 1.0),
+            _number("compliance", "m/N", 0.0, softest, 0.0),
+            reading=lambda k, _, value: k - value * sinking / 3.0 * np.arange(1.0, k.shape[-1] + 1.0),
         ),
     )
 
@@ -146,21 +135,21 @@ def _contact_laws(test):
 
 def _placement(test):
     """What hands do: where and how units are placed."""
-    distance = test.falling_distance
+    lower = -0.2 if test.falling_distance > 0.25 else 0.25
     return (
-        _setting(test, "placement_scatter", "standard_deviation", "Dn", 0.0, 0.3, test.placement_scatter + 0.15),
-        _setting(test, "placement_offset", "y", "Dn", -0.3, 0.3, test.placement_offset_y + 0.1, "placement_offset_y"),
-        _setting(test, "yaw_constraint", "concentration", "1", 0.0, 50.0, test.yaw_constraint + 10.0),
-        _setting(test, "lost_units", "fraction", "1", 0.0, 0.1, test.lost_units + 0.05),
-        _setting(test, "vibration", "acceleration", "g", 0.0, 1.0, test.vibration + 0.3),
-        _setting(test, "falling_distance", "distance", "Dn", 0.0, 0.5, distance + 0.25 if distance <= 0.25 else distance - 0.2),
-        None if test.sequential_placement else _switch("sequential_placement", "sequential_placement", True),
-        None if test.loose_lower_layers else _switch("loose_lower_layers", "loose_lower_layers", True),
-        LayerCandidate("grid_spacing", Free("relative", "1", -0.03, 0.03, 0.0, 0.02), _widen_grid),
-        LayerCandidate(
+        _setting("placement_scatter", _number("standard_deviation", "Dn", 0.0, 0.3, test.placement_scatter), 0.15),
+        _setting("placement_offset", _number("y", "Dn", -0.3, 0.3, test.placement_offset_y), 0.1, "placement_offset_y"),
+        _setting("yaw_constraint", _number("concentration", "1", 0.0, 50.0, test.yaw_constraint), 10.0),
+        _setting("lost_units", _number("fraction", "1", 0.0, 0.1, test.lost_units, most=1.0), 0.05),
+        _setting("vibration", _number("acceleration", "g", 0.0, 1.0, test.vibration), 0.3),
+        _setting("falling_distance", _number("distance", "Dn", 0.0, 0.5, test.falling_distance), lower),
+        None if test.sequential_placement else _switch("sequential_placement", sequential_placement=True),
+        None if test.loose_lower_layers else _switch("loose_lower_layers", loose_lower_layers=True),
+        _simulated("grid_spacing", _number("relative", "1", -0.03, 0.03, 0.0), 0.02, _widen_grid),
+        _read(
             "orientation_bias",
-            Free("fraction", "1", 0.0, 1.0, 1.0, 0.9),
-            reading=lambda k, value, _: _raise_first(k, (1.0 - value) * TIP_OVER_LOW),
+            _number("fraction", "1", 0.0, 1.0, 1.0, most=1.0),
+            reading=lambda k, _, value: _raise_first(k, (1.0 - value) * TIP_OVER_LOW),
         ),
     )
 
@@ -168,64 +157,65 @@ def _placement(test):
 def _measurement(sets):
     """How layers are read."""
     campaigns = tuple(dict.fromkeys(measured_set.campaign for measured_set in sets))
+
+    def by_campaign(k, measured_set, *offsets):
+        return k * (1.0 + offsets[campaigns.index(measured_set.campaign)])
+
+    offsets = [_number(f"offset {campaign}".strip(), "1", -0.03, 0.03, 0.0) for campaign in campaigns]
     return (
-        LayerCandidate(
-            "plate_bias", Free("offset", "Dn", -0.05, 0.05, 0.0, 0.02), reading=lambda k, value, _: _raise_first(k, value)
+        _read(
+            "plate_bias",
+            _number("offset", "Dn", -0.05, 0.05, 0.0),
+            reading=lambda k, _, value: _raise_first(k, value),
+            kind=RestHeight,
         ),
-        LayerCandidate("length_scale", Free("factor", "1", 0.9, 1.1, 1.0, 1.02), reading=lambda k, value, _: k * value),
-        *(
-            LayerCandidate(
-                "campaign_offset",
-                Free("offset", "1", -0.03, 0.03, 0.0, 0.02),
-                reading=_scale_campaign(campaign),
-                campaign=campaign,
-            )
-            for campaign in (campaigns if len(campaigns) > 1 else ())  # of one campaign alone it is the length scale
-        ),
+        _read("length_scale", _number("factor", "1", 0.9, 1.1, 1.0), reading=lambda k, _, value: k * value),
+        # of one campaign alone it is the length scale
+        _read("campaign_offset", *offsets, reading=by_campaign) if len(campaigns) > 1 else None,
     )
 
 
 def _numerics(test):
     """Shortcuts of the model: what disappears, or would, when they are taken back."""
-    margin, damping = test.margin, test.linear_damping
+    margin, finer = test.margin, {"iterations": 2 * test.iterations, "tolerance": test.tolerance / 2}
+    thinner = -margin if margin > 0 else 0.008
     return (
-        LayerCandidate(
-            "time_step", Free("factor", "1", 0.125, 1.0, 1.0, 0.5), _set("time_step", times=test.time_step), switch=True
+        _switch("time_step", "factor", 0.5, time_step=test.time_step / 2),
+        _switch("iterations", "factor", 2.0, **finer),
+        _switch("convex_hull_shape", shape="pieces" if test.shape == "hull" else "hull"),
+        _simulated("margin_offset", _number("offset", "Dn", -margin, 0.02, 0.0, -margin), thinner, _set("margin", plus=margin)),
+        _simulated(
+            "damping", _number("linear", "1", 0.0, 1.0, test.linear_damping), 0.1, _set("linear_damping", "angular_damping")
         ),
-        LayerCandidate(
-            "iterations",
-            Free("factor", "1", 1.0, 16.0, 1.0, 2.0),
-            change=lambda now, value: replace(now, iterations=round(value * test.iterations), tolerance=test.tolerance / value),
-            switch=True,
-        ),
-        _switch("convex_hull_shape", "shape", "pieces" if test.shape == "hull" else "hull"),
-        LayerCandidate(
-            "margin_offset",
-            Free("offset", "Dn", -margin, 0.02, 0.0, -margin if margin > 0 else 0.008),
-            change=_set("margin", plus=margin),
-            removed_at=-margin,
-        ),
-        LayerCandidate(
-            "damping", Free("linear", "1", 0.0, 1.0, damping, damping + 0.1), _set("linear_damping", "angular_damping")
-        ),
-        _switch("friction_combination", "friction", test.friction * test.friction, "product") if test.friction > 0 else None,
-        _switch("friction_pyramid", "solver", "sequential_impulse") if test.solver != "sequential_impulse" else None,
+        _switch("friction_combination", friction=test.friction * test.friction) if test.friction > 0 else None,
+        _switch("friction_pyramid", solver="sequential_impulse") if test.solver != "sequential_impulse" else None,
     )
 
 
 # ---- candidates of one sort -----------------------------------------------------------------------------------------------
-def _setting(test, name, number, unit, low, high, trial, field=None):
+def _number(name, unit, low, high, null, least=None, most=None):
+    """A number that is absent at its null value; least, most: where its law ends, if not at a bound of zero."""
+    return Free(name, unit, low, high, null, null, ends=(least, most))
+
+
+def _read(name, *numbers, reading, kind=Facts):
+    """A candidate that changes the reading alone."""
+    return LayerCandidate(name, kind, numbers, reading=reading)
+
+
+def _simulated(name, number, step, change, reading=None):
+    """A candidate of one number that is first simulated a step from its null value."""
+    return LayerCandidate(name, Facts, (number,), change=change, reading=reading, step=step)
+
+
+def _setting(name, number, step, field=None):
     """A candidate that is one setting of the test, absent at its present value."""
-    return LayerCandidate(name, Free(number, unit, low, high, getattr(test, field or name), trial), _set(field or name))
+    return _simulated(name, number, step, _set(field or name))
 
 
-def _switch(name, field, value, number="switch"):
-    """A candidate that sets a field of the test to a value or leaves it alone."""
-
-    def change(test, there):
-        return replace(test, **{field: value}) if there else test
-
-    return LayerCandidate(name, Free(number, "1", 0.0, 1.0, 0.0, 1.0), change, switch=True)
+def _switch(name, constant="switch", value=1.0, **settings):
+    """A candidate that sets fields of the test to other values."""
+    return LayerCandidate(name, Facts, (), change=lambda test: replace(test, **settings), constants=((constant, value),))
 
 
 def _contact_law(test, law, part, **given):
@@ -240,14 +230,15 @@ def _contact_law(test, law, part, **given):
 
     if any(isinstance(effect, law) for effect in test.effects):
         return None
-    unit, trial = "1" if known.unit == "-" else known.unit, known.null + part * (high - known.null)
-    return LayerCandidate(name_of(law), Free(known.name, unit, low, high, known.null, trial), change)
+    unit, ends = "1" if known.unit == "-" else known.unit, (known.least, known.most)
+    number = Free(known.name, unit, low, high, known.null, known.null, ends=ends)
+    return LayerCandidate(name_of(law), law, (number,), change=change, step=part * (high - known.null))
 
 
 # ---- what they change -----------------------------------------------------------------------------------------------------
-def _set(*fields, times=1.0, plus=0.0):
-    """Set fields of the test to times * value + plus."""
-    return lambda test, value: replace(test, **dict.fromkeys(fields, times * value + plus))
+def _set(*fields, plus=0.0):
+    """Set fields of the test to value + plus."""
+    return lambda test, value: replace(test, **dict.fromkeys(fields, value + plus))
 
 
 def _tilt_bottom(test, value):
@@ -266,8 +257,3 @@ def _widen_grid(test, value):
 def _raise_first(coefficients, shift):
     """The first layer `shift` thicker."""
     return coefficients + shift * (np.arange(coefficients.shape[-1]) == 0)
-
-
-def _scale_campaign(campaign):
-    """What was measured in one campaign is thicker by a factor."""
-    return lambda k, value, measured_set: k * (1.0 + value if measured_set.campaign == campaign else 1.0)

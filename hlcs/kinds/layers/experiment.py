@@ -1,26 +1,30 @@
 """Layer tables as a kind of measurement: read, compared with simulated placement tests, searched for what these are missing."""
 
-from functools import partial
-
 import numpy as np
 
 from hlcs.data.experiment_file import LAYOUTS
+from hlcs.estimation.adequacy import Adequacy
+from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.layers import least_squares
 from hlcs.kinds.layers.candidates import library, named
 from hlcs.kinds.layers.data import read_layers
-from hlcs.kinds.layers.experiment_design import next_experiment
-from hlcs.kinds.layers.findings import ambiguous_sets, intervals, layer_findings
 from hlcs.kinds.layers.model import PlacementSimulator, model_of
-from hlcs.kinds.layers.notes import campaign_notes, left_out, noise_floor, samples, search_notes, set_notes
-from hlcs.kinds.layers.search import SEEDS, LayerSearch
-from hlcs.kinds.protocol import Observation
+from hlcs.kinds.layers.notes import campaign_notes, left_out, samples, search_notes, set_notes
+from hlcs.kinds.layers.problem import Group, LayerProblem
+from hlcs.kinds.layers.response import Responses
+from hlcs.kinds.protocol import Observation, Prepared
 from hlcs.placement import statistics
 from hlcs.records import Pictures, Reason
-from hlcs.selection.findings import error_record
-from hlcs.selection.verdict import Selection, left_over
+from hlcs.selection.search import Search
+from hlcs.selection.thresholds import ODDS, ODDS_ALONE, REACH, TIED
+from hlcs.selection.verdict import select
 from minibullet.errors import InputError
 
-ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass, under the form of the campaign term that is kinder to it
+ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass
+SEEDS, SCREEN = 8, 4  # tests of a model on each measured set, and pairs of tests of a first look at every effect
+ROUNDS = 4  # of a search and of simulations of what it found to be among the best
+CHECKED = 3  # sets of effects that are simulated as a whole, at most
+NOTHING_PAYS = "the misfit is too small, or the numbers too few, to pay for any"
 
 
 class Layers:
@@ -44,8 +48,8 @@ class Layers:
         self.sets = tuple(measured_set for measured_set in measurement.sets if measured_set.judgeable)
         self.measurement, self.judgeable = measurement, bool(self.sets)
         self.notes = (*measurement.notes, *left_out(measurement, self.sets))
-        simulator = simulator or PlacementSimulator(workers=options.workers, progress=options.progress)
-        self._searching = partial(LayerSearch, measurement, self.sets, simulator, options.seed, seeds)
+        self.simulator = simulator or PlacementSimulator(workers=options.workers, progress=options.progress)
+        self.seeds = [options.seed + 1 + k for k in range(seeds)]
 
     @property
     def noise(self):
@@ -57,134 +61,142 @@ class Layers:
         }
         return {"position": None} | (known if self.judgeable else {"source": "unknown"})
 
+    def _problem(self):
+        """The LayerProblem of the model under test, simulated on every set."""
+        data = least_squares.observed(self.sets, self.measurement.group)
+        responses = Responses(self.simulator, self.model, self.sets, data, self.seeds)
+        names = tuple(dict.fromkeys(map(self.measurement.group, self.sets)))
+        groups = tuple(Group(name, name, np.flatnonzero(data.group == index)) for index, name in enumerate(names))
+        return LayerProblem(responses, groups, least_squares.covariance(data, data.variance + responses.base.variance))
+
     def observe(self):
-        search = self._searching()
-        fit = search.fit(self.model)
-        adequate = _adequacy(search, fit)
+        problem = self._problem()
+        fit = problem.fit(self.model)
+        adequacy, table = self.judge(problem, fit)
+        values, residual = table["measured"], table["residual"]
         error = {
             "measure": self.measure,
-            "rms": search.error(fit.residual),
+            "rms": problem.error(fit.linearization.white),
             "unit": self.unit,
-            "noise": noise_floor(search, fit),
-            "bias": float(np.mean(-fit.residual[search.layers] / search.data.value[search.layers])),
+            "noise": problem.noise_level,
+            "bias": float(np.mean(-residual / values)),
         }
-        notes = (*self.notes, *set_notes(search, fit), *campaign_notes(self.sets))
-        table = _table(search, fit)
+        notes = (*self.notes, *set_notes(problem, self.model), *campaign_notes(self.sets))
+        where, shown = self.where(problem, table), {"against": ("layer", "input")}
         table["trial"] = np.array([measured_set.name for measured_set in self.sets])[table["trial"]]
-        return Observation(
-            adequate["after"],
-            adequate["statistic"],
-            adequate["p"],
-            error,
-            where_it_fails(search, fit),
-            table,
-            notes,
-            {"against": ("layer", "input")},
-        )
+        return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, notes, shown)
+
+    # --- search -----------------------------------------------------------------------------------------------------------------
 
     def _candidates(self, names):
         test, sets = self.model.placement, self.sets or self.measurement.sets
-        chosen = [library(test, sets)] if names is None else [named(name, test, sets) for name in dict.fromkeys(names)]
-        return tuple(candidate for members in chosen for candidate in members if candidate.name not in self.model.effects)
+        chosen = library(test, sets) if names is None else [named(name, test, sets) for name in dict.fromkeys(names)]
+        return tuple(candidate for candidate in chosen if candidate.name not in self.model.effects)
 
     def names(self, candidates):
-        return tuple(sorted({candidate.name for candidate in self._candidates(candidates)}))
+        return tuple(sorted(candidate.name for candidate in self._candidates(candidates)))
 
     def pilot(self, effect):
         raise InputError(f"{self.title}: plans are made for recordings and outcome tables, not yet for layers")
 
     def search(self, candidates):
-        search, candidates = self._searching(), self._candidates(candidates)
-        first = search.fit(self.model)
-        fits, rounds = search.run(first, candidates)
-        final, accepted = fits[-1], fits[-1].accepted
-        rivals = [search.rivals(fit, winner, trials) for fit, winner, trials in zip(fits, accepted, rounds, strict=False)]
-        alternatives = {
-            winner.name: {rival.name: cosine for rival, cosine in others} for winner, others in zip(accepted, rivals, strict=True)
-        }
-        fitted = [search.error(fit.residual) for fit in (first, final)]
-        held_out = [search.held_out_error(fit) for fit in (first, final)] if search.can_hold_out else None
-        before, adequate, where = _adequacy(search, first), _adequacy(search, final), where_it_fails(search, final)
-        notes = [*self.notes, *set_notes(search, final), *campaign_notes(self.sets), *search_notes(search, final, rounds)]
+        problem = self._problem()
+        responses, base = problem.responses, problem.fit(self.model)
+        cross_validation = CrossValidation(problem.trials, self.measurement.hold_out)
+        odds = ODDS if cross_validation.possible else ODDS_ALONE
+        chosen, absent = self._candidates(candidates), {}
+        if base.chi2 <= odds:  # no fall of chi2 could outweigh the odds against an effect
+            chosen, absent = (), {candidate.name: NOTHING_PAYS for candidate in chosen}
+        responses.take([(candidate, candidate.step) for candidate in chosen if candidate.simulated], SCREEN)
+        fallen = [entry.name for entry in chosen if entry.simulated and responses.nodes[entry.name][entry.step] is None]
+        absent |= dict.fromkeys(fallen, "no such placement stands")
+        chosen = [candidate for candidate in chosen if candidate.name not in fallen]
+        first = {entry.name: {free.name: free.null + entry.step for free in entry.free} for entry in chosen if entry.simulated}
+        checked = set()
+        for _ in range(ROUNDS):
+            search = Search(problem, chosen, base, odds, self.options.log, first).run()
+            if not self._check(search, checked):
+                break
+        notes = [*self.notes, *campaign_notes(self.sets), *search_notes(problem, self.seeds)]
         if self.options.user_effects:
             notes.append("effects of your own take part in recordings and tables of outcomes, not in layers")
-        names = tuple(measured_set.name for measured_set in self.sets)
-        return Selection(
-            effects=tuple(alternatives),
-            ambiguous=ambiguous_sets(alternatives),
-            parameters=intervals(accepted),
-            error=error_record(self.measure, self.unit, noise_floor(search, final), fitted, held_out),
-            steps=tuple(self._step(search, fit) for fit in fits),
-            adequate={"before": before["after"], **adequate, "before_p": before["p"]},
-            candidates=layer_findings(candidates, accepted, rounds, alternatives),
-            where=where,
-            model=final.model,
-            pictures=Pictures(_table(search, first), _table(search, final), names, "input", "row: the layers, set after set"),
-            notes=tuple(notes),
-            next_experiment=partial(next_experiment, search, final, rivals, where),
-            tolerance=left_over(self.tolerance, self.unit, fitted[1], noise_floor(search, final)),
-        )
+        prepared = Prepared(None, problem, base, tuple(notes))
+        return select(self, prepared, search, cross_validation, absent)
 
-    def _step(self, search, fit):
-        """The errors after one more effect."""
-        return {
-            "effects": list(fit.model.effects[len(self.model.effects) :]),
-            "fitted": search.error(fit.residual),
-            "held_out": search.held_out_error(fit),
-            "by_set": {
-                measured_set.name: search.error(fit.residual, search.data.set == index)
-                for index, measured_set in enumerate(self.sets)
-            },
+    @staticmethod
+    def _check(search, checked):
+        """Simulate what the best sets of a search rest on and what has not been simulated yet; is anything new known now?
+
+        First the effects of all sets within reach, near to the numbers that were found; then the best set as a whole, and others
+        that do as well, whose effects are more than one."""
+        responses, (best, *others) = search.problem.responses, search.ranked()
+        reach = [effects for effects in (best, *others) if search.cost(effects) <= search.cost(best) + REACH]
+        terms = [term for effects in reach for term in search.fits[effects].model.terms]
+        wanted = {(term.name, responses.missing(term)): term.candidate for term in terms}
+        wanted = [(candidate, step) for (_, step), candidate in wanted.items() if step is not None]
+        responses.take(wanted)
+        if wanted:
+            return True
+        together = [other for other in others if len(other) > 1 and search.cost(other) <= search.cost(best) + TIED]
+        simulated = {effects for effects in (best, *together) if any(search.candidates[name].simulated for name in effects)}
+        whole = [effects for effects in (best, *together) if effects in simulated - checked][: CHECKED - len(checked)]
+        for effects in whole:
+            responses.mend(search.fits[effects].model)
+        checked.update(whole)
+        return bool(whole)
+
+    # --- verdict: as `selection.verdict.select` asks for it ---------------------------------------------------------------------
+
+    @staticmethod
+    def judge(problem, fit):
+        """(Adequacy by bootstrap, table of one entry a layer for pictures and data frames)."""
+        data, layers = problem.data, problem.data.layer > 0
+        residual = problem.coloured(fit.linearization.white)
+        columns = [problem.coloured(problem.split(column)) for column in np.concatenate(fit.linearization.parameter_columns).T]
+        columns = np.array(columns).reshape(-1, len(residual)).T
+        statistic, p, threshold = least_squares.adequacy(data, problem.responses.base, residual, columns)
+        error = np.sqrt(data.variance + problem.responses.base.variance + (least_squares.CAMPAIGN * data.mean) ** 2)
+        compared = [statistics.welch(*pair) for pair in samples(problem, fit.model)]
+        count = int(layers.sum())
+        return Adequacy(p >= ADEQUATE, statistic, p, threshold, "chi2", fit.chi2 / fit.freedom), {
+            "trial": data.set[layers],
+            "channel": np.zeros(count, dtype=int),
+            "layer": data.layer[layers],
+            "input": np.arange(1.0, count + 1),
+            "measured": data.value[layers],
+            "model": data.value[layers] - residual[layers],
+            "residual": residual[layers],
+            "sigmas": residual[layers] / error[layers],
+            "welch_t": np.concatenate([welch.t for welch in compared]),
+            "holm_p": np.concatenate([statistics.holm(welch.p) for welch in compared]),
         }
 
+    @staticmethod
+    def where(problem, table):
+        """Rows, one a layer, the worst first.
 
-def _adequacy(search, fit):
-    """Is the model adequate, chi-squared and its p: under the form of the campaign term that is kinder to the model."""
-    slopes = [trial.slope for trial in fit.accepted if not trial.candidate.switch]
-    by_form = least_squares.adequacy(search.data, fit.simulated, fit.residual, slopes)
-    statistic, p = max(by_form.values(), key=lambda judged: judged[1])
-    return {"after": p >= ADEQUATE, "statistic": statistic, "p": p, "by_form": {form: p for form, (_, p) in by_form.items()}}
+        bias %: model - measured, positive = too thick; z: that over its standard error; holm p: within its table; rms: absolute
+        error over measured; sigma: z with what another campaign would change.
+        """
+        names, rows = [measured_set.name for measured_set in problem.responses.sets], []
+        for k, layer in enumerate(table["layer"]):
+            measured, model = float(table["measured"][k]), float(table["model"][k])
+            row = {"trial": names[table["trial"][k]], "phase": f"layer {layer}", "layer": int(layer)}
+            row |= {"measured": measured, "model": model, "bias %": 100 * (model / measured - 1.0)}
+            row |= {"z": float(table["welch_t"][k]), "holm p": float(table["holm_p"][k])}
+            rows.append({**row, "rms": abs(model / measured - 1.0), "sigma": -float(table["sigmas"][k])})
+        return tuple(sorted(rows, key=lambda row: (-abs(row["sigma"]), row["trial"], row["layer"])))
 
+    @staticmethod
+    def polished(problem, fit):
+        """The fit itself: its model was simulated as a whole."""
+        return fit
 
-def where_it_fails(search, fit):
-    """Rows, one a layer, the worst first.
+    @staticmethod
+    def learn(problem, fit):
+        """Nothing: a law is learned from motion."""
 
-    bias %: model - measured, positive = too thick; z: that over its standard error; holm p: within its table; rms: absolute
-    error over measured; sigma: z with what another campaign would change.
-    """
-    rows = []
-    for index, measured_set in enumerate(search.sets):
-        measured, model = samples(search, fit, index)
-        welch, bias = statistics.welch(measured, model), model.mean / measured.mean - 1.0
-        errors = [statistics.standard_error(sample) ** 2 for sample in (measured, model)]
-        sigma = (model.mean - measured.mean) / np.sqrt(errors[0] + errors[1] + (least_squares.CAMPAIGN * measured.mean) ** 2)
-        columns = {
-            "measured": measured.mean,
-            "model": model.mean,
-            "bias %": 100 * bias,
-            "z": welch.t,
-            "holm p": statistics.holm(welch.p),
-            "rms": abs(bias),
-            "sigma": sigma,
-        }
-        for j in range(measured_set.layers):
-            numbers = {name: float(column[j]) for name, column in columns.items()}
-            rows.append({"trial": measured_set.name, "phase": f"layer {j + 1}", "layer": j + 1, **numbers})
-    return tuple(sorted(rows, key=lambda row: (-abs(row["sigma"]), row["trial"], row["layer"])))
-
-
-def _table(search, fit):
-    """One entry a layer, for pictures and data frames."""
-    data, layers = search.data, search.layers
-    error = np.sqrt(data.variance + fit.simulated.variance + (least_squares.CAMPAIGN * data.mean) ** 2)
-    count = int(layers.sum())
-    return {
-        "trial": data.set[layers],
-        "channel": np.zeros(count, dtype=int),
-        "layer": data.layer[layers],
-        "input": np.arange(1.0, count + 1),
-        "measured": data.value[layers],
-        "model": fit.simulated.value[layers],
-        "residual": fit.residual[layers],
-        "sigmas": fit.residual[layers] / error[layers],
-    }
+    @staticmethod
+    def pictures(problem, before, after):
+        names = tuple(measured_set.name for measured_set in problem.responses.sets)
+        return Pictures(before, after, names, "input", "row: the layers, set after set")

@@ -1,14 +1,15 @@
-"""The arithmetic of layer data: residuals, covariances, signatures, generalised least squares, adequacy. Arrays only, no physics.
+"""The arithmetic of layer data: one vector of what was measured, of what was simulated, and the covariance of their difference.
 
 One vector holds all measured sets: their layer coefficients and, last of each set, the logarithm of the scatter between tests
-(pooled over the layers above the first). Residuals are measured minus model. Two covariances are kept side by side, because
-tables cannot tell whether campaigns differ by one factor ("common") or layer by layer ("individual"): a finding must survive
-both.
+(pooled over the layers above the first). Tables cannot tell whether campaigns differ by one factor or layer by layer: the
+covariance holds both in full, so that what is found survives either. Arrays only, no physics.
 """
 
 from typing import NamedTuple
 
 import numpy as np
+
+from hlcs.estimation.adequacy import QUANTILE
 
 CAMPAIGN = 0.0125  # relative standard deviation between campaigns: the laboratory's own first layers differ by 1.7-1.9 %
 MODEL = 0.0075  # relative standard deviation, of layers above the first, that another engine, step or plate would change: what
@@ -16,7 +17,6 @@ MODEL = 0.0075  # relative standard deviation, of layers above the first, that a
 SCATTER = 0.35  # standard deviation of the logarithm of the scatter that hands and instruments add (set here)
 PRIOR = 4.0  # degrees of freedom that the mean variance of the upper layers counts for (set here)
 ROUNDING = 0.001 / np.sqrt(12.0)  # of a coefficient printed with three decimals
-FORMS = ("common", "individual")
 
 
 class Observed(NamedTuple):
@@ -77,7 +77,7 @@ def simulated(data, runs_of_sets):
     value, variance, tests = np.empty((3, len(data.value)))
     for index, runs in enumerate(runs_of_sets):
         runs = runs[np.isfinite(runs).all(axis=1)]
-        layers, scatter = _rows_of(data, index)
+        layers, scatter = rows_of(data, index)
         seeds, freedom = len(runs), (runs.shape[1] - 1) * (len(runs) - 1)
         pooled = _upper_pooled(runs.var(axis=0, ddof=1), seeds - 1)
         value[layers], variance[layers], tests[layers] = runs.mean(axis=0), pooled / seeds, seeds
@@ -87,91 +87,66 @@ def simulated(data, runs_of_sets):
     return Simulated(value, variance, tests)
 
 
-def signature(data, without, with_candidate, step):
-    """(F (n,), variance of F (n,)): change of all values per unit of a candidate, from runs with the same seeds.
+def change(data, without, changed):
+    """Change of all values (n,) from runs with the same seeds; None where fewer than two pairs were possible.
 
-    without, with_candidate: runs (seeds, M) of each set; None where too few pairs of runs were possible.
+    without, changed: runs (seeds, M) of each set, of the second perhaps the first seeds alone.
     """
-    slope, variance = np.empty((2, len(data.value)))
-    for index, runs in enumerate(zip(without, with_candidate, strict=True)):
+    moved = np.empty(len(data.value))
+    for index, runs in enumerate(zip(without, changed, strict=True)):
         seeds = min(map(len, runs))
         good = np.isfinite(runs[1][:seeds] - runs[0][:seeds]).all(axis=1)
         before, after = (part[:seeds][good] for part in runs)
-        difference, pairs = after - before, len(after)
-        if pairs < 2:
+        if len(after) < 2:
             return None
-        layers, scatter = _rows_of(data, index)
-        slope[layers] = difference.mean(axis=0) / step
-        variance[layers] = _upper_pooled(difference.var(axis=0, ddof=1), pairs - 1) / pairs / step**2
+        layers, scatter = rows_of(data, index)
+        moved[layers] = (after - before).mean(axis=0)
         if scatter.any():
             pooled = [max(part[:, 1:].var(axis=0, ddof=1).mean(), 1e-8) for part in (before, after)]
-            slope[scatter] = 0.5 * np.log(pooled[1] / pooled[0]) / step
-            variance[scatter] = 1.0 / ((difference.shape[1] - 1) * (pairs - 1)) / step**2
-    return slope, variance
+            moved[scatter] = 0.5 * np.log(pooled[1] / pooled[0])
+    return moved
 
 
-def _rows_of(data, index):
+def rows_of(data, index):
     """(rows of the layers of a set, row of its scatter), booleans (n,)."""
     return (data.set == index) & (data.layer > 0), (data.set == index) & (data.layer == 0)
 
 
-def covariance(data, variance, form, campaign=CAMPAIGN):
+def covariance(data, variance):
     """Covariance (n, n) of measured - model: `variance` (n,) of both, and what another campaign or engine would change."""
     mean, upper = data.mean, data.mean * (data.layer > 1)
-    matrix = np.diag(variance) + MODEL**2 * np.outer(upper, upper) * (data.case[:, None] == data.case)
-    if form == "individual":
-        return matrix + np.diag((campaign * mean) ** 2)
-    return matrix + campaign**2 * np.outer(mean, mean) * (data.campaign[:, None] == data.campaign)
+    matrix = np.diag(variance + (CAMPAIGN * mean) ** 2)
+    matrix += CAMPAIGN**2 * np.outer(mean, mean) * (data.campaign[:, None] == data.campaign)
+    return matrix + MODEL**2 * np.outer(upper, upper) * (data.case[:, None] == data.case)
 
 
-def chi_squared(matrix, residual):
-    """residual^T V^-1 residual."""
-    return float(residual @ np.linalg.solve(matrix, residual))
-
-
-def amount(matrix, residual, slope):
-    """Generalised least squares of residual = slope * amount: (amount, standard deviation); (0, inf) where the slope vanishes."""
-    weighted = np.linalg.solve(matrix, slope)
-    information = float(slope @ weighted)
-    return (float(residual @ weighted) / information, information**-0.5) if information > 1e-12 else (0.0, np.inf)
-
-
-def cosine(matrix, first, second):
-    """Angle of two signatures in the metric of the noise: |F1.F2| / (|F1| |F2|)."""
-    weighted = np.linalg.solve(matrix, np.column_stack([first, second]))
-    norms = float(first @ weighted[:, 0]) * float(second @ weighted[:, 1])
-    return float(abs(first @ weighted[:, 1]) / np.sqrt(norms)) if norms > 0 else 0.0
-
-
-def adequacy(data, model, residual, slopes=(), draws=4000, seed=0):
-    """{form: (chi2, p)} of residuals by parametric bootstrap: draws of tests that agree, each judged by its own scatter.
-
-    With five tests the chi-squared law is far too sure. slopes: signatures whose amounts were fitted; they are projected out.
+def adequacy(data, model, residual, columns, draws=4000, seed=0):
+    """(chi2, p, its 98 % quantile) of residuals (n,) by parametric bootstrap: draws of tests that agree, each judged by its own
+    scatter. With five tests the chi-squared law is far too sure. columns: derivatives (n, p) of fitted numbers, projected out.
     """
     generator, size = np.random.default_rng(seed), len(data.value)
     draws = min(draws, max(200, int(4e7 / size**2)))  # the matrices of all draws are held at once
-    shape, columns = (draws, size), np.array(slopes).reshape(-1, size).T
-    total, result = data.variance + model.variance, {}
-    for form in FORMS:
-        observed_chi2 = chi_squared(covariance(data, total, form), residual)
-        noise = np.sqrt(total) * generator.standard_normal(shape)
-        cases, case = np.unique(data.case, return_inverse=True)
-        noise += MODEL * data.mean * (data.layer > 1) * generator.standard_normal((draws, len(cases)))[:, case]
-        if form == "individual":
-            noise += CAMPAIGN * data.mean * generator.standard_normal(shape)
-        else:
-            noise += CAMPAIGN * data.mean * generator.standard_normal((draws, int(data.campaign.max()) + 1))[:, data.campaign]
-        drawn = [_drawn_variance(part, generator, shape) for part in (data, model)]
-        variance = np.where(data.layer == 0, total, drawn[0] + drawn[1])
-        matrices = covariance(data, np.zeros(size), form) + variance[:, :, None] * np.eye(size)
-        scores = np.sum(noise * np.linalg.solve(matrices, noise[:, :, None])[:, :, 0], axis=1)
-        if columns.shape[1]:
-            weighted = np.linalg.solve(matrices, np.broadcast_to(columns, (draws, *columns.shape)))
-            right = np.einsum("dip,di->dp", weighted, noise)
-            normal = np.einsum("ip,diq->dpq", columns, weighted)
-            scores -= np.einsum("dp,dp->d", right, np.linalg.solve(normal, right[:, :, None])[:, :, 0])
-        result[form] = observed_chi2, float((1 + np.sum(scores >= observed_chi2)) / (draws + 1))
-    return result
+    shape, total = (draws, size), data.variance + model.variance
+    cases, case = np.unique(data.case, return_inverse=True)
+    noise = np.sqrt(total + (CAMPAIGN * data.mean) ** 2) * generator.standard_normal(shape)
+    noise += MODEL * data.mean * (data.layer > 1) * generator.standard_normal((draws, len(cases)))[:, case]
+    noise += CAMPAIGN * data.mean * generator.standard_normal((draws, int(data.campaign.max()) + 1))[:, data.campaign]
+    drawn = [_drawn_variance(part, generator, shape) for part in (data, model)]
+    variance = np.where(data.layer == 0, total, drawn[0] + drawn[1])
+    matrices = covariance(data, np.zeros(size)) + variance[:, :, None] * np.eye(size)
+    observed, scores = _chi2(covariance(data, total)[None], residual[None], columns)[0], _chi2(matrices, noise, columns)
+    p = float((1 + np.sum(scores >= observed)) / (draws + 1))
+    return float(observed), p, float(np.quantile(scores, QUANTILE))
+
+
+def _chi2(matrices, residuals, columns):
+    """chi2 of residuals (draws, n) under covariances (draws, n, n), columns (n, p) projected out: (draws,)."""
+    scores = np.sum(residuals * np.linalg.solve(matrices, residuals[:, :, None])[:, :, 0], axis=1)
+    if columns.shape[1]:
+        weighted = np.linalg.solve(matrices, np.broadcast_to(columns, (len(residuals), *columns.shape)))
+        right, normal = np.einsum("dip,di->dp", weighted, residuals), np.einsum("ip,diq->dpq", columns, weighted)
+        scores -= np.einsum("dp,dp->d", right, np.linalg.solve(normal, right[:, :, None])[:, :, 0])
+    return scores
 
 
 def _drawn_variance(part, generator, shape):

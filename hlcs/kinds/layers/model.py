@@ -20,7 +20,7 @@ from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.run_store import Store, key_of
 from hlcs.placement.settings_table import placement_table, settings_of
 from hlcs.placement.single_run import layer_coefficients_of
-from hlcs.simulation.model import Term
+from hlcs.simulation.model import Term, Terms
 from minibullet.errors import InputError, is_number
 from minibullet.files.reading import read_bytes, shown
 
@@ -30,20 +30,26 @@ CASE = ("grid", "bottom", "layers", "seed", "stacking")  # settings that come wi
 
 
 @dataclass(frozen=True)
-class LayerModel:
+class LayerModel(Terms):
     """A placement test and the effects added to it; effects that only touch the reading are kept beside the test.
 
-    base: PlacementTest; terms: what was added to it, in order. `placement` is the test with all of them that a test can hold.
+    base: PlacementTest; terms: what was added to it, in order, after what the file states. `placement` is the test with all of
+    them that a test can hold.
     """
 
     base: PlacementTest
     terms: tuple[Term, ...] = ()
+    stated: tuple[Term, ...] = ()  # by the experiment file, before all others
     source: object = field(default=None, repr=False, compare=False)  # (title, CSV) of the experiment file
 
     @property
     def effects(self):
-        """Names of the effects added."""
-        return tuple(term.name for term in self.terms)
+        """Names of all effects in it."""
+        return tuple(term.name for term in self._all)
+
+    @property
+    def _all(self):
+        return *self.stated, *self.terms
 
     @property
     def placement(self):
@@ -51,18 +57,18 @@ class LayerModel:
         return self._changed(self.base)
 
     @property
-    def _values(self):
-        """[(LayerCandidate, its value)] of the terms: each has one number."""
-        return [(term.candidate, *term.numbers.values()) for term in self.terms]
+    def kinds(self):
+        """Classes of all effects in it: none of a layer is a law of motion that others act through."""
+        return ()
 
     def _changed(self, test):
-        for candidate, value in self._values:
-            test = candidate.applied(test, value)
+        for term in self._all:
+            test = term.candidate.applied(test, *term.numbers.values())
         return test
 
-    def with_effect(self, candidate, value):
-        """The same model with one effect more."""
-        return replace(self, terms=(*self.terms, Term(candidate, ((candidate.number.name, float(value)),))))
+    def with_effect(self, candidate, step):
+        """The same model with one effect more, its number a step from the null value."""
+        return self.with_term(Term(candidate, tuple((free.name, free.null + step) for free in candidate.free)))
 
     def test(self, measured_set, seed):
         """The PlacementTest of one measured LayerSet."""
@@ -70,8 +76,8 @@ class LayerModel:
 
     def read(self, coefficients, measured_set):
         """Simulated layer coefficients (.., M) as this model says they are read."""
-        for candidate, value in self._values:
-            coefficients = candidate.read(coefficients, value, measured_set)
+        for term in self._all:
+            coefficients = term.candidate.read(coefficients, measured_set, *term.numbers.values())
         return coefficients
 
     def run(self, seed=1, progress=None):
@@ -84,12 +90,12 @@ class LayerModel:
         data: how it names its CSV; left out: the full path, which is read from elsewhere with --allow-outside alone.
         """
         settings, effects = self.base, []
-        for candidate, value in self._values:
-            changed = candidate.applied(settings, value)
-            if candidate.reading is None and changed.grid == settings.grid and changed.bottom == settings.bottom:
+        for term in self._all:
+            changed = term.candidate.applied(settings, *term.numbers.values())
+            if term.candidate.reading is None and changed.grid == settings.grid and changed.bottom == settings.bottom:
                 settings = changed
             else:
-                effects.append({"name": candidate.name, candidate.number.name: value})
+                effects.append({"name": term.name, **term.numbers})
         title, source = self.source or ("layers", None)
         default, table = PlacementTest(), placement_table(settings)
         stated = {key: value for key, value in table.items() if key not in CASE and value != getattr(default, key, None)}
@@ -112,28 +118,27 @@ class LayerModel:
 def model_of(measurement):
     """The LayerModel of a LayerMeasurement, with the effects its file lists under [model]."""
     source = measurement.file.title, Path(measurement.file.data_file).resolve()  # a file of the model may lie in another folder
-    model = LayerModel(measurement.test, (), source)
+    model = LayerModel(measurement.test, source=source)
     for entry in measurement.file.effects:
         try:
-            model = model.with_effect(*_stated(entry, model.placement, measurement.sets))
+            model = replace(model, stated=(*model.stated, _stated(entry, model.placement, measurement.sets)))
         except InputError as problem:
             raise InputError(f"{measurement.file.place('model.effects')}: {problem}") from None
     return model
 
 
 def _stated(entry, test, sets):
-    """(LayerCandidate, its value) of an entry of [model] effects; a switch that states no value is there."""
-    candidate = named(entry["name"], test, sets)[0]
+    """The Term of an entry of [model] effects."""
+    candidate = named(entry["name"], test, sets)
     numbers = {key: value for key, value in entry.items() if key != "name"}
-    if not numbers and candidate.switch:
-        return candidate, candidate.number.start
-    number = candidate.number.name
-    if set(numbers) != {number}:
-        raise InputError(f"{candidate.name} needs one number, {number}; got {shown(sorted(numbers))}")
-    value = numbers[number]
-    if not is_number(value):
-        raise InputError(f"{candidate.name}.{number} = {shown(repr(value))}; it must be a finite number")
-    return candidate, value
+    names = [free.name for free in candidate.free]
+    if set(numbers) != set(names):
+        wanted = f"{'one number' if len(names) == 1 else 'numbers'}, {', '.join(names)}" if names else "no number"
+        raise InputError(f"{candidate.name} needs {wanted}; got {shown(sorted(numbers))}")
+    for name, value in numbers.items():
+        if not is_number(value):
+            raise InputError(f"{candidate.name}.{name} = {shown(repr(value))}; it must be a finite number")
+    return Term(candidate, tuple((name, float(numbers[name])) for name in names))
 
 
 # -------------------------------------------------------------------------------------------------------- simulations

@@ -3,28 +3,30 @@
 import numpy as np
 
 from hlcs.kinds.layers import least_squares
-from hlcs.kinds.layers.search import SCREEN
 from hlcs.placement import statistics
 from hlcs.placement.comparison import repeated
 from hlcs.placement.statistics import Sample
 
 
-def samples(search, fit, index):
-    """(measured, model) Samples of one set; the measured scatter is at least what rounding to three decimals hides."""
-    runs, (mean, cv, tests) = fit.runs[index], search.sets[index].sample
-    measured = Sample(mean, np.hypot(cv, least_squares.ROUNDING * np.sqrt(tests) / mean), tests)
-    return measured, repeated(runs[np.isfinite(runs).all(axis=1)])
+def samples(problem, model):
+    """[(measured, simulated) Samples] of all sets; the measured scatter is at least what rounding to three decimals hides."""
+    pairs = []
+    for measured_set, runs in zip(problem.responses.sets, problem.responses.runs_of(model), strict=True):
+        mean, cv, tests = measured_set.sample
+        measured = Sample(mean, np.hypot(cv, least_squares.ROUNDING * np.sqrt(tests) / mean), tests)
+        pairs.append((measured, repeated(runs[np.isfinite(runs).all(axis=1)])))
+    return pairs
 
 
-def perfect_models(search, fit):
+def perfect_models(problem, model):
     """The error that a perfect model would show on each set."""
-    return [statistics.perfect_model_error(*samples(search, fit, index), draws=20_000) for index in range(len(search.sets))]
+    return [statistics.perfect_model_error(*pair, draws=20_000) for pair in samples(problem, model)]
 
 
-def noise_floor(search, fit):
+def noise_floor(problem, model):
     """Mean relative error that a perfect model would show on these data [-]."""
-    layers = [measured_set.layers for measured_set in search.sets]
-    return float(np.average([perfect.mean for perfect in perfect_models(search, fit)], weights=layers))
+    layers = [measured_set.layers for measured_set in problem.responses.sets]
+    return float(np.average([perfect.mean for perfect in perfect_models(problem, model)], weights=layers))
 
 
 def left_out(measurement, sets):
@@ -35,20 +37,20 @@ def left_out(measurement, sets):
     ]
 
 
-def set_notes(search, fit):
+def set_notes(problem, model):
     """One line a set: the paper's error, its sign, the height, and what a perfect model would show; then the scatter."""
     notes = []
-    for index, (measured_set, perfect) in enumerate(zip(search.sets, perfect_models(search, fit), strict=True)):
-        measured, model = samples(search, fit, index)
+    perfect_of_sets = zip(problem.responses.sets, samples(problem, model), perfect_models(problem, model), strict=True)
+    for measured_set, (measured, simulated), perfect in perfect_of_sets:
         ratio = ""
-        if measured_set.layers > 1 and np.any(measured.cv[1:] > 0) and np.any(model.cv[1:] > 0):
-            upper = (Sample(*(part[1:] for part in sample)) for sample in (measured, model))
+        if measured_set.layers > 1 and np.any(measured.cv[1:] > 0) and np.any(simulated.cv[1:] > 0):
+            upper = (Sample(*(part[1:] for part in sample)) for sample in (measured, simulated))
             ratio = "; scatter between tests {:.1f} times the model's (p = {:.2g})".format(*statistics.scatter_ratio(*upper))
         notes.append(
-            f"{measured_set.name}: eps_R {100 * statistics.mean_relative_error(measured.mean, model.mean):.2f} % (a perfect "
+            f"{measured_set.name}: eps_R {100 * statistics.mean_relative_error(measured.mean, simulated.mean):.2f} % (a perfect "
             f"model {100 * perfect.mean:.2f} %, below {100 * perfect.quantile:.2f} % in 95 of 100), bias "
-            f"{100 * statistics.signed_bias(measured.mean, model.mean):+.2f} %, height "
-            f"{100 * statistics.height_error(measured.mean, model.mean):+.2f} %{ratio}"
+            f"{100 * statistics.signed_bias(measured.mean, simulated.mean):+.2f} %, height "
+            f"{100 * statistics.height_error(measured.mean, simulated.mean):+.2f} %{ratio}"
         )
     return notes
 
@@ -67,29 +69,31 @@ def campaign_notes(sets):
             f"({low_name}), {100 * (high / low - 1.0):.1f} % apart{sigmas}: what another campaign alone may change"
         )
     notes.append(
-        f"campaign term {100 * least_squares.CAMPAIGN:g} %, common to all layers or individual to each: what is accepted "
-        "survives both; sigma under 'where' includes it, z does not"
+        f"campaign term {100 * least_squares.CAMPAIGN:g} %, common to all layers and individual to each: what is accepted "
+        "survives either; sigma under 'where' includes one of them, z does not"
     )
     return notes
 
 
-def search_notes(search, fit, rounds):
+def search_notes(problem, seeds):
     """What the data could show, what the numerics change, and how many tests were simulated."""
-    shifts = []
-    for index, measured_set in enumerate(search.sets):
-        error = np.sqrt((search.data.variance + fit.simulated.variance)[(search.data.set == index) & search.layers])
-        parts = statistics.detectable_shift(error, measured_set.layers) / measured_set.sample.mean
+    responses, shifts = problem.responses, []
+    data, numerics = responses.data, []
+    error = np.sqrt(data.variance + responses.base.variance)
+    for index, measured_set in enumerate(responses.sets):
+        layers, _ = least_squares.rows_of(data, index)
+        parts = statistics.detectable_shift(error[layers], measured_set.layers) / measured_set.sample.mean
         shifts.append(f"{measured_set.name} " + ", ".join(f"{100 * part:.1f}" for part in parts))
-    numerics = {trial.name: trial for trial in (rounds[0] if rounds else ()) if trial.name in ("time_step", "iterations")}
+    for name, what in (("time_step", "half the time step"), ("iterations", "twice the iterations")):
+        for moved in responses.nodes.get(name, {}).values():
+            if moved is not None:
+                numerics.append(
+                    f"{what} moves a layer by {np.max(np.abs(moved / error)[data.layer > 0]):.1f} standard errors at most"
+                )
     return [
         f"smallest shift of a layer that single sets show (80 % power) [%]: {'; '.join(shifts)}; "
         "an effect must move one by what all sets show together, differences between campaigns included",
-        *(
-            f"numerics first: {name} x {trial.candidate.number.start:g} moves the layers by {trial.relative_shift:.1f} times "
-            "what these data can show"
-            for name, trial in sorted(numerics.items())
-        ),
-        f"{len(search.seeds)} simulated tests a set, {SCREEN} pairs a candidate, {search.pairs} for the most promising, "
-        f"step {search.measurement.test.time_step:.4g} s; "
-        f"{search.simulator.ran} simulated now, the others read from the store",
+        *(["numerics first: " + ", ".join(numerics)] if numerics else ()),
+        f"{len(seeds)} simulated tests a set and effect, step {responses.model.placement.time_step:.4g} s; "
+        f"{responses.simulator.ran} simulated now, the others read from the store",
     ]

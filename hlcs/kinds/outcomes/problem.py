@@ -12,10 +12,9 @@ from hlcs.effects.witnesses import Camera
 from hlcs.estimation.adequacy import fit_adequacy
 from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.designs import Designs, other_bodies_tell
-from hlcs.estimation.linearization import Linearization, Recording
+from hlcs.estimation.direct_problem import DirectProblem
+from hlcs.estimation.linearization import Recording
 from hlcs.estimation.noise_model import Noise
-from hlcs.estimation.problem import Problem, difference_step
-from hlcs.estimation.whitening import whiten
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
 from hlcs.kinds.outcomes.designs import TOO_LONG, rows_of, said
 from hlcs.kinds.protocol import Prepared, misses
@@ -69,18 +68,12 @@ class RowGroup:
     recording: str = ""  # a table has none that could be cut
 
 
-class TableSimulator:
-    """The part of a simulator that a search asks for."""
-
-    contact, height_range, body_steps = False, (0.0, 1.0), 0.0
-
-
-class TableProblem(Problem):
+class TableProblem(DirectProblem):
     """Rows of an outcome table as independent observations."""
 
     def __init__(self, file, table, noise, groups=None):
         """groups: RowGroups, where rows are not held out together in the usual way."""
-        self.file, self.table, self.noise, self.simulator = file, table, noise, TableSimulator()
+        self.file, self.table, self.noise, self.values = file, table, noise, table.values
         _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
         self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
         self.distinct = {name: values[first] for name, values in table.inputs.items()}
@@ -94,9 +87,6 @@ class TableProblem(Problem):
         whitening = self.noise.whitening(np.zeros(count, int), np.arange(count) * 1.0)
         return Recording(np.zeros(count, int), group.rows, np.arange(count) * 1.0, whitening, ())
 
-    def initial_guess(self):
-        return np.zeros((len(self.trials), 13))
-
     def predict(self, model):
         """Outcomes of all rows, (n,)."""
         if model.terms not in self.predicted:  # the rest of the model is the file's and stays
@@ -104,26 +94,6 @@ class TableProblem(Problem):
                 distinct = outcome_motion.outcomes(model, self.setups, self.distinct, self.table.outcome)
             self.predicted[model.terms] = distinct[self.back]
         return self.predicted[model.terms]
-
-    def residuals(self, model, initial_states):
-        difference = self.table.values - self.predict(model)
-        return [difference[group.rows] for group in self.trials]
-
-    def linearise(self, model, initial_states):
-        raw = self.residuals(model, initial_states)
-        s = [[] for _ in self.trials]
-        for index, term in enumerate(model.terms):
-            for free in term.candidate.free:
-                value = term.numbers[free.name]
-                step = difference_step(free, value)
-                if value + step > free.high:
-                    step = -step
-                changed = model.with_at(index, term.numbers | {free.name: value + step})
-                for k, residual in enumerate(self.residuals(changed, initial_states)):
-                    s[k].append(whiten(self.recordings[k].whitening, (raw[k] - residual) / step))
-        empty = [np.zeros((len(part), 0)) for part in raw]
-        r = [whiten(recording.whitening, part) for recording, part in zip(self.recordings, raw, strict=True)]
-        return Linearization(raw, r, empty, [np.column_stack(columns) if columns else empty[k] for k, columns in enumerate(s)])
 
     # --- the next experiment --------------------------------------------------------------------------------------------------
 

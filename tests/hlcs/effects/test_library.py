@@ -7,7 +7,7 @@ import pytest
 
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
-from hlcs.effects import build_entry, candidate, class_named, classes, own_classes, set_of, wanted
+from hlcs.effects import build_entry, candidate, class_named, classes, own_classes, wanted
 from minibullet import effects
 from minibullet.effects.contract import Effect, parameter, parameters
 from minibullet.errors import InputError
@@ -44,7 +44,8 @@ def test_facts_of_a_class_are_values_of_their_kind(name):
 def test_sets_of_look_alikes():
     sets = {}
     for name in sorted(classes()):
-        sets.setdefault(set_of(name), []).append(name)
+        kind = classes()[name]
+        sets.setdefault(kind.form_of or kind.alike, []).append(name)
     del sets[""]
     assert sets == {
         "drag_form": ["drag_crisis", "linear_drag", "quadratic_drag"],
@@ -52,7 +53,6 @@ def test_sets_of_look_alikes():
         "rest_height": ["margin_offset", "size_error"],
         "tilt": ["tilted_frame", "tilted_gravity", "uniform_flow"],
     }
-    assert set_of("nobody") == ""
 
 
 def test_names_are_looked_up_among_shipped_and_own_classes():

@@ -15,7 +15,7 @@ def test_the_ladder_leads_from_the_naive_model_and_holds_the_slope_out(tmp_path)
     document, diagnosis = ladder.ladder(Plan({}, repeats=4), tmp_path, simulator=simulator)
     steps = document["steps"]
     assert diagnosis.title == "Table 2 against the naive model" and set(steps[0]["by_table"]) == {"RPG flat", "TPG flat"}
-    assert steps[1]["effects"] == ["convex_hull_shape"]
+    assert "convex_hull_shape" in steps[-1]["effects"]
     assert all(later["fitted"] < earlier["fitted"] for earlier, later in zip(steps, steps[1:], strict=False))
     assert steps[-1]["held_out"] < steps[0]["held_out"]  # the stand-in is 10 % too thick on the slope as well
     # the files it leaves are a case of their own: naive model, three tables

@@ -5,7 +5,7 @@ import pytest
 from linear_models import Line, model
 
 from hlcs.estimation.cross_validation import CrossValidation
-from hlcs.selection.held_out import HeldOut, beaten, error, held_out
+from hlcs.selection.held_out import HeldOut, beaten, held_out
 from hlcs.selection.reasons import Rule
 from hlcs.simulation.model import Model
 
@@ -24,7 +24,7 @@ def test_a_law_that_holds_for_all_predicts_the_other_half(generator):
     problem, base, fit = fits((3.0,) * 4, 0.1, generator)
     worth = held_out(problem, CrossValidation(problem.trials, "group"), base, fit)
     assert worth.p < 1e-6 and min(worth.directions) > 0.8 and not worth.broken(few=True, count=40)
-    assert error(problem, fit.linearization.projected[0]) == pytest.approx(0.1, rel=0.3)  # 40 readings less 5
+    assert problem.error(fit.linearization.projected[0]) == pytest.approx(0.1, rel=0.3)  # 40 readings less 5
 
 
 def test_a_law_that_holds_for_one_half_alone_is_refused(generator):

@@ -2,53 +2,14 @@
 
 import numpy as np
 import pytest
-from linear_models import Line
+from linear_models import LAWS, Bend, sets
 from scipy import stats
 
-from hlcs.effects import Candidate, Free, class_named
+from hlcs.effects import Free
 from hlcs.estimation.cross_validation import CrossValidation
-from hlcs.estimation.linearization import Linearization
-from hlcs.estimation.whitening import whiten
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets, interval
 from hlcs.simulation.model import Model
-
-LAWS = {
-    name: Candidate(name, class_named(name), (Free("rate", "1/s", 0.0, 10.0, 0.0, 0.0),))
-    for name in ("linear_drag", "spin_decay")
-}
-
-
-class Bend(Line):
-    """Two laws: rate * t of the one, rate * (t + bend * t^2) of the other."""
-
-    bend = 0.0
-
-    def shape(self, name, t):
-        return t if name == "linear_drag" else t + self.bend * t**2
-
-    def residuals(self, model, initial_states):
-        told = zip(self.times, self.values, initial_states, strict=True)
-        return [
-            y - state[0] - sum(term.numbers["rate"] * self.shape(term.name, t) for term in model.terms) for t, y, state in told
-        ]
-
-    def linearise(self, model, initial_states):
-        raw = self.residuals(model, initial_states)
-
-        def white(columns):
-            return [whiten(recording.whitening, part) for recording, part in zip(self.recordings, columns, strict=True)]
-
-        table = [np.array([self.shape(term.name, t) for term in model.terms]).reshape(-1, len(t)).T for t in self.times]
-        return Linearization(raw, white(raw), white([np.ones((len(t), 1)) for t in self.times]), white(table))
-
-
-def sets(bend, generator, sigma=0.05):
-    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
-    problem = Bend(times, [3.0 * t + sigma * generator.standard_normal(25) for t in times], sigma, ["a", "b", "a", "b"])
-    problem.bend = bend
-    search = Search(problem, LAWS.values(), problem.fit(Model())).run()
-    return FittedSets(search, CrossValidation(problem.trials, "group"))
 
 
 def test_laws_that_look_alike_share_the_weight_and_take_each_others_place(generator):

@@ -1,0 +1,50 @@
+"""The problem that a table poses: its model foretells every number at once, and no initial state absorbs anything."""
+
+from abc import abstractmethod
+
+import numpy as np
+
+from hlcs.estimation.linearization import Linearization
+from hlcs.estimation.problem import Problem, difference_step
+
+
+class NoSimulator:
+    """The part of a simulator that a search asks for, where no motion is simulated during it."""
+
+    contact, height_range, body_steps = False, (0.0, 1.0), 0.0
+
+
+class DirectProblem(Problem):
+    """Base of the problems of tables: a kind of measurement sets `trials` (each with `rows`, indices of the table) and `values`
+    (n,), and defines `predict(model)` -> (n,)."""
+
+    simulator = NoSimulator()
+
+    @abstractmethod
+    def predict(self, model):
+        """What the model foretells of all rows of the table (n,)."""
+
+    def initial_guess(self):
+        return np.zeros((len(self.trials), 13))
+
+    def stepped(self, initial_states, moves):
+        """The same initial states: none of them moves."""
+        return initial_states
+
+    def residuals(self, model, initial_states):
+        difference = self.values - self.predict(model)
+        return [difference[trial.rows] for trial in self.trials]
+
+    def linearise(self, model, initial_states):
+        raw = self.residuals(model, initial_states)
+        columns = [np.zeros((len(part), 0)) for part in raw]
+        for index, term in enumerate(model.terms):
+            for free in term.candidate.free:
+                value = term.numbers[free.name]
+                step = difference_step(free, value)
+                if value + step > free.high:
+                    step = -step
+                changed = self.residuals(model.with_at(index, term.numbers | {free.name: value + step}), initial_states)
+                slopes = self.whitened([(before - after) / step for before, after in zip(raw, changed, strict=True)])
+                columns = [np.column_stack([part, slope]) for part, slope in zip(columns, slopes, strict=True)]
+        return Linearization(raw, self.whitened(raw), [np.zeros((len(part), 0)) for part in raw], columns)

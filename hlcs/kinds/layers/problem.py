@@ -1,0 +1,102 @@
+"""The problem that tables of layers pose to the search: what was measured and simulated, their scatter, designs of more tests."""
+
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from hlcs.effects.witnesses import OF_LAYERS
+from hlcs.estimation.designs import Design, Designs
+from hlcs.estimation.direct_problem import DirectProblem
+from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers.notes import noise_floor
+from hlcs.kinds.layers.response import Responses
+
+
+class Group(NamedTuple):
+    """What is held out together: the sets of one campaign, or of one grid."""
+
+    name: str
+    group: str
+    rows: np.ndarray  # of the vector of all values
+    body: None = None
+    recording: str = ""  # tables have none that could be cut
+
+
+class LayerProblem(DirectProblem):
+    """Values of all measured sets, or of some rows of them, beside the responses of a model."""
+
+    unit = "1"
+
+    def __init__(self, responses: Responses, groups, covariance):
+        """groups: Group each; covariance (n, n) of measured - model, of all rows."""
+        self.responses, self.data, self.trials, self.difference_steps = responses, responses.data, groups, {}
+        self.rows = np.concatenate([group.rows for group in groups])
+        self.sigma = np.sqrt(np.diag(covariance))
+        self.factor = np.linalg.cholesky(covariance[np.ix_(self.rows, self.rows)])
+        self.values = self.data.value
+
+    @cached_property
+    def noise_level(self):
+        """Mean relative error that a perfect model would show on these data [-]."""
+        return noise_floor(self, self.responses.model)
+
+    def predict(self, model):
+        return self.responses.values(model)
+
+    def split(self, values):
+        """Values of all groups in one row as a list."""
+        return np.split(values, np.cumsum([len(group.rows) for group in self.trials])[:-1])
+
+    def whitened(self, raw):
+        return self.split(solve_triangular(self.factor, np.concatenate(raw), lower=True))
+
+    def coloured(self, white):
+        """White residuals turned back into residuals of all rows of the table (n,)."""
+        residual = np.zeros(len(self.values))
+        residual[self.rows] = self.factor @ np.concatenate(white)
+        return residual
+
+    def in_sigmas(self, white):
+        residual = self.coloured(white) / self.sigma
+        return [residual[group.rows] for group in self.trials]
+
+    def error(self, white):
+        """Mean relative error of the layer coefficients (Eq. 11)."""
+        layers = self.data.layer > 0
+        return float(np.mean(np.abs(self.coloured(white)[layers]) / self.data.value[layers]))
+
+    # --- the next experiment ----------------------------------------------------------------------------------------------------
+
+    def reading(self, term):
+        """(what measures an effect directly, its separation: it decides alone), None where nothing does."""
+        return (OF_LAYERS[term.name], np.inf) if term.name in OF_LAYERS else None
+
+    def designs(self, final, other):
+        """More tests on one of the measured grids, by other hands: a campaign is off by itself, however many its tests are."""
+        data, found, groups, shared = self.data, [], [], []
+        variance = np.full(len(self.values), np.inf)
+        for index, measured_set in enumerate(self.responses.sets):
+            what = {"grid": measured_set.grid.name, "bottom_slope": measured_set.bottom_slope}
+            rows = np.flatnonzero((data.set == index) & (data.layer > 0))
+            if what in [design.what for design in found]:
+                continue
+            text = f"place {measured_set.grid.name} on a {'flat' if not measured_set.bottom_slope else 'sloped'} bottom again"
+            found.append(Design(text, what))
+            groups.append(Group(measured_set.name, measured_set.name, rows))
+            variance[rows] = (data.variance * data.tests)[rows]
+            deviation, mean = np.sqrt(variance[rows]), data.value[rows]
+            upper = least_squares.MODEL * mean * (data.layer[rows] > 1)
+            columns = [least_squares.CAMPAIGN * mean[:, None], np.diag(least_squares.CAMPAIGN * mean), np.diag(upper)]
+            shared.append(np.hstack(columns) / deviation[:, None])
+        problem = LayerProblem(self.responses, tuple(groups), np.diag(variance))
+        return Designs(problem, problem.initial_guess(), tuple(found), shared)
+
+    def worst(self, fit):
+        """(where a fit misses most, in words; the same for a program)."""
+        residual = self.coloured(fit.linearization.white) / self.sigma
+        place = int(np.argmax(np.abs(residual) * (self.data.layer > 0)))
+        measured_set = self.responses.sets[self.data.set[place]]
+        text = f"{measured_set.name} (whose layer {self.data.layer[place]} the model misses most)"
+        return text, {"grid": measured_set.grid.name, "bottom_slope": measured_set.bottom_slope}

@@ -1,0 +1,122 @@
+"""What effects do to layers, from paired simulations: a response of all values to each number, checked against runs.
+
+Every model is simulated with the same seeds, so that a difference of two is known better than either. A response is a chain of
+straight lines through the numbers at which its effect was simulated; those of several effects add up. Where the search ends the
+model is simulated as a whole, and by what that differs from the sum every later answer for the same effects is mended.
+"""
+
+import numpy as np
+
+from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers.model import coefficients
+from minibullet.errors import InputError
+
+STEPS = (0.5, 1.0, 2.0, 4.0)  # where a number is simulated, in first steps from its null value, either way
+
+
+class Responses:
+    """Simulations of a model of layers, alone and with effects, on all measured sets."""
+
+    def __init__(self, simulator, model, sets, data, seeds):
+        self.simulator, self.model, self.sets, self.data, self.seeds = simulator, model, sets, data, seeds
+        (self.runs,) = self._simulate([model], "model " + ", ".join(model.effects))
+        for measured_set, tests in zip(sets, self.runs, strict=True):
+            if np.isfinite(tests).all(axis=1).sum() < 2:
+                raise InputError(
+                    f"the model under test cannot be placed on {measured_set.name}: fewer than two of {len(tests)} simulated "
+                    f"tests stand; {simulator.refused or 'run `hlcs place` with these settings to see why'}"
+                )
+        self.base = least_squares.simulated(data, self.runs)
+        self.pairs = {}  # (name of an effect, step of its number) -> pairs of runs that its change was taken from
+        self.nodes = {}  # name of an effect -> {step of its number from the null: change of all values (n,), None if it falls}
+        self.mended = {}  # names of the simulated effects of a model -> (its runs, how far off the sum of responses is (n,))
+
+    def _simulate(self, models, label, pairs=None):
+        return coefficients(self.simulator, models, self.sets, self.seeds[:pairs], label)
+
+    # --- simulations ----------------------------------------------------------------------------------------------------------
+
+    def take(self, wanted, pairs=None):
+        """Simulate effects, in so many pairs of runs or in all; wanted: [(LayerCandidate, step of its number)]."""
+        models = [self.model.with_effect(candidate, step) for candidate, step in wanted]
+        for (candidate, step), runs in zip(wanted, self._simulate(models, "effects", pairs) if models else (), strict=True):
+            self.nodes.setdefault(candidate.name, {})[step] = least_squares.change(self.data, self.runs, runs)
+            self.pairs[candidate.name, step] = pairs or len(self.seeds)
+
+    def missing(self, term):
+        """Where the effect of a term is to be simulated next, a step from its null value; None where that has been done near to
+        its number in all pairs, or can not be done."""
+        candidate, steps = term.candidate, [term.candidate.step]
+        if candidate.free and candidate.simulated:
+            (free,) = candidate.free
+            wanted, size = term.numbers[free.name] - free.null, abs(candidate.step)
+            steps = [np.copysign(size * part, wanted or candidate.step) for part in STEPS]
+            steps = [step for step in steps if free.inside(free.null + step) == free.null + step]
+            steps.sort(key=lambda step: abs(np.log(max(abs(wanted), 1e-9 * size) / abs(step))))
+        done = not candidate.simulated or not steps or self.pairs.get((candidate.name, steps[0]), 0) == len(self.seeds)
+        return None if done else steps[0]
+
+    def mend(self, model):
+        """Simulate a model with all its effects: what is said of these effects afterwards goes through these runs."""
+        (runs,) = self._simulate([model], "model " + ", ".join(model.effects))
+        names = _simulated(model)
+        self.mended.pop(names, None)
+        moved = least_squares.change(self.data, self.runs, runs)
+        if moved is not None:  # else its tests do not stand, and the responses alone are believed
+            self.mended[names] = runs, self.base.value + moved - self.values(model)
+
+    def runs_of(self, model):
+        """Simulated tests (seeds, M) of each set, as a model has them: those of a model that was simulated, moved to its mean."""
+        runs, values = self.mended.get(_simulated(model), (self.runs,))[0], self.values(model)
+        moved = []
+        for index, tests in enumerate(runs):
+            layers, _ = least_squares.rows_of(self.data, index)
+            moved.append(tests + values[layers] - np.nanmean(tests, axis=0))
+        return moved
+
+    # --- answers ----------------------------------------------------------------------------------------------------------------
+
+    def values(self, model):
+        """All values (n,) as a model says they are read; InputError where none stands."""
+        values = self.base.value
+        for term in model.terms:
+            values = values + self._moved(term) if term.candidate.simulated else values
+        if _simulated(model) in self.mended:
+            values = values + self.mended[_simulated(model)][1]
+        for term in model.terms:
+            values = values if term.candidate.simulated else self._read(term, values)  # what is simulated is read as it is
+        return values
+
+    def _moved(self, term):
+        """Change of all values (n,) that the simulated effect of a term makes."""
+        candidate = term.candidate
+        nodes, wanted = self.nodes.get(candidate.name, {}), candidate.step
+        if candidate.free:
+            wanted = term.numbers[candidate.free[0].name] - candidate.free[0].null
+        if wanted == 0.0:
+            return np.zeros(len(self.data.value))
+        side = sorted((step for step in nodes if step * wanted > 0), key=abs) or sorted(nodes, key=abs)[:1]
+        fallen = min((abs(step) for step in side if nodes[step] is None), default=np.inf)
+        standing = [step for step in side if abs(step) < fallen]
+        if not standing or abs(wanted) >= fallen:
+            raise InputError(f"no placement stands with {candidate.name}")
+        if abs(wanted) >= abs(standing[-1]) or standing[-1] * wanted < 0:
+            return nodes[standing[-1]] * (wanted / standing[-1])
+        ends = np.array([np.zeros(len(self.data.value)), *(nodes[step] for step in standing)])
+        sizes = np.abs([0.0, *standing])
+        above = int(np.searchsorted(sizes, abs(wanted)))
+        part = (abs(wanted) - sizes[above - 1]) / (sizes[above] - sizes[above - 1])
+        return ends[above - 1] + part * (ends[above] - ends[above - 1])
+
+    def _read(self, term, values):
+        """All values (n,) as an effect on the reading changes them."""
+        read, numbers = values.copy(), term.numbers.values()
+        for index, measured_set in enumerate(self.sets):
+            layers, _ = least_squares.rows_of(self.data, index)
+            read[layers] = term.candidate.read(values[layers], measured_set, *numbers)
+        return read
+
+
+def _simulated(model):
+    """Names of the effects of a model that are simulated."""
+    return frozenset(term.name for term in model.terms if term.candidate.simulated)

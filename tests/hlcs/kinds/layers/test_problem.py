@@ -1,0 +1,57 @@
+"""Tables of layers as a problem for the search."""
+
+import numpy as np
+import pytest
+from layer_tables import experiment, measured
+from scipy import optimize
+
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.kinds.layers import Layers, least_squares
+from hlcs.kinds.layers.candidates import named
+from hlcs.kinds.protocol import Options
+
+
+@pytest.fixture
+def problem(tmp_path, simulator):
+    file = experiment(tmp_path, [measured("TPG", 1, "a"), measured("RPG", 2, "b")], "margin = 0.0")
+    return Layers(read_experiment_file(file.path), Options(), simulator)._problem()
+
+
+def test_white_residuals_have_the_covariance_of_the_table(problem):
+    """whitened(e) = L^-1 e with L L' the covariance: its square is e' V^-1 e, and colouring brings the residuals back."""
+    matrix = least_squares.covariance(problem.data, problem.data.variance + problem.responses.base.variance)
+    residual = np.linspace(-0.02, 0.03, len(problem.values))
+    white = problem.whitened([residual[group.rows] for group in problem.trials])
+    assert sum(part @ part for part in white) == pytest.approx(residual @ np.linalg.solve(matrix, residual))
+    np.testing.assert_allclose(problem.coloured(white), residual, atol=1e-14)
+
+
+def test_the_error_is_the_mean_relative_one_of_the_layers(problem):
+    layers = problem.data.layer > 0
+    residual = np.where(layers, 0.01 * problem.values, 5.0)  # the rows of the scatter do not count
+    white = problem.whitened([residual[group.rows] for group in problem.trials])
+    assert problem.error(white) == pytest.approx(0.01)
+
+
+def test_a_number_is_found_by_generalised_least_squares(problem):
+    """length_scale is linear: beside readings 3 % larger than the model's its number is the least of a parabola and a belief."""
+    candidate = named("length_scale", problem.responses.model.placement, problem.responses.sets)
+    model = problem.responses.model.with_effect(candidate, 0.03)
+    problem.values = problem.predict(model)
+    found, (free,) = problem.fit(problem.responses.model.with_effect(candidate, 0.0)), candidate.free
+    layers = np.where(problem.data.layer > 0, problem.responses.base.value, 0.0)
+    white = np.concatenate(problem.whitened([layers[group.rows] for group in problem.trials]))
+    cost = optimize.minimize_scalar(lambda x: (white @ white) * (x - 1.03) ** 2 + free.surprise(x), (1.0, 1.03))
+    assert found.estimate[0] == pytest.approx(cost.x, abs=2e-5) and 1.02 < cost.x < 1.03
+
+
+def test_more_tests_of_one_campaign_do_not_tell_apart_what_a_campaign_may_change(problem):
+    """A plate that reads 1 % low differs from nothing by less than campaigns differ: however many tests, lambda stays small."""
+    from hlcs.selection.experiment_design import parts
+
+    candidate = named("length_scale", problem.responses.model.placement, problem.responses.sets)
+    fits = [problem.fit(problem.responses.model), problem.fit(problem.responses.model.with_effect(candidate, 0.01))]
+    new = problem.designs(*fits)
+    assert [design.what["grid"] for design in new.options] == ["TPG", "RPG"]
+    small = [min(part.separation()(1000) for part in both) for both in parts(new, *fits)]
+    assert max(small) < (0.01 / least_squares.CAMPAIGN) ** 2
