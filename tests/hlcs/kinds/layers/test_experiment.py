@@ -86,10 +86,10 @@ def test_naive_hull_model_is_led_to_the_true_shape(tmp_path, simulator):
         "where",
         "next_experiment",
     }
-    # the mended model, written as a file, starts where this one ended: numbers were fitted once more after its last simulation
+    # the mended model, written as a file, starts where this one ended, seen by half as many simulated tests
     (tmp_path / "mended.toml").write_text(found.model.to_toml())
     again = compare_layers(read_experiment_file(tmp_path / "mended.toml"), simulator=simulator)
-    assert again.error["rms"] == pytest.approx(found.error["fitted"]["after"], rel=1e-3)
+    assert again.error["rms"] == pytest.approx(found.error["fitted"]["after"], rel=0.1)
     # and what is there already is not sought again
     ran = simulator.ran
     assert diagnose_layers(file, simulator=simulator).to_json()["effects"] == list(found.effects) and simulator.ran == ran
