@@ -148,7 +148,7 @@ def _placement(test):
         _simulated("grid_spacing", _number("relative", "1", -0.03, 0.03, 0.0), 0.02, _widen_grid),
         _read(
             "orientation_bias",
-            _number("fraction", "1", 0.0, 1.0, 1.0, most=1.0),
+            _number("fraction", "1", 0.8, 1.0, 1.0, least=0.0, most=1.0),  # a unit on a tip falls over unless others hold it
             reading=lambda k, _, value: _raise_first(k, (1.0 - value) * TIP_OVER_LOW),
         ),
     )
@@ -169,7 +169,7 @@ def _measurement(sets):
             reading=lambda k, _, value: _raise_first(k, value),
             kind=RestHeight,
         ),
-        _read("length_scale", _number("factor", "1", 0.9, 1.1, 1.0), reading=lambda k, _, value: k * value),
+        _read("length_scale", _number("factor", "1", 0.97, 1.03, 1.0), reading=lambda k, _, value: k * value),
         # of one campaign alone it is the length scale
         _read("campaign_offset", *offsets, reading=by_campaign) if len(campaigns) > 1 else None,
     )

@@ -21,7 +21,8 @@ from hlcs.selection.verdict import select
 from minibullet.errors import InputError
 
 ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass
-SEEDS, SCREEN = 8, 4  # tests of a model on each measured set, and pairs of tests of a first look at every effect
+SEEDS = 8  # tests of a model on each measured set; in a search twice as many
+SCREEN = 4  # of them for a first look at every effect
 ROUNDS = 4  # of a search and of simulations of what it found to be among the best
 CHECKED = 3  # sets of effects that are simulated as a whole, at most
 NOTHING_PAYS = "the misfit is too small, or the numbers too few, to pay for any"
@@ -61,16 +62,16 @@ class Layers:
         }
         return {"position": None} | (known if self.judgeable else {"source": "unknown"})
 
-    def _problem(self):
+    def _problem(self, seeds):
         """The LayerProblem of the model under test, simulated on every set."""
         data = least_squares.observed(self.sets, self.measurement.group)
-        responses = Responses(self.simulator, self.model, self.sets, data, self.seeds)
+        responses = Responses(self.simulator, self.model, self.sets, data, seeds)
         names = tuple(dict.fromkeys(map(self.measurement.group, self.sets)))
         groups = tuple(Group(name, name, np.flatnonzero(data.group == index)) for index, name in enumerate(names))
         return LayerProblem(responses, groups, least_squares.covariance(data, data.variance + responses.base.variance))
 
     def observe(self):
-        problem = self._problem()
+        problem = self._problem(self.seeds)
         fit = problem.fit(self.model)
         adequacy, table = self.judge(problem, fit)
         values, residual = table["measured"], table["residual"]
@@ -100,7 +101,7 @@ class Layers:
         raise InputError(f"{self.title}: plans are made for recordings and outcome tables, not yet for layers")
 
     def search(self, candidates):
-        problem = self._problem()
+        problem = self._problem([self.seeds[0] + k for k in range(2 * len(self.seeds))])
         responses, base = problem.responses, problem.fit(self.model)
         cross_validation = CrossValidation(problem.trials, self.measurement.hold_out)
         odds = ODDS if cross_validation.possible else ODDS_ALONE
@@ -117,7 +118,7 @@ class Layers:
             search = Search(problem, chosen, base, odds, self.options.log, first).run()
             if not self._check(search, checked):
                 break
-        notes = [*self.notes, *campaign_notes(self.sets), *search_notes(problem, self.seeds)]
+        notes = [*self.notes, *campaign_notes(self.sets), *search_notes(problem)]
         if self.options.user_effects:
             notes.append("effects of your own take part in recordings and tables of outcomes, not in layers")
         prepared = Prepared(None, problem, base, tuple(notes))

@@ -87,24 +87,44 @@ def simulated(data, runs_of_sets):
     return Simulated(value, variance, tests)
 
 
-def change(data, without, changed):
-    """Change of all values (n,) from runs with the same seeds; None where fewer than two pairs were possible.
+def change(data, without, changed, shared):
+    """Change of all values (n,) between runs, some of them with the same seeds; None where fewer than two of a set stand.
 
-    without, changed: runs (seeds, M) of each set, of the second perhaps the first seeds alone.
+    without, changed: runs (seeds, M) of each set, of the second the first seeds alone, or all; shared (M,): what part of the
+    scatter of a layer its seed decides, see `shared_scatter`. With that part runs of the same seed are compared, with the rest
+    all of them: the least variance that a mean over few of many seeds can have (control variates: R. Y. Rubinstein, R. Marcus,
+    Oper. Res. 33 (1985) 661).
     """
     moved = np.empty(len(data.value))
-    for index, runs in enumerate(zip(without, changed, strict=True)):
-        seeds = min(map(len, runs))
-        good = np.isfinite(runs[1][:seeds] - runs[0][:seeds]).all(axis=1)
-        before, after = (part[:seeds][good] for part in runs)
-        if len(after) < 2:
+    for index, (before, after) in enumerate(zip(without, changed, strict=True)):
+        stand = np.isfinite(before).all(axis=1)
+        both = stand[: len(after)] & np.isfinite(after).all(axis=1)
+        if both.sum() < 2:
             return None
+        same, all_of_them, after = before[: len(after)][both], before[stand], after[both]
         layers, scatter = rows_of(data, index)
-        moved[layers] = (after - before).mean(axis=0)
+        part = shared[: same.shape[1]]
+        moved[layers] = after.mean(axis=0) - part * same.mean(axis=0) - (1.0 - part) * all_of_them.mean(axis=0)
         if scatter.any():
-            pooled = [max(part[:, 1:].var(axis=0, ddof=1).mean(), 1e-8) for part in (before, after)]
+            pooled = [max(part[:, 1:].var(axis=0, ddof=1).mean(), 1e-8) for part in (all_of_them, after)]
             moved[scatter] = 0.5 * np.log(pooled[1] / pooled[0])
     return moved
+
+
+def shared_scatter(without, many):
+    """What part of the scatter of each layer its seed decides (M,): slope of runs with an effect over those without it, of all
+    effects and sets together; many: [runs (seeds, M) of each set] of each effect."""
+    most = max(runs.shape[1] for runs in without)
+    products, squares = np.zeros((2, most))
+    for changed in many:
+        for before, after in zip(without, changed, strict=True):
+            before = before[: len(after)]
+            both = np.isfinite(before).all(axis=1) & np.isfinite(after).all(axis=1)
+            if both.sum() > 1:
+                x, y = (part[both] - part[both].mean(axis=0) for part in (before, after))
+                products[: x.shape[1]] += np.sum(x * y, axis=0)
+                squares[: x.shape[1]] += np.sum(x * x, axis=0)
+    return np.clip(np.where(squares > 0, products / np.where(squares > 0, squares, 1.0), 1.0), 0.0, 1.0)
 
 
 def rows_of(data, index):

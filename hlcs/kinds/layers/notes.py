@@ -75,7 +75,7 @@ def campaign_notes(sets):
     return notes
 
 
-def search_notes(problem, seeds):
+def search_notes(problem):
     """What the data could show, what the numerics change, and how many tests were simulated."""
     responses, shifts = problem.responses, []
     data, numerics = responses.data, []
@@ -94,6 +94,6 @@ def search_notes(problem, seeds):
         f"smallest shift of a layer that single sets show (80 % power) [%]: {'; '.join(shifts)}; "
         "an effect must move one by what all sets show together, differences between campaigns included",
         *(["numerics first: " + ", ".join(numerics)] if numerics else ()),
-        f"{len(seeds)} simulated tests a set and effect, step {responses.model.placement.time_step:.4g} s; "
+        f"{len(responses.seeds)} simulated tests a set and effect, step {responses.model.placement.time_step:.4g} s; "
         f"{responses.simulator.ran} simulated now, the others read from the store",
     ]

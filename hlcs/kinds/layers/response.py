@@ -27,8 +27,8 @@ class Responses:
                     f"tests stand; {simulator.refused or 'run `hlcs place` with these settings to see why'}"
                 )
         self.base = least_squares.simulated(data, self.runs)
-        self.pairs = {}  # (name of an effect, step of its number) -> pairs of runs that its change was taken from
-        self.nodes = {}  # name of an effect -> {step of its number from the null: change of all values (n,), None if it falls}
+        self.taken = {}  # name of an effect -> {step of its number from the null value: its runs}
+        self.nodes = {}  # the same -> change of all values (n,), None where no placement stands
         self.mended = {}  # names of the simulated effects of a model -> (its runs, how far off the sum of responses is (n,))
 
     def _simulate(self, models, label, pairs=None):
@@ -40,8 +40,12 @@ class Responses:
         """Simulate effects, in so many pairs of runs or in all; wanted: [(LayerCandidate, step of its number)]."""
         models = [self.model.with_effect(candidate, step) for candidate, step in wanted]
         for (candidate, step), runs in zip(wanted, self._simulate(models, "effects", pairs) if models else (), strict=True):
-            self.nodes.setdefault(candidate.name, {})[step] = least_squares.change(self.data, self.runs, runs)
-            self.pairs[candidate.name, step] = pairs or len(self.seeds)
+            self.taken.setdefault(candidate.name, {})[step] = runs
+        self.shared = least_squares.shared_scatter(self.runs, [runs for steps in self.taken.values() for runs in steps.values()])
+        self.nodes = {
+            name: {step: least_squares.change(self.data, self.runs, runs, self.shared) for step, runs in steps.items()}
+            for name, steps in self.taken.items()
+        }
 
     def missing(self, term):
         """Where the effect of a term is to be simulated next, a step from its null value; None where that has been done near to
@@ -53,15 +57,17 @@ class Responses:
             steps = [np.copysign(size * part, wanted or candidate.step) for part in STEPS]
             steps = [step for step in steps if free.inside(free.null + step) == free.null + step]
             steps.sort(key=lambda step: abs(np.log(max(abs(wanted), 1e-9 * size) / abs(step))))
-        done = not candidate.simulated or not steps or self.pairs.get((candidate.name, steps[0]), 0) == len(self.seeds)
-        return None if done else steps[0]
+        if not candidate.simulated or not steps:
+            return None
+        known = self.taken.get(candidate.name, {}).get(steps[0])
+        return None if known and len(known[0]) == len(self.seeds) else steps[0]
 
     def mend(self, model):
         """Simulate a model with all its effects: what is said of these effects afterwards goes through these runs."""
         (runs,) = self._simulate([model], "model " + ", ".join(model.effects))
         names = _simulated(model)
         self.mended.pop(names, None)
-        moved = least_squares.change(self.data, self.runs, runs)
+        moved = least_squares.change(self.data, self.runs, runs, self.shared)
         if moved is not None:  # else its tests do not stand, and the responses alone are believed
             self.mended[names] = runs, self.base.value + moved - self.values(model)
 

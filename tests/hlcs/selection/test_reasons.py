@@ -13,9 +13,9 @@ def test_sentences_are_distinct():
 
 
 def test_an_explanation_carries_reason_and_sentence():
-    fall, layer = Rule.HELD_OUT_ERROR(percent=1.23), Rule.MOVES_A_LAYER()
+    fall, chance = Rule.HELD_OUT_ERROR(percent=1.23), Rule.NO_CHANCE(p=0.5)
     assert fall.reason is Rule.HELD_OUT_ERROR and fall.why == "held-out error falls by 1.2 % only"
-    assert sentences([fall, layer]) == f"{fall.why}; it moves no layer" and sentences([]) == ""
+    assert sentences([fall, chance]) == f"{fall.why}; {chance.why}" and sentences([]) == ""
 
 
 def diagnosis(*findings):

@@ -72,7 +72,7 @@ def test_naive_hull_model_is_led_to_the_true_shape(tmp_path, simulator):
     found = diagnose_layers(file, simulator=simulator)
     assert "convex_hull_shape" in found.effects and found.model.placement.shape == "pieces"
     held = [step["held_out"] for step in found.steps]
-    assert all(later < 0.98 * earlier for earlier, later in zip(held, held[1:], strict=False))  # rule: each step 2 % at least
+    assert all(later < 0.98 * held[0] for later in held[1:])  # rule: an effect takes 2 % at least
     assert found.error["held_out"]["before"] == held[0] and found.error["held_out"]["after"] == held[-1]
     assert set(found.to_json()) >= {
         "verdict",
@@ -86,10 +86,10 @@ def test_naive_hull_model_is_led_to_the_true_shape(tmp_path, simulator):
         "where",
         "next_experiment",
     }
-    # the mended model, written as a file, starts where this one ended: numbers were fitted once more after its last simulation
+    # the mended model, written as a file, starts where this one ended, seen by half as many simulated tests
     (tmp_path / "mended.toml").write_text(found.model.to_toml())
     again = compare_layers(read_experiment_file(tmp_path / "mended.toml"), simulator=simulator)
-    assert again.error["rms"] == pytest.approx(found.error["fitted"]["after"], rel=1e-3)
+    assert again.error["rms"] == pytest.approx(found.error["fitted"]["after"], rel=0.1)
     # and what is there already is not sought again
     ran = simulator.ran
     assert diagnose_layers(file, simulator=simulator).to_json()["effects"] == list(found.effects) and simulator.ran == ran
@@ -129,7 +129,7 @@ def test_five_layers_of_one_grid_pay_for_two_effects_at_most(tmp_path, simulator
 def test_nothing_missing_is_said_without_a_search(tmp_path, simulator):
     frames = [measured(grid, 5, campaign) for grid, campaign in (("TPG", "a"), ("RPG", "b"))]
     found = diagnose_layers(experiment(tmp_path, frames), simulator=simulator)
-    assert found.verdict == "complete" and simulator.ran == 16  # eight tests a set: no candidate could have paid its price
+    assert found.verdict == "complete" and simulator.ran == 32  # sixteen tests a set: no candidate could have paid its price
     assert any("smallest shift of a layer that single sets show" in note for note in found.notes)
 
 

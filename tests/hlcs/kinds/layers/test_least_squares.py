@@ -37,15 +37,26 @@ def test_campaigns_differ_by_one_factor_and_layer_by_layer():
     assert matrix[1, 9] == pytest.approx((least_squares.MODEL * 1.08) ** 2)  # the model is one, whoever measured
 
 
-def test_a_change_is_that_of_pairs_and_leaves_refused_runs_out(generator):
+def test_a_change_is_that_of_pairs_where_seeds_decide_and_of_means_where_they_do_not(generator):
     without = runs_of(generator)
-    changed = [runs + 0.05 for runs in without]
+    changed = [runs[:5] + 0.05 for runs in without]
     changed[0][3] = np.nan
-    moved = least_squares.change(DATA, without, changed)
-    np.testing.assert_allclose(moved[DATA.layer > 0], 0.05, rtol=1e-12)
-    np.testing.assert_allclose(moved[DATA.layer == 0], 0.0, atol=0.2)  # as much scatter, of the runs that are left
+    paired = least_squares.change(DATA, without, changed, np.ones(3))
+    np.testing.assert_allclose(paired[DATA.layer > 0], 0.05, rtol=1e-12)  # refused runs left out
+    means = least_squares.change(DATA, without, changed, np.zeros(3))
+    np.testing.assert_allclose(means[4:7], changed[1].mean(axis=0) - without[1].mean(axis=0), rtol=1e-12)
     changed[1][1:] = np.nan
-    assert least_squares.change(DATA, without, changed) is None
+    assert least_squares.change(DATA, without, changed, np.ones(3)) is None
+
+
+def test_what_seeds_decide_is_the_slope_of_runs_on_runs(generator):
+    """Runs with an effect that repeat the scatter of a layer by 1, 0.5 and 0 times, among noise of their own."""
+    parts, without = np.array([1.0, 0.5, 0.0]), runs_of(generator, seeds=8)
+    many = [
+        [MEAN + 0.1 + parts * (runs - MEAN) + 0.005 * generator.standard_normal((4, 3)) for runs in [r[:4] for r in without]]
+        for _ in range(60)
+    ]
+    np.testing.assert_allclose(least_squares.shared_scatter(without, many), parts, atol=0.1)  # noise of 0.005 / 0.01 / sqrt(540)
 
 
 def test_a_model_that_agrees_is_adequate_and_one_far_away_is_not(generator):

@@ -14,7 +14,7 @@ from hlcs.kinds.protocol import Options
 @pytest.fixture
 def problem(tmp_path, simulator):
     file = experiment(tmp_path, [measured("TPG", 1, "a"), measured("RPG", 2, "b")], "margin = 0.0")
-    return Layers(read_experiment_file(file.path), Options(), simulator)._problem()
+    return Layers(read_experiment_file(file.path), Options(), simulator)._problem(range(1, 9))
 
 
 def test_white_residuals_have_the_covariance_of_the_table(problem):
@@ -42,7 +42,7 @@ def test_a_number_is_found_by_generalised_least_squares(problem):
     layers = np.where(problem.data.layer > 0, problem.responses.base.value, 0.0)
     white = np.concatenate(problem.whitened([layers[group.rows] for group in problem.trials]))
     cost = optimize.minimize_scalar(lambda x: (white @ white) * (x - 1.03) ** 2 + free.surprise(x), (1.0, 1.03))
-    assert found.estimate[0] == pytest.approx(cost.x, abs=2e-5) and 1.02 < cost.x < 1.03
+    assert found.estimate[0] == pytest.approx(cost.x, abs=1e-3) and 1.01 < cost.x < 1.03
 
 
 def test_more_tests_of_one_campaign_do_not_tell_apart_what_a_campaign_may_change(problem):
