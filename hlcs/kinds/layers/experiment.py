@@ -5,13 +5,13 @@ import numpy as np
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.estimation.adequacy import Adequacy
 from hlcs.estimation.cross_validation import CrossValidation
-from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers import observations
 from hlcs.kinds.layers.candidates import library, named
 from hlcs.kinds.layers.data import read_layers
 from hlcs.kinds.layers.model import PlacementSimulator, model_of
 from hlcs.kinds.layers.notes import campaign_notes, left_out, samples, search_notes, set_notes
 from hlcs.kinds.layers.problem import Group, LayerProblem
-from hlcs.kinds.layers.response import Responses
+from hlcs.kinds.layers.responses import Responses
 from hlcs.kinds.protocol import Observation, Prepared
 from hlcs.placement import statistics
 from hlcs.records import Pictures, Reason
@@ -57,18 +57,18 @@ class Layers:
         known = {
             "rho": 0.0,
             "source": "scatter between tests, over the number of tests",
-            "campaign": least_squares.CAMPAIGN,
+            "campaign": observations.CAMPAIGN,
             "hold_out": self.measurement.hold_out,
         }
         return {"position": None} | (known if self.judgeable else {"source": "unknown"})
 
     def _problem(self, seeds):
         """The LayerProblem of the model under test, simulated on every set."""
-        data = least_squares.observed(self.sets, self.measurement.group)
+        data = observations.observed(self.sets, self.measurement.group)
         responses = Responses(self.simulator, self.model, self.sets, data, seeds)
         names = tuple(dict.fromkeys(map(self.measurement.group, self.sets)))
         groups = tuple(Group(name, name, np.flatnonzero(data.group == index)) for index, name in enumerate(names))
-        return LayerProblem(responses, groups, least_squares.covariance(data, data.variance + responses.base.variance))
+        return LayerProblem(responses, groups, observations.covariance(data, data.variance + responses.base.variance))
 
     def observe(self):
         problem = self._problem(self.seeds)
@@ -155,8 +155,8 @@ class Layers:
         residual = problem.coloured(fit.linearization.white)
         columns = [problem.coloured(problem.split(column)) for column in np.concatenate(fit.linearization.parameter_columns).T]
         columns = np.array(columns).reshape(-1, len(residual)).T
-        statistic, p, threshold = least_squares.adequacy(data, problem.responses.base, residual, columns)
-        error = np.sqrt(data.variance + problem.responses.base.variance + (least_squares.CAMPAIGN * data.mean) ** 2)
+        statistic, p, threshold = observations.adequacy(data, problem.responses.base, residual, columns)
+        error = np.sqrt(data.variance + problem.responses.base.variance + (observations.CAMPAIGN * data.mean) ** 2)
         compared = [statistics.welch(*pair) for pair in samples(problem, fit.model)]
         count = int(layers.sum())
         return Adequacy(p >= ADEQUATE, statistic, p, threshold, "chi2", fit.chi2 / fit.freedom), {
