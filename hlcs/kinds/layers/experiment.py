@@ -1,5 +1,8 @@
 """Layer tables as a kind of measurement: read, compared with simulated placement tests, searched for what these are missing."""
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 
 from hlcs.data.experiment_file import LAYOUTS
@@ -20,7 +23,6 @@ from hlcs.selection.thresholds import ODDS, ODDS_ALONE, REACH, TIED
 from hlcs.selection.verdict import select
 from minibullet.errors import InputError
 
-ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass
 SEEDS = 8  # tests of a model on each measured set; in a search twice as many
 SCREEN = 4  # of them for a first look at every effect
 ROUNDS = 4  # of a search and of simulations of what it found to be among the best
@@ -113,16 +115,18 @@ class Layers:
         absent |= dict.fromkeys(fallen, "no such placement stands")
         chosen = [candidate for candidate in chosen if candidate.name not in fallen]
         first = {entry.name: {free.name: free.null + entry.step for free in entry.free} for entry in chosen if entry.simulated}
-        checked = set()
+        searched, checked = partial(Search, problem, chosen, base, odds, self.options.log, first), set()
+        search = searched().run()
         for _ in range(ROUNDS):
-            search = Search(problem, chosen, base, odds, self.options.log, first).run()
             if not self._check(search, checked):
                 break
+            search = searched().run()
         notes = [*self.notes, *campaign_notes(self.sets), *search_notes(problem)]
         if self.options.user_effects:
             notes.append("effects of your own take part in recordings and tables of outcomes, not in layers")
         prepared = Prepared(None, problem, base, tuple(notes))
-        return select(self, prepared, search, cross_validation, absent)
+        selection = select(self, prepared, search, cross_validation, absent)
+        return replace(selection, notes=(*set_notes(problem, selection.model), *selection.notes))
 
     @staticmethod
     def _check(search, checked):
@@ -159,7 +163,7 @@ class Layers:
         error = np.sqrt(data.variance + problem.responses.base.variance + (observations.CAMPAIGN * data.mean) ** 2)
         compared = [statistics.welch(*pair) for pair in samples(problem, fit.model)]
         count = int(layers.sum())
-        return Adequacy(p >= ADEQUATE, statistic, p, threshold, "chi2", fit.chi2 / fit.freedom), {
+        return Adequacy(statistic <= threshold, statistic, p, threshold, "chi2", fit.chi2 / fit.freedom), {
             "trial": data.set[layers],
             "channel": np.zeros(count, dtype=int),
             "layer": data.layer[layers],
