@@ -1,17 +1,20 @@
 """Layer tables as a kind of measurement: read, compared with simulated placement tests, searched for what these are missing."""
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.estimation.adequacy import Adequacy
 from hlcs.estimation.cross_validation import CrossValidation
-from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers import observations
 from hlcs.kinds.layers.candidates import library, named
 from hlcs.kinds.layers.data import read_layers
 from hlcs.kinds.layers.model import PlacementSimulator, model_of
 from hlcs.kinds.layers.notes import campaign_notes, left_out, samples, search_notes, set_notes
 from hlcs.kinds.layers.problem import Group, LayerProblem
-from hlcs.kinds.layers.response import Responses
+from hlcs.kinds.layers.responses import Responses
 from hlcs.kinds.protocol import Observation, Prepared
 from hlcs.placement import statistics
 from hlcs.records import Pictures, Reason
@@ -20,7 +23,6 @@ from hlcs.selection.thresholds import ODDS, ODDS_ALONE, REACH, TIED
 from hlcs.selection.verdict import select
 from minibullet.errors import InputError
 
-ADEQUATE = 0.02  # smallest bootstrap p of a model that may pass
 SEEDS = 8  # tests of a model on each measured set; in a search twice as many
 SCREEN = 4  # of them for a first look at every effect
 ROUNDS = 4  # of a search and of simulations of what it found to be among the best
@@ -57,18 +59,18 @@ class Layers:
         known = {
             "rho": 0.0,
             "source": "scatter between tests, over the number of tests",
-            "campaign": least_squares.CAMPAIGN,
+            "campaign": observations.CAMPAIGN,
             "hold_out": self.measurement.hold_out,
         }
         return {"position": None} | (known if self.judgeable else {"source": "unknown"})
 
     def _problem(self, seeds):
         """The LayerProblem of the model under test, simulated on every set."""
-        data = least_squares.observed(self.sets, self.measurement.group)
+        data = observations.observed(self.sets, self.measurement.group)
         responses = Responses(self.simulator, self.model, self.sets, data, seeds)
         names = tuple(dict.fromkeys(map(self.measurement.group, self.sets)))
         groups = tuple(Group(name, name, np.flatnonzero(data.group == index)) for index, name in enumerate(names))
-        return LayerProblem(responses, groups, least_squares.covariance(data, data.variance + responses.base.variance))
+        return LayerProblem(responses, groups, observations.covariance(data, data.variance + responses.base.variance))
 
     def observe(self):
         problem = self._problem(self.seeds)
@@ -113,16 +115,18 @@ class Layers:
         absent |= dict.fromkeys(fallen, "no such placement stands")
         chosen = [candidate for candidate in chosen if candidate.name not in fallen]
         first = {entry.name: {free.name: free.null + entry.step for free in entry.free} for entry in chosen if entry.simulated}
-        checked = set()
+        searched, checked = partial(Search, problem, chosen, base, odds, self.options.log, first), set()
+        search = searched().run()
         for _ in range(ROUNDS):
-            search = Search(problem, chosen, base, odds, self.options.log, first).run()
             if not self._check(search, checked):
                 break
+            search = searched().run()
         notes = [*self.notes, *campaign_notes(self.sets), *search_notes(problem)]
         if self.options.user_effects:
             notes.append("effects of your own take part in recordings and tables of outcomes, not in layers")
         prepared = Prepared(None, problem, base, tuple(notes))
-        return select(self, prepared, search, cross_validation, absent)
+        selection = select(self, prepared, search, cross_validation, absent)
+        return replace(selection, notes=(*set_notes(problem, selection.model), *selection.notes))
 
     @staticmethod
     def _check(search, checked):
@@ -155,11 +159,11 @@ class Layers:
         residual = problem.coloured(fit.linearization.white)
         columns = [problem.coloured(problem.split(column)) for column in np.concatenate(fit.linearization.parameter_columns).T]
         columns = np.array(columns).reshape(-1, len(residual)).T
-        statistic, p, threshold = least_squares.adequacy(data, problem.responses.base, residual, columns)
-        error = np.sqrt(data.variance + problem.responses.base.variance + (least_squares.CAMPAIGN * data.mean) ** 2)
+        statistic, p, threshold = observations.adequacy(data, problem.responses.base, residual, columns)
+        error = np.sqrt(data.variance + problem.responses.base.variance + (observations.CAMPAIGN * data.mean) ** 2)
         compared = [statistics.welch(*pair) for pair in samples(problem, fit.model)]
         count = int(layers.sum())
-        return Adequacy(p >= ADEQUATE, statistic, p, threshold, "chi2", fit.chi2 / fit.freedom), {
+        return Adequacy(statistic <= threshold, statistic, p, threshold, "chi2", fit.chi2 / fit.freedom), {
             "trial": data.set[layers],
             "channel": np.zeros(count, dtype=int),
             "layer": data.layer[layers],

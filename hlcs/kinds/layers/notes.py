@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers import observations
 from hlcs.placement import statistics
 from hlcs.placement.comparison import repeated
 from hlcs.placement.statistics import Sample
@@ -13,7 +13,7 @@ def samples(problem, model):
     pairs = []
     for measured_set, runs in zip(problem.responses.sets, problem.responses.runs_of(model), strict=True):
         mean, cv, tests = measured_set.sample
-        measured = Sample(mean, np.hypot(cv, least_squares.ROUNDING * np.sqrt(tests) / mean), tests)
+        measured = Sample(mean, np.hypot(cv, observations.ROUNDING * np.sqrt(tests) / mean), tests)
         pairs.append((measured, repeated(runs[np.isfinite(runs).all(axis=1)])))
     return pairs
 
@@ -69,7 +69,7 @@ def campaign_notes(sets):
             f"({low_name}), {100 * (high / low - 1.0):.1f} % apart{sigmas}: what another campaign alone may change"
         )
     notes.append(
-        f"campaign term {100 * least_squares.CAMPAIGN:g} %, common to all layers and individual to each: what is accepted "
+        f"campaign term {100 * observations.CAMPAIGN:g} %, common to all layers and individual to each: what is accepted "
         "survives either; sigma under 'where' includes one of them, z does not"
     )
     return notes
@@ -81,7 +81,7 @@ def search_notes(problem):
     data, numerics = responses.data, []
     error = np.sqrt(data.variance + responses.base.variance)
     for index, measured_set in enumerate(responses.sets):
-        layers, _ = least_squares.rows_of(data, index)
+        layers, _ = observations.rows_of(data, index)
         parts = statistics.detectable_shift(error[layers], measured_set.layers) / measured_set.sample.mean
         shifts.append(f"{measured_set.name} " + ", ".join(f"{100 * part:.1f}" for part in parts))
     for name, what in (("time_step", "half the time step"), ("iterations", "twice the iterations")):

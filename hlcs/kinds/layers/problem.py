@@ -9,9 +9,9 @@ from scipy.linalg import solve_triangular
 from hlcs.effects.witnesses import OF_LAYERS
 from hlcs.estimation.designs import Design, Designs
 from hlcs.estimation.direct_problem import DirectProblem
-from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers import observations
 from hlcs.kinds.layers.notes import noise_floor
-from hlcs.kinds.layers.response import Responses
+from hlcs.kinds.layers.responses import Responses
 
 
 class Group(NamedTuple):
@@ -87,8 +87,8 @@ class LayerProblem(DirectProblem):
             groups.append(Group(measured_set.name, measured_set.name, rows))
             variance[rows] = (data.variance * data.tests)[rows]
             deviation, mean = np.sqrt(variance[rows]), data.value[rows]
-            upper = least_squares.MODEL * mean * (data.layer[rows] > 1)
-            columns = [least_squares.CAMPAIGN * mean[:, None], np.diag(least_squares.CAMPAIGN * mean), np.diag(upper)]
+            upper = observations.MODEL * mean * (data.layer[rows] > 1)
+            columns = [observations.CAMPAIGN * mean[:, None], np.diag(observations.CAMPAIGN * mean), np.diag(upper)]
             shared.append(np.hstack(columns) / deviation[:, None])
         problem = LayerProblem(self.responses, tuple(groups), np.diag(variance))
         return Designs(problem, problem.initial_guess(), tuple(found), shared)

@@ -6,7 +6,7 @@ from layer_tables import experiment, measured
 from scipy import optimize
 
 from hlcs.data.experiment_file import read_experiment_file
-from hlcs.kinds.layers import Layers, least_squares
+from hlcs.kinds.layers import Layers, observations
 from hlcs.kinds.layers.candidates import named
 from hlcs.kinds.protocol import Options
 
@@ -19,7 +19,7 @@ def problem(tmp_path, simulator):
 
 def test_white_residuals_have_the_covariance_of_the_table(problem):
     """whitened(e) = L^-1 e with L L' the covariance: its square is e' V^-1 e, and colouring brings the residuals back."""
-    matrix = least_squares.covariance(problem.data, problem.data.variance + problem.responses.base.variance)
+    matrix = observations.covariance(problem.data, problem.data.variance + problem.responses.base.variance)
     residual = np.linspace(-0.02, 0.03, len(problem.values))
     white = problem.whitened([residual[group.rows] for group in problem.trials])
     assert sum(part @ part for part in white) == pytest.approx(residual @ np.linalg.solve(matrix, residual))
@@ -54,4 +54,4 @@ def test_more_tests_of_one_campaign_do_not_tell_apart_what_a_campaign_may_change
     new = problem.designs(*fits)
     assert [design.what["grid"] for design in new.options] == ["TPG", "RPG"]
     small = [min(part.separation()(1000) for part in both) for both in parts(new, *fits)]
-    assert max(small) < (0.01 / least_squares.CAMPAIGN) ** 2
+    assert max(small) < (0.01 / observations.CAMPAIGN) ** 2

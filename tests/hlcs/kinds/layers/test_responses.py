@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from layer_tables import experiment, measured
 
-from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers import observations
 from hlcs.kinds.layers.candidates import named
 from hlcs.kinds.layers.data import read_layers
 from hlcs.kinds.layers.model import LayerModel, PlacementSimulator
-from hlcs.kinds.layers.response import Responses
+from hlcs.kinds.layers.responses import Responses
 from minibullet.errors import InputError
 
 
@@ -19,7 +19,7 @@ def responses(tmp_path, simulator):
 
 def responses_of(folder, simulator, placement="margin = 0.0"):
     measurement = read_layers(experiment(folder, [measured("TPG", 1, "a"), measured("RPG", 2, "b")], placement))
-    data = least_squares.observed(measurement.sets, measurement.group)
+    data = observations.observed(measurement.sets, measurement.group)
     return Responses(simulator, LayerModel(measurement.test), measurement.sets, data, list(range(1, 9)))
 
 

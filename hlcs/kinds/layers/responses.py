@@ -7,7 +7,7 @@ model is simulated as a whole, and by what that differs from the sum every later
 
 import numpy as np
 
-from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers import observations
 from hlcs.kinds.layers.model import coefficients
 from minibullet.errors import InputError
 
@@ -26,7 +26,7 @@ class Responses:
                     f"the model under test cannot be placed on {measured_set.name}: fewer than two of {len(tests)} simulated "
                     f"tests stand; {simulator.refused or 'run `hlcs place` with these settings to see why'}"
                 )
-        self.base = least_squares.simulated(data, self.runs)
+        self.base = observations.simulated(data, self.runs)
         self.taken = {}  # name of an effect -> {step of its number from the null value: its runs}
         self.nodes = {}  # the same -> change of all values (n,), None where no placement stands
         self.mended = {}  # names of the simulated effects of a model -> (its runs, how far off the sum of responses is (n,))
@@ -41,9 +41,9 @@ class Responses:
         models = [self.model.with_effect(candidate, step) for candidate, step in wanted]
         for (candidate, step), runs in zip(wanted, self._simulate(models, "effects", pairs) if models else (), strict=True):
             self.taken.setdefault(candidate.name, {})[step] = runs
-        self.shared = least_squares.shared_scatter(self.runs, [runs for steps in self.taken.values() for runs in steps.values()])
+        self.shared = observations.shared_scatter(self.runs, [runs for steps in self.taken.values() for runs in steps.values()])
         self.nodes = {
-            name: {step: least_squares.change(self.data, self.runs, runs, self.shared) for step, runs in steps.items()}
+            name: {step: observations.change(self.data, self.runs, runs, self.shared) for step, runs in steps.items()}
             for name, steps in self.taken.items()
         }
 
@@ -67,7 +67,7 @@ class Responses:
         (runs,) = self._simulate([model], "model " + ", ".join(model.effects))
         names = _simulated(model)
         self.mended.pop(names, None)
-        moved = least_squares.change(self.data, self.runs, runs, self.shared)
+        moved = observations.change(self.data, self.runs, runs, self.shared)
         if moved is not None:  # else its tests do not stand, and the responses alone are believed
             self.mended[names] = runs, self.base.value + moved - self.values(model)
 
@@ -76,7 +76,7 @@ class Responses:
         runs, values = self.mended.get(_simulated(model), (self.runs,))[0], self.values(model)
         moved = []
         for index, tests in enumerate(runs):
-            layers, _ = least_squares.rows_of(self.data, index)
+            layers, _ = observations.rows_of(self.data, index)
             moved.append(tests + values[layers] - np.nanmean(tests, axis=0))
         return moved
 
@@ -118,7 +118,7 @@ class Responses:
         """All values (n,) as an effect on the reading changes them."""
         read, numbers = values.copy(), term.numbers.values()
         for index, measured_set in enumerate(self.sets):
-            layers, _ = least_squares.rows_of(self.data, index)
+            layers, _ = observations.rows_of(self.data, index)
             read[layers] = term.candidate.read(values[layers], measured_set, *numbers)
         return read
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hlcs.kinds.layers import least_squares
+from hlcs.kinds.layers import observations
 from hlcs.kinds.layers.data import LayerSet
 from hlcs.placement.grids import RPG, TPG
 from hlcs.placement.statistics import Sample
@@ -13,7 +13,7 @@ SETS = [
     LayerSet(grid, 0.0, campaign, Sample(MEAN, np.array([0.0, 0.02, 0.02]), np.array([5.0, 5.0, 5.0])))
     for grid, campaign in ((TPG, "a"), (RPG, "b"), (TPG, "b"))
 ]
-DATA = least_squares.observed(SETS, lambda measured_set: measured_set.campaign)
+DATA = observations.observed(SETS, lambda measured_set: measured_set.campaign)
 
 
 def runs_of(generator, seeds=8, shift=0.0):
@@ -27,26 +27,26 @@ def test_the_last_row_of_each_set_is_the_scatter_of_its_upper_layers():
     pooled = np.sqrt(np.mean((0.02 * MEAN[1:]) ** 2))  # as many tests in each layer
     assert DATA.value[3] == pytest.approx(np.log(pooled)) and DATA.mean[3] == 0.0
     assert DATA.case[1] == DATA.case[9] != DATA.case[5]  # one grid and bottom, measured in two campaigns
-    np.testing.assert_allclose(DATA.variance[1], (0.02 * 1.08) ** 2 / 5 + least_squares.ROUNDING**2)
+    np.testing.assert_allclose(DATA.variance[1], (0.02 * 1.08) ** 2 / 5 + observations.ROUNDING**2)
 
 
 def test_campaigns_differ_by_one_factor_and_layer_by_layer():
-    matrix, campaign = least_squares.covariance(DATA, DATA.variance), least_squares.CAMPAIGN**2
+    matrix, campaign = observations.covariance(DATA, DATA.variance), observations.CAMPAIGN**2
     assert matrix[0, 1] == pytest.approx(campaign * 1.3 * 1.08)
     assert matrix[0, 0] == pytest.approx(DATA.variance[0] + 2 * campaign * 1.3**2)
-    assert matrix[1, 9] == pytest.approx((least_squares.MODEL * 1.08) ** 2)  # the model is one, whoever measured
+    assert matrix[1, 9] == pytest.approx((observations.MODEL * 1.08) ** 2)  # the model is one, whoever measured
 
 
 def test_a_change_is_that_of_pairs_where_seeds_decide_and_of_means_where_they_do_not(generator):
     without = runs_of(generator)
     changed = [runs[:5] + 0.05 for runs in without]
     changed[0][3] = np.nan
-    paired = least_squares.change(DATA, without, changed, np.ones(3))
+    paired = observations.change(DATA, without, changed, np.ones(3))
     np.testing.assert_allclose(paired[DATA.layer > 0], 0.05, rtol=1e-12)  # refused runs left out
-    means = least_squares.change(DATA, without, changed, np.zeros(3))
+    means = observations.change(DATA, without, changed, np.zeros(3))
     np.testing.assert_allclose(means[4:7], changed[1].mean(axis=0) - without[1].mean(axis=0), rtol=1e-12)
     changed[1][1:] = np.nan
-    assert least_squares.change(DATA, without, changed, np.ones(3)) is None
+    assert observations.change(DATA, without, changed, np.ones(3)) is None
 
 
 def test_what_seeds_decide_is_the_slope_of_runs_on_runs(generator):
@@ -56,14 +56,14 @@ def test_what_seeds_decide_is_the_slope_of_runs_on_runs(generator):
         [MEAN + 0.1 + parts * (runs - MEAN) + 0.005 * generator.standard_normal((4, 3)) for runs in [r[:4] for r in without]]
         for _ in range(60)
     ]
-    np.testing.assert_allclose(least_squares.shared_scatter(without, many), parts, atol=0.1)  # noise of 0.005 / 0.01 / sqrt(540)
+    np.testing.assert_allclose(observations.shared_scatter(without, many), parts, atol=0.1)  # noise of 0.005 / 0.01 / sqrt(540)
 
 
 def test_a_model_that_agrees_is_adequate_and_one_far_away_is_not(generator):
     for shift, adequate in ((0.0, True), (0.2, False)):
-        simulated = least_squares.simulated(DATA, runs_of(generator, shift=shift))
+        simulated = observations.simulated(DATA, runs_of(generator, shift=shift))
         residual, none = DATA.value - simulated.value, np.zeros((len(DATA.value), 0))
-        chi2, p, threshold = least_squares.adequacy(DATA, simulated, residual, none, draws=300)
+        chi2, p, threshold = observations.adequacy(DATA, simulated, residual, none, draws=300)
         assert (p > 0.02) is adequate and (chi2 < threshold) is adequate
         # a number that moves everything as the misfit goes explains it
-        assert least_squares.adequacy(DATA, simulated, residual, residual[:, None], draws=300)[0] == pytest.approx(0.0, abs=1e-6)
+        assert observations.adequacy(DATA, simulated, residual, residual[:, None], draws=300)[0] == pytest.approx(0.0, abs=1e-6)
