@@ -18,6 +18,7 @@ from minibullet import effects
 from minibullet.effects.contract import Facts, name_of, parameters
 from minibullet.errors import InputError
 
+NEAR = 0.2  # by which a coefficient of contact of a known material is off, as a rule
 TIP_OVER_LOW = 1.40428 - 1.29826  # how much higher a unit stands on a tip than in its lowest pose [Dn]
 
 
@@ -84,8 +85,8 @@ def _physics(test):
     level = isinstance(test.bottom, Flat | Slope)  # a survey has the roughness of the bed itself
     bouncier, smoother = 0.3 if restitution <= 0.5 else -0.3, friction * (friction - 1.0) if friction >= 0.3 else 0.2
     return (
-        _setting("restitution", _number("coefficient", "1", 0.0, 1.0, test.restitution, most=1.0), bouncier),
-        _setting("friction", _number("coefficient", "1", 0.0, 1.5, test.friction), smoother),
+        _setting("restitution", _near(test.restitution, most=1.0), bouncier),
+        _setting("friction", _near(test.friction), smoother),
         _setting(
             "inertia_error", _number("factor", "1", 0.5, 4.0, test.inertia_factor), 1.06 * test.inertia_factor, "inertia_factor"
         ),
@@ -193,6 +194,11 @@ def _numerics(test):
 
 
 # ---- candidates of one sort -----------------------------------------------------------------------------------------------
+def _near(stated, most=None):
+    """A coefficient of contact, which is near to what was typed."""
+    return Free("coefficient", "1", stated - NEAR, stated + NEAR, stated, stated, ends=(0.0, most))
+
+
 def _number(name, unit, low, high, null, least=None, most=None):
     """A number that is absent at its null value; least, most: where its law ends, if not at a bound of zero."""
     return Free(name, unit, low, high, null, null, ends=(least, most))

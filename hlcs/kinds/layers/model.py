@@ -68,7 +68,7 @@ class LayerModel(Terms):
 
     def with_effect(self, candidate, step):
         """The same model with one effect more, its number a step from the null value."""
-        return self.with_term(Term(candidate, tuple((free.name, free.null + step) for free in candidate.free)))
+        return self.with_term(Term(candidate, tuple((free.name, float(free.null + step)) for free in candidate.free)))
 
     def test(self, measured_set, seed):
         """The PlacementTest of one measured LayerSet."""

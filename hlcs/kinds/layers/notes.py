@@ -69,8 +69,8 @@ def campaign_notes(sets):
             f"({low_name}), {100 * (high / low - 1.0):.1f} % apart{sigmas}: what another campaign alone may change"
         )
     notes.append(
-        f"campaign term {100 * observations.CAMPAIGN:g} %, common to all layers and individual to each: what is accepted "
-        "survives either; sigma under 'where' includes one of them, z does not"
+        f"campaign term {100 * observations.CAMPAIGN:g} %, half of its variance common to all layers, half individual to "
+        "each; sigma under 'where' includes it, z does not"
     )
     return notes
 

@@ -2,7 +2,7 @@
 
 One vector holds all measured sets: their layer coefficients and, last of each set, the logarithm of the scatter between tests
 (pooled over the layers above the first). Tables cannot tell whether campaigns differ by one factor or layer by layer: the
-covariance holds both in full, so that what is found survives either. Arrays only, no physics.
+covariance holds half of the variance of each. Arrays only, no physics.
 """
 
 from typing import NamedTuple
@@ -12,6 +12,7 @@ import numpy as np
 from hlcs.estimation.adequacy import QUANTILE
 
 CAMPAIGN = 0.0125  # relative standard deviation between campaigns: the laboratory's own first layers differ by 1.7-1.9 %
+EITHER = CAMPAIGN / np.sqrt(2.0)  # of a factor common to all layers of a campaign, and of each layer by itself
 MODEL = 0.0075  # relative standard deviation, of layers above the first, that another engine, step or plate would change: what
 # Blender and pybullet give for one procedure differs by 0.5 to 2.5 %; the first layer is geometry
 SCATTER = 0.35  # standard deviation of the logarithm of the scatter that hands and instruments add (set here)
@@ -135,8 +136,8 @@ def rows_of(data, index):
 def covariance(data, variance):
     """Covariance (n, n) of measured - model: `variance` (n,) of both, and what another campaign or engine would change."""
     mean, upper = data.mean, data.mean * (data.layer > 1)
-    matrix = np.diag(variance + (CAMPAIGN * mean) ** 2)
-    matrix += CAMPAIGN**2 * np.outer(mean, mean) * (data.campaign[:, None] == data.campaign)
+    matrix = np.diag(variance + (EITHER * mean) ** 2)
+    matrix += EITHER**2 * np.outer(mean, mean) * (data.campaign[:, None] == data.campaign)
     return matrix + MODEL**2 * np.outer(upper, upper) * (data.case[:, None] == data.case)
 
 
@@ -148,9 +149,9 @@ def adequacy(data, model, residual, columns, draws=4000, seed=0):
     draws = min(draws, max(200, int(4e7 / size**2)))  # the matrices of all draws are held at once
     shape, total = (draws, size), data.variance + model.variance
     cases, case = np.unique(data.case, return_inverse=True)
-    noise = np.sqrt(total + (CAMPAIGN * data.mean) ** 2) * generator.standard_normal(shape)
+    noise = np.sqrt(total + (EITHER * data.mean) ** 2) * generator.standard_normal(shape)
     noise += MODEL * data.mean * (data.layer > 1) * generator.standard_normal((draws, len(cases)))[:, case]
-    noise += CAMPAIGN * data.mean * generator.standard_normal((draws, int(data.campaign.max()) + 1))[:, data.campaign]
+    noise += EITHER * data.mean * generator.standard_normal((draws, int(data.campaign.max()) + 1))[:, data.campaign]
     drawn = [_drawn_variance(part, generator, shape) for part in (data, model)]
     variance = np.where(data.layer == 0, total, drawn[0] + drawn[1])
     matrices = covariance(data, np.zeros(size)) + variance[:, :, None] * np.eye(size)

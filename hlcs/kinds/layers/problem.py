@@ -88,7 +88,7 @@ class LayerProblem(DirectProblem):
             variance[rows] = (data.variance * data.tests)[rows]
             deviation, mean = np.sqrt(variance[rows]), data.value[rows]
             upper = observations.MODEL * mean * (data.layer[rows] > 1)
-            columns = [observations.CAMPAIGN * mean[:, None], np.diag(observations.CAMPAIGN * mean), np.diag(upper)]
+            columns = [observations.EITHER * mean[:, None], np.diag(observations.EITHER * mean), np.diag(upper)]
             shared.append(np.hstack(columns) / deviation[:, None])
         problem = LayerProblem(self.responses, tuple(groups), np.diag(variance))
         return Designs(problem, problem.initial_guess(), tuple(found), shared)

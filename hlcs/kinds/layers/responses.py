@@ -54,7 +54,7 @@ class Responses:
         if candidate.free and candidate.simulated:
             (free,) = candidate.free
             wanted, size = term.numbers[free.name] - free.null, abs(candidate.step)
-            steps = [np.copysign(size * part, wanted or candidate.step) for part in STEPS]
+            steps = [float(np.copysign(size * part, wanted or candidate.step)) for part in STEPS]
             steps = [step for step in steps if free.inside(free.null + step) == free.null + step]
             steps.sort(key=lambda step: abs(np.log(max(abs(wanted), 1e-9 * size) / abs(step))))
         if not candidate.simulated or not steps:

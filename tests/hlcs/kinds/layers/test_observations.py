@@ -32,8 +32,8 @@ def test_the_last_row_of_each_set_is_the_scatter_of_its_upper_layers():
 
 def test_campaigns_differ_by_one_factor_and_layer_by_layer():
     matrix, campaign = observations.covariance(DATA, DATA.variance), observations.CAMPAIGN**2
-    assert matrix[0, 1] == pytest.approx(campaign * 1.3 * 1.08)
-    assert matrix[0, 0] == pytest.approx(DATA.variance[0] + 2 * campaign * 1.3**2)
+    assert matrix[0, 1] == pytest.approx(campaign / 2 * 1.3 * 1.08)
+    assert matrix[0, 0] == pytest.approx(DATA.variance[0] + campaign * 1.3**2)
     assert matrix[1, 9] == pytest.approx((observations.MODEL * 1.08) ** 2)  # the model is one, whoever measured
 
 
