@@ -153,17 +153,20 @@ def _fit(problem, model, initial_states):
     if path.frees and np.isfinite(chi2_of(path.linear.white)).all():
         count = sum(map(len, path.linear.white))
         ends = np.array([(free.least, free.most) for free in path.frees]).T
-        found = optimize.least_squares(  # its first steps are as long as where it begins: one spread of each number
-            path.residuals,
-            np.ones(len(path.frees)),
-            path.slopes,
-            bounds=1 + (ends - path.start) / path.spread,
-            ftol=path.close / count,
-            xtol=path.narrow,
-            gtol=None,
-            max_nfev=MOST_EVALUATIONS,
-        )
-        converged = found.status > 0
+        try:
+            found = optimize.least_squares(  # its first steps are as long as where it begins: one spread of each number
+                path.residuals,
+                np.ones(len(path.frees)),
+                path.slopes,
+                bounds=1 + (ends - path.start) / path.spread,
+                ftol=path.close / count,
+                xtol=path.narrow,
+                gtol=None,
+                max_nfev=MOST_EVALUATIONS,
+            )
+            converged = found.status > 0
+        except ValueError:  # scipy's, where nothing can be simulated right beside the start
+            converged = False
         path.settle(*path.best[1:])
     return fit_at(path.at(path.values), path.states, path.linear, converged)
 
