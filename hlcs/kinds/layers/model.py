@@ -130,7 +130,7 @@ def model_of(measurement):
 def _stated(entry, test, sets):
     """The Term of an entry of [model] effects."""
     candidate = named(entry["name"], test, sets)
-    numbers = {key: value for key, value in entry.items() if key != "name"}
+    numbers = {key: value for key, value in entry.items() if key != "name" and (key, value) not in candidate.constants}
     names = [free.name for free in candidate.free]
     if set(numbers) != set(names):
         wanted = f"{'one number' if len(names) == 1 else 'numbers'}, {', '.join(names)}" if names else "no number"

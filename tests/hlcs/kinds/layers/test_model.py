@@ -21,6 +21,7 @@ def test_a_model_of_layers_runs_its_own_placement():
     ("entry", "words"),
     [
         ('{ name = "plate_bias", offse = 1.0 }', "plate_bias needs one number, offset"),
+        ('{ name = "time_step", factor = 0.25 }', "time_step needs no number"),
         ('{ name = "plate_bias", offset = true }', "offset = .*it must be a finite number"),
         ('{ name = "plate_bia" }', "'plate_bias'"),
     ],
@@ -30,6 +31,13 @@ def test_stated_effects_that_cannot_be_are_refused_by_file_and_line(tmp_path, en
     file.path.write_text(file.path.read_text() + f"[model]\neffects = [{entry}]\n")
     with pytest.raises(hlcs.InputError, match=f"layers.toml, line .*{words}"):
         model_of(read_layers(read_experiment_file(file.path)))
+
+
+def test_a_switch_is_there_by_its_name_or_with_its_constant(tmp_path):
+    for entry in ('{ name = "loose_lower_layers" }', '{ name = "loose_lower_layers", switch = 1 }'):
+        file = experiment(tmp_path, [measured("TPG", 1, "a")])
+        file.path.write_text(file.path.read_text() + f"[model]\neffects = [{entry}]\n")
+        assert model_of(read_layers(read_experiment_file(file.path))).placement.loose_lower_layers
 
 
 def test_runs_come_back_by_model_set_and_seed_and_refused_ones_as_nan(tmp_path, simulator):
