@@ -28,8 +28,11 @@ def frozen(root=ROOT):
 
 
 def commit_of(root):
-    """The commit that a checkout stands at, "+" after it where files differ from it."""
-    return _git(root, "rev-parse", "HEAD") + ("+" if _git(root, "status", "--porcelain") else "")
+    """The commit that a checkout stands at, "+" after it where files differ from it; "unknown" of a folder that is none."""
+    try:
+        return _git(root, "rev-parse", "HEAD") + ("+" if _git(root, "status", "--porcelain") else "")
+    except subprocess.CalledProcessError:
+        return "unknown"
 
 
 def judges(record):
