@@ -29,7 +29,8 @@ class Responses:
         self.base = observations.simulated(data, self.runs)
         self.taken = {}  # name of an effect -> {step of its number from the null value: its runs}
         self.nodes = {}  # the same -> change of all values (n,), None where no placement stands
-        self.mended = {}  # names of the simulated effects of a model -> (its runs, how far off the sum of responses is (n,))
+        self.whole = {}  # names of the simulated effects of a model -> (the model, its runs)
+        self.mended = {}  # the same -> how far off the sum of responses is (n,)
 
     def _simulate(self, models, label, pairs=None):
         return coefficients(self.simulator, models, self.sets, self.seeds[:pairs], label)
@@ -46,6 +47,7 @@ class Responses:
             name: {step: observations.change(self.data, self.runs, runs, self.shared) for step, runs in steps.items()}
             for name, steps in self.taken.items()
         }
+        self._compare()
 
     def missing(self, term):
         """Where the effect of a term is to be simulated next, a step from its null value; None where that has been done near to
@@ -65,15 +67,21 @@ class Responses:
     def mend(self, model):
         """Simulate a model with all its effects: what is said of these effects afterwards goes through these runs."""
         (runs,) = self._simulate([model], "model " + ", ".join(model.effects))
-        names = _simulated(model)
-        self.mended.pop(names, None)
-        moved = observations.change(self.data, self.runs, runs, self.shared)
-        if moved is not None:  # else its tests do not stand, and the responses alone are believed
-            self.mended[names] = runs, self.base.value + moved - self.values(model)
+        if observations.change(self.data, self.runs, runs, self.shared) is not None:  # else the responses alone are believed
+            self.whole[_simulated(model)] = model, runs
+        self._compare()
+
+    def _compare(self):
+        """Set models that were simulated as a whole beside the sums of the responses as these are now."""
+        self.mended = {}
+        for names, (model, runs) in self.whole.items():
+            moved = observations.change(self.data, self.runs, runs, self.shared)
+            self.mended[names] = self.base.value + moved - self.values(model)
 
     def runs_of(self, model):
         """Simulated tests (seeds, M) of each set, as a model has them: those of a model that was simulated, moved to its mean."""
-        runs, values = self.mended.get(_simulated(model), (self.runs,))[0], self.values(model)
+        _, runs = self.whole.get(_simulated(model), (self.model, self.runs))
+        values = self.values(model)
         moved = []
         for index, tests in enumerate(runs):
             layers, _ = observations.rows_of(self.data, index)
@@ -88,7 +96,7 @@ class Responses:
         for term in model.terms:
             values = values + self._moved(term) if term.candidate.simulated else values
         if _simulated(model) in self.mended:
-            values = values + self.mended[_simulated(model)][1]
+            values = values + self.mended[_simulated(model)]
         for term in model.terms:
             values = values if term.candidate.simulated else self._read(term, values)  # what is simulated is read as it is
         return values

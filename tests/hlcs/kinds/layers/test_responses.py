@@ -92,6 +92,22 @@ def test_two_effects_add_up_until_both_are_simulated_together(tmp_path):
     np.testing.assert_allclose(responses.runs_of(both)[0].mean(axis=0), 1.0 + 0.066 + 0.0045)
 
 
+def test_a_model_simulated_as_a_whole_keeps_its_values_when_its_responses_are_known_better(tmp_path):
+    """Layers that rise with the square of the margin: at 0.012 the line from 0.008 says 0.0384, the one to 0.016 0.064."""
+
+    def square(test):
+        return {"k": [1.0 + 400.0 * test.margin**2 + 0.001 * test.seed] * test.layers, "lost": 0}
+
+    responses = responses_of(tmp_path, PlacementSimulator(tmp_path / "s.sqlite", workers=1, function=square))
+    model, margin = effect(responses, "margin_offset", 0.012)
+    responses.take([(margin, 0.008)])
+    responses.mend(model)
+    layers = responses.data.layer > 0
+    for _ in range(2):
+        np.testing.assert_allclose((responses.values(model) - responses.base.value)[layers], 400.0 * 0.012**2)
+        responses.take([(margin, 0.016)])
+
+
 def test_where_no_placement_stands_there_is_no_answer(tmp_path):
     def falls(test):
         return {"error": "no plate found a place"} if test.margin > 0.01 else {"k": [1.0 + 0.001 * test.seed] * test.layers}
