@@ -45,35 +45,43 @@ def tail_of(white):
     return Tail(share, beyond) if share else NO_TAIL
 
 
-def isolated_outliers(times, values, spread=0.0):
+def rougher(series, spread):
+    """Whether the values of series [(times (n,), values (n,))] scatter about their neighbours by more than noise of that `spread`
+    does by chance: all together tell it where each is short."""
+    near = np.concatenate([_off_the_line(*one, 1)[1:-1] for one in series if len(one[0]) > 2] or [np.zeros(0)])
+    return not len(near) or 1.4826 * float(np.median(near)) > spread * (1 + UNSURE / np.sqrt(len(near)))
+
+
+def isolated_outliers(times, values, spread=0.0, rough=True):
     """Samples of a series that stand alone: boolean (n,).
 
     Each sample is compared with the line through its two neighbours; smooth misfit of a model leaves little mark on that. What
-    is left is measured in `spread`, that of noise alone where it is known, or in its own robust scatter where that is larger by
-    more than chance. The largest go first and their neighbours are looked at again. A kink, as an impact leaves in the residuals
-    of a wrong model, stands out however many samples are taken from it, so there none is.
+    is left is measured in `spread`, that of noise alone where it is known, or in its own robust scatter where that may be larger
+    (`rough`) and is, by more than chance. The largest go first and their neighbours are looked at again. A kink, as an impact
+    leaves in the residuals of a wrong model, stands out however many samples are taken from it, so there none is.
     """
     kept = np.arange(len(values))
     for _ in range(PASSES):
-        flags = _standing_out(times[kept], values[kept], spread)
+        flags = _standing_out(times[kept], values[kept], spread, rough)
         if not flags.any():
             break
         kept = kept[~flags]
     isolated = np.ones(len(values), bool)
     isolated[kept] = False
-    for place in kept[_standing_out(times[kept], values[kept], spread)]:
+    for place in kept[_standing_out(times[kept], values[kept], spread, rough)]:
         isolated[max(place - PASSES, 0) : place + PASSES + 1] = False
     return isolated
 
 
-def _standing_out(times, values, spread):
+def _standing_out(times, values, spread, rough):
     """Samples farther from the line through their neighbours than noise is, and the farthest there: boolean (n,)."""
     flags = np.zeros(len(values), bool)
     if len(values) < LEAST:
         return flags
     near, far = _off_the_line(times, values, 1), _off_the_line(times, values, 2)
-    own = 1.4826 * float(np.median(near[1:-1]))
-    spread = spread if own < spread * (1 + UNSURE / np.sqrt(len(values))) else own
+    if rough or spread <= 0:
+        own = 1.4826 * float(np.median(near[1:-1]))
+        spread = spread if own < spread * (1 + UNSURE / np.sqrt(len(values))) else own
     if spread <= 0:
         return flags
     far[[0, 1, -2, -1]] = near[[0, 1, -2, -1]]
@@ -81,11 +89,11 @@ def _standing_out(times, values, spread):
     around = np.maximum(np.r_[0, size[:-1]], np.r_[size[1:], 0])
     flags = (near > STANDS_OUT * spread) & (size >= around)
     for along in (slice(None), slice(None, None, -1)):
-        _judge_end(flags[along], near[along], far[along], _foretold(times[along], values[along]), spread)
+        _judge_end(flags[along], near[along], far[along], _foretold(times[along], values[along]), spread, rough)
     return flags
 
 
-def _judge_end(flags, near, far, ahead, spread):
+def _judge_end(flags, near, far, ahead, spread, rough):
     """Flag the first sample, in place, where it and not its neighbour stands out.
 
     It marks `near` of the second sample and `far` of the third, the second sample if it is the outlier `near` of the third and
@@ -95,7 +103,8 @@ def _judge_end(flags, near, far, ahead, spread):
         flags[0] = far[2] > near[2] + far[3]
         flags[1] = not flags[0]
     elif not flags[2:5].any():
-        flags[0] = ahead[0] > STANDS_OUT * max(1.4826 * float(np.median(ahead)), END * spread)
+        own = 1.4826 * float(np.median(ahead)) if rough else 0.0
+        flags[0] = ahead[0] > STANDS_OUT * max(own, END * spread)
 
 
 def _foretold(times, values):

@@ -52,6 +52,9 @@ class TrajectoryProblem(Problem):
     def drop(self, flags):
         """Leave isolated samples out, for every model alike: flags is a list of (n, 6) booleans."""
         self.dropped = [old | new for old, new in zip(self.dropped, flags, strict=True)]
+        if self.step_change is not None:
+            kept = [~flag[recording.sample, recording.channel] for flag, recording in zip(flags, self.recordings, strict=True)]
+            self.step_change = [change[keep] for change, keep in zip(self.step_change, kept, strict=True)]
         self.recordings = [self._recording(k) for k in range(len(self.trials))]
 
     def initial_guess(self):

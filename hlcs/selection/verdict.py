@@ -50,7 +50,7 @@ class Selection:
 
 
 def select(experiment, prepared, search, cross_validation, absent, on_all=lambda problem, fit: (problem, fit)):
-    """Run a search over candidates and return the Selection.
+    """The Selection from a search that has run.
 
     experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table)
     -> rows, `polished` (problem, fit) -> the final fit, `learn` (problem, fit) -> the law that explains the rest, or None, and
@@ -59,7 +59,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     """
     problem, base = prepared.problem, prepared.base
     before, table_before = experiment.judge(*on_all(problem, base))
-    sets = FittedSets(search.run(), cross_validation)
+    sets = FittedSets(search, cross_validation)
     effects = sets.best
     judged, best = on_all(problem, experiment.polished(problem, search.fits[effects]))
     after, table_after = experiment.judge(judged, best) if effects else (before, table_before)

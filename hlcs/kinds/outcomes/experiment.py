@@ -60,7 +60,7 @@ class Outcomes:
         cross_validation = CrossValidation(self._prepared.problem.trials, self.file.hold_out)
         cross_validation.few = len(self.table.values) < FEW
         odds = ODDS if cross_validation.possible else ODDS_ALONE
-        search = Search(self._prepared.problem, chosen, self._prepared.base, odds, self.options.log)
+        search = Search(self._prepared.problem, chosen, self._prepared.base, odds, self.options.log).run()
         return select(self, self._prepared, search, cross_validation, absent)
 
     def pilot(self, effect):

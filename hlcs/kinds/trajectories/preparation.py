@@ -8,7 +8,7 @@ from hlcs.data.recordings import Recordings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.estimation.multiple_shooting import refit_initial_states
 from hlcs.estimation.noise_model import estimate_noise
-from hlcs.estimation.outliers import isolated_outliers, spread_of
+from hlcs.estimation.outliers import isolated_outliers, rougher, spread_of
 from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
 from hlcs.estimation.trajectory_problem import CHANNELS, TrajectoryProblem
 from hlcs.kinds.protocol import Prepared
@@ -187,44 +187,53 @@ def fitted(problem, model):
     return problem, base, shift, notes
 
 
-def without_isolated(problem, fit):
-    """(fit without the samples that stand alone, sentences); the problem drops them for every model alike."""
+def without_isolated(problem, fit, beside=None):
+    """(fit without the samples that stand alone, sentences); the problem drops them for every model alike.
+
+    beside: a better fit, in whose residuals they are looked for; misfit hides them.
+    """
+    beside = beside or fit
     trials = problem.trials  # segments of those that were read, or those without their rest at the end
-    flags = [
-        isolated(trial, recording, raw, problem.noise)
-        for trial, recording, raw in zip(trials, problem.recordings, fit.linearization.raw, strict=True)
-    ]
+    flags = isolated(problem, beside.linearization.raw)
     if not any(flag.any() for flag in flags):
         return fit, []
     problem.drop(flags)
-    return problem.fit(fit.model, fit.initial_states), set_aside(trials, flags)
+    effects = [term.name for term in beside.model.terms]
+    return problem.fit(fit.model, fit.initial_states), set_aside(trials, flags, effects)
 
 
-def isolated(trial, recording, raw, noise):
-    """(n, 6) booleans: samples and channels of a recording whose residual stands alone, far from its neighbours'."""
-    flag = np.zeros((len(trial.times), 6), bool)
+def isolated(problem, raw):
+    """[(n, 6) booleans] of each recording: samples and channels whose residual stands alone, far from its neighbours'."""
+    flags = [np.zeros((len(trial.times), 6), bool) for trial in problem.trials]
     for channel in range(6):
-        inside = recording.channel == channel
-        if inside.sum() > 2:
-            times = recording.times[inside]
-            spread = spread_of(noise.reading(channel), times, noise.step)
-            flag[recording.sample[inside][isolated_outliers(times, raw[inside], spread)], channel] = True
-    return flag
+        readings = [recording.channel == channel for recording in problem.recordings]
+        series = [
+            (recording.times[here], residual[here])
+            for recording, residual, here in zip(problem.recordings, raw, readings, strict=True)
+        ]
+        spreads = [
+            spread_of(problem.noise.reading(channel), times, problem.noise.step) if len(times) > 2 else 0.0 for times, _ in series
+        ]
+        rough = rougher(series, max(spreads, default=0.0))
+        for flag, recording, here, one, spread in zip(flags, problem.recordings, readings, series, spreads, strict=True):
+            if here.sum() > 2:
+                flag[recording.sample[here][isolated_outliers(*one, spread, rough)], channel] = True
+    return flags
 
 
-def set_aside(trials, flags):
-    """Sentences, one for each recording as it was read, on the samples set aside."""
+def set_aside(trials, flags, effects=()):
+    """Sentences, one for each recording as it was read, on the samples set aside; effects: that the model had beside them."""
     rows_of = {}  # recording -> {channel: rows of its file}
     for trial, flag in zip(trials, flags, strict=True):
         for row, channel in zip(*np.nonzero(flag), strict=True):
             channels = rows_of.setdefault(trial.recording or trial.name, {})
             channels.setdefault(CHANNELS[channel], []).append(int(trial.rows[row]))
-    notes = []
+    notes, beside = [], ", seen beside " + " + ".join(effects) if effects else ""
     for name, channels in rows_of.items():
         parts = [
             f"{channel} row{'s' * (len(rows) > 1)} " + ", ".join(map(str, rows[:4])) + " .." * (len(rows) > 4)
             for channel, rows in channels.items()
         ]
         count = sum(map(len, channels.values()))
-        notes.append(f"{name}: {count} isolated samples set aside for all models: " + "; ".join(parts))
+        notes.append(f"{name}: {count} isolated samples set aside for all models{beside}: " + "; ".join(parts))
     return notes
