@@ -8,7 +8,7 @@ from scipy import sparse
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.noise_draws import NoiseDraws
 
-QUANTILE = 0.98  # of the statistic under noise alone: the share of good models that pass the adequacy test
+QUANTILE = 0.99  # of the statistic under noise alone: of good models one in a hundred fails; what is missing fails by far more
 LEAST_FREEDOM = 0.25  # of a block sum of unit variance: what the fit must leave of it for the block to be tested
 CLIP = 3.5  # whitened residuals are cut here in the adequacy test, so that a few outliers cannot fail a good model
 MOST_DRAWN = 10_000_000  # numbers of noise held at a time (80 MB): draws of more observations are made some at a time
@@ -20,7 +20,7 @@ class Adequacy(NamedTuple):
     adequate: bool
     statistic: float  # largest standardised statistic
     p: float  # share of pure-noise draws that exceed it
-    threshold: float  # 98 % quantile of the statistic under noise alone
+    threshold: float  # 99 % quantile of the statistic under noise alone
     worst: str  # which statistic spoke
     chi2: float  # mean square of the whitened residuals per degree of freedom
 

@@ -106,7 +106,7 @@ class Search:
                 if effects not in self.fits or fit.cost < self.fits[effects].cost:
                     self.fits[effects] = fit
                 if proposal.fall > 0:
-                    found = np.clip(misfit(parent) - misfit(fit), 0.0, proposal.fall)
+                    found = max(misfit(parent) - misfit(fit), 0.0)
                     self.found.setdefault(id(parent), []).append((found, proposal.fall))
             refits += len(together)
         return self
@@ -128,13 +128,17 @@ class Search:
         """May a set do as well as the best, and better than every part of it that is fitted?
 
         What is foreseen to fall counts by the share that the fits of such sets found of it: where chi2 is rough, or nothing
-        explains the data, a linear model promises much and keeps little. Through contacts, where a fit costs a hundred times as
+        explains the data, a linear model promises much and keeps little; where fits found more, as much more may be found of all
+        that a set takes away which holds none of the best ones. Through contacts, where a fit costs a hundred times as
         much, a set must also be foreseen to take away so much of the excess that the verdict would name it, while the best fit
         leaves more than noise.
         """
-        lost = (1 - self.share_found(parent)) * max(proposal.fall, 0.0)
+        lost = max(1 - self.share_found(parent), 0.0) * max(proposal.fall, 0.0)
         parts = [self.cost(known) for known in self.fits if known < proposal.effects]
-        if not proposal.cost + lost < min([best + REACH, *parts]):
+        more = 0.0
+        if min(parts, default=np.inf) > best + REACH:
+            more = max(self.share_found(self.base) - 1, 0.0) * (misfit(self.base) - misfit(parent) + proposal.fall)
+        if not proposal.cost + lost - more < min([best + REACH, *parts]):
             return False
         if not self.problem.simulator.contact or self.noise_alone(self.fits[self.ranked()[0]]):
             return True

@@ -142,7 +142,7 @@ def covariance(data, variance):
 
 
 def adequacy(data, model, residual, columns, draws=4000, seed=0):
-    """(chi2, p, its 98 % quantile) of residuals (n,) by parametric bootstrap: draws of tests that agree, each judged by its own
+    """(chi2, p, its 99 % quantile) of residuals (n,) by parametric bootstrap: draws of tests that agree, each judged by its own
     scatter. With five tests the chi-squared law is far too sure. columns: derivatives (n, p) of fitted numbers, projected out.
     """
     generator, size = np.random.default_rng(seed), len(data.value)
