@@ -70,7 +70,8 @@ class Layers:
         responses = Responses(self.simulator, self.model, self.sets, data, seeds)
         names = tuple(dict.fromkeys(map(self.measurement.group, self.sets)))
         groups = tuple(Group(name, name, np.flatnonzero(data.group == index)) for index, name in enumerate(names))
-        return LayerProblem(responses, groups, observations.covariance(data, data.variance + responses.base.variance))
+        variance, doubt = data.variance + responses.base.variance, observations.doubt(data, responses.base)
+        return LayerProblem(responses, groups, observations.covariance(data, variance, doubt))
 
     def observe(self):
         problem = self._problem(self.seeds)

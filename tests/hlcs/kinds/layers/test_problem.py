@@ -19,7 +19,8 @@ def problem(tmp_path, simulator):
 
 def test_white_residuals_have_the_covariance_of_the_table(problem):
     """whitened(e) = L^-1 e with L L' the covariance: its square is e' V^-1 e, and colouring brings the residuals back."""
-    matrix = observations.covariance(problem.data, problem.data.variance + problem.responses.base.variance)
+    base = problem.responses.base
+    matrix = observations.covariance(problem.data, problem.data.variance + base.variance, observations.doubt(problem.data, base))
     residual = np.linspace(-0.02, 0.03, len(problem.values))
     white = problem.whitened([residual[group.rows] for group in problem.trials])
     assert sum(part @ part for part in white) == pytest.approx(residual @ np.linalg.solve(matrix, residual))
