@@ -154,7 +154,8 @@ class Search:
         """[(Proposal, Fit it was foreseen from)] of the sets that are not fitted yet, the cheapest first; and once more of those
         whose fit got stuck, since from another one they are foreseen at far less."""
         known = (
-            self.impossible
+            {frozenset()}  # the model under test has its fit
+            | self.impossible
             | self.again
             | {
                 effects

@@ -14,7 +14,7 @@ from hlcs.estimation.noise_model import estimate_noise
 from hlcs.estimation.trajectory_problem import CHANNELS
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
-from hlcs.kinds.trajectories.preparation import prepare, touches, without_isolated
+from hlcs.kinds.trajectories.preparation import beside, prepare, touches
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories.time_step import polished
 from hlcs.learning import learn
@@ -104,10 +104,10 @@ class Trajectories:
             odds = ODDS if cross_validation.possible else ODDS_ALONE
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts)
             search = begun(base=prepared.base).run()
-            base, sentences = without_isolated(prepared.problem, prepared.base, search.fits[search.ranked()[0]])
-            if sentences:  # outliers that the misfit of the model under test had hidden
-                prepared = prepared._replace(base=base, notes=(*prepared.notes, *sentences))
-                search = begun(base=base).run()
+            best = search.fits[search.ranked()[0]]
+            if best.model.terms and not search.noise_alone(best) and (renewed := beside(prepared, best)):
+                prepared = renewed
+                search = begun(base=prepared.base).run()
             return select(self, prepared, search, cross_validation, absent, *on_all)
 
         first = searched(prepared, chosen, absent)

@@ -1,6 +1,7 @@
 """From the recordings of an experiment file to a fitted model: the problem set up, the noise known, odd samples set aside."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from hlcs.estimation.outliers import isolated_outliers, rougher, spread_of
 from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
 from hlcs.estimation.trajectory_problem import CHANNELS, TrajectoryProblem
 from hlcs.kinds.protocol import Prepared
-from hlcs.kinds.trajectories.time_step import STILL, in_sigma, refine
+from hlcs.kinds.trajectories.time_step import STILL, corrected, in_sigma, refine
 from hlcs.simulation.contact_motion import gap
 from hlcs.simulation.model import Model
 from hlcs.simulation.simulator import Simulator
@@ -187,19 +188,33 @@ def fitted(problem, model):
     return problem, base, shift, notes
 
 
-def without_isolated(problem, fit, beside=None):
-    """(fit without the samples that stand alone, sentences); the problem drops them for every model alike.
+def beside(prepared, better):
+    """A Prepared with what the misfit of the model under test had hidden or spoilt found anew beside a better fit: samples that
+    stand alone, and the error of the time step; None where both stay as they were."""
+    problem, known = prepared.problem, prepared.problem.step_change
+    flags = isolated(problem, better.linearization.raw)
+    sentences = set_aside(problem.trials, flags, [term.name for term in better.model.terms])
+    if sentences:
+        problem.drop(flags)
+        known, better = problem.step_change, problem.fit(better.model, better.initial_states)
+    if problem.simulator.contact:
+        try:
+            corrected(problem, better)
+        except InputError:
+            problem.step_change = known  # what a shorter step cannot simulate loses no finished fit
+    if not sentences and problem.step_change is known:
+        return None
+    base = problem.fit(prepared.base.model, prepared.base.initial_states)
+    return replace(prepared, base=base, notes=(*prepared.notes, *sentences))
 
-    beside: a better fit, in whose residuals they are looked for; misfit hides them.
-    """
-    beside = beside or fit
-    trials = problem.trials  # segments of those that were read, or those without their rest at the end
-    flags = isolated(problem, beside.linearization.raw)
+
+def without_isolated(problem, fit):
+    """(fit without the samples that stand alone, sentences); the problem drops them for every model alike."""
+    flags = isolated(problem, fit.linearization.raw)
     if not any(flag.any() for flag in flags):
         return fit, []
     problem.drop(flags)
-    effects = [term.name for term in beside.model.terms]
-    return problem.fit(fit.model, fit.initial_states), set_aside(trials, flags, effects)
+    return problem.fit(fit.model, fit.initial_states), set_aside(problem.trials, flags)
 
 
 def isolated(problem, raw):

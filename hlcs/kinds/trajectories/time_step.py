@@ -11,6 +11,7 @@ FINEST = 1 / 2000  # no step is halved below this [s]
 SHORTER = (1 / 2, 1 / 4, 1 / 8)  # of the step of the search: from them the error of it is found
 CORRECTIONS = 2  # of a fit by its error: the second looks whether the first still holds where it has led
 SURE = 0.5  # part of a correction that halving the shortest step may move it by: else no step is the true one
+ROUGH = 0.1  # RMS by which a correction may be wrong [sigma]: chi2 rises by 1 %
 STILL = 0.02  # RMS by which a finer step may move the prediction [sigma]
 
 
@@ -58,6 +59,16 @@ def corrected(problem, fit):
     return fit, left
 
 
+def in_shorter_steps(problem, fit):
+    """A fit through contacts in the step that it needs: it is halved until what the correction leaves of its error is small."""
+    fit, left = corrected(problem, fit)
+    while left > ROUGH and problem.simulator.time_step / 2 >= FINEST:
+        problem.simulator.time_step /= 2
+        problem.step_change = None
+        fit, left = corrected(problem, problem.fit(fit.model, fit.initial_states))
+    return fit
+
+
 def finest(problem, runs):
     """(the best prediction from runs {share of the step: trajectories}, by how much halving the step still moves it [sigma]):
     those of the shortest step, or extrapolated to none where that moves less."""
@@ -87,13 +98,13 @@ def polished(problem, fit):
         return fit
     if problem.segmented:
         return profiled(problem, fit)
-    known = problem.step_change
+    known = problem.simulator.time_step, problem.step_change
     try:
-        return corrected(problem, fit)[0]
+        return in_shorter_steps(problem, fit)
     except InputError:
         return fit  # what a shorter step cannot simulate loses no finished fit
     finally:
-        problem.step_change = known
+        problem.simulator.time_step, problem.step_change = known
 
 
 def prediction_shift(problem, first, second):
