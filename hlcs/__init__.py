@@ -21,6 +21,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 HOMES = {
     "Cube": "hlcs.placement.units",
     "Cubipod": "hlcs.placement.units",
+    "Experiment": "hlcs.kinds.experiment",
     "compare": "hlcs.compare",
     "diagnose": "hlcs.diagnose",
     "PlacementTest": "hlcs.placement.procedure",

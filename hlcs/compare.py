@@ -1,28 +1,44 @@
 """Compare: where, and by how much, does the model miss the measurement."""
 
-from hlcs.effects import own_classes
-from hlcs.kinds import open_experiment
-from hlcs.kinds.protocol import Experiment, Options
+import os
+from dataclasses import replace
+
+from hlcs.kinds.experiment import Experiment
+from hlcs.kinds.protocol import OpenExperiment, Options
 from hlcs.placement.comparison import compare_layers
 from hlcs.records import Comparison
+from minibullet.errors import InputError
 
 
-def compare(path, *others, effects_file=None, seed=0, workers=None, progress=False, allow_outside=False):
-    """Where and by how much a model misses a measurement: a Comparison of an experiment file.
+def compare(experiment, *others, effects=(), effects_file=None, seed=0, workers=None, progress=False, allow_outside=False):
+    """Where and by how much a model misses a measurement: a Comparison.
 
-    effects_file: Python file with effects of your own that the file names under [model], run as code; seed, workers, progress: of
-    the simulations (layer data); allow_outside: let the experiment file name files outside its own folder. With a result and a
-    laboratory table in place of a path, the table of layer coefficients beside each other. Raises InputError where the input
-    is at fault.
+    experiment: an Experiment, or the path of an experiment file; others: a model to be tried in place of its own, such as
+    `diagnosis.model`; effects: values to be added to its model. With either of them, and where the file names effects that were
+    added, the Comparison tells the error before and after. effects_file: Python file with effects of your own that the file names
+    under [model], run as code; seed, workers, progress: of the simulations (layer data); allow_outside: let the experiment file
+    name files outside its own folder. With a result and a laboratory table in place of an experiment, the table of layer
+    coefficients beside each other. Raises InputError where the input is at fault.
     """
-    if others or not isinstance(path, str) and not hasattr(path, "__fspath__"):
-        return compare_layers(path, *others)
-    _, experiment = open_experiment(path, Options(own_classes(None, effects_file), seed, workers, progress), allow_outside)
-    return comparison_of(experiment)
+    if not isinstance(experiment, str | os.PathLike | Experiment):
+        return compare_layers(experiment, *others)
+    if len(others) + bool(effects) > 1:
+        raise InputError("compare: give one model, or effects=[..], not several")
+    nominal = changed = Experiment.read(experiment, allow_outside, effects_file)
+    if others:
+        changed = nominal.with_model(others[0])
+    elif effects:
+        changed = nominal.with_effects(effects)
+    before = nominal.before() if changed is nominal else nominal
+    options = Options(changed.user_effects, seed, workers, progress)
+    comparison = comparison_of(changed.opened(options))
+    if before is None:
+        return comparison
+    return replace(comparison, before=comparison_of(before.opened(options)), added=changed.file.added)
 
 
-def comparison_of(experiment: Experiment):
-    """The Comparison of an Experiment."""
+def comparison_of(experiment: OpenExperiment):
+    """The Comparison of an OpenExperiment."""
     common = {"kind": experiment.kind, "title": experiment.title, "noise": experiment.noise}
     if not experiment.judgeable:
         error = {"rms": None, "noise": None, "unit": experiment.unit}

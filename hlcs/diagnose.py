@@ -1,31 +1,34 @@
 """Diagnose: which effect is missing from the model."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 from hlcs.effects import own_classes
-from hlcs.kinds import open_experiment
-from hlcs.kinds.protocol import Experiment, Options
+from hlcs.kinds.experiment import Experiment
+from hlcs.kinds.protocol import OpenExperiment, Options
 from hlcs.records import Diagnosis, NextExperiment, untested
 from hlcs.selection.verdict import Selection
 
 OWN = ("left_out", "next_experiment")  # of a Selection: what a Diagnosis has not
 
 
-def diagnose(path, candidates=None, effects_file=None, seed=0, workers=None, progress=False, effects=None, allow_outside=False):
-    """Find what is missing from the model of an experiment file; returns a Diagnosis.
+def diagnose(
+    experiment, candidates=None, effects_file=None, seed=0, workers=None, progress=False, effects=None, allow_outside=False
+):
+    """Find what is missing from the model of an experiment; returns a Diagnosis.
 
-    path: experiment file; candidates: names to try (None = the file's list, or all that fit); effects_file: Python file with
-    effects of your own, run as code; effects: the same as classes or values; seed, workers: for layer data (paired simulations);
-    progress: print what is being tried; allow_outside: let the experiment file name files outside its own folder. Raises
-    InputError where the input is at fault.
+    experiment: an Experiment, or the path of an experiment file; candidates: names to try (None = the file's list, or all that
+    fit); effects_file: Python file with effects of your own, run as code; effects: the same as classes or values; seed, workers:
+    for layer data (paired simulations); progress: print what is being tried; allow_outside: let the experiment file name files
+    outside its own folder. Raises InputError where the input is at fault.
     """
-    options = Options(own_classes(effects, effects_file), seed, workers, progress, _logger(progress))
-    file, experiment = open_experiment(path, options, allow_outside)
-    return diagnosis_of(experiment, file.candidates if candidates is None else candidates)
+    experiment = Experiment.read(experiment, allow_outside, effects_file).with_user_effects(own_classes(effects))
+    opened = experiment.opened(Options(experiment.user_effects, seed, workers, progress, _logger(progress)))
+    found = diagnosis_of(opened, experiment.file.candidates if candidates is None else candidates)
+    return replace(found, experiment=experiment)
 
 
-def diagnosis_of(experiment: Experiment, candidates=None):
-    """The Diagnosis of an Experiment; candidates: names to try, None = all that fit."""
+def diagnosis_of(experiment: OpenExperiment, candidates=None):
+    """The Diagnosis of an OpenExperiment; candidates: names to try, None = all that fit."""
     common = {"kind": experiment.kind, "title": experiment.title, "noise": experiment.noise}
     if experiment.judgeable:
         selection = experiment.search(candidates)

@@ -6,7 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hlcs.rendering import Result
+from hlcs.data.model_entries import found_entry, withheld
+from hlcs.files.documents import toml_value
+from hlcs.rendering import Result, table_of
 
 VERDICTS = {
     "complete": "nothing is missing at the precision of these data",
@@ -41,15 +43,43 @@ class Comparison(Result):
     impacts: tuple = ()  # of data.impacts.Impact: what the samples around each impact with the floor show
     stated: dict = field(default_factory=dict)  # restitution and friction of the model under test
     advice: str = ""  # how to make the noise known, where it is not
+    before: "Comparison | None" = field(default=None, repr=False, compare=False)  # of the model without what was added
+    added: tuple[str, ...] = ()  # names of the effects that were added, () = there is no before
 
     def to_json(self):
         """The comparison as a dictionary of plain numbers and texts."""
-        names = ("kind", "title", "adequate", "p", "statistic", "error", "where", "noise", "notes")
+        names = ("kind", "title", "adequate", "p", "statistic", "error", "where", "noise", "notes", "added")
         impacts = [asdict(impact) for impact in self.impacts]
-        return plain({"format": 1, **{name: getattr(self, name) for name in names}, "impacts": impacts})
+        before = self.before and {name: getattr(self.before, name) for name in ("adequate", "p", "statistic", "error")}
+        return plain({"format": 1, **{name: getattr(self, name) for name in names}, "impacts": impacts, "before": before})
 
-    def to_dataframe(self):
-        """One row an observation: trial, channel, time, height, speed (or its inputs), measured, model, residual, sigmas."""
+    @property
+    def errors(self):
+        """Rows {model, error, over_noise, bias, adequate} before and after what was added, and of the noise; one row of the model
+        where nothing was."""
+        told = [("before", self.before), ("after", self)] if self.before else [("model", self)]
+        rows = [
+            {
+                "model": name,
+                "error": one.error["rms"],
+                "over_noise": one.error["rms"] / one.error["noise"] if one.error["noise"] else None,
+                "bias": one.error.get("bias"),
+                "adequate": one.adequate,
+            }
+            for name, one in told
+        ]
+        return (*rows, {"model": "noise", "error": self.error["noise"], "over_noise": 1.0, "bias": None, "adequate": None})
+
+    def to_dataframe(self, table="observations"):
+        """A table of the comparison as a pandas frame.
+
+        "observations": one row each with trial, channel, time, height, speed (or its inputs), measured, model, residual, sigmas;
+        "errors": before, after and noise; "where": where the model misses; "impacts": what each impact with the floor shows.
+        """
+        others = {"errors": self.errors, "where": self.where, "impacts": [asdict(impact) for impact in self.impacts]}
+        return self._observations() if table == "observations" else table_of(others, table)
+
+    def _observations(self):
         import pandas as pd
 
         frame = pd.DataFrame(self.table or {})
@@ -145,18 +175,45 @@ class Diagnosis(Result):
     next_experiment: NextExperiment | None
     notes: tuple[str, ...] = ()
     noise: dict = field(default_factory=dict)
-    sets: tuple[
-        dict, ...
-    ] = ()  # fitted sets of comparable weight, the heaviest first: effects, weight, chi2, held_out, parameters
+    sets: tuple[dict, ...] = ()  # of comparable weight, the heaviest first: effects, weight, chi2, held_out, parameters
     inclusion: dict = field(default_factory=dict)  # effect -> weight of all fitted sets that hold it
     explained: float | None = None  # share of the excess of chi2 over its expectation that the final model removes
     tolerance: dict | None = None  # what the user needs beside what is left: value, unit, left, met
-    learned: Any = field(
-        default=None, repr=False
-    )  # of learning.Learned: the law that explains what no effect does, where one was
-    # found
+    learned: Any = field(default=None, repr=False)  # learning.Learned: the law that explains what no effect does, if any
     model: Any = field(default=None, repr=False)
     pictures: "Pictures | None" = field(default=None, repr=False, compare=False)
+    experiment: Any = field(default=None, repr=False, compare=False)  # the Experiment that was diagnosed
+    mended: Any = field(default=None, repr=False, compare=False)  # the Experiment that it was applied to and saved as
+
+    @property
+    def entries(self):
+        """What is to be added to [model] effects: name and numbers of each effect, "fill in" for a number that is withheld."""
+        return tuple(found_entry(name, self.parameters.get(name, {})) for name in self.effects)
+
+    @property
+    def add(self):
+        """What to write and to type next, {toml, next, file, fill_in}; None where nothing was found that could be added."""
+        if not self.effects:
+            return None
+        written, fill_in = self.mended or self.experiment, {}
+        command = written.command if written else ""
+        for name in self.effects:
+            fill_in |= withheld(name, self.parameters.get(name, {}))
+        return {
+            "toml": ", ".join(map(toml_value, self.entries)),
+            "next": command or "hlcs.compare(diagnosis.apply(experiment))",
+            "file": str(written.file.path) if command else None,
+            "fill_in": fill_in,
+        }
+
+    def apply(self, experiment):
+        """Another Experiment, with what was found added to its model; the first is unchanged.
+
+        A number that was withheld stands in it as "fill in", and has to be replaced before it can be compared. Where nothing was
+        found it is the same Experiment.
+        """
+        own = self.experiment.user_effects if self.experiment else ()
+        return experiment.with_effects(self.entries, own) if self.effects else experiment
 
     def to_json(self):
         """The result of `diagnose --json` as a dictionary of plain numbers and texts."""
@@ -166,15 +223,25 @@ class Diagnosis(Result):
         candidates = [{name: value for name, value in asdict(finding).items() if name != "reason"} for finding in self.candidates]
         numbers = {name: getattr(self, name) for name in (*names, "notes")}
         learned = self.learned and self.learned.to_json()
-        return plain({"format": 1, **numbers, "learned": learned, "candidates": candidates, "next_experiment": following})
+        others = {"add": self.add, "learned": learned, "candidates": candidates, "next_experiment": following}
+        return plain({"format": 1, **numbers, **others})
 
-    def to_dataframe(self):
-        """One row a candidate, best first."""
+    def to_dataframe(self, table="candidates"):
+        """A table of the diagnosis as a pandas frame.
+
+        "candidates": one row each, best first; "numbers": of the effects, with their intervals; "steps": the error falling;
+        "sets": fitted sets of comparable weight; "where": where the model still misses.
+        """
         import pandas as pd
 
-        names = ("effect", "accepted", "evidence", "fitted", "held_out", "same_as", "why")
-        frame = pd.DataFrame([{name: getattr(finding, name) for name in names} for finding in self.candidates], columns=names)
-        return frame.assign(same_as=frame["same_as"].map(", ".join))
+        if table == "candidates":
+            names = ("effect", "accepted", "evidence", "fitted", "held_out", "same_as", "why")
+            frame = pd.DataFrame([{name: getattr(finding, name) for name in names} for finding in self.candidates], columns=names)
+            return frame.assign(same_as=frame["same_as"].map(", ".join))
+        numbers = [
+            {"effect": name, "number": number, **entry} for name, of in self.parameters.items() for number, entry in of.items()
+        ]
+        return table_of({"numbers": numbers, "steps": self.steps, "sets": self.sets, "where": self.where}, table)
 
 
 @dataclass(frozen=True)
@@ -195,6 +262,10 @@ class Plan:
     def to_json(self):
         """The result of `plan --json` as a dictionary of plain numbers and texts."""
         return plain({"format": 1, **asdict(self)})
+
+    def to_dataframe(self, table="options"):
+        """A table of the plan as a pandas frame: "options", lengths and noise, or "look_alikes"."""
+        return table_of({"options": self.options, "look_alikes": self.look_alikes}, table)
 
 
 @dataclass(frozen=True)

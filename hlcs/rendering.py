@@ -6,6 +6,8 @@ names it, and it is loaded when something is first shown: what computes needs no
 
 import importlib
 
+from minibullet.errors import InputError
+
 RENDERERS = {
     "Comparison": "hlcs.report.comparison",
     "Diagnosis": "hlcs.report.diagnosis",
@@ -42,3 +44,12 @@ class Result:
     def save(self, folder):
         """Write its files into a folder, made where it is missing; returns the folder. Raises InputError where it cannot."""
         return self._renderer().save(self, folder)
+
+
+def table_of(tables, name):
+    """The pandas frame of one of some tables {name: rows}, each row a dictionary; InputError names those that there are."""
+    import pandas as pd
+
+    if name not in tables:
+        raise InputError(f"table {name!r} is none of {', '.join(tables)}; give one of them, or leave it out")
+    return pd.DataFrame(list(tables[name]))

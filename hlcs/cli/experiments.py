@@ -1,5 +1,7 @@
 """`hlcs compare` and `hlcs diagnose`: a model against a measurement."""
 
+from dataclasses import replace
+
 import click
 
 from hlcs.cli.options import (
@@ -15,6 +17,7 @@ from hlcs.cli.options import (
 from hlcs.compare import compare as compare_file
 from hlcs.diagnose import diagnose as diagnose_file
 from hlcs.files import folders
+from hlcs.kinds.experiment import check_target
 
 
 @click.command()
@@ -43,15 +46,18 @@ def compare(file, effects_file, allow_outside, seed, workers, out, json_file, qu
 @effects_option("")
 @allow_outside_option
 @path_option("--plots", metavar="DIR", help="draw residuals, ranking, and the error falling")
+@path_option("--apply", "mended", metavar="NEW.toml", help="write the experiment with what was found added to its model")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="of the simulations (layer data)")
 @workers_option
 @output_options
-@example("hlcs diagnose drop.toml --plots plots --json drop.json")
-def diagnose(file, candidates, effects_file, allow_outside, plots, seed, workers, out, json_file, quiet):
+@example("hlcs diagnose drop.toml --plots plots --json drop.json", "hlcs diagnose drop.toml --apply drop_2.toml")
+def diagnose(file, candidates, effects_file, allow_outside, plots, mended, seed, workers, out, json_file, quiet):
     """Which effect is missing, and how sure is that."""
     names = [name.strip() for name in candidates.split(",") if name.strip()] if candidates is not None else None
     for folder in filter(None, (out, plots)):
         folders.check_folder(folder)  # refused now, not after minutes
+    if mended:
+        check_target(mended)
     diagnosis = diagnose_file(
         file,
         candidates=names,
@@ -61,6 +67,11 @@ def diagnose(file, candidates, effects_file, allow_outside, plots, seed, workers
         progress=not quiet,
         allow_outside=allow_outside,
     )
+    nothing = ""
+    if mended and diagnosis.effects:
+        diagnosis = replace(diagnosis, mended=diagnosis.apply(diagnosis.experiment).save(mended))
+    elif mended:
+        nothing = f"\n\nNothing was found that could be added: {mended} is not written."
     for folder in filter(None, (out, plots)):
         diagnosis.save(folder)
-    publish(diagnosis.to_json(), diagnosis.summary(), json_file, out or plots, quiet)
+    publish(diagnosis.to_json(), diagnosis.summary() + nothing, json_file, out or plots, quiet)

@@ -3,8 +3,7 @@
 import click
 
 from hlcs.cli.options import allow_outside_option, effects_option, example, json_option, publish, quiet_option
-from hlcs.effects import own_classes
-from hlcs.kinds import open_experiment
+from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.protocol import Options
 from hlcs.report.plan import text
 from hlcs.selection import planning
@@ -42,6 +41,7 @@ def plan(file, effect, at, power, effects_file, allow_outside, json_file, quiet)
 
     The experiment file is a pilot: recordings, or rows of a table, like those that are planned.
     """
-    _, experiment = open_experiment(file, Options(own_classes(None, effects_file)), allow_outside)
+    experiment = Experiment.read(file, allow_outside, effects_file)
+    experiment = experiment.opened(Options(experiment.user_effects))
     found = planning.plan(experiment, effect, dict(at), power)
     publish(found.to_json(), text(found), json_file, None, quiet)

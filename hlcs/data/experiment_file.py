@@ -11,7 +11,7 @@ import numpy as np
 
 from hlcs.files.toml_files import LARGEST, TomlFile
 from minibullet.effects.fluid import AIR_DENSITY
-from minibullet.errors import InputError, shown_value
+from minibullet.errors import InputError, shown, shown_value
 from minibullet.shapes.mesh_files import mesh_file
 
 SECTIONS = {
@@ -19,7 +19,7 @@ SECTIONS = {
     "body": ["shape", "radius", "size", "side", "mesh", "mass", "inertia"],
     "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "floor", "friction", "restitution"],
     "surroundings.floor": ["height", "normal"],
-    "model": ["effects", "time_step"],
+    "model": ["effects", "added", "time_step"],
     "measurement": ["noise", "static", "file"],
     "measurement.noise": [
         "position",
@@ -129,6 +129,7 @@ class ExperimentFile:
     body: Body
     surroundings: Surroundings
     effects: tuple[dict, ...]  # entries of [model] effects: name and parameters
+    added: tuple[str, ...]  # names of those that were added last: what a comparison shows the model with and without
     time_step: float  # [s]
     noise: dict  # stated one-sigma values, may be empty
     static: Path | None
@@ -140,6 +141,7 @@ class ExperimentFile:
     placement: dict  # kind "layers" only, as written
     allow_outside: bool = False  # whether it may name files outside its own folder
     lines: dict = field(default_factory=dict, compare=False)  # where [model] effects and [diagnose] candidates stand
+    source: TomlFile | None = field(default=None, repr=False, compare=False)  # what it was read from
 
     def place(self, key):
         """ "file, line n: key", to begin a complaint with that only the library of effects can make."""
@@ -152,7 +154,11 @@ def read_experiment_file(path, allow_outside=False, layouts=LAYOUTS):
     allow_outside: let it name files outside its own folder; otherwise they are refused, links followed; layouts: {kind: Layout}
     of all kinds that it may be of.
     """
-    reader = TomlFile(path, SECTIONS, allow_outside)
+    return checked_experiment(TomlFile(path, SECTIONS, allow_outside), layouts)
+
+
+def checked_experiment(reader, layouts=LAYOUTS):
+    """The ExperimentFile of a TomlFile, checked; errors and layouts as in `read_experiment_file`."""
     values = reader.values
     reader.known(values, "")
     if "kind" not in values:
@@ -183,16 +189,18 @@ def read_experiment_file(path, allow_outside=False, layouts=LAYOUTS):
         body=body,
         surroundings=surroundings,
         effects=_effect_entries(reader, model),
+        added=_added(reader, model),
         noise=_noise(reader, measurement, kind, layout.in_trials),
         time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1) or 1 / 240,
         static=_path(reader, measurement, "static", "measurement"),
         data_file=_path(reader, measurement, "file", "measurement"),
-        candidates=_candidates(reader, diagnose),
+        candidates=_names(reader, diagnose, "candidates", "diagnose"),
         hold_out=reader.words(diagnose, "hold_out", "diagnose", ("group", "none", "campaign", "grid"), default="group"),
         tolerance=reader.number(diagnose, "tolerance", "diagnose", above=0.0),
         trials=trials,
         placement=_placement(reader, values),
-        allow_outside=allow_outside,
+        allow_outside=reader.allow_outside,
+        source=reader,
         lines={
             f"{section}.{key}": reader.line_of(key, section)
             for section, key in (("model", "effects"), ("diagnose", "candidates"))
@@ -347,6 +355,15 @@ def _effect_entries(reader, model):
     return tuple(dict(entry) for entry in entries)
 
 
+def _added(reader, model):
+    names = _names(reader, model, "added", "model") or ()
+    known = [entry["name"] for entry in _effect_entries(reader, model)]
+    for name in names:
+        if name not in known:
+            reader.fail("added", f"'{shown(name)}' stands not in effects: write it there, or leave it out here", "model")
+    return names
+
+
 def _noise(reader, measurement, kind, of_poses):
     noise = measurement.get("noise", {})
     if isinstance(noise, int | float) and not isinstance(noise, bool):
@@ -365,10 +382,11 @@ def _noise(reader, measurement, kind, of_poses):
     return {key: reader.number(noise, key, "measurement.noise", above=0.0, low=1e-12, high=1e6) for key in noise}
 
 
-def _candidates(reader, diagnose):
-    names = diagnose.get("candidates")
+def _names(reader, table, key, section):
+    """A list of names of effects as a tuple, None where the key is left out."""
+    names = table.get(key)
     if names is None:
         return None
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        reader.fail("candidates", f"must be a list of effect names, got {shown_value(names)}", "diagnose")
+        reader.fail(key, f"must be a list of effect names, got {shown_value(names)}", section)
     return tuple(names)

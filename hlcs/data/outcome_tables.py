@@ -10,7 +10,7 @@ import numpy as np
 
 from hlcs.data import validation
 from hlcs.data.experiment_file import AROUND
-from hlcs.files.csv_files import CsvLayout, read_csv
+from hlcs.files.csv_files import CsvLayout, CsvText, read_csv
 from minibullet.errors import InputError
 
 OUTCOMES = ("fall_time_s", "rebound_height_m", "stop_distance_m", "slide_time_s", "rest_height_m")
@@ -35,7 +35,7 @@ LIMITS = {  # lowest and highest value of each input
 class OutcomeTable:
     """One row, one experiment: inputs and one measured outcome."""
 
-    file: Path
+    file: Path | CsvText
     outcome: str
     values: np.ndarray  # (n,)
     inputs: dict  # name -> (n,) array
@@ -53,7 +53,7 @@ def read_outcomes(file):
 
 
 def read_table(path):
-    """An OutcomeTable from a CSV of inputs and one outcome column."""
+    """An OutcomeTable from a CSV, a Path or a CsvText, of inputs and one outcome column."""
     read = read_csv(path, CsvLayout((*LIMITS, "group", *OUTCOMES), words=("group",)))
     columns, rows = read.columns, read.rows
     outcomes = [name for name in columns if name in OUTCOMES]
@@ -86,4 +86,4 @@ def read_table(path):
     order = np.lexsort((groups, values, setting))
     inputs = {name: column[order] for name, column in inputs.items()}
     groups = groups[order] if "group" in columns else np.array([f"row {row}" for row in rows[order]])
-    return OutcomeTable(Path(path), outcome, values[order], inputs, groups, setting[order], rows[order], notes)
+    return OutcomeTable(path, outcome, values[order], inputs, groups, setting[order], rows[order], notes)

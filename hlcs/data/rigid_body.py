@@ -30,6 +30,11 @@ class RigidBody(NamedTuple):
         return turn @ np.diag(self.inertia) @ turn.T
 
 
+def known_body(body):
+    """Are mass and size of a body stated?"""
+    return body.mass is not None and any((body.radius, body.size, body.side, body.mesh))
+
+
 @lru_cache(maxsize=4096)
 def rigid_body(body: Body) -> RigidBody:
     """Mass properties of a body; a mass or size nobody stated is taken as 1 kg and 0.05 m (and then never used by a law).

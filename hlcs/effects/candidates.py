@@ -84,6 +84,16 @@ class Free:
         """Is a value within the plausible range?"""
         return self.period is not None or self.low <= value <= self.high
 
+    def doubt(self, effect, value):
+        """What is said of a value beyond the plausible range, of a number of an effect of that name; "" within it."""
+        beyond = f"{effect}: {self.name} = {value:g} lies beyond what is plausible ({self.usual})"
+        return "" if self.plausible(value) else beyond
+
+    @property
+    def usual(self):
+        """The plausible range in words, with its unit."""
+        return f"{self.low:g} to {self.high:g}" + ("" if self.unit == "1" else f" {self.unit}")
+
     def surprise(self, value):
         """-2 log of the belief in a value over that in the expected one: a Cauchy law, whose tails leave room for what nobody
         expected (A. Gelman et al., Ann. Appl. Stat. 2 (2008) 1360). An angle is as good as any other."""

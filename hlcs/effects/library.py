@@ -1,5 +1,6 @@
 """The library of what may be missing: every effect of the engine and every change of this room, by name, and the user's own."""
 
+import dataclasses
 import difflib
 from functools import cache
 from pathlib import Path
@@ -7,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import minibullet.effects as forces
-from hlcs.effects.candidates import build, ends_of_law
+from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.effects.candidates import build, candidate, ends_of_law
 from hlcs.effects.contract import Change
 from minibullet.effects.catalogue import classes_in
 from minibullet.effects.contract import Effect, name_of, parameters
@@ -59,14 +61,34 @@ def build_entry(entry, surroundings, own=()):
     return build(kind, values, surroundings)
 
 
+def entry_of(effect):
+    """The entry of [model] effects of an effect, the inverse of `build_entry`; an entry is itself.
+
+    A property of the surroundings (density of the fluid) at its default is left to the file; InputError where something else than
+    numbers says what the effect is.
+    """
+    if isinstance(effect, dict):
+        return effect
+    if isinstance(effect, type) or not isinstance(effect, Effect | Change):
+        raise InputError(f"effects: {effect!r} is no effect; give values such as minibullet.QuadraticDrag(drag_coefficient=0.47)")
+    numbers, entry = parameters(effect), {"name": name_of(effect)}
+    for field in dataclasses.fields(effect):
+        value, known = getattr(effect, field.name), numbers.get(field.name)
+        if known is None and value != field.default:
+            raise InputError(f"{entry['name']}: {field.name} = {value!r} is no number; a model is written in numbers alone")
+        if known is not None and not (value == known.default and (known.given or known.body_known is False)):
+            entry[field.name] = float(value)
+    return entry
+
+
 def _ends(known):
     """(least, most) that a law allows of one of its parameters."""
     return ends_of_law(-np.inf if known.low is None else known.low, known.null, (known.least, known.most), known.period)
 
 
 def check_names(file, own=()):
-    """Refuse candidates and effects of an experiment file that nobody knows, or numbers that no law allows, by file and line;
-    sentences on numbers that a law allows but nobody expects. A range that depends on the body or the data is not judged here."""
+    """Refuse candidates and effects of an experiment file that nobody knows, effects without their numbers, or with numbers that
+    no law allows, by file and line; sentences on numbers that a law allows but nobody expects."""
     notes = []
     for names, key in ((file.candidates or (), "diagnose.candidates"), (file.effects, "model.effects")):
         for entry in names:
@@ -75,20 +97,45 @@ def check_names(file, own=()):
                     class_named(entry, own)
                 else:
                     build_entry(entry, file.surroundings, own)
-                    notes += [f"{file.place(key)}: {said}" for said in _unexpected(entry, own)]
+                    _check_numbers(entry, file, own)
+                    notes += [f"{file.place(key)}: {said}" for said in _doubts(entry, file, own)]
             except InputError as problem:
                 raise InputError(f"{file.place(key)}: {problem}") from None
     return tuple(notes)
 
 
-def _unexpected(entry, own):
-    """Sentences on the numbers of an entry beyond their plausible ranges."""
-    for name, known in parameters(class_named(entry["name"], own)).items():
-        if name not in entry or None in (known.low, known.high) or known.bounds_in or known.period is not None:
-            continue
-        if not known.low <= entry[name] <= known.high:
-            usual = f"{known.low:g} to {known.high:g}" + ("" if known.unit == "-" else f" {known.unit}")
-            yield f"{entry['name']}: {name} = {entry[name]:g} lies beyond what is plausible ({usual})"
+def _check_numbers(entry, file, own):
+    """InputError where an entry states none of the numbers of its effect, and these have no value of their own.
+
+    Then a default would be taken in silence, which most often means that the effect is not there at all.
+    """
+    numbers = [known for known in parameters(class_named(entry["name"], own)).values() if not known.given]
+    said = {*entry, *(["fluid_density"] if file.surroundings.fluid_density > 0 else [])}  # as in `build_entry`
+    ready = any(known.null not in (None, known.default) for known in numbers)  # a class of the user's may bring its value
+    if numbers and not ready and said.isdisjoint(known.name for known in numbers):
+        useful = [known for known in numbers if known.body_known in (None, known_body(_body(file)))]
+        raise InputError(f"{entry['name']} stands without a number; give {', '.join(map(_shown_number, useful))}")
+
+
+def _shown_number(known):
+    """A number that must be given, as it is written, its unit, and its plausible range where it depends on nothing else."""
+    unit = "" if known.unit == "-" else f" [{known.unit}]"
+    usual = "" if known.bounds_in or None in (known.low, known.high) else f" ({known.low:g} to {known.high:g})"
+    return f"{known.name} = ..{unit}{usual}"
+
+
+def _doubts(entry, file, own):
+    """Sentences on the numbers of an entry beyond their plausible ranges; one that depends on the data is not judged."""
+    kind = class_named(entry["name"], own)
+    by_data = {name for name, known in parameters(kind).items() if known.bounds_in == "extent"}
+    free = candidate(kind, file.surroundings, rigid_body(_body(file)), body_known=True).free
+    said = [number.doubt(entry["name"], entry[number.name]) for number in free if number.name in {*entry} - by_data]
+    return filter(None, said)
+
+
+def _body(file):
+    """The body that an experiment file speaks of: its first trial's where it has any."""
+    return (file.trials[0] if file.trials else file).body
 
 
 def own_classes(effects=None, effects_file=None):

@@ -5,7 +5,7 @@ rows that begin with # are passed over. Every complaint is one line that names f
 """
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite, nan
 
 import numpy as np
@@ -35,6 +35,17 @@ class CsvTable:
 
 
 @dataclass(frozen=True)
+class CsvText:
+    """A CSV file that is in memory alone: what messages call it, and its text."""
+
+    name: str
+    text: str = field(repr=False)
+
+    def __str__(self):
+        return self.name
+
+
+@dataclass(frozen=True)
 class CsvLayout:
     """What a file of some kind may hold."""
 
@@ -49,12 +60,11 @@ class CsvLayout:
 def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
     """Read a CSV file; returns a CsvTable.
 
-    layout: CsvLayout; name: what messages call the file (default: its path); most_rows: of the file. Raises InputError that names
-    file, row and column, and what to do.
+    path: of the file, or a CsvText; layout: CsvLayout; name: what messages call the file (default: its path); most_rows: of the
+    file. Raises InputError that names file, row and column, and what to do.
     """
     name = shown(name or path, 255)
-    most_bytes = MOST_BYTES * most_rows // MOST_ROWS
-    text = read_text(path, name, most_bytes, "thin the rows out, or split the file").replace("\r\n", "\n").replace("\r", "\n")
+    text = path.text if isinstance(path, CsvText) else _text_of(path, name, most_rows)
     count = text.count("\n")
     if count > most_rows + 1:
         raise InputError(f"{name}: {count:,} lines; at most {most_rows:,} rows are read: thin them out, or split the file")
@@ -92,6 +102,13 @@ def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
         if column in layout.known
     }
     return CsvTable(name, first + 1, np.array(rows, dtype=int), columns)
+
+
+def _text_of(path, name, most_rows):
+    """The text of a file, its lines ended in one way."""
+    most_bytes = MOST_BYTES * most_rows // MOST_ROWS
+    text = read_text(path, name, most_bytes, "thin the rows out, or split the file")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def _cells(name, row, line):

@@ -17,11 +17,21 @@ def to_json(value):
     return json.dumps(_plain(value, ""), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def to_toml(table):
+def to_toml(table, inline=False):
     """TOML text of a nested dictionary: tables, arrays, arrays of tables. TOML knows no null, so keys whose value is None
     are left out.
+
+    inline: write what stands within a table between braces, as people write experiment files, not under a title of its own.
     """
-    return "\n".join(_toml_lines(_plain(table, "", finite=False), ())).lstrip("\n") + "\n"
+    return "\n".join(_toml_lines(_plain(table, "", finite=False), (), inline)).lstrip("\n") + "\n"
+
+
+def toml_values(table):
+    """A nested dictionary in TOML's own types: arrays and tuples as lists, numbers of NumPy as Python's.
+
+    Raises TypeError, with the key, for a value of any other type.
+    """
+    return _plain(table, "", finite=False)
 
 
 def _plain(value, key, finite=True):
@@ -51,28 +61,31 @@ def _plain(value, key, finite=True):
     raise TypeError(f"{key or 'value'} is a {type(value).__name__}, which cannot be written to a file")
 
 
-def _toml_lines(table, path):
-    """Lines of one table: its own values first, then its sub-tables, each under its full name."""
+def _toml_lines(table, path, inline):
+    """Lines of one table: its own values first, then its sub-tables, each under its full name, or inline in their place."""
     lines, tables = [], []
     for name, value in table.items():
-        if isinstance(value, dict) or (isinstance(value, list) and value and all(isinstance(item, dict) for item in value)):
+        several = isinstance(value, list) and value and all(isinstance(item, dict) for item in value)
+        if (several or isinstance(value, dict)) and not (inline and path):
             tables.append((name, value))
+        elif several:  # one a line: they are long
+            lines += [f"{_toml_key(name)} = [", *(f"  {toml_value(item)}," for item in value), "]"]
         elif value is not None:
-            lines.append(f"{_toml_key(name)} = {_toml_value(value)}")
+            lines.append(f"{_toml_key(name)} = {toml_value(value)}")
     for name, value in tables:
         full = (*path, name)
         title = ".".join(_toml_key(part) for part in full)
         for item, header in ((value, f"[{title}]"),) if isinstance(value, dict) else ((item, f"[[{title}]]") for item in value):
-            lines += ["", header, *_toml_lines(item, full)]
+            lines += ["", header, *_toml_lines(item, full, inline)]
     return lines
 
 
 def _toml_key(name):
     bare = name and all(character.isascii() and (character.isalnum() or character in "-_") for character in name)
-    return name if bare else _toml_value(name)
+    return name if bare else toml_value(name)
 
 
-def _toml_value(value):
+def toml_value(value):
     """One value on one line; strings as basic strings, which share JSON's escapes except for the delete character."""
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -84,8 +97,6 @@ def _toml_value(value):
         return str(value)
     if isinstance(value, dict):
         return (
-            "{ "
-            + ", ".join(f"{_toml_key(name)} = {_toml_value(item)}" for name, item in value.items() if item is not None)
-            + " }"
+            "{ " + ", ".join(f"{_toml_key(name)} = {toml_value(item)}" for name, item in value.items() if item is not None) + " }"
         )
-    return "[" + ", ".join(_toml_value(item) for item in value if item is not None) + "]"
+    return "[" + ", ".join(toml_value(item) for item in value if item is not None) + "]"

@@ -1,8 +1,11 @@
 """TOML files that a user writes, read so that every complaint is one line: file, line, key, value, remedy.
 
+The same values may be given in Python, where no file is: complaints then name the key and no line.
+
 Nothing in the text can make the reader slow, or fail in another way: it is bounded in size and depth before it is parsed.
 """
 
+import copy
 import difflib
 import os
 import re
@@ -47,7 +50,7 @@ class TomlFile:
     def __init__(self, path, sections, allow_outside=False):
         self.path, self.sections, self.allow_outside = Path(path), sections, allow_outside
         self.text = read_text(self.path, str(self.path), MOST_BYTES, "split the file up")
-        self._told = set()
+        self.tables, self._told = {}, set()
         if DOTTED.search(self.text):
             raise InputError(f"{self.path}: a name of more than {MOST_DEPTH} parts with points between them; {self._deep()}")
         try:
@@ -59,6 +62,24 @@ class TomlFile:
         except ValueError:  # Python's own bound of the digits of a whole number
             raise InputError(f"{self.path}: not valid TOML: a whole number of thousands of digits; TOML has 64 bits") from None
         self._check_values()
+
+    @classmethod
+    def of_values(cls, name, values, sections, tables):
+        """The same for values that stand in no file.
+
+        name: what messages call it; values: as TOML would give them; tables: {name: CsvText} of what they name as files.
+        """
+        file = cls.__new__(cls)
+        file.path, file.sections, file.allow_outside = Path(name), sections, True
+        file.values, file.text, file.tables, file._told = values, "", tables, set()
+        file._check_values()
+        return file
+
+    def with_values(self, values):
+        """The same file with other values; lines are still those of its text."""
+        changed = copy.copy(self)
+        changed.values = values
+        return changed
 
     def _deep(self):
         return f"tables and lists stand in each other at most {MOST_DEPTH} deep: write what is meant without so many"
@@ -120,7 +141,10 @@ class TomlFile:
         return " ".join(self.words(self.values, "title", "", default=shown(self.path.stem, 200)).split())[:200]
 
     def file_of(self, name, key, section, index=None):
-        """The path of a file that this one names: a regular file, and under this file's folder if not allowed otherwise."""
+        """The path of a file that this one names: a regular file, and under this file's folder if not allowed otherwise;
+        the table of that name where it was given in Python."""
+        if name in self.tables:
+            return self.tables[name]
         if CONTROLS.search(name):
             self.fail(key, f"'{shown(name)}' is no name of a file: it holds a control character", section, index)
         path = self.path.parent / name

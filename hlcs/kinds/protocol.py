@@ -1,7 +1,7 @@
 """What a kind of measurement must offer. `compare` and `diagnose` know nothing else of it: a new kind is one more class.
 
-An Experiment is an experiment file read and checked, its noise known or known to be unknown. It can show the model under test
-beside the measurement (`observe`), and search for what that model is missing (`search`).
+An OpenExperiment is an experiment whose data are read and checked, its noise known or known to be unknown. It can show the model
+under test beside the measurement (`observe`), and search for what that model is missing (`search`).
 """
 
 from collections.abc import Callable
@@ -43,8 +43,8 @@ class Observation(NamedTuple):
     shown: dict  # what else a Comparison has of this kind: trials, channels, against, impacts, stated
 
 
-class Experiment(Protocol):
-    """One experiment file of one kind of measurement."""
+class OpenExperiment(Protocol):
+    """One experiment of one kind of measurement, opened."""
 
     kind: str  # its name in experiment files
     layout: Layout  # what such a file holds

@@ -13,6 +13,7 @@ from hlcs.diagnose import diagnosis_of
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.files.versions import versions
+from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.layers import Layers
 from hlcs.kinds.layers.data import read_layer_sets
 from hlcs.kinds.layers.model import PlacementSimulator, coefficients
@@ -82,7 +83,7 @@ def ladder(plan, folder, progress=False, simulator=None):
         "settings": placement_table(diagnosis.model.base),
         "versions": versions(),
     }
-    return document, replace(diagnosis, model=replace(diagnosis.model, source=(file.title, "flat.csv")))
+    return document, replace(diagnosis, experiment=Experiment(file))
 
 
 def ladder_text(document):

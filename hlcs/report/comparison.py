@@ -13,23 +13,43 @@ from hlcs.report.words import note_lines, number, where_lines
 def text(comparison):
     """The printed report of a Comparison."""
     lines = [f"Compare: {comparison.title} ({comparison.kind})", ""]
-    error, unit = comparison.error, comparison.error.get("unit", "")
+    unit = comparison.error.get("unit", "")
     if comparison.adequate is None:
         lines.append("The noise of the measurement is unknown, so no misfit can be judged.")
         lines.append(f"To know it, {comparison.advice}.")
     else:
         says = "nothing but noise" if comparison.adequate else "more than noise"
         lines.append(f"The residuals show {says}: statistic {number(comparison.statistic)}, p = {number(comparison.p)}")
-        measure = error.get("measure") or "rms"
-        lines.append(
-            f"error {measure} {number(error['rms'], unit)}, noise {number(error['noise'], unit)} "
-            f"({_noise(comparison.noise)}), bias (model - measured) {number(error.get('bias'), unit)}"
-        )
+        lines += _before_and_after(comparison) if comparison.before else _error(comparison)
     if comparison.where:
         lines += ["", "Where (worst first)", *where_lines(comparison.where[:12], unit)]
         if len(comparison.where) > 12:
             lines.append(f"  .. and {len(comparison.where) - 12} more")
     return "\n".join(lines + impact_lines(comparison.impacts, comparison.stated) + note_lines(comparison.notes))
+
+
+def _error(comparison):
+    """The error of the model beside the noise, in a line."""
+    error, unit = comparison.error, comparison.error.get("unit", "")
+    return [
+        f"error {error.get('measure') or 'rms'} {number(error['rms'], unit)}, noise {number(error['noise'], unit)} "
+        f"({_noise(comparison.noise)}), bias (model - measured) {number(error.get('bias'), unit)}"
+    ]
+
+
+def _before_and_after(comparison):
+    """The error before and after what was added, and the noise, in a table."""
+    error, unit = comparison.error, comparison.error.get("unit", "")
+    measure = error.get("measure") or "rms"
+    lines = ["", f"Added: {', '.join(comparison.added)}; noise: {_noise(comparison.noise)}; bias: model - measured"]
+    lines.append(f"  {'':6s} {'error ' + measure:>14s} {'over noise':>11s} {'bias':>12s}  what is left")
+    for row in comparison.errors:
+        left = {True: "nothing but noise", False: "more than noise", None: ""}[row["adequate"]]
+        lines.append(
+            f"  {row['model']:6s} {number(row['error'], unit):>14s} {number(row['over_noise']):>11s} "
+            f"{number(row['bias'], unit) if row['bias'] is not None else '':>12s}  {left}".rstrip()
+        )
+    return lines
 
 
 def _noise(noise):

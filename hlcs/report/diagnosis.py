@@ -2,12 +2,19 @@
 
 import json
 
+from hlcs.data.model_entries import FILL_IN
 from hlcs.files import folders
+from hlcs.files.documents import toml_value
 from hlcs.files.spreadsheets import csv_text
 from hlcs.records import VERDICTS, Reason
 from hlcs.report.figures import diagnosis_panels
 from hlcs.report.page import as_html, fragment, png
 from hlcs.report.words import note_lines, number, where_lines
+
+NOT_PROVED = {
+    "ambiguous": ": it can be added, and is not proved: others of its set do as well",
+    "unexplained": ": it can be added, and is not proved: it helps, and more than noise remains",
+}
 
 
 def text(diagnosis):
@@ -64,7 +71,32 @@ def text(diagnosis):
         lines += ["", "Where the model still misses most", *where_lines(diagnosis.where[:5], unit)]
     if diagnosis.next_experiment is not None:
         lines += ["", "Next experiment", f"  {diagnosis.next_experiment.text}"]
-    return "\n".join(lines + note_lines(diagnosis.notes))
+    return "\n".join(lines + note_lines(diagnosis.notes) + _add_lines(diagnosis))
+
+
+def _add_lines(diagnosis):
+    """The line for [model], the file to put it in, the command to type next."""
+    add, experiment = diagnosis.add, diagnosis.experiment
+    if add is None:
+        return []
+    lines = ["", "Add it" + NOT_PROVED.get(diagnosis.verdict, "")]
+    if diagnosis.mended:
+        lines += [f"  written into [model] of {add['file']}:", f"    {add['toml']}"]
+    elif add["file"]:
+        known = experiment.file.effects
+        entries = ", ".join([*map(toml_value, known), add["toml"]])
+        lines += [
+            f"  in {add['file']}, under [model]:",
+            f"    effects = [{entries}]",
+            f"    added = {toml_value(list(diagnosis.effects))}",
+        ]
+    else:
+        lines.append(f"  {add['toml']}")
+    lines += [f'  fill in first: {name} ("{FILL_IN}" stands for it): {why}' for name, why in add["fill_in"].items()]
+    lines.append(f"  next: {add['next']}")
+    if add["file"] and not diagnosis.mended:
+        lines.append("  or let it be written: the same command with --apply and the name of a new experiment file")
+    return lines
 
 
 def _explained_lines(diagnosis):
@@ -123,8 +155,8 @@ def save(diagnosis, folder):
     }
     if picture is not None:
         found["diagnosis.png"] = picture
-    if diagnosis.model is not None:
-        found |= diagnosis.model.files(folder)
+    if diagnosis.experiment is not None:
+        found |= diagnosis.apply(diagnosis.experiment).files(folder, (*found, "result.json"))
     if diagnosis.learned is not None and diagnosis.learned.effect_file:
         found[diagnosis.learned.file_name] = diagnosis.learned.effect_file.encode()
     found["result.json"] = json.dumps(diagnosis.to_json(), indent=1).encode()  # last: where it stands, the others stand too

@@ -3,6 +3,7 @@
 import numpy as np
 
 from hlcs.records import Reason
+from hlcs.report.words import number
 
 LABELS = {
     "time": "time [s]",
@@ -118,24 +119,45 @@ def error_panel(ax, diagnosis):
 
 
 def comparison_panels(comparison, ax=None):
-    """Measured over model, and the residuals against time, height and speed; returns the four Axes."""
+    """Measured over model, and the residuals against time, height and speed; where effects were added, before and after them.
+
+    Returns the four Axes.
+    """
     axes = _axes(ax)
     table, unit = comparison.table, comparison.error.get("unit") or ""
     if not table:
         return axes
-    told = table["channel"] < 3 if unit == "m" else np.ones(len(table["measured"]), bool)  # metres and radians are not one axis
-    measured, model = table["measured"][told], table["model"][told]
-    axes[0].plot([measured.min(), measured.max()], [measured.min(), measured.max()], "-", color=NOISE, lw=1)
-    axes[0].plot(model, measured, ".", color=AFTER, ms=3)
+    models = [(comparison, AFTER, AFTER if comparison.before else BEFORE)]  # with the colours over the model and of the residuals
+    if comparison.before:
+        models.insert(0, (comparison.before, BEFORE, BEFORE))
+    for one, colour, _ in models:
+        measured, model = (one.table[name][_of_the_error(one)] for name in ("measured", "model"))
+        axes[0].plot(model, measured, ".", color=colour, ms=3)
+    axes[0].plot([measured.min(), measured.max()], [measured.min(), measured.max()], "-", color=NOISE, lw=1, zorder=0)
     _plain(axes[0], "Measured over model", f"model [{unit}]", f"measured [{unit}]")
     for panel, name in zip(axes[1:], comparison.against, strict=False):
         values, label = np.asarray(table[name]), LABELS.get(name, name)
         panel.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)
-        panel.plot(values, table["sigmas"], ".", color=BEFORE, ms=3, alpha=0.6)
+        for one, _, colour in models:
+            panel.plot(one.table[name], one.table["sigmas"], ".", color=colour, ms=3, alpha=0.6)
         if np.ptp(values) < 1e-6:  # a body that slides on a level floor has one height, to rounding
             panel.set_xlim(values.mean() - 0.01, values.mean() + 0.01)
         _plain(panel, f"Residuals against {label.split(' [')[0].split(':')[0]}", label, "measured - model [sigma]")
     for panel in axes[1 + len(comparison.against) :]:
         panel.set_axis_off()
-    axes[0].figure.suptitle(comparison.title, fontsize=12, x=0.01, ha="left", parse_math=False)
+    axes[0].figure.suptitle(_title(comparison, unit), fontsize=12, x=0.01, ha="left", parse_math=False)
     return axes
+
+
+def _of_the_error(comparison):
+    """Which observations have the unit of the error, boolean (n,): metres and radians are not one axis."""
+    table = comparison.table
+    return table["channel"] < 3 if comparison.error.get("unit") == "m" else np.ones(len(table["measured"]), bool)
+
+
+def _title(comparison, unit):
+    """What was compared and, where effects were added, the error before and after beside the noise."""
+    if not comparison.before:
+        return comparison.title
+    before, after, noise = (number(row["error"], unit) for row in comparison.errors)
+    return f"{comparison.title}\n{', '.join(comparison.added)} added: error {before} (red) -> {after} (blue), noise {noise}"

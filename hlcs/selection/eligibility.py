@@ -7,7 +7,7 @@ import numpy as np
 from scipy import stats
 
 import minibullet.effects as forces
-from hlcs.data.rigid_body import rigid_body
+from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.effects import candidate, wanted
 from hlcs.effects.contract import DataNeed
 from minibullet.effects.contract import Need, name_of
@@ -88,11 +88,6 @@ def stated(kind, file):
         return "already in the model"
     taken = next((name_of(law) for law in kind.contains if name_of(law) in names), None)
     return taken and (f"the model states {taken}, whose place it would take: leave that out of [model] effects to have it tried")
-
-
-def known_body(body):
-    """Are mass and size of a body stated?"""
-    return body.mass is not None and any((body.radius, body.size, body.side, body.mesh))
 
 
 def all_alike(trials):

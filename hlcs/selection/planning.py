@@ -108,7 +108,7 @@ class Odds:
 
 
 def plan(experiment, effect, at, power=0.9):
-    """The Plan to find an effect of numbers {name: value} with this power, from an Experiment that serves as the pilot."""
+    """The Plan to find an effect of numbers {name: value} with this power, from an OpenExperiment that serves as the pilot."""
     if not 0 < power < 1:
         raise InputError(f"power = {power:g}; it is a probability between 0 and 1, such as 0.9")
     pilot = experiment.pilot(effect)

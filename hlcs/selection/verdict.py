@@ -192,9 +192,8 @@ def _doubts(fit):
     names = [f"{term.name}.{free.name}" for term in fit.model.terms for free in term.candidate.free]
     for name, free, value in zip(names, frees, fit.estimate, strict=True):
         if not free.plausible(value):
-            known = f"{free.low:g} to {free.high:g}{'' if free.unit == '1' else ' ' + free.unit}"
             notes.append(
-                f"{name} = {value:.3g} lies beyond what is known of such bodies ({known}): check the inputs that it rests on"
+                f"{name} = {value:.3g} lies beyond what is known of such bodies ({free.usual}): check the inputs that it rests on"
             )
     deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
     correlation = fit.covariance / np.outer(deviation, deviation)

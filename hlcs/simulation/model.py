@@ -6,8 +6,16 @@ import numpy as np
 
 from hlcs.effects import Candidate, build, build_entry, class_named
 from hlcs.effects.contract import Change
+from hlcs.files.documents import to_toml
 from hlcs.simulation.simulator import Simulator
 from minibullet.effects import Effect, Gravity, compose
+from minibullet.effects.contract import law_of
+
+MOTION = (  # what the laws of effects enter, and their letters
+    "  m dv/dt = m g + sum of F,  I d(omega)/dt + omega x I omega = sum of M",
+    "  w: velocity v relative to the fluid, A: mean projected area, V: volume, r: radius of a sphere of that volume,",
+    "  rho: density of the fluid, mu: friction of the pair",
+)
 
 
 @dataclass(frozen=True)
@@ -50,6 +58,14 @@ class Terms:
         """The number of the term of that name."""
         return [term.name for term in self.terms].index(name)
 
+    def _told(self, ground, laws):
+        """The model in lines: what it stands on, then each effect with its law and its numbers; laws: {name: sentence}."""
+        lines = [f"Model: {', '.join([ground, *laws])}" + ("" if laws else " alone")]
+        for entry in self.entries:
+            numbers = [f"{key} = {value:.4g}" for key, value in entry.items() if key != "name"]
+            lines.append(f"  {entry['name']}: " + "; ".join(filter(None, (laws[entry["name"]], ", ".join(numbers)))))
+        return lines
+
 
 @dataclass(frozen=True)
 class Model(Terms):
@@ -85,25 +101,19 @@ class Model(Terms):
             term.candidate.kind for term in self.terms
         )
 
+    @property
+    def entries(self):
+        """What [model] effects of an experiment file holds of it: name and numbers of each effect."""
+        return *self.fixed, *({"name": term.name, **term.numbers} for term in self.terms)
+
     def __str__(self):
-        lines = ["Model: gravity" + (", " + ", ".join(self.names) if self.names else " alone")]
-        lines += [f"  {term.name}: " + ", ".join(f"{key} = {value:.4g}" for key, value in term.values) for term in self.terms]
-        return "\n".join(lines)
+        """Its equations of motion in words and letters, with its numbers."""
+        laws = {name: law_of(kind) for name, kind in zip(self.names, self.kinds, strict=True)}
+        return "\n".join([*self._told("gravity", laws), *MOTION])
 
     def to_toml(self):
         """The [model] section of an experiment file that holds these effects."""
-        entries = [dict(entry) for entry in self.fixed] + [{"name": term.name, **term.numbers} for term in self.terms]
-        written = [
-            "{ "
-            + ", ".join(f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value!r}" for key, value in entry.items())
-            + " }"
-            for entry in entries
-        ]
-        return "[model]\neffects = [" + ", ".join(written) + "]\n" + f"time_step = {self.time_step!r}\n"
-
-    def files(self, folder):
-        """{name: bytes} of what keeps the model in a folder of results."""
-        return {"model.toml": self.to_toml().encode()}
+        return to_toml({"model": {"effects": list(self.entries), "time_step": self.time_step}}, inline=True)
 
     def run(self, trial, start, times):
         """Positions (n, 3) and orientations (n, 4) of one trial at the times (n,), from a start (13,): x, v, q, w."""

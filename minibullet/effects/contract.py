@@ -85,6 +85,12 @@ def name_of(effect) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", _class_of(effect).__name__).lower()
 
 
+def law_of(effect) -> str:
+    """The law of an effect, or of an effect class, in a sentence: the first of its docstring, without the point."""
+    text = " ".join((_class_of(effect).__doc__ or "").split("\n\n")[0].split())
+    return re.split(r"\.(?:\s|$)", text, maxsplit=1)[0]
+
+
 def _class_of(effect):
     return effect if isinstance(effect, type) else type(effect)
 

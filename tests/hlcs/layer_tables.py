@@ -4,6 +4,8 @@ The stand-in answers a PlacementTest in microseconds with layer coefficients lik
 friction and scatter of the aims as simulations move them (hull +10 %, two margins a layer), with scatter between seeds of 1.2 %.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
@@ -11,6 +13,7 @@ import hlcs
 from hlcs.compare import comparison_of
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.diagnose import diagnosis_of
+from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.layers import Layers
 from hlcs.kinds.protocol import Options
 
@@ -67,4 +70,4 @@ def compare_layers(file, **settings):
 
 
 def diagnose_layers(file, candidates=None, **settings):
-    return diagnosis_of(Layers(file, Options(), **settings), candidates)
+    return replace(diagnosis_of(Layers(file, Options(), **settings), candidates), experiment=Experiment(file))

@@ -9,11 +9,10 @@ from math import isfinite, nan
 
 import numpy as np
 
-from hlcs.data.experiment_file import SECTIONS, ExperimentFile
+from hlcs.data.experiment_file import ExperimentFile
 from hlcs.files.csv_files import CsvLayout, read_csv
-from hlcs.files.toml_files import TomlFile
 from hlcs.placement.grids import RPG, TPG, WIDEST, Grid
-from hlcs.placement.placement_file import KEYS, checked_table, make_placement
+from hlcs.placement.placement_file import checked_table, make_placement
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.sea_bottom import Flat, Slope
 from hlcs.placement.statistics import Sample
@@ -83,7 +82,7 @@ class LayerMeasurement:
 
 def read_layers(file):
     """The LayerMeasurement of an ExperimentFile of kind "layers"; InputError names file, line or row, key or column, remedy."""
-    table = checked_table(TomlFile(file.path, {"": list(SECTIONS[""]), "placement": list(KEYS)}, file.allow_outside))
+    table = checked_table(file.source)
     notes = [
         f"[placement] {key} is not used: grids and bottoms stand in the CSV, seeds come with the command"
         for key in NOT_USED

@@ -12,7 +12,7 @@ from hlcs.kinds.layers import observations
 from hlcs.kinds.layers.candidates import library, named
 from hlcs.kinds.layers.data import read_layers
 from hlcs.kinds.layers.model import PlacementSimulator, model_of
-from hlcs.kinds.layers.notes import campaign_notes, left_out, samples, search_notes, set_notes
+from hlcs.kinds.layers.notes import campaign_notes, left_out, samples, search_notes, set_notes, stated_notes
 from hlcs.kinds.layers.problem import Group, LayerProblem
 from hlcs.kinds.layers.responses import Responses
 from hlcs.kinds.protocol import Observation, Prepared
@@ -31,7 +31,7 @@ NOTHING_PAYS = "the misfit is too small, or the numbers too few, to pay for any"
 
 
 class Layers:
-    """An Experiment (`kinds.protocol`) of layer coefficients of repeated placement tests.
+    """An OpenExperiment (`kinds.protocol`) of layer coefficients of repeated placement tests.
 
     simulator: runs the tests that are not yet in its store; seeds: tests of each model on each measured set.
     """
@@ -50,7 +50,7 @@ class Layers:
         self.model = model_of(measurement)
         self.sets = tuple(measured_set for measured_set in measurement.sets if measured_set.judgeable)
         self.measurement, self.judgeable = measurement, bool(self.sets)
-        self.notes = (*measurement.notes, *left_out(measurement, self.sets))
+        self.notes = (*measurement.notes, *stated_notes(file, self.model), *left_out(measurement, self.sets))
         self.simulator = simulator or PlacementSimulator(workers=options.workers, progress=options.progress)
         self.seeds = [options.seed + 1 + k for k in range(seeds)]
 

@@ -8,25 +8,19 @@ the code that made them: a second diagnosis of the same tables reads them back.
 import os
 import sys
 import tempfile
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from hlcs.files import folders
 from hlcs.kinds.layers.candidates import named
 from hlcs.placement import run_queue
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.run_store import Store, key_of
-from hlcs.placement.settings_table import placement_table, settings_of
+from hlcs.placement.settings_table import settings_of
 from hlcs.placement.single_run import layer_coefficients_of
 from hlcs.simulation.model import Term, Terms
-from minibullet.errors import InputError, is_number
-from minibullet.files.reading import read_bytes, shown
-
-MEASURED = "measured.csv"  # copy of the data in a folder of results
-MOST_BYTES = 10_000_000  # of such a copy; a table of layers has some kilobytes
-CASE = ("grid", "bottom", "layers", "seed", "stacking")  # settings that come with a measured set, not with the model
+from minibullet.errors import InputError, is_number, shown
 
 
 @dataclass(frozen=True)
@@ -40,7 +34,6 @@ class LayerModel(Terms):
     base: PlacementTest
     terms: tuple[Term, ...] = ()
     stated: tuple[Term, ...] = ()  # by the experiment file, before all others
-    source: object = field(default=None, repr=False, compare=False)  # (title, CSV) of the experiment file
 
     @property
     def effects(self):
@@ -84,41 +77,19 @@ class LayerModel(Terms):
         """Run the mended placement test; returns a PlacementResult (readings that only the measurement changes are as placed)."""
         return replace(self.placement, seed=seed).run(progress)
 
-    def to_toml(self, data=None):
-        """An experiment file of this model: the settings under [placement], what acts on the reading or the grid in [model].
+    @property
+    def entries(self):
+        """What [model] effects of an experiment file holds of it: name and numbers of each effect."""
+        return tuple({"name": term.name, **term.numbers} for term in self._all)
 
-        data: how it names its CSV; left out: the full path, which is read from elsewhere with --allow-outside alone.
-        """
-        settings, effects = self.base, []
-        for term in self._all:
-            changed = term.candidate.applied(settings, *term.numbers.values())
-            if term.candidate.reading is None and changed.grid == settings.grid and changed.bottom == settings.bottom:
-                settings = changed
-            else:
-                effects.append({"name": term.name, **term.numbers})
-        title, source = self.source or ("layers", None)
-        default, table = PlacementTest(), placement_table(settings)
-        stated = {key: value for key, value in table.items() if key not in CASE and value != getattr(default, key, None)}
-        model = {"model": {"effects": effects}} if effects else {}
-        document = {"kind": "layers", "title": title, "placement": stated, **model, "measurement": {"file": str(data or source)}}
-        return folders.to_toml(document)
-
-    def files(self, folder):
-        """{name: bytes} of what keeps the model in a folder of results: its experiment file, and its data where they lie
-        elsewhere, so that the file can be used as it is."""
-        data, kept = Path(self.source[1]) if self.source else Path(), {}
-        below, name = Path(os.path.realpath(folder)), None
-        if data.is_relative_to(below):
-            name = data.relative_to(below).as_posix()
-        elif data.is_absolute():
-            name, kept = MEASURED, {MEASURED: read_bytes(data, str(data), MOST_BYTES, "thin the file out")}
-        return kept | {"model.toml": self.to_toml(name).encode()}
+    def __str__(self):
+        """What is placed, and what was added to it."""
+        return "\n".join(self._told(f"units of shape {self.base.shape} placed layer by layer", dict.fromkeys(self.effects, "")))
 
 
 def model_of(measurement):
     """The LayerModel of a LayerMeasurement, with the effects its file lists under [model]."""
-    source = measurement.file.title, Path(measurement.file.data_file).resolve()  # a file of the model may lie in another folder
-    model = LayerModel(measurement.test, source=source)
+    model = LayerModel(measurement.test)
     for entry in measurement.file.effects:
         try:
             model = replace(model, stated=(*model.stated, _stated(entry, model.placement, measurement.sets)))

@@ -29,6 +29,13 @@ def noise_floor(problem, model):
     return float(np.average([perfect.mean for perfect in perfect_models(problem, model)], weights=layers))
 
 
+def stated_notes(file, model):
+    """Sentences on numbers of [model] effects that a law allows but nobody expects."""
+    stated = [(term.name, free, term.numbers[free.name]) for term in model.stated for free in term.candidate.free]
+    said = filter(None, (free.doubt(name, value) for name, free, value in stated))
+    return tuple(f"{file.place('model.effects')}: {sentence}" for sentence in said)
+
+
 def left_out(measurement, sets):
     return [
         f"{measured_set.name}: not judged, its number of tests or its scatter is not stated, or zero in every layer"

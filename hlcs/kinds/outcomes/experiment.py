@@ -18,7 +18,7 @@ FEW = 12  # rows below which a table is small
 
 
 class Outcomes:
-    """An Experiment (`kinds.protocol`) of an outcome table: one row, one experiment, one number."""
+    """An OpenExperiment (`kinds.protocol`) of an outcome table: one row, one experiment, one number."""
 
     kind, measure = "outcomes", "rms"
     layout = LAYOUTS[kind]

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hlcs.data.rigid_body import known_body
 from hlcs.effects import wanted
 from hlcs.effects.body import MassOffset, SizeError
 from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
@@ -18,7 +19,7 @@ from hlcs.estimation.noise_model import Noise
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
 from hlcs.kinds.outcomes.designs import TOO_LONG, rows_of, said
 from hlcs.kinds.protocol import Prepared, misses
-from hlcs.selection.eligibility import NEEDS, eligible, known_body, stated
+from hlcs.selection.eligibility import NEEDS, eligible, stated
 from hlcs.simulation import outcome_motion
 from hlcs.simulation.model import Model
 from minibullet import effects

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hlcs.kinds import KINDS
-from hlcs.kinds.protocol import Experiment, misfit, misses
+from hlcs.kinds.protocol import OpenExperiment, misfit, misses
 
 
 def test_an_error_has_its_sign_from_the_model():
@@ -20,5 +20,5 @@ def test_misses_are_of_the_observations_inside():
 
 @pytest.mark.parametrize("kind", KINDS.values(), ids=list(KINDS))
 def test_each_kind_has_the_methods_of_the_protocol(kind):
-    methods = [name for name, value in vars(Experiment).items() if callable(value) and not name.startswith("_")]
+    methods = [name for name, value in vars(OpenExperiment).items() if callable(value) and not name.startswith("_")]
     assert methods and all(callable(getattr(kind, name)) for name in methods)

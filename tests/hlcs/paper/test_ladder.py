@@ -23,6 +23,7 @@ def test_the_ladder_leads_from_the_naive_model_and_holds_the_slope_out(tmp_path)
     diagnosis.save(tmp_path / "moved")
     (tmp_path / "moved" / "flat.csv").write_text((tmp_path / "flat.csv").read_text())
     again = compare_layers(read_experiment_file(tmp_path / "moved" / "model.toml"), simulator=simulator, seeds=4)
-    assert again.error["rms"] == pytest.approx(steps[-1]["fitted"], rel=1e-6)
+    # numbers are written to a hundredth of their intervals, and a friction a little off draws other scatter: 0.6 % of a layer
+    assert again.error["rms"] == pytest.approx(steps[-1]["fitted"], abs=1e-3)
     text = ladder.ladder_text(document)
     assert "the naive model" in text and "+ convex_hull_shape" in text and "a perfect model" in text

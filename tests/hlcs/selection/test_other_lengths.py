@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from throws import G, write_throws
 
-from hlcs.kinds import open_experiment
+from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.protocol import Options
 from hlcs.selection.other_lengths import lasting, length_of
 
@@ -12,7 +12,7 @@ from hlcs.selection.other_lengths import lasting, length_of
 @pytest.fixture
 def prepared(tmp_path):
     path = write_throws(tmp_path, count=2, static=False, noise="noise = { position = 0.004 }")
-    return open_experiment(path, Options())[1].pilot("linear_drag").prepare()
+    return Experiment.read(path).opened(Options()).pilot("linear_drag").prepare()
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])

@@ -11,7 +11,7 @@ from throws import csv, drag_per_metre, flight
 
 import hlcs
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
-from hlcs.kinds import open_experiment
+from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.protocol import Options, Prepared
 from hlcs.selection.planning import MOST, Odds, Pilot, Signal, plan
 from hlcs.selection.search import Search
@@ -35,7 +35,7 @@ def lines(count, slope=0.0, sigma=1.0, generator=None):
 
 
 def pilot(problem, hold_out=True):
-    """An Experiment that has this problem for its pilot."""
+    """An OpenExperiment that has this problem for its pilot."""
     prepared = Prepared(None, problem, problem.fit(Model()), ())
     known = Pilot([RATE], {"gust": "no wind"}, lambda: prepared, hold_out, FEW_RECORDINGS, len(problem.trials))
     return SimpleNamespace(pilot=lambda effect: known)
@@ -133,7 +133,7 @@ def throws(folder, count, coefficient, seed=0, candidates=()):
 
 
 def planned(path, *arguments):
-    return plan(open_experiment(path, Options())[1], *arguments)
+    return plan(Experiment.read(path).opened(Options()), *arguments)
 
 
 def alike(told):

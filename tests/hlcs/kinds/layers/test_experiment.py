@@ -8,6 +8,7 @@ from layer_tables import HEADER, PAPER, compare_layers, diagnose_layers, emulate
 
 import hlcs
 from hlcs.data.experiment_file import read_experiment_file
+from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.layers.data import read_layer_sets, read_layers
 from hlcs.kinds.layers.model import PlacementSimulator
 from hlcs.placement.printed_tables import laboratory, paper_numerical
@@ -87,8 +88,8 @@ def test_naive_hull_model_is_led_to_the_true_shape(tmp_path, simulator):
         "next_experiment",
     }
     # the mended model, written as a file, starts where this one ended, seen by half as many simulated tests
-    (tmp_path / "mended.toml").write_text(found.model.to_toml())
-    again = compare_layers(read_experiment_file(tmp_path / "mended.toml"), simulator=simulator)
+    mended = found.apply(Experiment(file)).save(tmp_path / "mended.toml")
+    again = compare_layers(mended.file, simulator=simulator)
     assert again.error["rms"] == pytest.approx(found.error["fitted"]["after"], rel=0.1)
     # and what is there already is not sought again
     ran = simulator.ran

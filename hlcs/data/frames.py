@@ -1,0 +1,48 @@
+"""Measurements that stand in no file: frames, dictionaries of arrays, structured arrays, each read as a CSV file is."""
+
+import csv
+import io
+from numbers import Real
+
+import numpy as np
+
+from hlcs.files.csv_files import CsvText
+from minibullet.errors import InputError
+
+LIKE = "a pandas frame, a dictionary of arrays or lists, or a structured array"
+
+
+def is_frame(thing):
+    """Does it hold columns by name?"""
+    return hasattr(thing, "keys") or getattr(getattr(thing, "dtype", None), "names", None) is not None
+
+
+def csv_of(frame, name):
+    """The CsvText of a frame, so that one reader checks files and frames alike: row 1 names the columns, a blank is missing.
+
+    frame: columns of equal length by name (pandas, a dictionary, a structured array); None and NaN are blank; name: what messages
+    call it. Raises InputError where it is no frame, or a column has another shape or length.
+    """
+    if not is_frame(frame):
+        raise InputError(f"{name}: {type(frame).__name__} has no columns by name; give {LIKE}")
+    names = list(frame.keys()) if hasattr(frame, "keys") else list(frame.dtype.names)
+    columns = {str(column): np.asarray(frame[column], dtype=object) for column in names}
+    for column, values in columns.items():
+        if values.ndim != 1:
+            raise InputError(f"{name}, column {column}: has shape {values.shape}; give one number a row, shape (n,)")
+    lengths = {column: len(values) for column, values in columns.items()}
+    if len(set(lengths.values())) > 1:
+        told = ", ".join(f"{column} {length}" for column, length in lengths.items())
+        raise InputError(f"{name}: columns of different lengths ({told}); give all of them the same number of rows")
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(map(_cell, row) for row in zip(*columns.values(), strict=True))
+    return CsvText(name, stream.getvalue())
+
+
+def _cell(value):
+    """A cell with all its digits; blank where it is missing."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return "" if value != value else repr(float(value))
+    return "" if value is None or value != value else str(value)  # a missing time or text of pandas differs from itself
