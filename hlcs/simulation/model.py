@@ -63,7 +63,8 @@ class Terms:
         lines = [f"Model: {', '.join([ground, *laws])}" + ("" if laws else " alone")]
         for entry in self.entries:
             numbers = [f"{key} = {value:.4g}" for key, value in entry.items() if key != "name"]
-            lines.append(f"  {entry['name']}: " + "; ".join(filter(None, (laws[entry["name"]], ", ".join(numbers)))))
+            said = "; ".join(filter(None, (laws[entry["name"]], ", ".join(numbers))))
+            lines.append(f"  {entry['name']}" + (f": {said}" if said else ""))
         return lines
 
 

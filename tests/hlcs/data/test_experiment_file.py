@@ -32,6 +32,30 @@ def test_wrong_keys_and_values_are_named(tmp_path, toml, words):
     refused(experiment(tmp_path, toml=toml), *words)
 
 
+@pytest.mark.parametrize(
+    ("effects", "words"),
+    [
+        ('["quadratic_drag"]', "quadratic_drag stands without a number; give drag_coefficient = .. (0 to 2.5)"),
+        ('[{ name = "quadratic_drag", fluid_density = 1.2 }]', "quadratic_drag stands without a number"),
+        ('["clock_offset"]', "clock_offset stands without a number; give offset = .. [s]"),
+        ('["friction"]', "friction stands without a number; give coefficient = .."),  # it has a default, which nobody measured
+        ('[{ name = "linear_drag", rate = "fill in" }]', "linear_drag: rate = 'fill in' must be a finite number"),
+    ],
+)
+def test_an_effect_without_its_numbers_is_refused(tmp_path, effects, words):
+    path = experiment(tmp_path, toml=TOML + f"[model]\neffects = {effects}\n")
+    with pytest.raises(InputError) as refusal:
+        hlcs.compare(path)
+    assert f"e.toml, line 9: model.effects: {words}" in str(refusal.value)
+
+
+def test_a_number_beyond_what_is_plausible_is_told_also_where_its_range_depends_on_the_body(tmp_path):
+    """A drag rate is plausible up to 25 times rho A / (2 m) = 0.034 /s for this ball in air: 0.85 /s."""
+    path = experiment(tmp_path, toml=TOML + '[model]\neffects = [{ name = "linear_drag", rate = 2.0 }]\n')
+    (note,) = (note for note in hlcs.compare(path).notes if "plausible" in note)
+    assert "line 9: model.effects: linear_drag: rate = 2 lies beyond what is plausible (0 to 0.848" in note
+
+
 def test_overrides_of_a_trial(tmp_path):
     file = read_experiment_file(experiment(tmp_path, trial='file = "a.csv"\nmass = 0.2\nradius = 0.05\ngravity = 9.8\n'))
     assert file.trials[0].body.mass == 0.2 and file.trials[0].surroundings.gravity == 9.8 and file.body.mass == 0.05

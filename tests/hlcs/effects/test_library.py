@@ -7,7 +7,7 @@ import pytest
 
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
-from hlcs.effects import build_entry, candidate, class_named, classes, own_classes, wanted
+from hlcs.effects import build, build_entry, candidate, class_named, classes, entry_of, own_classes, wanted
 from minibullet import effects
 from minibullet.effects.contract import Effect, parameter, parameters
 from minibullet.errors import InputError
@@ -104,6 +104,15 @@ def test_numbers_that_a_search_may_find_can_be_written_back():
         for free in candidate(kind, AIR, body, body_known=True).free:
             for value in (max(free.least, -1e3), min(free.most, 1e3)):
                 assert getattr(build_entry({"name": name, free.name: value}, AIR), free.name) == value
+
+
+@pytest.mark.parametrize("name", sorted(classes()))
+def test_an_effect_is_written_as_the_entry_that_makes_it(name):
+    """With all its numbers off their defaults, what the surroundings say filled in."""
+    numbers = {key: known.default + 0.01 for key, known in parameters(classes()[name]).items() if not known.given}
+    effect = build(classes()[name], numbers, AIR)
+    assert entry_of(effect).items() >= {"name": name, **numbers}.items()
+    assert build_entry(entry_of(effect), AIR) == effect
 
 
 def test_own_classes_need_a_number_that_can_be_absent():

@@ -57,6 +57,7 @@ values = st.recursive(
 def test_toml_reads_back_equal(table):
     """Whatever nested settings are written, the standard library's reader gives them back."""
     assert tomllib.loads(documents.to_toml(table)) == table
+    assert tomllib.loads(documents.to_toml(table, inline=True)) == table
 
 
 def test_toml_looks_like_an_experiment_file():
@@ -71,4 +72,14 @@ def test_toml_looks_like_an_experiment_file():
     assert text.splitlines() == [
         *('kind = "layers"', "", "[placement]", "side = 1.0", "start = [0, 1.5]", ""),
         *("[[trial]]", 'file = "a.csv"', "", "[[trial]]", 'file = "b.csv"'),
+    ]
+
+
+def test_tables_within_tables_are_written_between_braces_where_asked():
+    text = documents.to_toml(
+        {"model": {"effects": [{"name": "a", "x": 1.0}, {"name": "b"}]}, "trial": [{"start": {"v": [0.0]}}]}, inline=True
+    )
+    assert text.splitlines() == [
+        *("[model]", "effects = [", '  { name = "a", x = 1.0 },', '  { name = "b" },', "]", ""),
+        *("[[trial]]", "start = { v = [0.0] }"),
     ]

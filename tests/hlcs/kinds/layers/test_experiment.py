@@ -11,6 +11,7 @@ from hlcs.data.experiment_file import read_experiment_file
 from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.layers.data import read_layer_sets, read_layers
 from hlcs.kinds.layers.model import PlacementSimulator
+from hlcs.kinds.protocol import Options
 from hlcs.placement.printed_tables import laboratory, paper_numerical
 from minibullet.errors import InputError
 
@@ -164,6 +165,17 @@ def test_report_and_files(tmp_path, simulator):
     assert {path.name for path in folder.iterdir()} >= {"result.json", "report.html", "diagnosis.png", "model.toml"}
     rows = {line.split()[0].lstrip("*") for line in found.summary().splitlines() if line}
     assert {finding.effect for finding in found.candidates if finding.evidence is not None} <= rows
+
+
+def test_what_was_found_is_added_to_the_model_and_taken_off_again(tmp_path, simulator):
+    frames = [measured(grid, 3, campaign) for grid, campaign in (("TPG", "a"), ("RPG", "b"))]
+    file = experiment(tmp_path, frames, 'shape = "hull"')
+    found = diagnose_layers(file, candidates=["convex_hull_shape", "settlement"], simulator=simulator)
+    mended = found.apply(found.experiment)
+    assert found.effects == ("convex_hull_shape",) and mended.file.added == found.effects
+    assert mended.opened(Options()).model.placement.shape == "pieces" and mended.before().file.effects == ()
+    assert str(found.model).splitlines()[1].strip() == "convex_hull_shape"
+    assert found.add["toml"] == '{ name = "convex_hull_shape", switch = 1.0 }'
 
 
 @pytest.mark.slow

@@ -8,8 +8,10 @@ from layer_tables import experiment, measured
 
 import hlcs
 from hlcs.data.experiment_file import read_experiment_file
+from hlcs.kinds.layers import Layers
 from hlcs.kinds.layers.data import read_layers
 from hlcs.kinds.layers.model import LayerModel, coefficients, default_store, model_of
+from hlcs.kinds.protocol import Options
 
 
 def test_a_model_of_layers_runs_its_own_placement():
@@ -38,6 +40,13 @@ def test_a_switch_is_there_by_its_name_or_with_its_constant(tmp_path):
         file = experiment(tmp_path, [measured("TPG", 1, "a")])
         file.path.write_text(file.path.read_text() + f"[model]\neffects = [{entry}]\n")
         assert model_of(read_layers(read_experiment_file(file.path))).placement.loose_lower_layers
+
+
+def test_a_stated_number_beyond_what_is_plausible_is_told_by_file_and_line(tmp_path, simulator):
+    file = experiment(tmp_path, [measured("TPG", 1, "a")])
+    file.path.write_text(file.path.read_text() + '[model]\neffects = [{ name = "plate_bias", offset = 0.3 }]\n')
+    (note,) = (note for note in Layers(read_experiment_file(file.path), Options(), simulator).notes if "plausible" in note)
+    assert "layers.toml, line" in note and "plate_bias: offset = 0.3 lies beyond what is plausible (-0.05 to 0.05 Dn)" in note
 
 
 def test_runs_come_back_by_model_set_and_seed_and_refused_ones_as_nan(tmp_path, simulator):

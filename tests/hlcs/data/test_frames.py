@@ -1,0 +1,44 @@
+"""A frame in memory is read as the CSV file of the same numbers, and refused in the same words."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from hlcs.data.frames import csv_of, is_frame
+from hlcs.files.csv_files import CsvLayout, read_csv
+from minibullet.errors import InputError
+
+LAYOUT = CsvLayout(("t_s", "z_m", "group"), ("t_s",), words=("group",), blank=("z_m",))
+TIMES, HEIGHTS, GROUPS = [0.1, 0.2, 1 / 3], [1.0, None, 3.0], ["a", "b, c", 'd "e"']
+COLUMNS = {"t_s": TIMES, "z_m": HEIGHTS, "group": GROUPS}
+RECORDS = np.array(
+    [(0.1, 1.0, "a"), (0.2, np.nan, "b, c"), (1 / 3, 3.0, 'd "e"')], [("t_s", float), ("z_m", float), ("group", "U9")]
+)
+
+
+@pytest.mark.parametrize("frame", [COLUMNS, pd.DataFrame(COLUMNS), RECORDS], ids=["dictionary", "pandas", "structured array"])
+def test_every_digit_word_and_gap_comes_back(frame):
+    table = read_csv(csv_of(frame, "frame 1"), LAYOUT)
+    np.testing.assert_array_equal(table.columns["t_s"], TIMES)
+    np.testing.assert_array_equal(table.columns["z_m"], [1.0, np.nan, 3.0])
+    assert list(table.columns["group"]) == GROUPS and table.place(2, "z_m") == "frame 1, row 4, column z_m"
+
+
+@pytest.mark.parametrize(
+    ("frame", "words"),
+    [
+        ([1.0, 2.0], "frame 1: list has no columns by name; give a pandas frame"),
+        ({"t_s": [0.0, 1.0], "z_m": [1.0]}, "frame 1: columns of different lengths .t_s 2, z_m 1."),
+        ({"t_s": [0.0, 1.0], "z_m": np.zeros((2, 3))}, r"frame 1, column z_m: has shape \(2, 3\)"),
+        ({"t_s": [0.0, np.inf]}, "frame 1, row 3, column t_s: 'inf' is not finite"),
+        ({"t_s": [0.0, None], "z_m": [1.0, 2.0]}, "frame 1, row 3, column t_s: blank"),
+        ({"time": [0.0]}, "frame 1, row 1: unknown column 'time'"),
+    ],
+)
+def test_what_is_no_table_is_refused(frame, words):
+    with pytest.raises(InputError, match=words):
+        read_csv(csv_of(frame, "frame 1"), LAYOUT)
+
+
+def test_a_list_of_frames_is_no_frame():
+    assert is_frame(COLUMNS) and is_frame(RECORDS) and not is_frame([COLUMNS]) and not is_frame(np.zeros(3))
