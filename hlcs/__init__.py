@@ -4,7 +4,9 @@ import hlcs
 
 result = hlcs.PlacementTest(grid=hlcs.TPG, layers=5, seed=1).run()
 print(hlcs.compare(result, hlcs.laboratory("table2", grid="TPG")))
-print(hlcs.diagnose("drop.toml"))
+experiment = hlcs.Experiment.read("drop.toml")
+diagnosis = hlcs.diagnose(experiment)
+print(diagnosis, hlcs.compare(diagnosis.apply(experiment)))
 """
 
 import importlib

@@ -26,7 +26,7 @@ MADE = "# Written by hlcs from "  # how a file begins that may be written again
 IN_PYTHON = "frames"  # what messages call an experiment that stands in no file
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Experiment:
     """A measurement and the model under test: a value that `compare` and `diagnose` take; changes make another one.
 
@@ -82,7 +82,7 @@ class Experiment:
             raise InputError(f"{IN_PYTHON}: {problem}; give numbers, texts, lists and dictionaries") from None
         return cls(checked_experiment(TomlFile.of_values(IN_PYTHON, values, SECTIONS, tables), _layouts()))
 
-    def __str__(self):
+    def __repr__(self):
         names = ", ".join(entry["name"] for entry in self.file.effects) or "none"
         return f"Experiment: {self.file.title} ({self.file.kind}); effects in its model: {names}"
 
@@ -159,6 +159,11 @@ class Experiment:
             return Path(os.path.relpath(self.file.path.parent / name, path.parent)).as_posix()
 
         text = self._text(name_of)
+        for place in (path.parent / name for name in found):
+            if place.exists() and not path.exists():
+                raise InputError(
+                    f"'{place}' is there already, and a frame would be written to it; give another name than '{path}'"
+                )
         for name, content in found.items():
             folders.write_bytes(path.parent / name, content)
         folders.write_text(path, text)
@@ -177,7 +182,7 @@ class Experiment:
             content = _bytes_of(table or place)
             wanted = f"{name.replace(' ', '_')}.csv" if table else place.name
             free = (f"{number}_{wanted}" if number else wanted for number in range(len(found) + 2))
-            own = next(one for one in free if one not in taken and found.get(one, content) == content)
+            own = next(one for one in free if one not in (*taken, "model.toml") and found.get(one, content) == content)
             found[own] = content
             return own
 
@@ -198,8 +203,9 @@ class Experiment:
 
 
 def check_target(path):
-    """InputError where an experiment file that this program did not write stands at a path, or a folder."""
+    """InputError where a file that this program did not write stands at a path, or a folder, or no folder can hold it."""
     path = Path(path).expanduser()
+    folders.check_folder(path.parent)
     if path.is_dir():
         raise InputError(f"'{path}' is a folder; give the name of an experiment file, such as '{path / 'mended.toml'}'")
     if path.exists() and not read_bytes(path, str(path), MOST_BYTES, "give another name").startswith(MADE.encode()):

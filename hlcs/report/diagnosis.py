@@ -146,7 +146,7 @@ def _picture(diagnosis):
 
 
 def save(diagnosis, folder):
-    """Write result.json, candidates.csv, report.txt, report.html, model.toml and, where there is one, diagnosis.png."""
+    """Write result.json, candidates.csv, report.txt, report.html, model.toml with its data and, where there is one, diagnosis.png."""
     picture, words = _picture(diagnosis), text(diagnosis)
     found = {
         "candidates.csv": csv_text(diagnosis.to_dataframe().to_dict("list")).encode(),
@@ -155,9 +155,9 @@ def save(diagnosis, folder):
     }
     if picture is not None:
         found["diagnosis.png"] = picture
-    if diagnosis.experiment is not None:
-        found |= diagnosis.apply(diagnosis.experiment).files(folder, (*found, "result.json"))
     if diagnosis.learned is not None and diagnosis.learned.effect_file:
         found[diagnosis.learned.file_name] = diagnosis.learned.effect_file.encode()
+    if diagnosis.experiment is not None:
+        found |= diagnosis.apply(diagnosis.experiment).files(folder, (*found, "result.json"))
     found["result.json"] = json.dumps(diagnosis.to_json(), indent=1).encode()  # last: where it stands, the others stand too
     return folders.save_files(folder, found)

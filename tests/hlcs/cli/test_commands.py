@@ -216,3 +216,24 @@ def test_a_reader_that_goes_away_is_no_error_to_tell_about(tmp_path):
     errors = process.stderr.read()
     process.wait(timeout=60)
     assert b"Traceback" not in errors
+
+
+def test_what_a_diagnosis_finds_is_written_and_its_next_command_compares_it(hlcs, tmp_path):
+    hlcs("mystery", "copy", "tower-drop", "--out", "case")
+    diagnose = ["diagnose", "case/experiment.toml", "--candidates", "quadratic_drag"]
+    status, text, _ = hlcs(*diagnose, "--apply", "mended/new.toml", "--json", "d.json")
+    add = json.loads((tmp_path / "d.json").read_text())["add"]
+    assert status == 0 and add["next"] == "hlcs compare mended/new.toml --allow-outside" and f"next: {add['next']}" in text
+    assert add["toml"].startswith('{ name = "quadratic_drag", drag_coefficient = 0.46')
+    status, text, _ = hlcs(*add["next"].split()[1:])
+    assert status == 0 and "Added: quadratic_drag" in text and "  before " in text and "  after " in text
+
+    status, text, errors = hlcs(*diagnose, "--apply", "case/experiment.toml")
+    assert (status, text) == (2, "") and "is there already and was not written by this program" in errors
+
+
+def test_where_nothing_is_found_no_experiment_is_written(hlcs, tmp_path):
+    hlcs("mystery", "copy", "empty-gallery", "--out", "case")
+    status, text, _ = hlcs("diagnose", "case/experiment.toml", "--candidates", "magnus", "--apply", "new.toml")
+    assert status == 0 and "Nothing was found that could be added: new.toml is not written." in text
+    assert not (tmp_path / "new.toml").exists()
