@@ -146,7 +146,7 @@ def _picture(diagnosis):
 
 
 def save(diagnosis, folder):
-    """Write result.json, candidates.csv, report.txt, report.html, model.toml with its data and, where there is one, diagnosis.png."""
+    """Write result.json, candidates.csv, report.txt, report.html, model.toml and its data and, where one is drawn, a picture."""
     picture, words = _picture(diagnosis), text(diagnosis)
     found = {
         "candidates.csv": csv_text(diagnosis.to_dataframe().to_dict("list")).encode(),
