@@ -4,10 +4,8 @@ from dataclasses import asdict, dataclass, field
 from enum import Enum
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from hlcs.data.model_entries import found_entry, withheld
-from hlcs.files.documents import toml_value
+from hlcs.files.documents import plain, toml_value
 from hlcs.rendering import Result, table_of
 
 VERDICTS = {
@@ -188,7 +186,15 @@ class Diagnosis(Result):
     @property
     def entries(self):
         """What is to be added to [model] effects: name and numbers of each effect, "fill in" for a number that is withheld."""
-        return tuple(found_entry(name, self.parameters.get(name, {})) for name in self.effects)
+        return self._entries_of(self.effects)
+
+    @property
+    def alternatives(self):
+        """What could be added in place of `entries`, for each other set of effects that does as well."""
+        return tuple(self._entries_of(other["effects"]) for other in self.sets[1:])
+
+    def _entries_of(self, names):
+        return tuple(found_entry(name, self.parameters.get(name, {})) for name in names)
 
     @property
     def add(self):
@@ -279,18 +285,3 @@ class Pictures:
     label: str  # of that column, with its unit
     channels: tuple[str, ...] = ()  # names of the channels where each channel of a trial is a curve of its own; () = all are one
     units: tuple[str, ...] = ()  # of these channels
-
-
-def plain(value):
-    """The same value in JSON's own types: arrays as lists, non-finite numbers as null."""
-    if isinstance(value, dict):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple | np.ndarray):
-        return [plain(entry) for entry in value]
-    if isinstance(value, np.bool_ | bool):
-        return bool(value)
-    if isinstance(value, np.integer):
-        return int(value)
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return value

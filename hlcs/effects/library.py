@@ -113,7 +113,7 @@ def _check_numbers(entry, file, own):
     said = {*entry, *(["fluid_density"] if file.surroundings.fluid_density > 0 else [])}  # as in `build_entry`
     ready = any(known.null not in (None, known.default) for known in numbers)  # a class of the user's may bring its value
     if numbers and not ready and said.isdisjoint(known.name for known in numbers):
-        useful = [known for known in numbers if known.body_known in (None, known_body(_body(file)))]
+        useful = [known for known in numbers if known.body_known is not False or not known_body(_body(file))]
         raise InputError(f"{entry['name']} stands without a number; give {', '.join(map(_shown_number, useful))}")
 
 

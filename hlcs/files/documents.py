@@ -17,6 +17,21 @@ def to_json(value):
     return json.dumps(_plain(value, ""), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
+def plain(value):
+    """The same value in JSON's own types: arrays as lists, non-finite numbers as null."""
+    if isinstance(value, dict):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple | np.ndarray):
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.bool_ | bool):
+        return bool(value)
+    if isinstance(value, np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value
+
+
 def to_toml(table, inline=False):
     """TOML text of a nested dictionary: tables, arrays, arrays of tables. TOML knows no null, so keys whose value is None
     are left out.

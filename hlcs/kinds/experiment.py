@@ -98,7 +98,8 @@ class Experiment:
         effects: values such as minibullet.QuadraticDrag(drag_coefficient=0.47), or entries of [model] effects; user_effects:
         classes of the user's own that entries name.
         """
-        entries, shipped = [entry_of(effect) for effect in effects], {dict, *classes().values()}
+        effects, shipped = list(effects), {dict, *classes().values()}
+        entries = [entry_of(effect) for effect in effects]
         own = own_classes([type(effect) for effect in effects if type(effect) not in shipped])
         names = [entry["name"] for entry in entries]
         kept = [entry for entry in self.file.effects if entry["name"] not in names]

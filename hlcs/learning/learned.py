@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Any
 
+from hlcs.files.documents import plain
 from hlcs.learning.laws import AXES
-from hlcs.records import plain
 
 FILE = "learned_effect.py"  # name of the effect's file beside a result
 

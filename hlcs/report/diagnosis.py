@@ -92,10 +92,12 @@ def _add_lines(diagnosis):
         ]
     else:
         lines.append(f"  {add['toml']}")
+    if diagnosis.verdict == "ambiguous":
+        lines += [f"  or instead: {', '.join(map(toml_value, entries))}" for entries in diagnosis.alternatives]
     lines += [f'  fill in first: {name} ("{FILL_IN}" stands for it): {why}' for name, why in add["fill_in"].items()]
     lines.append(f"  next: {add['next']}")
     if add["file"] and not diagnosis.mended:
-        lines.append("  or let it be written: the same command with --apply and the name of a new experiment file")
+        lines.append('  or let it be written: --apply NEW.toml; in Python diagnosis.apply(experiment).save("NEW.toml")')
     return lines
 
 

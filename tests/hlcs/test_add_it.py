@@ -103,6 +103,16 @@ def test_what_is_not_proved_is_added_with_that_word(dragged, verdict):
     assert replace(found, verdict=verdict).add["toml"] == found.add["toml"]
 
 
+def test_the_others_of_an_ambiguous_set_are_written_out_too(tmp_path):
+    """A leaning camera and a leaning world look alike in flight: whichever is added, the error falls to the noise."""
+    path = write_throws(tmp_path, tilt=(0.01, 0.004))
+    found = hlcs.diagnose(path, candidates=["tilted_gravity", "tilted_frame"])
+    (instead,) = found.alternatives
+    assert {found.effects[0], instead[0]["name"]} == {"tilted_gravity", "tilted_frame"}
+    assert f'  or instead: {{ name = "{instead[0]["name"]}", angle_x = ' in str(found)
+    assert all(hlcs.compare(path, effects=entries).adequate for entries in (found.entries, instead))
+
+
 def test_where_nothing_was_found_nothing_is_added(tmp_path):
     path = write_throws(tmp_path)
     found = hlcs.diagnose(path, candidates=["quadratic_drag"])
