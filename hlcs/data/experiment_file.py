@@ -15,7 +15,7 @@ from minibullet.errors import InputError, shown, shown_value
 from minibullet.shapes.mesh_files import mesh_file
 
 SECTIONS = {
-    "": ["kind", "title", "body", "surroundings", "model", "measurement", "diagnose", "trial", "placement"],
+    "": ["kind", "title", "body", "surroundings", "placement", "model", "measurement", "diagnose", "trial"],
     "body": ["shape", "radius", "size", "side", "mesh", "mass", "inertia"],
     "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "floor", "friction", "restitution"],
     "surroundings.floor": ["height", "normal"],

@@ -40,15 +40,15 @@ def _error(comparison):
 def _before_and_after(comparison):
     """The error before and after what was added, and the noise, in a table."""
     error, unit = comparison.error, comparison.error.get("unit", "")
-    measure = error.get("measure") or "rms"
+    head = f"error {error.get('measure') or 'rms'}"
+    wide = max(len(head), 14)
     lines = ["", f"Added: {', '.join(comparison.added)}; noise: {_noise(comparison.noise)}; bias: model - measured"]
-    lines.append(f"  {'':6s} {'error ' + measure:>14s} {'over noise':>11s} {'bias':>12s}  what is left")
+    lines.append(f"  {'':6s} {head:>{wide}s} {'over noise':>11s} {'bias':>12s}  what is left")
     for row in comparison.errors:
         left = {True: "nothing but noise", False: "more than noise", None: ""}[row["adequate"]]
-        lines.append(
-            f"  {row['model']:6s} {number(row['error'], unit):>14s} {number(row['over_noise']):>11s} "
-            f"{number(row['bias'], unit) if row['bias'] is not None else '':>12s}  {left}".rstrip()
-        )
+        bias = "" if row["bias"] is None else number(row["bias"], unit)
+        cells = f"{number(row['error'], unit):>{wide}s} {number(row['over_noise']):>11s} {bias:>12s}"
+        lines.append(f"  {row['model']:6s} {cells}  {left}".rstrip())
     return lines
 
 
