@@ -218,10 +218,10 @@ def bouncing(height, times, k, restitution):
     return heights
 
 
-def write_dragged_bounces(folder, restitution, stated):
-    """A ball let fall on a floor from about 0.75 m, drag coefficient 0.47, noise 1 mm."""
+def write_dragged_bounces(folder, restitution, stated, drag=0.47):
+    """A ball let fall on a floor from about 0.75 m, drag coefficient 0.47 if not another, noise 1 mm."""
     generator, recordings = np.random.default_rng(51), []
-    k, radius = per_metre(0.47, **RUBBER), RUBBER["radius"]
+    k, radius = per_metre(drag, **RUBBER), RUBBER["radius"]
     for height in (0.70, 0.75, 0.80, 0.72, 0.78, 0.74):
         times = np.arange(0, 1.1, 1 / 120)
         z = radius + bouncing(height, times, k, restitution)
