@@ -118,7 +118,8 @@ def test_wild_readings_hide_no_drag(tmp_path, seed):
 def test_a_drag_that_moves_every_impact_is_judged_in_the_step_that_it_needs(tmp_path):
     """Drag of 14 brings the impacts far from those of the model under test, where the error of the step is another; what the step
     leaves, a tenth of a sigma, moves the number by 0.3 % (seen)."""
-    diagnosis = hlcs.diagnose(write_dragged_bounces(tmp_path, 0.90, 0.90, drag=14.0), candidates=["quadratic_drag", "restitution"])
+    path = write_dragged_bounces(tmp_path, 0.90, 0.90, drag=14.0)
+    diagnosis = hlcs.diagnose(path, candidates=["quadratic_drag", "restitution"])
     assert diagnosis.verdict == "effect" and diagnosis.effects == ("quadratic_drag",)
     assert diagnosis.parameters["quadratic_drag"]["drag_coefficient"]["value"] == pytest.approx(14.0, rel=0.005)
 
