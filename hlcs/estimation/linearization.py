@@ -57,6 +57,7 @@ class Fit:
     covariance: np.ndarray  # for the stated noise (p, p)
     converged: bool = True
     withheld: dict = field(default_factory=dict)  # (effect, number) -> why its value is not given
+    doubt: float = 0.0  # -2 log of its likelihood less chi2, where what its effects do is not known exactly
 
     def numbers_of(self, index):
         """Where the free numbers of one term stand among those of all, a slice; -1 is the newest term."""
@@ -79,7 +80,7 @@ class Fit:
     @property
     def cost(self):
         """-2 log of the evidence for the model, up to a constant of the data."""
-        return self.chi2 + self.surprise + self.occam
+        return self.chi2 + self.doubt + self.surprise + self.occam
 
     @cached_property
     def chi2_per_recording(self):

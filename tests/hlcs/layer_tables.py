@@ -27,7 +27,7 @@ def emulate(test):
     k = np.array([1.298, 1.08, 0.98, 0.97, 0.975] if test.grid.triangular else [1.298, 1.05, 0.96, 0.95, 0.94])[:layers]
     upper = np.arange(layers) > 0
     k = k * np.where(upper & (test.shape == "hull"), 1.10, 1.0) + 2.0 * test.margin
-    k = k + upper * (0.1 * (test.friction - 0.36) - 0.3 * test.placement_scatter)
+    k = k + upper * (0.1 * (test.friction - 0.36) - 0.1 * test.placement_scatter)
     case = [test.seed, int(test.grid.triangular), int(1e4 * test.bottom.height(0.0, 1.0))]
     shared = np.random.default_rng(case).standard_normal(layers)  # common random numbers: the same with and without an effect
     own = np.random.default_rng([*case, int(1e5 * test.margin), int(test.shape == "hull"), int(1e4 * test.friction)])

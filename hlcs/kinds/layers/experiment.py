@@ -70,8 +70,7 @@ class Layers:
         responses = Responses(self.simulator, self.model, self.sets, data, seeds)
         names = tuple(dict.fromkeys(map(self.measurement.group, self.sets)))
         groups = tuple(Group(name, name, np.flatnonzero(data.group == index)) for index, name in enumerate(names))
-        variance, doubt = data.variance + responses.base.variance, observations.doubt(data, responses.base)
-        return LayerProblem(responses, groups, observations.covariance(data, variance, doubt))
+        return LayerProblem(responses, groups, data.variance + responses.base.variance)
 
     def observe(self):
         problem = self._problem(self.seeds)
@@ -160,7 +159,9 @@ class Layers:
         residual = problem.coloured(fit.linearization.white)
         columns = [problem.coloured(problem.split(column)) for column in np.concatenate(fit.linearization.parameter_columns).T]
         columns = np.array(columns).reshape(-1, len(residual)).T
-        statistic, p, threshold = observations.adequacy(data, problem.responses.base, residual, columns)
+        statistic, p, threshold = observations.adequacy(
+            data, problem.responses.base, residual, columns, problem.responses.change(fit.model)
+        )
         error = np.sqrt(data.variance + problem.responses.base.variance + (observations.CAMPAIGN * data.mean) ** 2)
         compared = [statistics.welch(*pair) for pair in samples(problem, fit.model)]
         count = int(layers.sum())

@@ -135,11 +135,10 @@ def rows_of(data, index):
     return (data.set == index) & (data.layer > 0), (data.set == index) & (data.layer == 0)
 
 
-def doubt(data, model):
+def doubt(data, change=0.0):
     """Standard deviation (n,) by which any engine may be wrong, a number of its own for each grid and layer: in its prediction,
-    and in its answer to what explains the misfit of the model under test, a Simulated, since that misfit is what is explained."""
-    misfit = np.array([np.mean((data.value - model.value)[data.case == case]) for case in data.case])
-    return np.hypot(MODEL * data.mean * (data.layer > 1), ANSWER * misfit)
+    and in the `change` (n,) that effects make in it."""
+    return np.hypot(MODEL * data.mean * (data.layer > 1), ANSWER * change)
 
 
 def covariance(data, variance, doubt):
@@ -150,11 +149,12 @@ def covariance(data, variance, doubt):
     return matrix + np.outer(doubt, doubt) * (data.case[:, None] == data.case)
 
 
-def adequacy(data, model, residual, columns, draws=4000, seed=0):
+def adequacy(data, model, residual, columns, change=0.0, draws=4000, seed=0):
     """(chi2, p, its 99 % quantile) of residuals (n,) by parametric bootstrap: draws of tests that agree, each judged by its own
-    scatter. With five tests the chi-squared law is far too sure. columns: derivatives (n, p) of fitted numbers, projected out.
+    scatter. With five tests the chi-squared law is far too sure. columns: derivatives (n, p) of fitted numbers, projected out;
+    change: as in `doubt`.
     """
-    generator, size, unsure = np.random.default_rng(seed), len(data.value), doubt(data, model)
+    generator, size, unsure = np.random.default_rng(seed), len(data.value), doubt(data, change)
     draws = min(draws, max(200, int(4e7 / size**2)))  # the matrices of all draws are held at once
     shape, total = (draws, size), data.variance + model.variance
     cases, case = np.unique(data.case, return_inverse=True)

@@ -1,5 +1,6 @@
 """The problem that tables of layers pose to the search: what was measured and simulated, their scatter, designs of more tests."""
 
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -29,13 +30,16 @@ class LayerProblem(DirectProblem):
 
     unit = "1"
 
-    def __init__(self, responses: Responses, groups, covariance):
-        """groups: Group each; covariance (n, n) of measured - model, of all rows."""
+    def __init__(self, responses: Responses, groups, variance, shared=True):
+        """groups: Group each; variance (n,) of measured and simulated values by the scatter between tests; shared: does what
+        campaigns and engines change come to it?"""
         self.responses, self.data, self.trials, self.difference_steps = responses, responses.data, groups, {}
-        self.rows = np.concatenate([group.rows for group in groups])
-        self.sigma = np.sqrt(np.diag(covariance))
-        self.factor = np.linalg.cholesky(covariance[np.ix_(self.rows, self.rows)])
-        self.values = self.data.value
+        self.rows, self.variance, self.values = np.concatenate([group.rows for group in groups]), variance, self.data.value
+        covariance = observations.covariance(self.data, variance, observations.doubt(self.data)) if shared else np.diag(variance)
+        self.sigma, self.factor = np.sqrt(np.diag(covariance)), self._factor(covariance)
+
+    def _factor(self, covariance):
+        return np.linalg.cholesky(covariance[np.ix_(self.rows, self.rows)])
 
     @cached_property
     def noise_level(self):
@@ -44,6 +48,15 @@ class LayerProblem(DirectProblem):
 
     def predict(self, model):
         return self.responses.values(model)
+
+    def fit(self, model, initial_states=None):
+        """The Fit of a model's numbers; its cost knows that what its effects do to a layer is known to ANSWER of it."""
+        fit = super().fit(model, initial_states)
+        doubt = observations.doubt(self.data, self.responses.change(fit.model))
+        factor = self._factor(observations.covariance(self.data, self.variance, doubt))
+        white = solve_triangular(factor, self.coloured(fit.linearization.white)[self.rows], lower=True)
+        spread = 2 * np.sum(np.log(np.diag(factor) / np.diag(self.factor)))
+        return replace(fit, doubt=float(white @ white + spread - fit.chi2))
 
     def split(self, values):
         """Values of all groups in one row as a list."""
@@ -90,7 +103,7 @@ class LayerProblem(DirectProblem):
             upper = observations.MODEL * mean * (data.layer[rows] > 1)
             columns = [observations.EITHER * mean[:, None], np.diag(observations.EITHER * mean), np.diag(upper)]
             shared.append(np.hstack(columns) / deviation[:, None])
-        problem = LayerProblem(self.responses, tuple(groups), np.diag(variance))
+        problem = LayerProblem(self.responses, tuple(groups), variance, shared=False)
         return Designs(problem, problem.initial_guess(), tuple(found), shared)
 
     def worst(self, fit):

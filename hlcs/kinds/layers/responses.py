@@ -90,13 +90,14 @@ class Responses:
 
     # --- answers ----------------------------------------------------------------------------------------------------------------
 
+    def change(self, model):
+        """Change of all values (n,) that the simulated effects of a model make; InputError where none stands."""
+        moved = [self._moved(term) for term in model.terms if term.candidate.simulated]
+        return sum(moved, self.mended.get(_simulated(model), np.zeros(len(self.data.value))))
+
     def values(self, model):
         """All values (n,) as a model says they are read; InputError where none stands."""
-        values = self.base.value
-        for term in model.terms:
-            values = values + self._moved(term) if term.candidate.simulated else values
-        if _simulated(model) in self.mended:
-            values = values + self.mended[_simulated(model)]
+        values = self.base.value + self.change(model)
         for term in model.terms:
             values = values if term.candidate.simulated else self._read(term, values)  # what is simulated is read as it is
         return values

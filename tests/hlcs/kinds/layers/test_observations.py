@@ -31,17 +31,17 @@ def test_the_last_row_of_each_set_is_the_scatter_of_its_upper_layers():
 
 
 def test_campaigns_differ_by_one_factor_and_layer_by_layer():
-    unsure = observations.doubt(DATA, observations.Simulated(DATA.value, DATA.variance, DATA.tests))
-    matrix, campaign = observations.covariance(DATA, DATA.variance, unsure), observations.CAMPAIGN**2
+    matrix = observations.covariance(DATA, DATA.variance, observations.doubt(DATA))
+    campaign = observations.CAMPAIGN**2
     assert matrix[0, 1] == pytest.approx(campaign / 2 * 1.3 * 1.08)
     assert matrix[0, 0] == pytest.approx(DATA.variance[0] + campaign * 1.3**2)
     assert matrix[1, 9] == pytest.approx((observations.MODEL * 1.08) ** 2)  # the model is one, whoever measured
 
 
-def test_what_explains_a_misfit_is_known_to_a_part_of_it():
-    """The model is 0.1 too thin in one layer, in both campaigns: whatever raises that layer does so by 0.1 +- 0.03."""
+def test_what_an_effect_does_is_known_to_a_part_of_it():
+    """An effect raises one layer by 0.1 in both campaigns: by 0.1 +- 0.03, and by the same amount in both."""
     second = DATA.case == DATA.case[1]
-    unsure = observations.doubt(DATA, observations.Simulated(DATA.value - 0.1 * second, DATA.variance, DATA.tests))
+    unsure = observations.doubt(DATA, 0.1 * second)
     np.testing.assert_allclose(unsure[second], np.hypot(observations.MODEL * 1.08, observations.ANSWER * 0.1))
     assert unsure[0] == 0.0 and unsure[5] == pytest.approx(observations.MODEL * 1.08)
     matrix = observations.covariance(DATA, DATA.variance, unsure)

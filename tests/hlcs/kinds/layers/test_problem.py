@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from layer_tables import experiment, measured
-from scipy import optimize
+from scipy import optimize, stats
 
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.kinds.layers import Layers, observations
@@ -19,8 +19,7 @@ def problem(tmp_path, simulator):
 
 def test_white_residuals_have_the_covariance_of_the_table(problem):
     """whitened(e) = L^-1 e with L L' the covariance: its square is e' V^-1 e, and colouring brings the residuals back."""
-    base = problem.responses.base
-    matrix = observations.covariance(problem.data, problem.data.variance + base.variance, observations.doubt(problem.data, base))
+    matrix = observations.covariance(problem.data, problem.variance, observations.doubt(problem.data))
     residual = np.linspace(-0.02, 0.03, len(problem.values))
     white = problem.whitened([residual[group.rows] for group in problem.trials])
     assert sum(part @ part for part in white) == pytest.approx(residual @ np.linalg.solve(matrix, residual))
@@ -44,6 +43,20 @@ def test_a_number_is_found_by_generalised_least_squares(problem):
     white = np.concatenate(problem.whitened([layers[group.rows] for group in problem.trials]))
     cost = optimize.minimize_scalar(lambda x: (white @ white) * (x - 1.03) ** 2 + free.surprise(x), (1.0, 1.03))
     assert found.estimate[0] == pytest.approx(cost.x, abs=1e-3) and 1.01 < cost.x < 1.03
+
+
+def test_the_cost_of_a_simulated_effect_is_its_likelihood_where_its_answer_is_uncertain(problem):
+    """-2 log of the normal density of the residuals under V(model), less that of no residuals under V(no effect)."""
+    candidate = named("convex_hull_shape", problem.responses.model.placement, problem.responses.sets)
+    problem.responses.take([(candidate, candidate.step)])
+    model = problem.responses.model.with_effect(candidate, candidate.step)
+    found, change = problem.fit(model), problem.responses.change(model)
+    assert np.abs(change).max() > 0
+    matrices = [observations.covariance(problem.data, problem.variance, observations.doubt(problem.data, x)) for x in (0, change)]
+    plain, unsure = (stats.multivariate_normal(np.zeros(len(change)), matrix) for matrix in matrices)
+    expected = -2 * (unsure.logpdf(problem.values - problem.predict(model)) - plain.logpdf(np.zeros(len(change))))
+    assert found.chi2 + found.doubt == pytest.approx(expected)
+    assert problem.fit(problem.responses.model).doubt == pytest.approx(0.0, abs=1e-9)
 
 
 def test_more_tests_of_one_campaign_do_not_tell_apart_what_a_campaign_may_change(problem):
