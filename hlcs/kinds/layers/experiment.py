@@ -159,9 +159,7 @@ class Layers:
         residual = problem.coloured(fit.linearization.white)
         columns = [problem.coloured(problem.split(column)) for column in np.concatenate(fit.linearization.parameter_columns).T]
         columns = np.array(columns).reshape(-1, len(residual)).T
-        statistic, p, threshold = observations.adequacy(
-            data, problem.responses.base, residual, columns, problem.responses.change(fit.model)
-        )
+        statistic, p, threshold = observations.adequacy(data, problem.responses.base, residual, columns, problem.doubt(fit.model))
         error = np.sqrt(data.variance + problem.responses.base.variance + (observations.CAMPAIGN * data.mean) ** 2)
         compared = [statistics.welch(*pair) for pair in samples(problem, fit.model)]
         count = int(layers.sum())

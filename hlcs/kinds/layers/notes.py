@@ -92,11 +92,10 @@ def search_notes(problem):
         parts = statistics.detectable_shift(error[layers], measured_set.layers) / measured_set.sample.mean
         shifts.append(f"{measured_set.name} " + ", ".join(f"{100 * part:.1f}" for part in parts))
     for name, what in (("time_step", "half the time step"), ("iterations", "twice the iterations")):
-        for moved in responses.nodes.get(name, {}).values():
-            if moved is not None:
-                numerics.append(
-                    f"{what} moves a layer by {np.max(np.abs(moved / error)[data.layer > 0]):.1f} standard errors at most"
-                )
+        for known in responses.nodes.get(name, {}).values():
+            if known is not None:
+                moved = np.max(np.abs(known[0] / error)[data.layer > 0])
+                numerics.append(f"{what} moves a layer by {moved:.1f} standard errors at most")
     return [
         f"smallest shift of a layer that single sets show (80 % power) [%]: {'; '.join(shifts)}; "
         "an effect must move one by what all sets show together, differences between campaigns included",

@@ -91,14 +91,15 @@ def simulated(data, runs_of_sets):
 
 
 def change(data, without, changed, shared):
-    """Change of all values (n,) between runs, some of them with the same seeds; None where fewer than two of a set stand.
+    """(change of all values (n,) between runs, some of them with the same seeds, its variance (n,)); None where fewer than two
+    of a set stand.
 
     without, changed: runs (seeds, M) of each set, of the second the first seeds alone, or all; shared (M,): what part of the
     scatter of a layer its seed decides, see `shared_scatter`. With that part runs of the same seed are compared, with the rest
     all of them: the least variance that a mean over few of many seeds can have (control variates: R. Y. Rubinstein, R. Marcus,
     Oper. Res. 33 (1985) 661).
     """
-    moved = np.empty(len(data.value))
+    moved, variance = np.empty((2, len(data.value)))
     for index, (before, after) in enumerate(zip(without, changed, strict=True)):
         stand = np.isfinite(before).all(axis=1)
         both = stand[: len(after)] & np.isfinite(after).all(axis=1)
@@ -108,10 +109,13 @@ def change(data, without, changed, shared):
         layers, scatter = rows_of(data, index)
         part = shared[: same.shape[1]]
         moved[layers] = after.mean(axis=0) - part * same.mean(axis=0) - (1.0 - part) * all_of_them.mean(axis=0)
+        seeds = len(after)
+        variance[layers] = _upper_pooled((after - part * same).var(axis=0, ddof=1), seeds - 1) / seeds
         if scatter.any():
             pooled = [max(part[:, 1:].var(axis=0, ddof=1).mean(), 1e-8) for part in (all_of_them, after)]
             moved[scatter] = 0.5 * np.log(pooled[1] / pooled[0])
-    return moved
+            variance[scatter] = 0.5 / ((after.shape[1] - 1) * (seeds - 1))
+    return moved, variance
 
 
 def shared_scatter(without, many):
@@ -135,10 +139,10 @@ def rows_of(data, index):
     return (data.set == index) & (data.layer > 0), (data.set == index) & (data.layer == 0)
 
 
-def doubt(data, change=0.0):
+def doubt(data, change=0.0, variance=0.0):
     """Standard deviation (n,) by which any engine may be wrong, a number of its own for each grid and layer: in its prediction,
-    and in the `change` (n,) that effects make in it."""
-    return np.hypot(MODEL * data.mean * (data.layer > 1), ANSWER * change)
+    and in the `change` (n,) that effects make in it; variance (n,) of that change by the seeds of its runs."""
+    return np.sqrt((MODEL * data.mean * (data.layer > 1)) ** 2 + (ANSWER * change) ** 2 + variance)
 
 
 def covariance(data, variance, doubt):
@@ -149,12 +153,12 @@ def covariance(data, variance, doubt):
     return matrix + np.outer(doubt, doubt) * (data.case[:, None] == data.case)
 
 
-def adequacy(data, model, residual, columns, change=0.0, draws=4000, seed=0):
+def adequacy(data, model, residual, columns, unsure, draws=4000, seed=0):
     """(chi2, p, its 99 % quantile) of residuals (n,) by parametric bootstrap: draws of tests that agree, each judged by its own
     scatter. With five tests the chi-squared law is far too sure. columns: derivatives (n, p) of fitted numbers, projected out;
-    change: as in `doubt`.
+    unsure: the `doubt` (n,) of the model.
     """
-    generator, size, unsure = np.random.default_rng(seed), len(data.value), doubt(data, change)
+    generator, size = np.random.default_rng(seed), len(data.value)
     draws = min(draws, max(200, int(4e7 / size**2)))  # the matrices of all draws are held at once
     shape, total = (draws, size), data.variance + model.variance
     cases, case = np.unique(data.case, return_inverse=True)

@@ -49,11 +49,14 @@ class LayerProblem(DirectProblem):
     def predict(self, model):
         return self.responses.values(model)
 
+    def doubt(self, model):
+        """The `observations.doubt` (n,) of a model."""
+        return observations.doubt(self.data, *self.responses.change(model))
+
     def fit(self, model, initial_states=None):
-        """The Fit of a model's numbers; its cost knows that what its effects do to a layer is known to ANSWER of it."""
+        """The Fit of a model's numbers; its cost knows how well is known what its effects do."""
         fit = super().fit(model, initial_states)
-        doubt = observations.doubt(self.data, self.responses.change(fit.model))
-        factor = self._factor(observations.covariance(self.data, self.variance, doubt))
+        factor = self._factor(observations.covariance(self.data, self.variance, self.doubt(fit.model)))
         white = solve_triangular(factor, self.coloured(fit.linearization.white)[self.rows], lower=True)
         spread = 2 * np.sum(np.log(np.diag(factor) / np.diag(self.factor)))
         return replace(fit, doubt=float(white @ white + spread - fit.chi2))

@@ -28,9 +28,10 @@ class Responses:
                 )
         self.base = observations.simulated(data, self.runs)
         self.taken = {}  # name of an effect -> {step of its number from the null value: its runs}
-        self.nodes = {}  # the same -> change of all values (n,), None where no placement stands
+        self.nodes = {}  # the same -> (change of all values (n,), its variance), None where no placement stands
         self.whole = {}  # names of the simulated effects of a model -> (the model, its runs)
         self.mended = {}  # the same -> how far off the sum of responses is (n,)
+        self.variance = {}  # the same -> variance (n,) of its change
 
     def _simulate(self, models, label, pairs=None):
         return coefficients(self.simulator, models, self.sets, self.seeds[:pairs], label)
@@ -73,10 +74,11 @@ class Responses:
 
     def _compare(self):
         """Set models that were simulated as a whole beside the sums of the responses as these are now."""
-        self.mended = {}
+        self.mended, self.variance = {}, {}
         for names, (model, runs) in self.whole.items():
-            moved = observations.change(self.data, self.runs, runs, self.shared)
+            moved, variance = observations.change(self.data, self.runs, runs, self.shared)
             self.mended[names] = self.base.value + moved - self.values(model)
+            self.variance[names] = variance
 
     def runs_of(self, model):
         """Simulated tests (seeds, M) of each set, as a model has them: those of a model that was simulated, moved to its mean."""
@@ -91,33 +93,39 @@ class Responses:
     # --- answers ----------------------------------------------------------------------------------------------------------------
 
     def change(self, model):
-        """Change of all values (n,) that the simulated effects of a model make; InputError where none stands."""
-        moved = [self._moved(term) for term in model.terms if term.candidate.simulated]
-        return sum(moved, self.mended.get(_simulated(model), np.zeros(len(self.data.value))))
+        """(change of all values (n,) that the simulated effects of a model make, its variance (n,) by the seeds).
+
+        InputError where none stands."""
+        moved = np.array([self._moved(term) for term in model.terms if term.candidate.simulated])
+        change, variance = moved.sum(axis=0) if len(moved) else np.zeros((2, len(self.data.value)))
+        if _simulated(model) in self.mended:
+            change, variance = change + self.mended[_simulated(model)], self.variance[_simulated(model)]
+        return change, variance
 
     def values(self, model):
         """All values (n,) as a model says they are read; InputError where none stands."""
-        values = self.base.value + self.change(model)
+        values = self.base.value + self.change(model)[0]
         for term in model.terms:
             values = values if term.candidate.simulated else self._read(term, values)  # what is simulated is read as it is
         return values
 
     def _moved(self, term):
-        """Change of all values (n,) that the simulated effect of a term makes."""
+        """(change of all values (n,) that the simulated effect of a term makes, its variance (n,))."""
         candidate = term.candidate
         nodes, wanted = self.nodes.get(candidate.name, {}), candidate.step
         if candidate.free:
             wanted = term.numbers[candidate.free[0].name] - candidate.free[0].null
         if wanted == 0.0:
-            return np.zeros(len(self.data.value))
+            return np.zeros((2, len(self.data.value)))
         side = sorted((step for step in nodes if step * wanted > 0), key=abs) or sorted(nodes, key=abs)[:1]
         fallen = min((abs(step) for step in side if nodes[step] is None), default=np.inf)
         standing = [step for step in side if abs(step) < fallen]
         if not standing or abs(wanted) >= fallen:
             raise InputError(f"no placement stands with {candidate.name}")
         if abs(wanted) >= abs(standing[-1]) or standing[-1] * wanted < 0:
-            return nodes[standing[-1]] * (wanted / standing[-1])
-        ends = np.array([np.zeros(len(self.data.value)), *(nodes[step] for step in standing)])
+            change, variance = nodes[standing[-1]]
+            return change * (wanted / standing[-1]), variance * (wanted / standing[-1]) ** 2
+        ends = np.array([np.zeros((2, len(self.data.value))), *(nodes[step] for step in standing)])
         sizes = np.abs([0.0, *standing])
         above = int(np.searchsorted(sizes, abs(wanted)))
         part = (abs(wanted) - sizes[above - 1]) / (sizes[above] - sizes[above - 1])

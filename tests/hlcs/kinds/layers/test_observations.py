@@ -52,9 +52,11 @@ def test_a_change_is_that_of_pairs_where_seeds_decide_and_of_means_where_they_do
     without = runs_of(generator)
     changed = [runs[:5] + 0.05 for runs in without]
     changed[0][3] = np.nan
-    paired = observations.change(DATA, without, changed, np.ones(3))
+    paired, variance = observations.change(DATA, without, changed, np.ones(3))
     np.testing.assert_allclose(paired[DATA.layer > 0], 0.05, rtol=1e-12)  # refused runs left out
-    means = observations.change(DATA, without, changed, np.zeros(3))
+    np.testing.assert_allclose(variance[DATA.layer > 0], 0.0, atol=1e-30)  # what seeds decide has no scatter
+    means, variance = observations.change(DATA, without, changed, np.zeros(3))
+    np.testing.assert_allclose(variance[4], changed[1][:, 0].var(ddof=1) / 5)  # the first layer has its own
     np.testing.assert_allclose(means[4:7], changed[1].mean(axis=0) - without[1].mean(axis=0), rtol=1e-12)
     changed[1][1:] = np.nan
     assert observations.change(DATA, without, changed, np.ones(3)) is None
@@ -74,7 +76,9 @@ def test_a_model_that_agrees_is_adequate_and_one_far_away_is_not(generator):
     for shift, adequate in ((0.0, True), (0.2, False)):
         simulated = observations.simulated(DATA, runs_of(generator, shift=shift))
         residual, none = DATA.value - simulated.value, np.zeros((len(DATA.value), 0))
-        chi2, p, threshold = observations.adequacy(DATA, simulated, residual, none, draws=300)
+        judged = DATA, simulated, residual
+        chi2, p, threshold = observations.adequacy(*judged, none, observations.doubt(DATA), draws=300)
         assert (p > 0.02) is adequate and (chi2 < threshold) is adequate
         # a number that moves everything as the misfit goes explains it
-        assert observations.adequacy(DATA, simulated, residual, residual[:, None], draws=300)[0] == pytest.approx(0.0, abs=1e-6)
+        alike = observations.adequacy(*judged, residual[:, None], observations.doubt(DATA), draws=300)
+        assert alike[0] == pytest.approx(0.0, abs=1e-6)

@@ -50,9 +50,10 @@ def test_the_cost_of_a_simulated_effect_is_its_likelihood_where_its_answer_is_un
     candidate = named("convex_hull_shape", problem.responses.model.placement, problem.responses.sets)
     problem.responses.take([(candidate, candidate.step)])
     model = problem.responses.model.with_effect(candidate, candidate.step)
-    found, change = problem.fit(model), problem.responses.change(model)
-    assert np.abs(change).max() > 0
-    matrices = [observations.covariance(problem.data, problem.variance, observations.doubt(problem.data, x)) for x in (0, change)]
+    found, (change, variance) = problem.fit(model), problem.responses.change(model)
+    assert np.abs(change).max() > 0 and variance.max() > 0
+    doubts = observations.doubt(problem.data), observations.doubt(problem.data, change, variance)
+    matrices = [observations.covariance(problem.data, problem.variance, doubt) for doubt in doubts]
     plain, unsure = (stats.multivariate_normal(np.zeros(len(change)), matrix) for matrix in matrices)
     expected = -2 * (unsure.logpdf(problem.values - problem.predict(model)) - plain.logpdf(np.zeros(len(change))))
     assert found.chi2 + found.doubt == pytest.approx(expected)
