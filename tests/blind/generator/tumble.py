@@ -1,11 +1,12 @@
 """Tumbling: a cube thrown on a floor in a foreign engine (pybullet, maximal coordinates), filmed from release to rest.
 
-What is true of friction and restitution is read off the engine's own impacts, never taken as typed: friction as the ratio of
-tangential to normal impulse of contact points that slip before and after the step, restitution as the ratio of the contact
-point's normal speeds before the first and after the last step of a contact. In maximal coordinates the engine's friction is a
-pyramid along and across the slip, up to sqrt(2) times what was typed where a blow turns the slip; so the cubes are thrown along
-the axes of the floor and turn about an edge, and a throw whose friction is not one number is thrown again. pybullet is the
-extra `oracle`: Linux and Python 3.11 only.
+What is true of friction and restitution is read off the engine's own impacts, never taken as typed: friction as the horizontal
+over the vertical momentum that the floor gives in a step, m dv + m g dt, where all contact points slip before and after it;
+restitution as the ratio of the contact point's normal speeds before the first and after the last step of a contact. In maximal
+coordinates the engine's friction is a pyramid along and across the slip: what it lists for single contact points is 6 % more
+than what acts on the cube, since their parts across the slip cancel, and up to sqrt(2) times what was typed where a blow turns
+the slip. So the cubes are thrown along the axes of the floor and turn about an edge, and a throw whose friction is not one
+number is thrown again. pybullet is the extra `oracle`: Linux and Python 3.11 only.
 """
 
 import numpy as np
@@ -15,6 +16,7 @@ from .case import Setup, Trial
 from .dials import groups
 from .noise import Noise, frames, small_turn
 
+GRAVITY = 9.81  # m/s2
 STEP = 1 / 4800  # s; an impact falls within one step, so a film between two steps is off by less than v step / 8 = 0.1 mm
 SLIPS, HITS = 0.05, 0.3  # m/s: faster points slip; faster impacts show the restitution
 TRIES, SPREAD = 20, 0.08  # throws until one shows a friction that is one number: its middle four fifths as wide as this, relative
@@ -22,13 +24,13 @@ SIGMA = (3e-4, 1.5e-3)  # m
 
 
 def toss(start, mass, side, friction, restitution, duration):
-    """Times, positions, orientations (w, x, y, z), and of the contact points that slip (normal impulse, ratio of the
-    impulses), and of the impacts (speed, ratio of the normal speeds)."""
+    """Times, positions, orientations (w, x, y, z), and of the steps in which all contact points slip (vertical momentum, ratio
+    of the horizontal to it), and of the impacts (speed, ratio of the normal speeds)."""
     import pybullet as engine
 
     client = engine.connect(engine.DIRECT)
     try:
-        engine.setGravity(0, 0, -9.81)
+        engine.setGravity(0, 0, -GRAVITY)
         engine.setPhysicsEngineParameter(
             fixedTimeStep=STEP,
             numSolverIterations=100,
@@ -48,12 +50,12 @@ def toss(start, mass, side, friction, restitution, duration):
         still = {"linearDamping": 0.0, "angularDamping": 0.0, "rollingFriction": 0.0, "spinningFriction": 0.0}
         engine.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=[mass * side**2 / 6] * 3, **still, **surface)
         engine.resetBaseVelocity(body, list(start["velocity"]), list(start["angular_velocity"]))
-        return _run(engine, body, floor, round(duration / STEP))
+        return _run(engine, body, floor, mass, round(duration / STEP))
     finally:
         engine.disconnect(client)
 
 
-def _run(engine, body, floor, steps):
+def _run(engine, body, floor, mass, steps):
     """The recording of `toss`."""
     place, turn, slips, hits = np.empty((steps + 1, 3)), np.empty((steps + 1, 4)), [], []
     touched = None  # normal speed, arm and number of the impact that lasts
@@ -69,16 +71,19 @@ def _run(engine, body, floor, steps):
             touched = None
             continue
         after = np.concatenate(engine.getBaseVelocity(body))
+        slipping = []
         for contact in contacts:
-            arm, normal = np.array(contact[5]) - place[k], contact[9] * STEP
-            if normal <= 0:
+            arm = np.array(contact[5]) - place[k]
+            if contact[9] <= 0:
                 continue
             old, new = (v[:3] + np.cross(v[3:], arm) for v in (before, after))
-            if min(np.hypot(*old[:2]), np.hypot(*new[:2])) > SLIPS and old[:2] @ new[:2] > 0:
-                slips.append((normal, np.hypot(contact[10], contact[12]) * STEP / normal))
+            slipping.append(min(np.hypot(*old[:2]), np.hypot(*new[:2])) > SLIPS and old[:2] @ new[:2] > 0)
             if touched is None and old[2] < -HITS:
                 touched = old[2], arm, len(hits)
                 hits.append((-old[2], 0.0))
+        if slipping and all(slipping):
+            given = mass * (after[:3] - before[:3] + [0.0, 0.0, GRAVITY * STEP])
+            slips.append((given[2], np.hypot(*given[:2]) / given[2]))
         if touched:  # the contact may take several steps: what counts is the speed when it ends
             hits[touched[2]] = -touched[0], max(-(after[:3] + np.cross(after[3:], touched[1]))[2] / touched[0], 0.0)
     return np.arange(steps + 1) * STEP, place, turn, slips, hits
@@ -142,7 +147,7 @@ def case(deal, rng):
         raise Redraw("the engine's own friction differs from throw to throw")
     rebound = median([(1.0, ratio) for _, ratio in hits])
     nominal = round(true * float(rng.choice([0.55, 0.65, 1.5, 1.8])), 2)
-    surroundings = {"gravity": 9.81, "fluid_density": 0.0, "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]}}
+    surroundings = {"gravity": GRAVITY, "fluid_density": 0.0, "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]}}
     surroundings |= {"friction": nominal, "restitution": round(rebound[0], 3)}
     shape, columns = {"shape": "box", "size": [side] * 3}, ("x_m", "y_m", "z_m", "q")
     setup = Setup("tumble", "cube thrown on a floor", shape, {"mass": mass}, surroundings, (), tuple(trials), columns, None, ())
