@@ -26,8 +26,16 @@ class RigidBody(NamedTuple):
     @property
     def tensor(self):
         """Inertia about the centre of mass, body axes, (3, 3) [kg m2]."""
-        turn = rotations.matrix(np.array(self.turn))
-        return turn @ np.diag(self.inertia) @ turn.T
+        return _tensor(self.inertia, self.turn)
+
+
+@lru_cache(maxsize=4096)
+def _tensor(moments, turn):
+    """The tensor of principal moments, read-only: many runs of one body share it."""
+    axes = rotations.matrix(np.array(turn))
+    tensor = axes @ np.diag(moments) @ axes.T
+    tensor.flags.writeable = False
+    return tensor
 
 
 def known_body(body):

@@ -4,6 +4,7 @@ Costs are counted in steps of one body, so that a plan depends on the data alone
 """
 
 from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 
@@ -14,6 +15,8 @@ SEARCH_LINEARISATIONS = 200  # that a search over the whole library needs
 FIT_LINEARISATIONS = 7  # that a fit takes, as a rule
 CONFIRM_LINEARISATIONS = 60  # to fit the model under test and to refit what was accepted, on more recordings
 LEFT_OUT = "left out to keep within the limit of time:"
+STOPPED = "stopped by Ctrl-C before its end: sets of effects that were not fitted by then are missing from this answer"
+TELLING = 0.02  # part of the limit after which the time left can be told
 LINEARISATION_RUNS = 13  # one, and one for each number of the initial state
 
 
@@ -25,8 +28,8 @@ class Budget:
         self.limit = FLIGHT_LIMIT
         if self.simulator.contact:
             self.limit = SEGMENTED_LIMIT if problem.segmented else SMOOTH_LIMIT
-        self.start = self.simulator.body_steps
-        self.left_out = []
+        self.start, self.begun = self.simulator.body_steps, perf_counter()
+        self.left_out, self.stopped = [], False
 
     @property
     def share(self):
@@ -39,6 +42,13 @@ class Budget:
             self.left_out.append(what)
         return self.share > 1
 
+    def time_left(self):
+        """Words on how long the search may still take at most, by what it took so far; none before that can be told."""
+        if not TELLING < self.share < 1:
+            return ""
+        seconds = (perf_counter() - self.begun) * (1 / self.share - 1)
+        return f", at most {seconds:.0f} s left" if seconds < 100 else f", at most {seconds / 60:.0f} min left"
+
     def affordable(self, most):
         """How many fits, in one batch, what is left allows for: two at least, so many at most."""
         cost = 2 * FIT_LINEARISATIONS * max(linearisation_cost(self.problem.trials, self.simulator.time_step), 1.0)
@@ -46,7 +56,7 @@ class Budget:
 
     def notes(self):
         """Sentences on what was left out."""
-        return tuple(f"{LEFT_OUT} {what}" for what in self.left_out)
+        return (*(f"{LEFT_OUT} {what}" for what in self.left_out), *[STOPPED] * self.stopped)
 
 
 def linearisation_cost(trials, step):

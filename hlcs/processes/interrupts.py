@@ -32,6 +32,12 @@ def seen():
     return _seen.is_set()
 
 
+def answered():
+    """Ctrl-C did what it was for, and the work goes on: nothing raises it once more. The next one counts anew."""
+    _seen.clear()
+    _lost.clear()
+
+
 @contextmanager
 def held_off():
     """No Ctrl-C while the last words are said: the first one is being answered, a second would only garble it."""

@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 
 from hlcs.estimation.budget import Budget
+from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
 from hlcs.selection.thresholds import AGAIN, EXPANDED, FORESEEN, HELPS, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
@@ -82,7 +83,16 @@ class Search:
     # --- best first -----------------------------------------------------------------------------------------------------------
 
     def run(self):
-        """Expand and refit until no set is foreseen within reach of the best."""
+        """Expand and refit until no set is foreseen within reach of the best, or until Ctrl-C: what is fitted by then stays."""
+        try:
+            self._expand_and_refit()
+        except KeyboardInterrupt:
+            interrupts.answered()
+            self.budget.stopped = True
+            self.progress("stopped: judging what was fitted so far (Ctrl-C again gives up)")
+        return self
+
+    def _expand_and_refit(self):
         refits = 0
         while True:
             self.expand()
@@ -94,7 +104,8 @@ class Search:
                 break
             together = self.parts_first(promising)
             together = together[: self.budget.affordable(TOGETHER)] if self.problem.simulator.contact else together[:1]
-            self.progress("fitting " + ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3]))
+            named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3])
+            self.progress(f"fitting {named}{self.budget.time_left()}")
             fits = self.problem.batched([partial(self.refit, *each) for each in together])
             for (proposal, parent), fit in zip(together, fits, strict=True):
                 effects = proposal.effects
@@ -109,7 +120,6 @@ class Search:
                     found = max(misfit(parent) - misfit(fit), 0.0)
                     self.found.setdefault(id(parent), []).append((found, proposal.fall))
             refits += len(together)
-        return self
 
     def parts_first(self, proposals):
         """The same [(Proposal, Fit it was foreseen from)], before each set those parts with one effect less that are not fitted:
@@ -180,7 +190,7 @@ class Search:
             self.expanded.append(effects)
             fit = self.fits[effects]
             entries = [entry for name, entry in self.candidates.items() if name not in effects]
-            self.progress(f"screening {len(entries)} candidates")
+            self.progress(f"screening {len(entries)} candidates{self.budget.time_left()}")
             at = [self.readings.get(entry.name, {}) for entry in entries]
             views = self.problem.batched(
                 [partial(signatures, self.problem, fit, *each) for each in zip(entries, at, strict=True)]

@@ -61,7 +61,7 @@ def seat(shape, initial_state, nominal, actual, margin):
     """
     state = initial_state.copy()
     old, new = np.asarray(nominal.floor_normal), np.asarray(actual.floor_normal)
-    if not np.allclose(old, new):
+    if (np.abs(old - new) > 1e-8 + 1e-5 * np.abs(new)).any():
         heights = support(shape, state[6:10], old)
         if np.sum(heights < heights.min() + 0.01 * np.ptp(heights) + 1e-9) >= 3:
             turn = rotations.between(old, new)

@@ -209,7 +209,7 @@ def _mass(title, shape, density, mass, inertia):
         ) from None
     if tensor.shape == (3,):
         tensor = np.diag(tensor)
-    if tensor.shape != (3, 3) or not np.isfinite(tensor).all() or not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):
+    if tensor.shape != (3, 3) or not np.isfinite(tensor).all() or (np.abs(tensor - tensor.T) > 1e-9 * np.abs(tensor.T)).any():
         raise InputError(
             f"{title}: inertia = {shown_value(np.array(inertia).tolist())}; it needs three principal moments or a symmetric "
             "3x3 matrix"

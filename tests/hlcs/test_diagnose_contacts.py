@@ -6,6 +6,7 @@ from throws import G, csv, drag_per_metre, flight, write_drops, write_throws
 from tosses import write_tosses
 
 import hlcs
+from hlcs.selection.search import Search
 from minibullet.errors import InputError
 
 BLOCK = (
@@ -80,6 +81,31 @@ def test_a_search_that_has_spent_its_steps_says_what_it_left_out(tmp_path, monke
     diagnosis = hlcs.diagnose(write_windy_throws(tmp_path), candidates=["quadratic_drag", "uniform_flow"])
     assert diagnosis.effects == () and diagnosis.verdict == "unexplained"
     assert any("left out" in note and "sets of effects that might do as well" in note for note in diagnosis.notes)
+
+
+def test_ctrl_c_in_a_search_gives_what_is_fitted_by_then(tmp_path, monkeypatch):
+    """The drag alone is fitted first, then the wind beside it; what is to come after either is not waited for."""
+    expand, calls = Search.expand, []
+
+    def interrupted(search):
+        calls.append(set(search.fits))
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        expand(search)
+
+    monkeypatch.setattr(Search, "expand", interrupted)
+    diagnosis = hlcs.diagnose(write_windy_throws(tmp_path), candidates=["quadratic_drag", "uniform_flow"])
+    assert [len(fits) for fits in calls] == [1, 2, 3] and diagnosis.effects == ("quadratic_drag", "uniform_flow")
+    assert any(note.startswith("stopped by Ctrl-C") for note in diagnosis.notes)
+
+
+def test_ctrl_c_before_a_search_ends_everything(tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("hlcs.kinds.trajectories.experiment.prepare", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        hlcs.diagnose(write_windy_throws(tmp_path))
 
 
 def test_a_second_whole_law_of_drag_is_not_tried_beside_a_stated_one(tmp_path):

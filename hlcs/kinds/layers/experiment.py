@@ -118,7 +118,7 @@ class Layers:
         searched, checked = partial(Search, problem, chosen, base, odds, self.options.log, first), set()
         search = searched().run()
         for _ in range(ROUNDS):
-            if not self._check(search, checked):
+            if search.budget.stopped or not self._check(search, checked):
                 break
             search = searched().run()
         notes = [*self.notes, *campaign_notes(self.sets), *search_notes(problem)]

@@ -8,7 +8,7 @@ from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.impacts import differing_from_model, read_impacts
 from hlcs.data.recordings import read_recordings
 from hlcs.effects import check_names, class_named
-from hlcs.estimation.budget import SMOOTH_LIMIT, screening_subset
+from hlcs.estimation.budget import SMOOTH_LIMIT, STOPPED, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
 from hlcs.estimation.noise_model import estimate_noise
 from hlcs.estimation.trajectory_problem import CHANNELS
@@ -104,15 +104,15 @@ class Trajectories:
             odds = ODDS if cross_validation.possible else ODDS_ALONE
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts)
             search = begun(base=prepared.base).run()
-            best = search.fits[search.ranked()[0]]
-            if best.model.terms and not search.noise_alone(best) and (renewed := beside(prepared, best)):
+            best, stopped = search.fits[search.ranked()[0]], search.budget.stopped
+            if best.model.terms and not stopped and not search.noise_alone(best) and (renewed := beside(prepared, best)):
                 prepared = renewed
                 search = begun(base=prepared.base).run()
             return select(self, prepared, search, cross_validation, absent, *on_all)
 
         first = searched(prepared, chosen, absent)
-        if few is many:
-            return first
+        if few is many or STOPPED in first.left_out:
+            return replace(first, notes=(*notes, *first.notes))
         self.options.log("fitting more recordings")
         kept = {*first.effects, *(name for members in first.ambiguous for name in members)}
         confirmed = searched(prepare(many, own, noise), [candidate for candidate in chosen if candidate.name in kept], {})

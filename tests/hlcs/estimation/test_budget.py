@@ -1,8 +1,11 @@
 """What a search may cost: few recordings are screened where all cost too much."""
 
+from types import SimpleNamespace
+
 from experiments import measured
 from tosses import write_tosses
 
+from hlcs.estimation import budget
 from hlcs.estimation.budget import SEARCH_LINEARISATIONS, SEGMENTED_LIMIT, linearisation_cost, screening_subset
 
 
@@ -15,3 +18,17 @@ def test_few_recordings_are_screened_where_all_cost_too_much(tmp_path):
     )
     assert {trial.group for trial in few.trials} == {"day 0", "day 1"} and "t0.csv" in notes[0] and "9 recordings" in notes[0]
     assert screening_subset(measurement, contact=False)[0] is measurement
+
+
+def test_the_time_left_is_what_the_rest_of_the_limit_takes_at_the_rate_so_far(monkeypatch):
+    """A quarter of the limit took 20 s: three quarters take 60 s. Nothing can be told at the start, nor beyond the limit."""
+    clock = [100.0]
+    monkeypatch.setattr(budget, "perf_counter", lambda: clock[0])
+    simulator = SimpleNamespace(contact=False, body_steps=7.0)
+    spent = budget.Budget(SimpleNamespace(simulator=simulator))
+    told = [spent.time_left()]
+    clock[0] = 120.0
+    for share in (0.25, 1.5):
+        simulator.body_steps = 7.0 + share * budget.FLIGHT_LIMIT
+        told.append(spent.time_left())
+    assert told == ["", ", at most 60 s left", ""]
