@@ -34,6 +34,7 @@ class Search:
         self.base_has_drag = has_drag(base.model)
         self.budget = Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
+        self.base_model = None  # LinearModel at the model under test
         self.expanded, self.foreseen = [], {}  # sets; set -> (Proposal, Fit that it was foreseen from)
         self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
         self.implied = frozenset()  # effects that the file implies and the data would show
@@ -87,6 +88,8 @@ class Search:
         try:
             self._expand_and_refit()
         except KeyboardInterrupt:
+            if self.base_model is None:  # nothing is known yet
+                raise
             interrupts.answered()
             self.budget.stopped = True
             self.progress("stopped: judging what was fitted so far (Ctrl-C again gives up)")

@@ -32,13 +32,13 @@ class Solution(NamedTuple):
 
 
 class Progress(NamedTuple):
-    """Where the sweeps over the islands stand."""
+    """Where the sweeps over the islands stand. Flat: Numba hands a record to Python by calling Python for its class, and Ctrl-C
+    in the call for one inside another crashes the interpreter."""
 
     island: int  # the one in work
     sweeps: int  # made on it so far
     most_sweeps: int  # of any island before it
     work: int  # contacts solved so far
-    squares: Squares  # sums over the islands before it
 
 
 @leaf
@@ -79,10 +79,11 @@ def sweep(problem, iterate, first, end):
 
 
 @leaf
-def sweep_islands(problem, iterate, free, residual, progress, iterations, tolerance):
-    """Gauss-Seidel on every island, whose ``residual`` (i,) is filled in. Returns the Progress: where islands are left, after
-    ``UNINTERRUPTED`` contacts, it is to be called again, so that Ctrl-C is heard. free: |q|^2 of each contact (m,)."""
-    island, sweeps, most_sweeps, work, total = progress
+def sweep_islands(problem, iterate, free, residual, total, progress, iterations, tolerance):
+    """Gauss-Seidel on every island, whose ``residual`` (i,) is filled in and whose Squares are added to ``total`` (4,). Returns
+    the Progress: where islands are left, after ``UNINTERRUPTED`` contacts, it is to be called again, so that Ctrl-C is heard.
+    free: |q|^2 of each contact (m,)."""
+    island, sweeps, most_sweeps, work = progress
     pause, resists = work + UNINTERRUPTED, False
     for c in range(len(problem.rolling)):
         if problem.rolling[c, 0] > 0.0 or problem.rolling[c, 1] > 0.0:
@@ -94,7 +95,7 @@ def sweep_islands(problem, iterate, free, residual, progress, iterations, tolera
             scale += free[problem.order[place]]
         while True:
             if work >= pause:
-                return Progress(island, sweeps, most_sweeps, work, total)
+                return Progress(island, sweeps, most_sweeps, work)
             squares = squares_of(problem, iterate, first, end, scale)
             residual[island] = relative_residual(squares, problem.rounding, end - first)
             solved = residual[island] <= tolerance
@@ -107,14 +108,12 @@ def sweep_islands(problem, iterate, free, residual, progress, iterations, tolera
                 sweep(problem, iterate, first, end)
                 sweeps += 1
                 work += end - first
-        total = Squares(
-            total.error + squares.error,
-            total.free + squares.free,
-            total.impulse + squares.impulse,
-            total.velocity + squares.velocity,
-        )
+        total[0] += squares.error
+        total[1] += squares.free
+        total[2] += squares.impulse
+        total[3] += squares.velocity
         island, sweeps, most_sweeps = island + 1, 0, max(most_sweeps, sweeps)
-    return Progress(island, 0, most_sweeps, work, total)
+    return Progress(island, 0, most_sweeps, work)
 
 
 def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6):
@@ -124,9 +123,9 @@ def solve(problem, impulse, moment, *, iterations=50, tolerance=1e-6):
     """
     iterate = Iterate(impulse.copy(), moment.copy(), problem.free_twist.copy())
     apply_impulses(problem.factors, impulse, iterate.twist)
-    residual, progress = np.zeros(len(problem.islands) - 1), Progress(0, 0, 0, 0, Squares(0.0, 0.0, 0.0, 0.0))
+    residual, total, progress = np.zeros(len(problem.islands) - 1), np.zeros(4), Progress(0, 0, 0, 0)
     free = free_squares(problem)
     while progress.island < len(residual):  # between two calls Python hears Ctrl-C
-        progress = sweep_islands(problem, iterate, free, residual, progress, iterations, tolerance)
-    whole = relative_residual(progress.squares, problem.rounding, len(impulse))
+        progress = sweep_islands(problem, iterate, free, residual, total, progress, iterations, tolerance)
+    whole = relative_residual(Squares(*total.tolist()), problem.rounding, len(impulse))
     return Solution(*iterate, whole, progress.most_sweeps, progress.work, (residual > tolerance).nonzero()[0])

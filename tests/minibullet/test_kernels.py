@@ -1,12 +1,17 @@
 """Compiled code is kept for later runs, and never outlives the code that it was made of."""
 
+import gc
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
+from numba.core import types
+from numba.core.registry import CPUDispatcher
+
 import minibullet
+import minibullet as mb
 
 KERNELS = Path(minibullet.__file__).parent / "kernels.py"
 
@@ -31,3 +36,22 @@ def test_a_kernel_is_compiled_again_when_a_function_that_it_calls_changes_in_ano
         assert done.stdout.split()[0] == answer, done.stderr
     assert done.stdout.split()[1] == "1"  # the third run found what the first one had kept
     assert len(list(package.glob("__pycache__/kernels-*"))) == 2
+
+
+def test_no_compiled_function_returns_a_record_inside_another():
+    """To hand one to Python Numba calls Python for its class: Ctrl-C in that call crashes the interpreter where another record
+    is to be made around it."""
+    world = mb.World(effects=[mb.Gravity(9.81)], settings=mb.Settings(solver="gauss_seidel"))
+    world.add_plane()
+    for k in range(3):
+        world.add(mb.Box(0.1, 0.1, 0.1), density=1000, position=(0.09 * k, 0, 0.06 + 0.11 * k))
+        world.add(mb.Sphere(0.05), density=1000, position=(0.09 * k, 0.3, 0.06 + 0.11 * k))
+    world.step(30)
+    records, answers = (types.NamedTuple, types.NamedUniTuple), []
+    for one in gc.get_objects():
+        if isinstance(one, CPUDispatcher) and one.__module__.startswith("minibullet"):
+            answers += [(one.__name__, overload.signature.return_type) for overload in one.overloads.values()]
+    inner = {
+        name for name, answer in answers if isinstance(answer, types.BaseTuple) for part in answer if isinstance(part, records)
+    }
+    assert any(isinstance(answer, records) for _, answer in answers) and not inner
