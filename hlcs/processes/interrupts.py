@@ -7,12 +7,15 @@ finished is about to be put in place, the work asks.
 """
 
 import _thread
+import os
 import signal
 import sys
 import threading
 from contextlib import contextmanager
 
 AGAIN = 0.05  # after so long one that was lost is raised once more: the callback is over [s]
+
+BETWEEN = (os.path.join("numba", "core", "serialize.py"), os.path.join("numba", "core", "typing", "typeof.py"))
 
 _seen = threading.Event()
 _lost = threading.Event()  # it was raised, and nobody could pass it on
@@ -77,13 +80,27 @@ def check():
 
 def _interrupt(number, frame):
     _seen.set()
-    raise KeyboardInterrupt
+    if _called_by_compiled_code(frame):
+        _soon()
+    else:
+        raise KeyboardInterrupt
+
+
+def _called_by_compiled_code(frame):
+    """Is Python in one of Numba's own functions, which compiled code calls for the class of an answer or the type of an argument?
+    An exception there comes out as another error, or crashes the interpreter."""
+    return frame is not None and frame.f_code.co_filename.endswith(BETWEEN)
 
 
 def _unraisable(what):
     if not issubclass(what.exc_type, KeyboardInterrupt):
         sys.__unraisablehook__(what)
         return
+    _soon()
+
+
+def _soon():
+    """Raise Ctrl-C a moment later, where it can be passed on."""
     _lost.set()
     again = threading.Timer(AGAIN, _once_more)
     again.daemon = True
