@@ -110,7 +110,8 @@ class Reason(Sentence):
     OTHER_FORM = "of one set ({form}) with {better}, which explains the data better"
     SUSPECTED = "suspected: {why}"
     INVISIBLE = "cannot be seen in these data: what it does is absorbed by the unknown start or by what is in the model"
-    EXPLAINED_TOO = "explained the residual too{at}, less well than what was accepted"
+    EXPLAINED_TOO = "explains a part too{at}: {why}"
+    BEYOND_ITS_LAW = "beyond what its law allows{at}: {why}"
     NOT_SEEN = "not seen{at}: {why}"
     NOT_TRIED = "not tried: {why}"
     NOT_JUDGED = "not judged: the noise is unknown"
@@ -130,6 +131,9 @@ class Finding:
     why: str = ""
     cosines: dict = field(default_factory=dict)
     visible_from: str = ""  # smallest value these data could have shown
+    called: str = ""  # what it is in plain words
+    lacking: bool = True  # is it a law that the model lacks? Else something else that the data show: a camera that leans
+    remains: dict = field(default_factory=dict)  # what is left with it: effects, chi2_per_freedom, error, foreseen (not fitted)
     reason: Reason = field(kw_only=True)  # what `why` says in words; not in the result file
 
 
@@ -163,7 +167,7 @@ class Diagnosis(Result):
     title: str
     verdict: str
     effects: tuple[str, ...]
-    parameters: dict  # effect -> name -> {value, low, high, unit}; 90 % intervals
+    parameters: dict  # effect -> name -> {value, low, high, unit}; 90 % intervals; stated: what the model has; usual: beyond that
     ambiguous: tuple[tuple[str, ...], ...]
     error: dict
     steps: tuple[dict, ...]
