@@ -9,16 +9,24 @@ from hlcs.files.documents import plain, toml_value
 from hlcs.rendering import Result, table_of
 
 VERDICTS = {
-    "complete": "nothing is missing at the precision of these data",
-    "effect": "missing: {effects}",
-    "ambiguous": "one of a set is missing, and these data cannot tell which",
-    "unexplained": "the model fails, and no candidate mends it",
+    "complete": "nothing is missing at this precision",
+    "effect": "it is known what is missing",
+    "ambiguous": "one of several is missing, and these data cannot tell which",
+    "unexplained": "more is missing than the library knows",
     "cannot_judge": "the noise or the number of tests is unknown",
 }
 
 
+class Judgement(Result):
+    """A result whose report opens in plain words."""
+
+    def summary(self, details=False):
+        """The printed report; details: with the statistics."""
+        return self._renderer().text(self, details)
+
+
 @dataclass(frozen=True)
-class Comparison(Result):
+class Comparison(Judgement):
     """The answer of `hlcs.compare` for an experiment file: the model beside the measurement.
 
     `plot` draws residuals against time, height and speed (or the inputs of a table), and measured over model; `save` writes
@@ -156,11 +164,11 @@ class NextExperiment:
 
 
 @dataclass(frozen=True)
-class Diagnosis(Result):
+class Diagnosis(Judgement):
     """The answer of `hlcs.diagnose`; fields as in the result file, plus `model`, the mended model, ready to run.
 
     `plot` draws four panels: fit, residuals, ranking, the error falling to the noise floor; `save` writes result.json,
-    candidates.csv, report.txt, report.html, diagnosis.png and model.toml.
+    candidates.csv, report.txt, report.html, its pictures and model.toml.
     """
 
     kind: str
