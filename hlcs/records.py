@@ -9,16 +9,24 @@ from hlcs.files.documents import plain, toml_value
 from hlcs.rendering import Result, table_of
 
 VERDICTS = {
-    "complete": "nothing is missing at the precision of these data",
-    "effect": "missing: {effects}",
-    "ambiguous": "one of a set is missing, and these data cannot tell which",
-    "unexplained": "the model fails, and no candidate mends it",
+    "complete": "nothing is missing at this precision",
+    "effect": "it is known what is missing",
+    "ambiguous": "one of several is missing, and these data cannot tell which",
+    "unexplained": "more is missing than the library knows",
     "cannot_judge": "the noise or the number of tests is unknown",
 }
 
 
+class Judgement(Result):
+    """A result whose report opens in plain words."""
+
+    def summary(self, details=False):
+        """The printed report; details: with the statistics."""
+        return self._renderer().text(self, details)
+
+
 @dataclass(frozen=True)
-class Comparison(Result):
+class Comparison(Judgement):
     """The answer of `hlcs.compare` for an experiment file: the model beside the measurement.
 
     `plot` draws residuals against time, height and speed (or the inputs of a table), and measured over model; `save` writes
@@ -110,7 +118,8 @@ class Reason(Sentence):
     OTHER_FORM = "of one set ({form}) with {better}, which explains the data better"
     SUSPECTED = "suspected: {why}"
     INVISIBLE = "cannot be seen in these data: what it does is absorbed by the unknown start or by what is in the model"
-    EXPLAINED_TOO = "explained the residual too{at}, less well than what was accepted"
+    EXPLAINED_TOO = "explains a part too{at}: {why}"
+    BEYOND_ITS_LAW = "beyond what its law allows{at}: {why}"
     NOT_SEEN = "not seen{at}: {why}"
     NOT_TRIED = "not tried: {why}"
     NOT_JUDGED = "not judged: the noise is unknown"
@@ -130,6 +139,9 @@ class Finding:
     why: str = ""
     cosines: dict = field(default_factory=dict)
     visible_from: str = ""  # smallest value these data could have shown
+    called: str = ""  # what it is in plain words
+    lacking: bool = True  # is it a law that the model lacks? Else something else that the data show: a camera that leans
+    remains: dict = field(default_factory=dict)  # what is left with it: effects, chi2_per_freedom, error, foreseen (not fitted)
     reason: Reason = field(kw_only=True)  # what `why` says in words; not in the result file
 
 
@@ -152,18 +164,18 @@ class NextExperiment:
 
 
 @dataclass(frozen=True)
-class Diagnosis(Result):
+class Diagnosis(Judgement):
     """The answer of `hlcs.diagnose`; fields as in the result file, plus `model`, the mended model, ready to run.
 
     `plot` draws four panels: fit, residuals, ranking, the error falling to the noise floor; `save` writes result.json,
-    candidates.csv, report.txt, report.html, diagnosis.png and model.toml.
+    candidates.csv, report.txt, report.html, its pictures and model.toml.
     """
 
     kind: str
     title: str
     verdict: str
     effects: tuple[str, ...]
-    parameters: dict  # effect -> name -> {value, low, high, unit}; 90 % intervals
+    parameters: dict  # effect -> name -> {value, low, high, unit}; 90 % intervals; stated: what the model has; usual: beyond that
     ambiguous: tuple[tuple[str, ...], ...]
     error: dict
     steps: tuple[dict, ...]

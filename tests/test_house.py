@@ -46,6 +46,7 @@ def test_files_stay_readable():
 LONG = {
     "minibullet.world.World.add": "public: every property of a body has its name, most of them a default",
     "minibullet.scene.records.body": "takes what World.add was given",
+    "hlcs.cli.experiments.compare": "one parameter for every option of the command",
     "hlcs.cli.experiments.diagnose": "one parameter for every option of the command",
 }
 

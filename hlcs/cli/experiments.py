@@ -7,6 +7,7 @@ import click
 from hlcs.cli.options import (
     SEED,
     allow_outside_option,
+    details_option,
     effects_option,
     example,
     output_options,
@@ -26,9 +27,10 @@ from hlcs.kinds.experiment import check_target
 @allow_outside_option
 @click.option("--seed", type=SEED, default=0, show_default=True, help="of the simulations (layer data)")
 @workers_option
+@details_option
 @output_options
 @example("hlcs compare drop.toml --out out")
-def compare(file, effects_file, allow_outside, seed, workers, out, json_file, quiet):
+def compare(file, effects_file, allow_outside, seed, workers, details, out, json_file, quiet):
     """Where, and by how much, does the model miss the measurement."""
     if out:
         folders.check_folder(out)  # refused now, not after minutes
@@ -37,7 +39,7 @@ def compare(file, effects_file, allow_outside, seed, workers, out, json_file, qu
     )
     if out:
         comparison.save(out)
-    publish(comparison.to_json(), comparison.summary(), json_file, out, quiet)
+    publish(comparison.to_json(), comparison.summary(details), json_file, out, quiet)
 
 
 @click.command()
@@ -49,9 +51,10 @@ def compare(file, effects_file, allow_outside, seed, workers, out, json_file, qu
 @path_option("--apply", "mended", metavar="NEW.toml", help="write the experiment with what was found added to its model")
 @click.option("--seed", type=SEED, default=0, show_default=True, help="of the simulations (layer data)")
 @workers_option
+@details_option
 @output_options
 @example("hlcs diagnose drop.toml --plots plots --json drop.json", "hlcs diagnose drop.toml --apply drop_2.toml")
-def diagnose(file, candidates, effects_file, allow_outside, plots, mended, seed, workers, out, json_file, quiet):
+def diagnose(file, candidates, effects_file, allow_outside, plots, mended, seed, workers, details, out, json_file, quiet):
     """Which effect is missing, and how sure is that."""
     names = [name.strip() for name in candidates.split(",") if name.strip()] if candidates is not None else None
     for folder in filter(None, (out, plots)):
@@ -74,4 +77,4 @@ def diagnose(file, candidates, effects_file, allow_outside, plots, mended, seed,
         nothing = f"\n\nNothing was found that could be added: {mended} is not written."
     for folder in filter(None, (out, plots)):
         diagnosis.save(folder)
-    publish(diagnosis.to_json(), diagnosis.summary() + nothing, json_file, out or plots, quiet)
+    publish(diagnosis.to_json(), diagnosis.summary(details) + nothing, json_file, out or plots, quiet)

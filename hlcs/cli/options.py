@@ -61,6 +61,11 @@ def quiet_option(command):
     return click.option("--quiet", "-q", is_flag=True, help="print nothing, show no progress")(command)
 
 
+def details_option(command):
+    """--details."""
+    return click.option("--details", is_flag=True, help="print the statistics behind the report as well")(command)
+
+
 def output_options(command):
     """--out, --json, --quiet."""
     command = json_option(quiet_option(command))

@@ -107,6 +107,12 @@ class Surroundings:
         """Does the file state a liquid?"""
         return self.fluid_density > LIQUID
 
+    @property
+    def fluid(self):
+        """What the fluid is called: air, water, or liquid."""
+        fresh_or_salt = 950.0 < self.fluid_density < 1060.0  # from boiling fresh water to the saltiest sea
+        return "water" if fresh_or_salt else "liquid" if self.in_liquid else "air"
+
 
 @dataclass(frozen=True)
 class TrialEntry:

@@ -12,6 +12,7 @@ class MassOffset(Change):
     """True mass = (1 + relative) stated mass; the size is right."""
 
     relative: float = parameter(0.0, unit="-", low=-0.05, high=0.05, null=0.0, least=-0.9)
+    plain = "a mass other than stated"
     group = "body"
     needs = (Need.MASS_AND_SIZE,)
 
@@ -27,6 +28,7 @@ class SizeError(Change):
     """True lengths of the body = (1 + relative) stated lengths; the mass is right."""
 
     relative: float = parameter(0.0, unit="-", low=-0.02, high=0.02, null=0.0, least=-0.9)
+    plain = "a size other than stated"
     group = "body"
     alike = "rest_height"
     needs = (Need.MASS_AND_SIZE,)
@@ -51,6 +53,7 @@ class CentreOfMassOffset(Change):
     x: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0)
     y: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0)
     z: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0)
+    plain = "a centre of mass off the middle of the shape"
     group = "body"
     needs = (DataNeed.LEANING,)
 
@@ -67,6 +70,7 @@ class InertiaError(Change):
     factor_x: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0)
     factor_y: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0)
     factor_z: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0)
+    plain = "an inertia other than stated"
     group = "body"
     needs = (DataNeed.TURNING,)
 

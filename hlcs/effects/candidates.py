@@ -110,10 +110,16 @@ class Candidate:
     own: bool = False  # brought by the user
     constants: tuple[tuple[str, float], ...] = ()  # that say how it is there, where that is not to be found
     family: str = ""  # what a verdict on layers can tell apart: "physics", "placement", "measurement" or "numerics"
+    words: str = ""  # what it is called in plain words, where its class does not say
+    setting: bool = False  # its number is one that the model under test states: it can be wrong, not missing
 
     @property
     def group(self):
         return self.kind.group or ("own" if self.own else "")
+
+    def called(self, fluid="air"):
+        """What it is called in plain words, in a fluid of this name."""
+        return (self.words or self.kind.plain or self.name.replace("_", " ")).replace("{fluid}", fluid)
 
     @property
     def start(self):
@@ -211,4 +217,4 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
             stated, error = known.in_liquid
         ends, certain = (known.least, known.most), surroundings.in_liquid and stated is not None
         free.append(Free(name, unit, low, high, null, start, known.period, known.starts, ends, stated, error, certain))
-    return Candidate(name_of(kind), kind, tuple(free), own)
+    return Candidate(name_of(kind), kind, tuple(free), own, setting=kind.replaces)

@@ -14,6 +14,7 @@ class BottomSlope(Change):
 
     grade_x: float = parameter(0.0, unit="-", low=-0.1, high=0.1, null=0.0)
     grade_y: float = parameter(0.0, unit="-", low=-0.1, high=0.1, null=0.0)
+    plain = "a floor that slopes more than stated"
     group = "ground"
     needs = (Need.CONTACT,)
 

@@ -18,6 +18,7 @@ class TiltedFrame(Change):
 
     angle_x: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
     angle_y: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
+    plain = "a camera that leans"
     group = "measurement"
     alike = "tilt"
     needs = (Need.SIDEWAYS,)
@@ -42,6 +43,7 @@ class LengthScale(Change):
     """
 
     factor: float = parameter(1.0, unit="-", low=0.9, high=1.1, null=1.0)
+    plain = "a wrong scale of length"
     group = "measurement"
     alike = "effective_gravity"
 
@@ -65,6 +67,7 @@ class TimeScale(Change):
     """Wrong frame rate: true time = factor times stamped time since the start, so apparent accelerations scale with factor^2."""
 
     factor: float = parameter(1.0, unit="-", low=0.95, high=1.05, null=1.0)
+    plain = "a clock at a wrong rate"
     group = "measurement"
     alike = "effective_gravity"
 
@@ -80,6 +83,7 @@ class ClockOffset(Change):
     """Late release or early trigger: the motion starts `offset` after its stamp; a body known to rest waits until then."""
 
     offset: float = parameter(0.0, unit="s", low=-0.3, high=0.3, null=0.0)
+    plain = "a release that is stamped too early or too late"
     group = "measurement"
     needs = (Need.RELEASE,)
 
@@ -106,6 +110,7 @@ class CalibrationCurve(Change):
     c_3: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
     c_4: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
     c_5: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
+    plain = "a scale of height that is not uniform"
     group = "measurement"
     needs = (DataNeed.HEIGHT, DataNeed.UNLIKE_HEIGHTS)
 
@@ -128,6 +133,7 @@ class TrackerSmoothing(Change):
     """The tracker averages over a window: recorded = mean of the motion over [t - window/2, t + window/2]."""
 
     window: float = parameter(0.0, unit="s", low=0.0, high=0.2, null=0.0)
+    plain = "a tracker that smooths the motion"
     group = "measurement"
     needs = (Need.FLOOR,)
 

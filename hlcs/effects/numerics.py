@@ -12,6 +12,7 @@ class MarginOffset(Change):
     """Contacts keep a gap of offset Dn open, Dn the side of the cube of equal volume."""
 
     offset: float = parameter(0.0, unit="Dn", low=0.0, high=0.02, null=0.0, source="collision margin of common engines: 0.008 Dn")
+    plain = "a gap that contacts keep open"
     group = "contact_normal"
     alike = "rest_height"
     needs = (Need.CONTACT,)

@@ -23,6 +23,7 @@ class Adequacy(NamedTuple):
     threshold: float  # 99 % quantile of the statistic under noise alone
     worst: str  # which statistic spoke
     chi2: float  # mean square of the whitened residuals per degree of freedom
+    draws: int | None = None  # of noise, that p is counted in: it is never below 1/(draws + 1)
 
 
 def block_matrix(labels):
@@ -91,6 +92,7 @@ def adequacy(residuals, columns, shared, partitions, draw, draws=600):
         threshold,
         names[int(np.argmax(z))],
         float(np.mean(observed**2) / max(freedom, 1e-12)),
+        draws,
     )
 
 

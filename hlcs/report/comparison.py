@@ -5,61 +5,78 @@ import json
 from hlcs.data.impacts import impact_lines
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
+from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.figures import comparison_panels
+from hlcs.report.notes import note_parts
 from hlcs.report.page import fragment, png
-from hlcs.report.words import note_lines, number, where_lines
+from hlcs.report.sentences import comparison_opening, place
+from hlcs.report.statistics import where_table
+from hlcs.report.words import DASH, chance, number, size
+
+LEFT = {True: "nothing but noise", False: "more than noise", None: ""}
+MOST_PLACES = 5
 
 
-def text(comparison):
-    """The printed report of a Comparison."""
-    lines = [f"Compare: {comparison.title} ({comparison.kind})", ""]
+def text(comparison, details=False):
+    """The printed report of a Comparison; details: with the statistics."""
+    more = () if details else (Section("", ("The statistics behind this: --details, or summary(details=True).",)),)
+    known = [*sections(comparison), *(_details(comparison) if details else [])]
+    return as_text(f"{comparison.title} ({comparison.kind})", [*known, *more])
+
+
+def sections(comparison):
+    """The report in plain words: does the model agree, the errors, where it misses, the impacts, notes."""
     unit = comparison.error.get("unit", "")
-    if comparison.adequate is None:
-        lines.append("The noise of the measurement is unknown, so no misfit can be judged.")
-        lines.append(f"To know it, {comparison.advice}.")
-    else:
-        says = "nothing but noise" if comparison.adequate else "more than noise"
-        lines.append(f"The residuals show {says}: statistic {number(comparison.statistic)}, p = {number(comparison.p)}")
-        lines += _before_and_after(comparison) if comparison.before else _error(comparison)
-    if comparison.where:
-        lines += ["", "Where (worst first)", *where_lines(comparison.where[:12], unit)]
-        if len(comparison.where) > 12:
-            lines.append(f"  .. and {len(comparison.where) - 12} more")
-    return "\n".join(lines + impact_lines(comparison.impacts, comparison.stated) + note_lines(comparison.notes))
-
-
-def _error(comparison):
-    """The error of the model beside the noise, in a line."""
-    error, unit = comparison.error, comparison.error.get("unit", "")
-    return [
-        f"error {error.get('measure') or 'rms'} {number(error['rms'], unit)}, noise {number(error['noise'], unit)} "
-        f"({_noise(comparison.noise)}), bias (model - measured) {number(error.get('bias'), unit)}"
+    places = tuple(place(row, unit) for row in comparison.where[:MOST_PLACES])
+    impacts = impact_lines(comparison.impacts, comparison.stated)
+    found = [
+        Section("", tuple(comparison_opening(comparison)), "opening"),
+        Section("The error", (_errors(comparison),) if comparison.adequate is not None else (), "errors"),
+        Section("Where it misses most", (Points(places),) if places and not comparison.adequate else (), "where"),
+        Section("Impacts", (Lines(tuple(line for line in impacts if line)),) if impacts else (), "impacts"),
+        Section("Notes on the data", note_parts(comparison.notes), "notes"),
     ]
+    return [section for section in found if section.parts]
 
 
-def _before_and_after(comparison):
-    """The error before and after what was added, and the noise, in a table."""
-    error, unit = comparison.error, comparison.error.get("unit", "")
-    head = f"error {error.get('measure') or 'rms'}"
-    wide = max(len(head), 14)
-    lines = ["", f"Added: {', '.join(comparison.added)}; noise: {_noise(comparison.noise)}; bias: model - measured"]
-    lines.append(f"  {'':6s} {head:>{wide}s} {'over noise':>11s} {'bias':>12s}  what is left")
-    for row in comparison.errors:
-        left = {True: "nothing but noise", False: "more than noise", None: ""}[row["adequate"]]
-        bias = "" if row["bias"] is None else number(row["bias"], unit)
-        cells = f"{number(row['error'], unit):>{wide}s} {number(row['over_noise']):>11s} {bias:>12s}"
-        lines.append(f"  {row['model']:6s} {cells}  {left}".rstrip())
-    return lines
+def _errors(comparison):
+    """The error beside the noise, before and after what was added."""
+    unit = comparison.error.get("unit", "")
+    noise = comparison.error["noise"]
+
+    def bias(value):  # rounding is none
+        return DASH if value is None else size(value if abs(value) > 1e-3 * noise else 0.0, unit)
+
+    rows = tuple(
+        (row["model"], size(row["error"], unit), number(row["over_noise"]), bias(row["bias"]), LEFT[row["adequate"]])
+        for row in comparison.errors
+    )
+    head = (" ", comparison.error.get("measure") or "rms error", "times the noise", "bias", "what is left")
+    note = f"Noise: {_noise(comparison.noise)}. Bias: model - measured, positive where the model reads more than was measured."
+    return Table(head, rows, wordy=True, note=note)
 
 
 def _noise(noise):
-    words = noise.get("source") or "unknown"
-    return words + (f", correlation {noise['rho']:.2f} per step" if noise.get("rho") else "")
+    told = noise.get("source") or "unknown"
+    return told + (f", correlation {noise['rho']:.2f} per step" if noise.get("rho") else "")
+
+
+def _details(comparison):
+    """The test of adequacy, and every place where the model misses."""
+    if comparison.adequate is None:
+        return []
+    told = f"Statistic {number(comparison.statistic)}, p = {chance(comparison.p)}."
+    found = [Section("Details: are the residuals noise?", (told,))]
+    if comparison.where:
+        found.append(
+            Section("Details: where the model misses", (where_table(comparison.where, comparison.error.get("unit", "")),))
+        )
+    return found
 
 
 def html(comparison):
     """A comparison in a notebook."""
-    return fragment(comparison.title, text(comparison))
+    return fragment(f"{comparison.title} ({comparison.kind})", sections(comparison), _details(comparison))
 
 
 def plot(comparison, ax=None):
@@ -71,7 +88,7 @@ def save(comparison, folder):
     """Write comparison.json, residuals.csv, comparison.txt and, where there is something to draw, comparison.png."""
     found = {
         "residuals.csv": csv_text(comparison.to_dataframe().to_dict("list")).encode(),
-        "comparison.txt": (text(comparison) + "\n").encode(),
+        "comparison.txt": (text(comparison, details=True) + "\n").encode(),
     }
     if comparison.table:
         found["comparison.png"] = png(plot(comparison))

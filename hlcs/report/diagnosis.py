@@ -6,160 +6,185 @@ from hlcs.data.model_entries import FILL_IN
 from hlcs.files import folders
 from hlcs.files.documents import toml_value
 from hlcs.files.spreadsheets import csv_text
-from hlcs.records import VERDICTS, Reason
-from hlcs.report.figures import diagnosis_panels
-from hlcs.report.page import as_html, fragment, png
-from hlcs.report.words import note_lines, number, where_lines
+from hlcs.records import Reason
+from hlcs.report import page, statistics
+from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
+from hlcs.report.document import Lines, Points, Section, Table, as_text
+from hlcs.report.notes import note_parts
+from hlcs.report.ranking import ranking
+from hlcs.report.sentences import opening, place
+from hlcs.report.words import interval, value
 
 NOT_PROVED = {
-    "ambiguous": ": it can be added, and is not proved: others of its set do as well",
-    "unexplained": ": it can be added, and is not proved: it helps, and more than noise remains",
+    "ambiguous": "It can be added, and is not proved: others of its set do as well.",
+    "unexplained": "It can be added, and is not proved: it helps, and more than noise remains.",
+}
+LITTLE = 0.02  # share of chi-square, below which nobody would speak of an explanation
+MOST_ROWS = 12  # of the ranking, before the details
+OTHERS = {  # why not the others, where one sentence does for all of them
+    Reason.OTHER_FORM: "look like what was found; leave more, or need more numbers",
+    Reason.EXPLAINED_TOO: "a part is explained, not as well as by what was found (what is left with each stands above)",
+    Reason.NOT_SEEN: "not seen: what is explained is less than chance explains with one number more",
+    Reason.SUSPECTED: "the misfit would fall, but not enough on recordings that the numbers were not fitted to",
+    Reason.INVISIBLE: "cannot be seen in these data: unknown starts, or what is in the model, take up what it does",
+    Reason.ON_FEWER_RECORDINGS: "tried on fewer recordings, to keep within the limit of time, and not kept",
 }
 
 
-def text(diagnosis):
-    """The printed report of a Diagnosis."""
-    lines = [
-        f"Diagnosis: {diagnosis.title} ({diagnosis.kind})",
-        "",
-        f"Verdict: {diagnosis.verdict}: " + VERDICTS[diagnosis.verdict].format(effects=", then ".join(diagnosis.effects)),
+def text(diagnosis, details=False):
+    """The printed report of a Diagnosis; details: with the statistics."""
+    known = [*sections(diagnosis), *(statistics.sections(diagnosis) if details else [])]
+    more = () if details else (Section("", ("The statistics behind this: --details, or summary(details=True).",)),)
+    return as_text(headline(diagnosis), [*known, *more])
+
+
+def headline(diagnosis):
+    """Title, kind and verdict in a line."""
+    return f"{diagnosis.title} ({diagnosis.kind}): {diagnosis.verdict}"
+
+
+def sections(diagnosis):
+    """The report in plain words: what was found, its numbers, what remains, why not the others, how to go on."""
+    found = [
+        Section("", tuple(opening(diagnosis)), "opening"),
+        Section("The numbers", _numbers(diagnosis), "numbers"),
+        Section("What remains", statistics.ranking_parts(diagnosis, MOST_ROWS), "ranking"),
+        Section("Why not the others", _others(diagnosis), "others"),
+        Section("The smallest effects that these data would have shown", _visible(diagnosis), "visible"),
+        Section("Where the model still misses", _where(diagnosis), "where"),
+        Section("How to go on", _next(diagnosis), "next"),
+        Section("Notes on the data", note_parts(diagnosis.notes), "notes"),
     ]
-    if diagnosis.verdict == "unexplained" and diagnosis.effects:
-        lines.append(f"Helps, not enough: {', then '.join(diagnosis.effects)}; more than noise remains after that.")
-    for members in diagnosis.ambiguous:
-        lines.append("One of these, not to be told apart here: " + ", ".join(members))
-    if diagnosis.parameters:
-        lines += ["", "Numbers (90 % intervals)"]
-        for effect, numbers in diagnosis.parameters.items():
-            for name, entry in numbers.items():
-                if entry["value"] is None:
-                    lines.append(f"  {effect:24s} {name:20s}    withheld   {entry['why']}")
-                    continue
-                unit = "" if entry["unit"] == "1" else f" {entry['unit']}"
-                bounds = f"[{entry['low']:.4g}, {entry['high']:.4g}]"
-                lines.append(f"  {effect:24s} {name:20s} {entry['value']:11.4g}   {bounds}{unit}")
-    lines += ["", *_error_lines(diagnosis)]
-    adequate = diagnosis.adequate
-    if adequate["after"] is not None:
-        words = {True: "adequate", False: "not adequate"}
-        lines.append(
-            f"Model {words[adequate['before']]} before, {words[adequate['after']]} after (statistic "
-            f"{number(adequate['statistic'])}, p = {number(adequate['p'])})"
-        )
-    lines += _explained_lines(diagnosis)
-    if diagnosis.learned is not None:
-        lines += ["", f"Learned from what is left: {diagnosis.learned.text}"]
-    if diagnosis.candidates:
-        lines += ["", "Candidates", f"  {'effect':30s} {'evidence':>10s} {'fitted':>10s} {'held out':>10s}  why"]
-        for finding in (entry for entry in diagnosis.candidates if entry.reason is not Reason.NOT_TRIED):
-            mark = "*" if finding.accepted else " "
-            lines.append(
-                f" {mark}{finding.effect:30s} {number(finding.evidence, digits=4):>10s} {number(finding.fitted):>10s} "
-                f"{number(finding.held_out):>10s}  {finding.why}"
-            )
-    untried = {}
+    return [section for section in found if section.parts]
+
+
+# --- the parts --------------------------------------------------------------------------------------------------------------
+
+
+def _numbers(diagnosis):
+    """The numbers of every effect of the sets that do as well."""
+    rows, why = [], []
+    for effect, numbers in diagnosis.parameters.items():
+        for name, entry in numbers.items():
+            if name == "switch":
+                continue
+            unit = "" if entry["unit"] in ("1", "-") else entry["unit"]
+            here = value({**entry, "unit": "1"})
+            rows.append((effect, name, here, "" if entry["value"] is None else interval(entry), unit))
+            if entry["value"] is None:
+                why.append(f"{effect} {name} withheld: {entry['why']}")
+    if not rows:
+        return ()
+    return (Table(("effect", "number", "value", "90 % interval", "unit"), tuple(rows), texts=2), *why)
+
+
+def _others(diagnosis):
+    """Why the other candidates were not taken, those of one reason together."""
+    together, alone, untried = {}, [], {}
+    start = next((row["chi2_per_freedom"] for row in ranking(diagnosis) if not row["effects"]), None)
     for finding in diagnosis.candidates:
+        if finding.accepted or finding.reason in (Reason.NOT_TOLD_APART, Reason.NOT_JUDGED):
+            continue
         if finding.reason is Reason.NOT_TRIED:
             untried.setdefault(finding.why.removeprefix(Reason.NOT_TRIED(why="").why), []).append(finding.effect)
-    lines += [f"  not tried, {why}: {', '.join(names)}" for why, names in sorted(untried.items())]
-    visible = [finding for finding in diagnosis.candidates if finding.visible_from and not finding.accepted]
-    if diagnosis.verdict == "complete" and visible:
-        lines += ["", "The smallest effects these data would have shown"]
-        lines += [f"  {finding.effect:30s} {finding.visible_from}" for finding in visible]
-    if diagnosis.where:
-        unit = diagnosis.error.get("unit", "")
-        lines += ["", "Where the model still misses most", *where_lines(diagnosis.where[:5], unit)]
-    if diagnosis.next_experiment is not None:
-        lines += ["", "Next experiment", f"  {diagnosis.next_experiment.text}"]
-    return "\n".join(lines + note_lines(diagnosis.notes) + _add_lines(diagnosis))
+        elif finding.reason in OTHERS:
+            together.setdefault(_what(finding, start), []).append(finding.effect)
+        else:
+            alone.append(f"{finding.effect}: {finding.why}")
+    told = [f"{', '.join(names)}: {why}." for why, names in together.items()]
+    told += [f"not tried, {why}: {', '.join(names)}" for why, names in sorted(untried.items())]
+    return (Points((*alone, *told)),) if alone or told else ()
 
 
-def _add_lines(diagnosis):
+def _what(finding, start):
+    """What is said of a candidate and of all others like it; start: what the model as it is leaves."""
+    part = 1 - finding.remains["chi2_per_freedom"] / start if finding.remains and start else 1.0
+    if finding.reason is Reason.EXPLAINED_TOO and part < LITTLE:
+        return f"less than {100 * LITTLE:.0f} % of the misfit is explained"
+    return OTHERS[finding.reason]
+
+
+def _visible(diagnosis):
+    """The smallest effects that would have been found, where nothing was."""
+    found = [entry for entry in diagnosis.candidates if entry.visible_from and not entry.accepted]
+    if diagnosis.verdict != "complete" or not found:
+        return ()
+    rows = tuple((entry.effect, entry.called, entry.visible_from) for entry in found)
+    return (Table(("effect", "in plain words", "seen nine times in ten from"), rows, texts=3),)
+
+
+def _where(diagnosis, most=5):
+    """Where the model still misses, if it does."""
+    if diagnosis.verdict != "unexplained" or not diagnosis.where:
+        return ()
+    return (Points(tuple(place(row, diagnosis.error.get("unit", "")) for row in diagnosis.where[:most])),)
+
+
+def _next(diagnosis):
+    """The next experiment; what to write, what to type."""
+    parts = []
+    if diagnosis.next_experiment is not None and diagnosis.verdict != "cannot_judge":
+        parts.append(f"Next experiment: {diagnosis.next_experiment.text}.")
+    return (*parts, *_add(diagnosis))
+
+
+def _add(diagnosis):
     """The line for [model], the file to put it in, the command to type next."""
     add, experiment = diagnosis.add, diagnosis.experiment
     if add is None:
-        return []
-    lines = ["", "Add it" + NOT_PROVED.get(diagnosis.verdict, "")]
+        return ()
+    parts = [NOT_PROVED[diagnosis.verdict]] if diagnosis.verdict in NOT_PROVED else []
     if diagnosis.mended:
-        lines += [f"  written into [model] of {add['file']}:", f"    {add['toml']}"]
+        parts += [f"Written into [model] of {add['file']}:", Lines((add["toml"],))]
     elif add["file"]:
-        known = experiment.file.effects
-        entries = ", ".join([*map(toml_value, known), add["toml"]])
-        lines += [
-            f"  in {add['file']}, under [model]:",
-            f"    effects = [{entries}]",
-            f"    added = {toml_value(list(diagnosis.effects))}",
-        ]
+        entries = ", ".join([*map(toml_value, experiment.file.effects), add["toml"]])
+        parts.append(f"To add it, write in {add['file']}, under [model]:")
+        parts.append(Lines((f"effects = [{entries}]", f"added = {toml_value(list(diagnosis.effects))}")))
     else:
-        lines.append(f"  {add['toml']}")
+        parts += ["To add it:", Lines((add["toml"],))]
     if diagnosis.verdict == "ambiguous":
-        lines += [f"  or instead: {', '.join(map(toml_value, entries))}" for entries in diagnosis.alternatives]
-    lines += [f'  fill in first: {name} ("{FILL_IN}" stands for it): {why}' for name, why in add["fill_in"].items()]
-    lines.append(f"  next: {add['next']}")
+        parts += [Lines((f"or instead: {', '.join(map(toml_value, entries))}",)) for entries in diagnosis.alternatives]
+    parts += [f'Fill in first: {name} ("{FILL_IN}" stands for it): {why}.' for name, why in add["fill_in"].items()]
+    parts += ["Then see the error before and after:", Lines((add["next"],))]
     if add["file"] and not diagnosis.mended:
-        lines.append('  or let it be written: --apply NEW.toml; in Python diagnosis.apply(experiment).save("NEW.toml")')
-    return lines
+        parts.append('Or let it be written: --apply NEW.toml; in Python diagnosis.apply(experiment).save("NEW.toml").')
+    return tuple(parts)
 
 
-def _explained_lines(diagnosis):
-    """How much of the misfit is explained, and what is left in units of the noise and of the user's tolerance."""
-    lines, chi2 = [], (diagnosis.adequate.get("chi2_per_freedom") or {}).get("after")
-    if diagnosis.explained is not None and diagnosis.effects and chi2 is not None:
-        left = max(chi2 - 1.0, 0.0) ** 0.5
-        verb = "explains" if len(diagnosis.effects) == 1 else "explain"
-        share = f"{100 * diagnosis.explained:.4g} % of what the model misses beyond the noise"
-        lines.append(f"{' and '.join(diagnosis.effects)} {verb} {share}; {left:.2g} sigma is left.")
-    if diagnosis.tolerance:
-        unit, met = diagnosis.tolerance["unit"], "met" if diagnosis.tolerance["met"] else "not met"
-        left, value = (number(diagnosis.tolerance[name], unit) for name in ("left", "value"))
-        lines.append(f"Tolerance {value}: {met}; {left} is left beyond the noise.")
-    return lines
-
-
-def _error_lines(diagnosis):
-    unit, measure = diagnosis.error.get("unit", ""), diagnosis.error.get("measure") or "rms"
-    lines = []
-    for key, title in (("fitted", "on the fitted data"), ("held_out", "held out")):
-        entry = diagnosis.error.get(key)
-        if entry:
-            before, after, noise = (number(entry[name], unit) for name in ("before", "after", "noise"))
-            lines.append(f"Error ({measure}) {title:18s} {before:>12s} -> {after:<12s} noise {noise}")
-    if diagnosis.error.get("fitted") and not diagnosis.error.get("held_out"):
-        lines.append("Nothing could be held out: a single group, so the price of a candidate is doubled.")
-    for step in diagnosis.steps:
-        name = " + ".join(step["effects"]) or "the model as it is"
-        lines.append(f"  {name:40s} fitted {number(step.get('fitted'), unit):>9s}  held out {number(step['held_out'], unit)}")
-    return lines
+# --- as a page, a picture, files --------------------------------------------------------------------------------------------
 
 
 def html(diagnosis):
     """A diagnosis in a notebook, with its figure."""
-    return fragment(diagnosis.title, text(diagnosis), _picture(diagnosis))
+    picture = page.png(plot(diagnosis)) if diagnosis.pictures else None
+    return page.fragment(headline(diagnosis), sections(diagnosis), statistics.sections(diagnosis), picture)
 
 
 def plot(diagnosis, ax=None):
-    """Four panels: fit, residuals, ranking, the error falling to the noise floor; returns the four Axes."""
+    """Four panels: fit, what is left, what remains with each candidate, the error falling to the noise; returns the four Axes."""
     return diagnosis_panels(diagnosis, ax)
 
 
-def _picture(diagnosis):
-    """The figure as PNG bytes, None where there is nothing to draw."""
-    return png(plot(diagnosis)) if diagnosis.pictures else None
-
-
 def save(diagnosis, folder):
-    """Write result.json, candidates.csv, report.txt, report.html, model.toml and its data and, where one is drawn, a picture."""
-    picture, words = _picture(diagnosis), text(diagnosis)
+    """Write result.json, candidates.csv, report.txt, report.html, model.toml and its data and, where they are drawn, pictures."""
+    drawn = {name: (page.png(axes), caption) for name, (axes, caption) in pictures(diagnosis).items()}
     found = {
         "candidates.csv": csv_text(diagnosis.to_dataframe().to_dict("list")).encode(),
-        "report.txt": (words + "\n").encode(),
-        "report.html": as_html(diagnosis.title, words, picture).encode(),
+        "report.txt": (text(diagnosis, details=True) + "\n").encode(),
+        "report.html": report_page(diagnosis, drawn).encode(),
     }
-    if picture is not None:
-        found["diagnosis.png"] = picture
+    if diagnosis.pictures:
+        found["diagnosis.png"] = page.png(plot(diagnosis))
+    found |= {f"{name}.png": picture for name, (picture, _) in drawn.items()}
     if diagnosis.learned is not None and diagnosis.learned.effect_file:
         found[diagnosis.learned.file_name] = diagnosis.learned.effect_file.encode()
     if diagnosis.experiment is not None:
         found |= diagnosis.apply(diagnosis.experiment).files(folder, (*found, "result.json"))
     found["result.json"] = json.dumps(diagnosis.to_json(), indent=1).encode()  # last: where it stands, the others stand too
     return folders.save_files(folder, found)
+
+
+def report_page(diagnosis, drawn):
+    """report.html, one page that opens offline; drawn: {name: (PNG bytes, caption)}."""
+    facts = statistics.facts(diagnosis)
+    return page.whole(diagnosis.title, diagnosis.verdict, facts, sections(diagnosis), statistics.sections(diagnosis), drawn)

@@ -1,9 +1,13 @@
-"""Pictures of comparisons and diagnoses. Every plot takes `ax=None` and returns the Axes; nothing is shown or kept open."""
+"""What all pictures of reports share: Axes, colours that differ in grey as well, panels of residuals; and those of a comparison.
+
+Every plot takes `ax=None` and returns the Axes; nothing is shown or kept open.
+"""
+
+import textwrap
 
 import numpy as np
 
-from hlcs.records import Reason
-from hlcs.report.words import number
+from hlcs.report.words import joined, size, words
 
 LABELS = {
     "time": "time [s]",
@@ -12,110 +16,95 @@ LABELS = {
     "layer": "layer",
     "input": "row: the layers, set after set",
 }
-INK, MEASURED, BEFORE, AFTER, NOISE = "#333333", "#444444", "#c44e52", "#2a7f9e", "#999999"
+INK, BEFORE, AFTER, NOISE = "#222222", "#e07b1a", "#1c5a85", "#b5b5b5"  # of unlike lightness: they differ in print as well
+CHANNEL = (("o", "#1c5a85"), ("s", "#e07b1a"), ("^", "#8cc084"), ("D", "#7b3294"), ("v", "#c2a5cf"), ("P", "#555555"))
+SMALLER = {"m": (1e3, "mm"), "s": (1e3, "ms"), "1": (100.0, "%")}  # what an axis shows below one
+LINE = 0.75  # [points]
+BAND = 2.0  # sigma of the noise, drawn grey
+SIZE = (4.5, 3.2)  # of one panel: as wide as a phone shows it with letters of its own size [inch]
 
 
-def _axes(ax, size=(11, 8)):
-    """Four Axes: the given ones, or a new figure's (drawn without a window)."""
-    if ax is not None:
-        return np.asarray(ax).reshape(-1)
+def new_axes(rows=1, columns=1, size=SIZE):
+    """Axes of a new figure, drawn without a window: array (rows * columns,)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
-    return figure.subplots(2, 2).reshape(-1)
+    return np.asarray(figure.subplots(rows, columns)).reshape(-1)
 
 
-def _plain(ax, title, x, y):
-    ax.set_title(title, loc="left", fontsize=10, color=INK, parse_math=False)  # words of a file, no formula
-    ax.set_xlabel(x, fontsize=9)
-    ax.set_ylabel(y, fontsize=9)
-    ax.tick_params(labelsize=8)
+def given_axes(ax, rows=1, columns=1, size=SIZE):
+    """The Axes that were given, or those of a new figure, as an array."""
+    return new_axes(rows, columns, size) if ax is None else np.asarray(ax).reshape(-1)
+
+
+def plain(ax, title, x, y, pad=None, letters=43):
+    """Title, names of the axes, and no frame that is not needed; words of a file are no formula.
+
+    pad: room below the title [points]; letters: in a line of it.
+    """
+    ax.set_title(textwrap.fill(title, letters), loc="left", fontsize=11, color=INK, parse_math=False, pad=pad)
+    ax.set_xlabel(x, fontsize=10, parse_math=False)
+    ax.set_ylabel(y, fontsize=10, parse_math=False)
+    ax.tick_params(labelsize=9)
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
 
 
-def diagnosis_panels(diagnosis, ax=None):
-    """Fit, residuals, ranking, and the error falling step by step to the noise floor; returns the four Axes."""
-    axes = _axes(ax)
-    if diagnosis.pictures:
-        fit_panel(axes[0], diagnosis)
-        residual_panel(axes[1], diagnosis)
-    ranking_panel(axes[2], diagnosis)
-    error_panel(axes[3], diagnosis)
-    found = f" ({', then '.join(diagnosis.effects)})" if diagnosis.effects else ""
-    axes[0].figure.suptitle(f"{diagnosis.title}: {diagnosis.verdict}{found}", fontsize=12, x=0.01, ha="left", parse_math=False)
-    return axes
+def legend(ax, below=False, **more):
+    """The legend; below: under the axes, where the data leave no room."""
+    place = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.18), "ncols": 3, "columnspacing": 1.0} if below else {}
+    ax.legend(fontsize=9, frameon=False, markerscale=1.5, **place | more)
 
 
-def _worst(table):
-    """Recording and channel with the largest misfit in sigma."""
-    pairs = table["trial"] * 6 + table["channel"]
-    names, index = np.unique(pairs, return_inverse=True)
-    pair = names[np.argmax(np.bincount(index, table["sigmas"] ** 2) / np.bincount(index))]
-    return int(pair // 6), int(pair % 6)
+def unpowered(axis, values):
+    """Numbers without powers of ten at a logarithmic axis; where values span less than a decade the ticks between have theirs."""
+    axis.set_major_formatter("{x:g}")
+    narrow = max(values) < 10 * min(values)
+    axis.set_minor_formatter(lambda x, _: f"{x:g}" if narrow and f"{x:e}"[0] in "25" else "")
 
 
-def fit_panel(ax, diagnosis):
-    """Measured and modelled, before and after: of the channel of a trial where the model misses most, or of all rows."""
-    pictures, where, unit = diagnosis.pictures, "all rows", diagnosis.error.get("unit") or ""
-    before, after = pictures.before, pictures.after
-    inside = np.argsort(before[pictures.over], kind="stable")
-    if pictures.channels:
-        trial, channel = _worst(before)
-        inside = np.flatnonzero((before["trial"] == trial) & (before["channel"] == channel))
-        where, unit = f"{pictures.trials[trial]}, {pictures.channels[channel]}", pictures.units[channel]
-    x = before[pictures.over][inside]
-    ax.plot(x, before["measured"][inside], ".", color=MEASURED, ms=4, label="measured")
-    ax.plot(x, before["model"][inside], "-", color=BEFORE, lw=1.2, label="model before")
-    ax.plot(x, after["model"][inside], "-", color=AFTER, lw=1.2, label="model after")
-    ax.legend(fontsize=8, frameon=False)
-    _plain(ax, f"Fit where it missed most: {where}", pictures.label, f"[{unit}]")
+def scaled(values, unit):
+    """(factor, unit) in which values, arrays or numbers, are shown: millimetres below a metre."""
+    largest = max((float(np.max(np.abs(part))) for part in values if np.size(part)), default=0.0)
+    return SMALLER[unit] if unit in SMALLER and (largest < 1.0 or unit == "1") else (1.0, unit)
 
 
-def residual_panel(ax, diagnosis):
-    """All residuals in units of the noise, before and after."""
-    pictures = diagnosis.pictures
-    for table, colour, text in ((pictures.before, BEFORE, "before"), (pictures.after, AFTER, "after")):
-        ax.plot(table[pictures.over], table["sigmas"], ".", color=colour, ms=3, alpha=0.5, label=text)
-    ax.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)
-    ax.legend(fontsize=8, frameon=False)
-    _plain(ax, "Residuals (grey: two sigma of the noise)", pictures.label, "measured - model [sigma]")
+def axis_label(column, label=""):
+    """The label of a column of a table of observations: "height_m" -> "height [m]"."""
+    for ending, unit in (("_m_s", "m/s"), ("_m", "m"), ("_s", "s"), ("_kg", "kg"), ("_deg", "degrees")):
+        if column.endswith(ending):
+            return f"{words(column.removesuffix(ending))} [{unit}]"
+    return LABELS.get(column, label or words(column))
 
 
-def ranking_panel(ax, diagnosis, most=10):
-    """Evidence of the candidates, on a logarithmic scale where it spans more than a decade; accepted ones in colour."""
-    found = [entry for entry in diagnosis.candidates if entry.evidence is not None][:most][::-1]
-    values = [max(entry.evidence, 0.5) for entry in found]
-    colours = [AFTER if entry.accepted else BEFORE if entry.reason is Reason.SUSPECTED else NOISE for entry in found]
-    ax.barh(range(len(found)), values, color=colours)
-    ax.set_yticks(range(len(found)), [entry.effect for entry in found], fontsize=8)
-    if found and max(values) > 10 * min(values):
-        ax.set_xscale("log")
-    _plain(ax, "Candidates (blue accepted, red suspected)", "evidence: fall of chi2 - p log n", "")
+def root_mean_square(values):
+    return float(np.sqrt(np.mean(np.square(values)))) if len(values) else 0.0
 
 
-def error_panel(ax, diagnosis):
-    """The error after each accepted effect, down to the noise."""
-    steps = [step for step in diagnosis.steps if step.get("held_out") is not None or step.get("fitted") is not None]
-    names, known = ["as it is"], set()
-    for step in steps[1:]:  # what is new in each step, a line each
-        names.append("\n".join(f"+ {effect}" for effect in step["effects"] if effect not in known))
-        known.update(step["effects"])
-    for key, colour in (("fitted", NOISE), ("held_out", AFTER)):
-        values = [step.get(key) for step in steps]
-        if values and all(value is not None for value in values):
-            ax.plot(range(len(values)), values, "o-", color=colour, label=key.replace("_", " "))
-    entry = diagnosis.error.get("held_out") or diagnosis.error.get("fitted")
-    if entry and entry.get("noise"):
-        ax.axhline(entry["noise"], color=INK, ls=":", lw=1, label="noise")
-    ax.set_xticks(range(len(names[: len(steps)])), names[: len(steps)], fontsize=8)
-    ax.set_xlim(-0.4, max(len(steps) - 0.6, 0.6))
-    ax.set_ylim(bottom=0)
-    if ax.lines:
-        ax.legend(fontsize=8, frameon=False)
-    _plain(ax, "The error falling", "", f"rms error [{diagnosis.error.get('unit') or ''}]")
+def residuals(ax, table, column, channels=(), lines=False):
+    """Residuals in units of the noise over a column, each channel with a mark of its own; lines: join those of a recording."""
+    values = np.asarray(table[column], float)
+    ax.axhspan(-BAND, BAND, color=NOISE, alpha=0.35, lw=0)
+    ax.axhline(0, color=INK, lw=LINE)
+    for channel in np.unique(table["channel"]):
+        mark, colour = CHANNEL[int(channel) % len(CHANNEL)]
+        inside = table["channel"] == channel
+        name = channels[int(channel)] if channels else None
+        if lines:
+            for trial in np.unique(table["trial"][inside]):
+                its = inside & (table["trial"] == trial)
+                ax.plot(values[its], table["sigmas"][its], "-", color=colour, lw=0.6, alpha=0.5)
+        ax.plot(values[inside], table["sigmas"][inside], mark, color=colour, ms=3, mew=0, alpha=0.7, label=name)
+    if np.ptp(values) < 1e-6:  # a body that slides on a level floor has one height, to rounding
+        ax.set_xlim(values.mean() - 0.01, values.mean() + 0.01)
+
+
+RESIDUAL = "measured - model\n[sigma of the noise]"
+
+
+# --- comparisons ------------------------------------------------------------------------------------------------------------
 
 
 def comparison_panels(comparison, ax=None):
@@ -123,30 +112,52 @@ def comparison_panels(comparison, ax=None):
 
     Returns the four Axes.
     """
-    axes = _axes(ax)
+    axes = given_axes(ax, 2, 2, (11, 8))
     table, unit = comparison.table, comparison.error.get("unit") or ""
     if not table:
         return axes
-    models = [(comparison, AFTER, AFTER if comparison.before else BEFORE)]  # with the colours over the model and of the residuals
+    models = [(comparison, AFTER, ".")]
     if comparison.before:
-        models.insert(0, (comparison.before, BEFORE, BEFORE))
-    for one, colour, _ in models:
+        models.insert(0, (comparison.before, BEFORE, "x"))
+    for one, colour, mark in models:
         measured, model = (one.table[name][_of_the_error(one)] for name in ("measured", "model"))
-        axes[0].plot(model, measured, ".", color=colour, ms=3)
+        label = None if not comparison.before else "before" if one is not comparison else "after"
+        axes[0].plot(model, measured, mark, color=colour, ms=3, label=label)
     axes[0].plot([measured.min(), measured.max()], [measured.min(), measured.max()], "-", color=NOISE, lw=1, zorder=0)
-    _plain(axes[0], "Measured over model", f"model [{unit}]", f"measured [{unit}]")
+    plain(axes[0], "Measured over model: on the line they agree", f"model [{unit}]", f"measured [{unit}]")
+    if comparison.before:
+        legend(axes[0])
     for panel, name in zip(axes[1:], comparison.against, strict=False):
-        values, label = np.asarray(table[name]), LABELS.get(name, name)
-        panel.axhspan(-2, 2, color=NOISE, alpha=0.2, lw=0)
-        for one, _, colour in models:
-            panel.plot(one.table[name], one.table["sigmas"], ".", color=colour, ms=3, alpha=0.6)
-        if np.ptp(values) < 1e-6:  # a body that slides on a level floor has one height, to rounding
-            panel.set_xlim(values.mean() - 0.01, values.mean() + 0.01)
-        _plain(panel, f"Residuals against {label.split(' [')[0].split(':')[0]}", label, "measured - model [sigma]")
+        label = axis_label(name)
+        wide = _residual_panel(panel, comparison, models, name, panel is axes[1])
+        told = f" (logarithmic beyond {2 * BAND:g} sigma)" if wide else ""
+        plain(panel, f"Residuals against {label.split(' [')[0].split(':')[0]}{told}", label, RESIDUAL)
     for panel in axes[1 + len(comparison.against) :]:
         panel.set_axis_off()
     axes[0].figure.suptitle(_title(comparison, unit), fontsize=12, x=0.01, ha="left", parse_math=False)
     return axes
+
+
+def _residual_panel(panel, comparison, models, name, first):
+    """Residuals of each model against one column; where what was there is far larger than what is left, the scale is logarithmic
+    beyond the noise, so that both can be seen: True."""
+    table = comparison.table
+    if not comparison.before:
+        channels = comparison.channels if len(np.unique(table["channel"])) > 1 else ()
+        residuals(panel, table, name, channels)
+        if channels and first:
+            legend(panel, ncols=3)
+        return False
+    panel.axhspan(-BAND, BAND, color=NOISE, alpha=0.35, lw=0)
+    for one, colour, mark in models:
+        panel.plot(one.table[name], one.table["sigmas"], mark, color=colour, ms=3, alpha=0.6)
+    if np.ptp(table[name]) < 1e-6:
+        panel.set_xlim(np.mean(table[name]) - 0.01, np.mean(table[name]) + 0.01)
+    wide = max(np.max(np.abs(one.table["sigmas"])) for one, *_ in models) > 10 * BAND
+    if wide:
+        panel.set_yscale("symlog", linthresh=2 * BAND)
+        panel.yaxis.set_major_formatter("{x:g}")
+    return wide
 
 
 def _of_the_error(comparison):
@@ -156,8 +167,8 @@ def _of_the_error(comparison):
 
 
 def _title(comparison, unit):
-    """What was compared and, where effects were added, the error before and after beside the noise."""
-    if not comparison.before:
-        return comparison.title
-    before, after, noise = (number(row["error"], unit) for row in comparison.errors)
-    return f"{comparison.title}\n{', '.join(comparison.added)} added: error {before} (red) -> {after} (blue), noise {noise}"
+    """What was compared, and its error beside the noise; where effects were added, before and after."""
+    told = [size(row["error"], unit) for row in comparison.errors]
+    if comparison.before:
+        return f"{comparison.title}\n{joined(comparison.added)} added: error {told[0]} -> {told[1]}, noise {told[2]}"
+    return f"{comparison.title}\nerror {told[0]}, noise {told[1]}; grey: two sigma of the noise; above zero the model is too low"

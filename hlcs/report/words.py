@@ -1,30 +1,107 @@
-"""Words and numbers of printed reports, in the manner of a fit report."""
+"""Numbers, shares and names as a reader sees them: with units, to the digits that mean something."""
+
+import math
+
+DASH = "-"
+SMALLER = {"m": ("mm", 1e3), "s": ("ms", 1e3)}  # unit that is used below one
 
 
 def number(value, unit="", digits=3):
     """A number for reading, a dash where there is none."""
     if value is None:
-        return "-"
-    return f"{value:.{digits}g}" + (f" {unit}" if unit and unit != "1" else "")
+        return DASH
+    text = f"{value:.0f}" if digits == 3 and 1e3 <= abs(value) < 1e6 else f"{value:.{digits}g}"
+    return text + (f" {unit}" if unit and unit != "1" else "")
 
 
-def where_lines(rows, unit):
-    keys = [key for key in rows[0] if key not in ("rms", "sigma", "phase" if "layer" in rows[0] else "")]
-    rms = "rms" if unit in ("", "1") else f"rms {unit}"
-    head = "  " + " ".join(f"{key:>{_width(key)}s}" for key in keys) + f" {rms:>12s} {'in sigma':>9s}"
-    cells = ["  " + " ".join(f"{_cell(row[key]):>{_width(key)}s}" for key in keys) for row in rows]
-    return [head] + [text + f" {row['rms']:12.4g} {row['sigma']:9.2f}" for text, row in zip(cells, rows, strict=True)]
+def size(value, unit):
+    """An error with its unit, three digits: millimetres below a metre, milliseconds below a second, per cent of a pure number."""
+    if value is None:
+        return DASH
+    if unit == "1":
+        return f"{_digits(100 * value)} %"
+    smaller, factor = SMALLER.get(unit, (unit, 1.0))
+    if abs(value) < 1.0:
+        return f"{_digits(factor * value)} {smaller}"
+    return f"{_digits(value)} {unit}".rstrip()
 
 
-def _cell(value):
-    return f"{value:.4g}" if isinstance(value, float) else str(value)[-24:]
+def _digits(value):
+    """Three digits, or all of those before the point."""
+    return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
-def _width(key):
-    return 24 if key == "trial" else 9
+def share(part):
+    """A share in per cent, never rounded up to all of it: "98 %", "99.7 %", "more than 99.9 %"."""
+    if part >= 0.9995:
+        return "more than 99.9 %"
+    return f"{math.floor(1000 * part) / 10:.1f} %" if part > 0.99 else f"{math.floor(100 * part + 1e-9):d} %"
+
+
+def chance(p, draws=None):
+    """A probability; one that is the least that its draws of pure noise can show is told as such."""
+    if p is None:
+        return "unknown"
+    if draws and p <= 1.5 / (draws + 1):
+        return f"{1 / (draws + 1):.2g} at most (none of {draws} draws of noise alone was as large)"
+    return f"{p:.2g}"
+
+
+def value(entry):
+    """A number of an effect with its 90 % interval and unit, to the digits that the interval leaves."""
+    if entry["value"] is None:
+        return "withheld"
+    unit = "" if entry["unit"] in ("1", "-") else f" {entry['unit']}"
+    low, here, high = (entry[key] for key in ("low", "value", "high"))
+    half = (high - low) / 2
+    if not (math.isfinite(half) and half > 0):
+        return f"{here:.6g}{unit}"
+    digits = _decimals(half)
+    low, here, high = (_rounded(number, digits) for number in (low, here, high))
+    if abs((entry["high"] - entry["value"]) - half) > 0.2 * half:
+        return f"{here} ({low} to {high}){unit}"
+    return f"{here} +- {_rounded(half, digits)}{unit}"
+
+
+def interval(entry):
+    """The two ends of an interval, to the digits that it leaves."""
+    low, high = entry["low"], entry["high"]
+    if low is None or not (math.isfinite(high - low) and high > low):
+        return DASH
+    digits = _decimals((high - low) / 2)
+    return f"{_rounded(low, digits)} to {_rounded(high, digits)}"
+
+
+def _decimals(half):
+    """Decimals at which the half width of an interval has two digits."""
+    return 1 - math.floor(math.log10(half * (1 + 1e-9)))  # 0.00099999.. is 0.001
+
+
+def _rounded(number, digits):
+    """A number to so many decimals; with an exponent where these are more than six, or the digits before the point are."""
+    if digits > 6 or abs(number) >= 1e6:
+        return f"{number:.3g}"
+    return f"{round(number, digits):.{max(digits, 0)}f}"
+
+
+def words(name):
+    """The name of an effect or a number as words."""
+    return name.replace("_", " ")
+
+
+def joined(items):
+    """ "a", "a and b", "a, b and c"."""
+    items = list(items)
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}" if items else ""
+
+
+def capital(sentence):
+    """A sentence with its first letter large."""
+    return sentence[:1].upper() + sentence[1:]
 
 
 def note_lines(notes):
+    """Notes below a printed report."""
     if not notes:
         return []
     more = [f"  .. and {len(notes) - 12} more (all in the JSON result)"] if len(notes) > 12 else []

@@ -101,8 +101,7 @@ def _how_many(option, names):
     """How many tests tell two explanations apart, and what would help where no laboratory makes so many."""
     tests, pair = option.tests, f"{names[0]} from {names[1]}"
     if tests and tests <= MOST_TESTS:
-        size = f", lambda = {option.score:.3g} a test" if np.isfinite(option.score) else ""
-        return f" ({tests} test{'' if tests == 1 else 's'} to tell {pair}{size})"
+        return f" ({tests} test{'' if tests == 1 else 's'} to tell {pair})"
     said = f" would be best, but no {MOST_TESTS:,} tests with this set-up tell {pair}: "
     if tests:
         said += f"with noise {np.sqrt(tests / SOME_TESTS):.2g} times smaller {SOME_TESTS} tests would; otherwise "

@@ -6,6 +6,10 @@ from hlcs.estimation.least_squares import basis, largest_cosine, project_out
 from hlcs.records import Finding, Reason, untested
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.reasons import sentences
+from hlcs.selection.search import misfit
+from hlcs.selection.thresholds import FALL
+
+LAWS = ("fluid", "contact", "own")  # beginnings of groups whose members a model lacks; others are wrong numbers and readings
 
 
 def candidate_findings(sets, places, absent):
@@ -36,9 +40,44 @@ def _finding(sets, name, cosines):
     else:
         evidence = search.cost(frozenset()) - search.foreseen[alone][0].cost if alone in search.foreseen else None
     same = tuple(sorted(same - {name}))
-    why = _explained(sets, name, same, holding, evidence)
-    seen = _visible(search, name)
-    return Finding(name, fitted, held, evidence, name in best, same, why.why, like, seen, reason=why.reason)
+    left = remains(sets, name, holding)
+    why = _explained(sets, name, same, holding, evidence, left)
+    entry, fluid = search.candidates[name], getattr(getattr(problem.trials[0], "surroundings", None), "fluid", "air")
+    return Finding(
+        effect=name,
+        fitted=fitted,
+        held_out=held,
+        evidence=evidence,
+        accepted=name in best,
+        same_as=same,
+        why=why.why,
+        cosines=like,
+        visible_from=_visible(search, name),
+        called=entry.called(fluid),
+        lacking=entry.group.startswith(LAWS),
+        remains=left,
+        reason=why.reason,
+    )
+
+
+def remains(sets, name, holding):
+    """What is left with a candidate: {effects, chi2_per_freedom, error, foreseen}, {} where nothing is known.
+
+    Of the best set that it is in, or of another that does as well; else with the candidate alone, fitted or foreseen; else of
+    `holding`, the cheapest set that it was fitted in.
+    """
+    search, alone = sets.search, frozenset({name})
+    tied = next((members for members in sets.tied if name in members), None)
+    members = tied or (alone if alone in search.fits or alone in search.foreseen else holding)
+    if members is None:
+        return {}
+    if fit := search.fits.get(members):
+        chi2, error = fit.chi2, fitted_error(search.problem, fit)
+    else:
+        proposal, fit = search.foreseen[members]
+        chi2, error = max(misfit(fit) - proposal.fall, 0.0), None
+    left = {"effects": sorted(members), "chi2_per_freedom": chi2 / fit.freedom, "error": error}
+    return left | {"foreseen": members not in search.fits} if np.isfinite(chi2) else {}
 
 
 def set_label(candidate, others):
@@ -66,7 +105,7 @@ def _own_columns(problem, fit, name):
     return project_out(rest, own)
 
 
-def _explained(sets, name, same, holding, evidence):
+def _explained(sets, name, same, holding, evidence, left):
     """The Explanation of what became of a candidate."""
     search, best, entry = sets.search, sets.best, sets.search.candidates[name]
     at = f" ({entry.family})" if entry.family else ""
@@ -86,10 +125,75 @@ def _explained(sets, name, same, holding, evidence):
         return Reason.OTHER_FORM(form=entry.alike, better=better[0])
     broken = sets.broken(holding, name) if holding is not None and evidence > 0 else []
     if broken:
-        return Reason.SUSPECTED(why=sentences(broken))
+        beside = f", beside {_names(holding - {name})}" if len(holding) > 1 else ""
+        return Reason.SUSPECTED(why=sentences(broken) + beside)
+    if evidence > 0 and (why := _adds_nothing(sets, name, holding)):
+        return Reason.NOT_SEEN(at=at, why=why)
     if evidence > 0:
-        return Reason.EXPLAINED_TOO(at=at)
-    return Reason.NOT_SEEN(at=at, why=f"it would cost {-evidence:.1f} more than it explains")
+        return Reason.EXPLAINED_TOO(at=at, why=_leaves(sets, name, left))
+    if why := _outside(search, name):
+        return Reason.BEYOND_ITS_LAW(at=at, why=why)
+    base, alone = search.fits[frozenset()], frozenset({name})
+    gain = misfit(base) - misfit(search.fits[holding]) if holding is not None else search.foreseen[alone][0].fall
+    return Reason.NOT_SEEN(at=at, why=_too_little(gain, -evidence))
+
+
+def _names(effects):
+    return " and ".join(sorted(effects))
+
+
+def _too_little(gain, short):
+    """What is said where the misfit would fall by `gain`, and by `short` too little for its price."""
+    gain = max(gain, 0.0)
+    return f"the misfit would fall by {gain:.1f}, which is {short:.1f} less than the price of it"
+
+
+def _adds_nothing(sets, name, holding):
+    """Why a candidate that was fitted beside others alone is not seen, though they explain much; "" where it does explain."""
+    search, alone, empty = sets.search, frozenset({name}), frozenset()
+    if holding is None or len(holding) == 1:
+        return ""
+    foreseen = search.foreseen[alone][0].cost if alone in search.foreseen else np.inf
+    if min(search.cost(alone) if alone in search.fits else np.inf, foreseen) < search.cost(empty):
+        return ""
+    rest = sets.without(holding, name)
+    if rest not in search.fits or search.cost(rest) - search.cost(holding) > 0:
+        return ""
+    gain = misfit(search.fits[rest]) - misfit(search.fits[holding])
+    return f"beside {_names(rest)} " + _too_little(gain, search.cost(holding) - search.cost(rest))
+
+
+def _leaves(sets, name, left):
+    """What a candidate that explains a part leaves, beside what the best set leaves."""
+    fit, best = sets.search.fits[sets.best], _names(sets.best) or "the model as it is"
+    beside = _names(set(left["effects"]) - {name})
+    mine, theirs = left["chi2_per_freedom"], fit.chi2 / fit.freedom
+    how = "is foreseen to leave" if left["foreseen"] else "leaves"
+    told = f"{f'with {beside} ' if beside else ''}it {how} a chi-square of {mine:.3g} per degree of freedom, {best} {theirs:.3g}"
+    if mine > theirs:
+        return told
+    if left["foreseen"]:
+        return f"{told}; it was not fitted, since other sets promised more"
+    if sets.search.cost(frozenset(left["effects"])) > sets.search.cost(sets.best):
+        return f"{told}, which is more probable: it needs fewer numbers, or more usual ones"
+    return f"{told}, but the others of that set do not hold on recordings that they were not fitted to"
+
+
+def _outside(search, name):
+    """Why a law of one number cannot explain what it would explain beyond its end; "" where that is not so. To first order."""
+    linear = search.base_model
+    places = linear.places.get(name, ())
+    if len(places) != 1 or linear.entries.get(name, (None, None))[1] is None or not linear.visible(name):
+        return ""
+    (place,) = places
+    column, dot, information = linear.columns[place], linear.dots[place], linear.gram[place, place]
+    (low, high), step, gain = column.ends, dot / information, dot**2 / information
+    part = gain / max(misfit(search.fits[frozenset()]), 1e-300)
+    if low <= step <= high or gain <= search.price({name}) + np.log1p(information) or part < FALL:
+        return ""
+    side, end = ("below", column.free.least) if step < low else ("above", column.free.most)
+    told = f"the data would have {column.free.name} {side} {end:g}, where the law ends"
+    return f"{told}; then {100 * part:.0f} % of the misfit would go"
 
 
 def _visible(search, name):

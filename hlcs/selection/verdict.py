@@ -82,7 +82,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
             "measure": experiment.measure,
             "unit": problem.unit,
             "held_out": _record(problem, errors, base, final) if cross_validation.possible else None,
-            "fitted": _record(problem, partial(fitted_error, problem), base, final),
+            "fitted": _record(problem, partial(fitted_error, problem), base, final) | {"starts": starts_share(problem, final)},
         },
         steps=_steps(sets, ordered, errors),
         adequate={
@@ -92,6 +92,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
             "p": after.p,
             "threshold": after.threshold,
             "speaks": after.worst,
+            "draws": after.draws,
             "chi2_per_freedom": {"before": before.chi2, "after": after.chi2},
         },
         candidates=candidate_findings(sets, places, absent),
@@ -112,6 +113,17 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
 def _record(problem, error, base, final):
     """An error before and after, beside the noise."""
     return {"before": error(base), "after": error(final), "noise": problem.noise_level}
+
+
+def starts_share(problem, fit):
+    """Share of the variance of the noise that the fitted initial states take up, in the channel that errors are told in [-]."""
+    taken, count = 0.0, 0
+    if not any(basis.shape[1] for basis in fit.linearization.state_bases):  # no starts, as in tables
+        return 0.0
+    for recording, basis in zip(problem.recordings, fit.linearization.state_bases, strict=True):
+        inside = recording.channel < 3 if problem.unit != "rad" else recording.channel >= 3
+        taken, count = taken + float(np.sum(basis[inside] ** 2)), count + int(inside.sum())
+    return taken / max(count, 1)
 
 
 def explained(base, final):
@@ -152,14 +164,24 @@ def _parameters(sets, effects, best):
             holding = [(sets.weights[members], fits[members]) for members in sets.tied if name in members]
             numbers[name] = {
                 free.name: _withheld(holding, name, free)
-                or interval(
-                    [(max(weight, 1e-12), *_number(fit, name, free.name, sets.inflation)) for weight, fit in holding],
+                or told(
+                    interval(
+                        [(max(weight, 1e-12), *_number(fit, name, free.name, sets.inflation)) for weight, fit in holding],
+                        free,
+                        best.freedom,
+                    ),
                     free,
-                    best.freedom,
+                    entry.setting,
                 )
                 for free in entry.free
             } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
     return numbers
+
+
+def told(number, free, setting):
+    """A number with what a reader must know beside it: what the model states, and what is usual where it lies beyond that."""
+    stated = {"stated": free.null} if setting and free.null is not None else {}
+    return number | stated | ({} if free.plausible(number["value"]) else {"usual": free.usual})
 
 
 def _withheld(holding, name, free):
@@ -182,7 +204,8 @@ def _steps(sets, ordered, errors):
         if members in sets.search.fits:
             fit = sets.search.fits[members]
             fitted = fitted_error(sets.search.problem, fit)
-            steps.append({"effects": list(ordered[:count]), "held_out": errors(fit), "fitted": fitted})
+            step = {"effects": list(ordered[:count]), "held_out": errors(fit), "fitted": fitted}
+            steps.append(step | {"chi2_per_freedom": fit.chi2 / fit.freedom})
     return tuple(steps)
 
 

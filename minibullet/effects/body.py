@@ -62,6 +62,7 @@ class TiltedGravity(ConstantForce):
     angle_x: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
     angle_y: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
     acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True)
+    plain = "a z axis that is not vertical"
     isotropic = False
     group = "measurement"
     alike = "tilt"

@@ -52,6 +52,7 @@ class Friction(ContactEffect):
     """
 
     coefficient: float = parameter(0.5, unit="-", low=0.0, high=1.5)
+    plain = "friction"
     replaces = True
 
     def __post_init__(self):
@@ -72,6 +73,7 @@ class Restitution(ContactEffect):
     """
 
     coefficient: float = parameter(0.0, unit="-", low=0.0, high=1.0, most=1.0)
+    plain = "restitution"
     group = "contact_normal"
     replaces = True
 
@@ -96,6 +98,7 @@ class VelocityDependentRestitution(ContactEffect):
     exponent: float = parameter(0.0, unit="-", low=0.0, high=0.3, null=0.0, source="Johnson (1985): 1/4")
     threshold: float = parameter(0.0, unit="m/s", low=0.0, high=0.5, null=0.0)
     reference_speed: float = parameter(1.0, unit="m/s", given=True)
+    plain = "a rebound that depends on the speed of the impact"
     group = "contact_normal"
 
     def contact_law(self, contacts, bodies, law):
@@ -116,6 +119,7 @@ class Adhesion(ContactEffect):
 
     pull_off_force: float = parameter(0.0, unit="weights", low=0.0, high=1.0, null=0.0)
     acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True)
+    plain = "a pull that holds touching bodies together"
     group = "contact_normal"
 
     def contact_law(self, contacts, bodies, law):
@@ -135,6 +139,7 @@ class StaticFriction(ContactEffect):
 
     ratio: float = parameter(1.0, unit="-", low=1.0, high=2.0, null=1.0)
     rest_speed: float = parameter(1e-3, unit="-", given=True)
+    plain = "more friction at rest than in motion"
 
     def contact_law(self, contacts, bodies, law):
         body = lighter(contacts, bodies)
@@ -152,6 +157,7 @@ class StribeckFriction(ContactEffect):
 
     ratio: float = parameter(1.0, unit="-", low=1.0, high=2.0, null=1.0)
     speed: float = parameter(0.1, unit="m/s", low=0.001, high=0.5, starts=(0.05, 0.1, 0.2, 0.4))
+    plain = "friction that falls as slip begins"
 
     def contact_law(self, contacts, bodies, law):
         factor = 1.0 + (self.ratio - 1.0) * np.exp(-slip_squared(contacts) / self.speed**2)
@@ -165,6 +171,7 @@ class ViscousFriction(ContactEffect):
     """
 
     slope: float = parameter(0.0, unit="s/m", low=-0.5, high=1.0, null=0.0)
+    plain = "friction that changes with the speed of slip"
 
     def contact_law(self, contacts, bodies, law):
         return law._replace(friction=np.maximum(law.friction + self.slope * np.sqrt(slip_squared(contacts)), 0.0))
@@ -181,6 +188,7 @@ class LoadDependentFriction(ContactEffect):
 
     exponent: float = parameter(0.0, unit="-", low=-0.3, high=0.3, null=0.0, source="Bowden and Tabor (1950): -1/3 to 0")
     reference_load: float = parameter(1.0, unit="N", given=True)
+    plain = "friction that depends on the load"
 
     def contact_law(self, contacts, bodies, law):
         ratio = np.clip(contacts.load / self.reference_load, 1e-6, 1e6)
@@ -199,6 +207,7 @@ class AnisotropicFriction(ContactEffect):
 
     ratio: float = parameter(1.0, unit="-", low=0.5, high=2.0, null=1.0)
     angle: float = parameter(0.0, unit="rad", low=0.0, high=pi, period=pi, starts=tuple(pi * quarter / 4 for quarter in range(4)))
+    plain = "friction that depends on the direction"
     isotropic = False
 
     def contact_law(self, contacts, bodies, law):
@@ -218,6 +227,7 @@ class RollingFriction(ContactEffect):
     """
 
     arm: float = parameter(0.0, unit="m", low=0.0, high=0.1, null=0.0, bounds_in="radius")
+    plain = "resistance to rolling"
 
     def contact_law(self, contacts, bodies, law):
         return law._replace(rolling_arm=law.rolling_arm + self.arm)
@@ -232,6 +242,7 @@ class SpinningFriction(ContactEffect):
     """
 
     arm: float = parameter(0.0, unit="m", low=0.0, high=0.5, null=0.0, bounds_in="radius")
+    plain = "resistance to spinning on the spot"
 
     def contact_law(self, contacts, bodies, law):
         return law._replace(spinning_arm=law.spinning_arm + self.arm)

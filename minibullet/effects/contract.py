@@ -110,6 +110,7 @@ class Need(Enum):
 class Facts:
     """What is known of a law, or of anything else that may be missing from a model, besides its numbers: class attributes."""
 
+    plain: ClassVar[str] = ""  # in plain words, after "the data show": "{fluid} resistance", with {fluid} to be filled in
     group: ClassVar[str] = ""  # heading in lists of candidates: fluid, contact_normal, contact_tangential, measurement, ...
     needs: ClassVar[tuple[Enum, ...]] = ()  # what it needs, the first to be named where it is missing
     alike: ClassVar[str] = ""  # label of the set whose members may turn out to be one and the same for given data

@@ -36,6 +36,7 @@ class UniformFlow(DragModifier):
     velocity_y: float = parameter(0.0, unit="m/s", low=-3.0, high=3.0, null=0.0)
     velocity_z: float = parameter(0.0, unit="m/s", low=-3.0, high=3.0, null=0.0)
     through: tuple = ()  # the effects that feel the flow
+    plain = "a steady flow of the {fluid}"
     isotropic = False
     alike = "tilt"
     needs = (Need.SIDEWAYS,)
@@ -57,6 +58,7 @@ class OrientationDrag(DragModifier):
 
     face_edge_ratio: float = parameter(1.0, unit="-", low=0.3, high=3.0, null=1.0, source="Hoerner (1965)")
     through: tuple = ()  # the drags that depend on attitude
+    plain = "{fluid} resistance that depends on how the body is turned"
     needs = (Need.SPIN,)
 
     def forces(self, bodies, time):
@@ -80,6 +82,7 @@ class WallDrag(DragModifier):
     wall_height: float = parameter(0.0, unit="m", given=True)
     wall_normal: tuple = (0.0, 0.0, 1.0)  # out of the wall, where normal . x = wall_height, world frame (3,)
     through: tuple = ()  # the drags that feel the wall
+    plain = "more {fluid} resistance near a wall or a floor"
     isotropic = False
     dissipative = True
     needs = (Need.FLOOR,)

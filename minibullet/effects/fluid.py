@@ -49,6 +49,7 @@ class LinearDrag(Drag):
 
     # as much as a drag coefficient of 2.5 at 10 m/s
     rate: float = parameter(0.0, unit="1/s", low=0.0, high=25.0, null=0.0, bounds_in="drag")
+    plain = "{fluid} resistance in proportion to the speed"
     form_of = "drag_form"
 
     def forces(self, bodies, time):
@@ -66,6 +67,7 @@ class QuadraticDrag(Drag):
     drag_coefficient: float = parameter(0.0, unit="-", low=0.0, high=2.5, null=0.0, source="Hoerner (1965)", body_known=True)
     fluid_density: float = parameter(AIR_DENSITY, unit="kg/m3", given=True)
     drag_per_metre: float = parameter(0.0, unit="1/m", low=0.0, high=1.0, null=0.0, body_known=False)
+    plain = "{fluid} resistance"
     form_of = "drag_form"
 
     def forces(self, bodies, time):
@@ -87,6 +89,7 @@ class DragCrisis(Drag):
     critical_reynolds: float = parameter(2e5, unit="-", low=5e4, high=5e5, source="Achenbach (1972)", starts=(1e5, 2e5, 4e5))
     fluid_density: float = parameter(AIR_DENSITY, unit="kg/m3", given=True)
     fluid_viscosity: float = parameter(AIR_VISCOSITY, unit="Pa s", given=True)
+    plain = "{fluid} resistance that drops at high speed"
     form_of = "drag_form"
     contains = (QuadraticDrag,)
     needs = (Need.MASS_AND_SIZE,)
@@ -110,6 +113,7 @@ class Buoyancy(ConstantForce):
     fluid_density: float = parameter(0.0, unit="kg/m3", low=0.0, high=1100.0, null=0.0, source="air to brine")
     acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True)
     direction: tuple = (0.0, 0.0, -1.0)  # of gravity, any length, world frame (3,)
+    plain = "the lift of the displaced {fluid}"
     isotropic = False
     group = "fluid"
     alike = "effective_gravity"
@@ -131,6 +135,7 @@ class AddedMass(Effect):
         0.0, unit="-", low=0.0, high=1.5, null=0.0, source="Lamb (1932) art. 92", in_liquid=(0.5, 0.25)
     )  # sphere 1/2, cube 2/3
     fluid_density: float = parameter(WATER_DENSITY, unit="kg/m3", given=True)
+    plain = "{fluid} that has to be set in motion with the body"
     group = "fluid"
     needs = (Need.MASS_AND_SIZE,)
 
@@ -150,6 +155,7 @@ class Magnus(FluidForce):
 
     coefficient: float = parameter(0.0, unit="-", low=-0.5, high=3.0, null=0.0, source="Rubinow and Keller (1961)")
     fluid_density: float = parameter(AIR_DENSITY, unit="kg/m3", given=True)
+    plain = "the side force on a spinning body"
     needs = (Need.MASS_AND_SIZE, Need.SPIN)
 
     def forces(self, bodies, time):
@@ -165,6 +171,7 @@ class SpinDecay(Effect):
     """
 
     rate: float = parameter(0.0, unit="1/s", low=0.0, high=5.0, null=0.0)
+    plain = "the slowing of the spin by the {fluid}"
     dissipative = True
     group = "fluid"
     needs = (Need.ROTATION,)
@@ -193,6 +200,7 @@ class HistoryForce(FluidForce):
     fluid_density: float = parameter(WATER_DENSITY, unit="kg/m3", given=True)
     fluid_viscosity: float = parameter(WATER_VISCOSITY, unit="Pa s", given=True)
     start: float = parameter(0.0, unit="s", given=True)
+    plain = "the drag of the {fluid} that earlier motion has stirred"
     dissipative = True
     needs = (Need.MASS_AND_SIZE, Need.RELEASE)
 
@@ -218,6 +226,7 @@ class GroundCushion(FluidForce):
     fluid_density: float = parameter(AIR_DENSITY, unit="kg/m3", given=True)
     ground_height: float = parameter(0.0, unit="m", given=True)
     ground_normal: tuple = (0.0, 0.0, 1.0)  # out of the ground, where normal . x = ground_height, world frame (3,)
+    plain = "the cushion of {fluid} below a body that lands"
     isotropic = False
     dissipative = True
     needs = (Need.MASS_AND_SIZE, Need.FLOOR)

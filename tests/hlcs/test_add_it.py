@@ -50,8 +50,10 @@ def test_a_diagnosis_ends_with_what_to_write_and_what_to_type(dragged):
     value = found.parameters["quadratic_drag"]["drag_coefficient"]
     assert entry["name"] == "quadratic_drag" and value["low"] < entry["drag_coefficient"] < value["high"]
     assert add["next"] == f"hlcs compare {path}" and add["file"] == str(path) and add["fill_in"] == {}
-    *_, head, place, effects, added, following, _ = str(found).splitlines()
-    assert head == "Add it" and str(path) in place and following == f"  next: hlcs compare {path}"
+    lines = [line.strip() for line in str(found).splitlines()]
+    place = next(number for number, line in enumerate(lines) if line.startswith("To add it, write in"))
+    effects, added, _, following = lines[place + 1 : place + 5]
+    assert lines[place] == f"To add it, write in {path}, under [model]:" and following == f"hlcs compare {path}"
     text = path.read_text() + "\n[model]\n" + effects + "\n" + added  # as the reader is told to
     (path.parent / "typed.toml").write_text(text)
     assert hlcs.compare(path.parent / "typed.toml").added == ("quadratic_drag",)
@@ -85,7 +87,7 @@ def test_what_was_withheld_must_be_filled_in(dragged):
     numbers = {"drag_coefficient": {"value": None, "low": None, "high": None, "unit": "1", "why": "one segment tells it"}}
     found = replace(found, parameters={"quadratic_drag": numbers})
     assert found.add["fill_in"] == {"quadratic_drag.drag_coefficient": "one segment tells it"}
-    assert 'fill in first: quadratic_drag.drag_coefficient ("fill in" stands for it): one segment tells it' in str(found)
+    assert 'Fill in first: quadratic_drag.drag_coefficient ("fill in" stands for it): one segment tells it' in str(found)
     mended = found.apply(hlcs.Experiment.read(path)).save(path.parent / "withheld.toml")
     with pytest.raises(
         hlcs.InputError, match="withheld.toml, line .*quadratic_drag: drag_coefficient = 'fill in' must be a finite"
@@ -99,7 +101,7 @@ def test_what_was_withheld_must_be_filled_in(dragged):
 @pytest.mark.parametrize("verdict", ["ambiguous", "unexplained"])
 def test_what_is_not_proved_is_added_with_that_word(dragged, verdict):
     _, found = dragged
-    assert "Add it: it can be added, and is not proved: " in str(replace(found, verdict=verdict))
+    assert "It can be added, and is not proved: " in str(replace(found, verdict=verdict))
     assert replace(found, verdict=verdict).add["toml"] == found.add["toml"]
 
 
@@ -109,7 +111,7 @@ def test_the_others_of_an_ambiguous_set_are_written_out_too(tmp_path):
     found = hlcs.diagnose(path, candidates=["tilted_gravity", "tilted_frame"])
     (instead,) = found.alternatives
     assert {found.effects[0], instead[0]["name"]} == {"tilted_gravity", "tilted_frame"}
-    assert f'  or instead: {{ name = "{instead[0]["name"]}", angle_x = ' in str(found)
+    assert f'or instead: {{ name = "{instead[0]["name"]}", angle_x = ' in str(found)
     assert all(hlcs.compare(path, effects=entries).adequate for entries in (found.entries, instead))
 
 
@@ -117,7 +119,7 @@ def test_where_nothing_was_found_nothing_is_added(tmp_path):
     path = write_throws(tmp_path)
     found = hlcs.diagnose(path, candidates=["quadratic_drag"])
     experiment = hlcs.Experiment.read(path)
-    assert found.verdict == "complete" and found.to_json()["add"] is None and "Add it" not in str(found)
+    assert found.verdict == "complete" and found.to_json()["add"] is None and "To add it" not in str(found)
     assert found.apply(experiment) is experiment
 
 

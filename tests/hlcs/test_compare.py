@@ -51,7 +51,7 @@ def test_outcome_table_against_the_law_of_fall(tmp_path):
     frame = comparison.to_dataframe()  # its own columns, under their own names
     assert list(frame["height_m"]) == sorted(heights) and set(frame["channel"]) == {"fall_time_s"} and "speed" not in frame
     labels = [axes.get_xlabel() for axes in comparison.plot() if axes.axison]
-    assert labels == ["model [s]", "height_m"]  # no panel for inputs that the table has not
+    assert labels == ["model [s]", "height [m]"]  # no panel for inputs that the table has not
 
 
 def reorder(path, *, marker="", step=7):

@@ -94,7 +94,9 @@ def test_result_file_and_pictures(tmp_path):
         "next_experiment",
     } <= set(answer)
     assert answer["candidates"][0]["accepted"] and answer["adequate"]["after"] is True
-    assert (folder / "report.html").read_text().count("data:image/png") == 1
+    pictures = {path.stem for path in folder.glob("*.png")} - {"diagnosis"}
+    assert {"fit", "ranking", "error", "residuals_time"} <= pictures
+    assert (folder / "report.html").read_text().count("data:image/png") == len(pictures)
     assert "tilted_gravity" in (folder / "model.toml").read_text()
     assert "tilted_gravity" in str(diagnosis.model) and len(diagnosis.plot()) == 4
 

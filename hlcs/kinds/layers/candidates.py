@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.effects import Candidate, Free
+from hlcs.effects import Candidate, Free, classes
 from hlcs.placement.grids import Grid
 from hlcs.placement.sea_bottom import Flat, Slope
 from minibullet import effects
@@ -20,6 +20,34 @@ from minibullet.errors import InputError
 
 NEAR = 0.2  # by which a coefficient of contact of a known material is off, as a rule
 TIP_OVER_LOW = 1.40428 - 1.29826  # how much higher a unit stands on a tip than in its lowest pose [Dn]
+
+
+# in plain words, after "the data show": what has no class of its own in the library
+WORDS = {
+    "bottom_roughness": "a rough bottom",
+    "settlement": "a bottom that gives way at once",
+    "ground_softness": "a ground that yields under the load",
+    "contact_compliance": "contacts that yield under the load",
+    "placement_scatter": "units that are placed off their marks at random",
+    "placement_offset": "units that are all placed off their marks to one side",
+    "yaw_constraint": "units that keep their heading",
+    "lost_units": "units that are lost",
+    "vibration": "shaking of the structure",
+    "falling_distance": "the falling distance",
+    "sequential_placement": "units that are placed one after the other",
+    "loose_lower_layers": "lower layers that stay loose",
+    "grid_spacing": "a grid wider or narrower than stated",
+    "orientation_bias": "units of the first layer that stand on a tip",
+    "plate_bias": "plates that read too high or too low",
+    "campaign_offset": "campaigns that read differently",
+    "time_step": "a time step of the model that is too long",
+    "iterations": "a solver that stops too early",
+    "convex_hull_shape": "another shape of the units than the model has",
+    "damping": "damping of the motion",
+    "friction_combination": "friction coefficients that are multiplied in a contact",
+    "friction_pyramid": "friction that is limited along two axes, not around",
+}
+STATED = {"restitution", "friction", "falling_distance"}  # numbers of the model under test that are called by their own name
 
 
 class RestHeight(Facts):
@@ -62,7 +90,14 @@ def library(test, sets):
         "measurement": _measurement(sets),
         "numerics": _numerics(test),
     }
-    candidates = [replace(member, family=family) for family, members in families.items() for member in members if member]
+    candidates = [
+        replace(
+            member, family=family, words=WORDS.get(member.name) or classes()[member.name].plain, setting=member.name in STATED
+        )
+        for family, members in families.items()
+        for member in members
+        if member
+    ]
     return tuple(sorted(candidates, key=lambda candidate: candidate.name))
 
 

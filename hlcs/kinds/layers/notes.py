@@ -52,7 +52,9 @@ def set_notes(problem, model):
         ratio = ""
         if measured_set.layers > 1 and np.any(measured.cv[1:] > 0) and np.any(simulated.cv[1:] > 0):
             upper = (Sample(*(part[1:] for part in sample)) for sample in (measured, simulated))
-            ratio = "; scatter between tests {:.1f} times the model's (p = {:.2g})".format(*statistics.scatter_ratio(*upper))
+            times, p = statistics.scatter_ratio(*upper)
+            chance = "p < 0.001" if p < 0.001 else f"p = {p:.2g}"  # beyond that it is the law of Fisher's F that speaks, not data
+            ratio = f"; scatter between tests {times:.1f} times the model's ({chance})"
         notes.append(
             f"{measured_set.name}: eps_R {100 * statistics.mean_relative_error(measured.mean, simulated.mean):.2f} % (a perfect "
             f"model {100 * perfect.mean:.2f} %, below {100 * perfect.quantile:.2f} % in 95 of 100), bias "

@@ -223,10 +223,10 @@ def test_what_a_diagnosis_finds_is_written_and_its_next_command_compares_it(hlcs
     diagnose = ["diagnose", "case/experiment.toml", "--candidates", "quadratic_drag"]
     status, text, _ = hlcs(*diagnose, "--apply", "mended/new.toml", "--json", "d.json")
     add = json.loads((tmp_path / "d.json").read_text())["add"]
-    assert status == 0 and add["next"] == "hlcs compare mended/new.toml --allow-outside" and f"next: {add['next']}" in text
+    assert status == 0 and add["next"] == "hlcs compare mended/new.toml --allow-outside" and f"    {add['next']}\n" in text
     assert add["toml"].startswith('{ name = "quadratic_drag", drag_coefficient = 0.46')
     status, text, _ = hlcs(*add["next"].split()[1:])
-    assert status == 0 and "Added: quadratic_drag" in text and "  before " in text and "  after " in text
+    assert status == 0 and "With quadratic drag added the error goes from" in text and "  before " in text and "  after " in text
 
     status, text, errors = hlcs(*diagnose, "--apply", "case/experiment.toml")
     assert (status, text) == (2, "") and "is there already and was not written by this program" in errors

@@ -34,7 +34,7 @@ def test_every_class_with_a_number_to_be_found_is_a_candidate_and_gravity_is_non
 @pytest.mark.parametrize("name", sorted(classes()))
 def test_facts_of_a_class_are_values_of_their_kind(name):
     kind = classes()[name]
-    assert kind.group and all(isinstance(need, Enum) for need in kind.needs)
+    assert kind.group and kind.plain and all(isinstance(need, Enum) for need in kind.needs)
     assert not (kind.alike and kind.form_of) and all(issubclass(other, Effect) for other in kind.contains)
     for number in parameters(kind).values():
         starts = number.starts or (number.default,)
@@ -121,3 +121,18 @@ def test_own_classes_need_a_number_that_can_be_absent():
         own_classes([effects.Gravity])
     with pytest.raises(InputError, match="not an effect"):
         own_classes([float])
+
+
+def test_no_two_classes_are_called_the_same_in_plain_words():
+    """And every name reads on after "the data show": no capital, no full stop, no underscore of a name."""
+    words = [kind.plain for kind in classes().values()]
+    assert len(set(words)) == len(words)
+    assert all(text[0].islower() or text.startswith("{fluid}") for text in words) and not any("_" in text for text in words)
+
+
+def test_a_law_is_called_by_the_fluid_it_acts_in_and_one_of_the_users_own_by_its_name():
+    drag = candidate(class_named("quadratic_drag"), AIR, rigid_body(Body("sphere", radius=0.1, mass=1.0)), True)
+    water, oil = Surroundings(fluid_density=1000.0), Surroundings(fluid_density=860.0)
+    fluids = [drag.called(around.fluid) for around in (AIR, water, oil)]
+    assert fluids == ["air resistance", "water resistance", "liquid resistance"]
+    assert candidate(Breeze, AIR, rigid_body(Body()), True, own=True).called() == "breeze"

@@ -1,11 +1,20 @@
 """What is told of every candidate of a search."""
 
+import re
+
+import numpy as np
 import pytest
-from linear_models import sets
+from linear_models import LAWS, Bend, sets
 
 from hlcs.effects import Candidate, classes
+from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.records import Reason
 from hlcs.selection.findings import candidate_findings, set_label
+from hlcs.selection.search import Search
+from hlcs.selection.sets import FittedSets
+from hlcs.selection.verdict import starts_share
+from hlcs.selection.verdict import told as as_told
+from hlcs.simulation.model import Model
 
 
 def told(found, absent=()):
@@ -39,3 +48,57 @@ def test_the_smallest_value_that_the_data_would_have_shown_has_its_unit(generato
 def test_sets_of_look_alikes_are_named_where_two_of_them_are_alike():
     buoyancy, clock, magnus = (Candidate(name, classes()[name], ()) for name in ("buoyancy", "time_scale", "magnus"))
     assert set_label(buoyancy, [clock]) == " (effective_gravity)" and set_label(buoyancy, [magnus]) == ""
+
+
+def lines(slope, generator, bend=0.0):
+    """FittedSets of four recordings that rise by `slope` a second; noise 0.05."""
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    values = [slope * t + 0.05 * generator.standard_normal(25) for t in times]
+    problem = Bend(times, values, 0.05, ["a", "b", "a", "b"])
+    problem.bend = bend
+    search = Search(problem, LAWS.values(), problem.fit(Model())).run()
+    return FittedSets(search, CrossValidation(problem.trials, "group"))
+
+
+def test_a_law_that_only_an_impossible_number_would_fit_is_said_to_be_beyond_its_end(generator):
+    """A rate below zero is no drag: the lines fall, and nothing else is tried."""
+    for finding in told(lines(-3.0, generator)):
+        assert not finding.accepted and finding.reason is Reason.BEYOND_ITS_LAW
+        share = re.search(
+            r"the data would have rate below 0, where the law ends; then (\d+) % of the misfit would go", finding.why
+        )
+        assert int(share[1]) >= 99  # noise is 0.05 beside lines that fall by 6
+
+
+def test_what_is_not_seen_falls_short_of_its_price(generator):
+    """Noise alone: the fall is what chance explains, and the sentence never says that a larger fall is less than a price."""
+    for finding in told(lines(0.0, generator)):
+        assert finding.reason in (Reason.NOT_SEEN, Reason.BEYOND_ITS_LAW)
+        if finding.reason is Reason.NOT_SEEN:
+            fall, short = map(
+                float, re.search(r"would fall by ([\d.]+), which is ([\d.]+) less than the price", finding.why).groups()
+            )
+            assert fall < 12 and short > 0 and short == pytest.approx(-finding.evidence, abs=0.06)
+
+
+def test_every_finding_tells_what_remains_with_it(generator):
+    """With the right law noise alone, 1 +- sqrt(2/95); with the other, which bends, far more."""
+    first, second = told(sets(0.3, generator))
+    assert first.remains["effects"] == ["linear_drag"] and first.remains["chi2_per_freedom"] == pytest.approx(1.0, abs=0.45)
+    assert not first.remains["foreseen"] and first.remains["error"] == first.fitted
+    assert second.remains["chi2_per_freedom"] > 5 * first.remains["chi2_per_freedom"]
+    assert first.called.startswith("air resistance") and first.lacking
+
+
+def test_the_starts_take_their_share_of_the_noise(generator):
+    """One constant fitted to 25 readings takes 1/25 of their variance."""
+    found = sets(0.3, generator)
+    assert starts_share(found.search.problem, found.search.base) == pytest.approx(1 / 25)
+
+
+def test_a_number_tells_what_the_model_states_and_what_is_usual_where_it_is_not():
+    (free,) = LAWS["linear_drag"].free
+    number = {"value": 2.0, "low": 1.0, "high": 3.0, "unit": "1/s"}
+    assert as_told(number, free, False) == number
+    assert as_told(number, free, True) == number | {"stated": 0.0}
+    assert as_told(number | {"value": 20.0}, free, False)["usual"] == "0 to 10 1/s"

@@ -36,13 +36,16 @@ def test_the_report_gathers_what_was_not_tried_by_its_reason_not_by_its_words():
     fewer = replace(absent[0], effect="c", **Reason.ON_FEWER_RECORDINGS(count=3, why=absent[0].why)._asdict())
     quoted = Finding("d", None, None, None, False, why="not tried: so says the user", reason=Reason.NOT_SEEN)
     text = str(diagnosis(*absent, fewer, quoted))
-    assert "  not tried, there is no floor: a, b\n" in text + "\n"
-    assert "on 3 recordings: not tried: there is no floor" in text and "  not tried: so says the user" in text
+    assert "- not tried, there is no floor: a, b\n" in text
+    assert "- c: tried on fewer recordings" in text and "- d: not seen" in text
+    details = diagnosis(*absent, fewer, quoted).summary(details=True)
+    assert "on 3 recordings: not tried: there is no floor" in details and "  not tried: so says the user" in details
 
 
 def test_the_report_says_why_a_number_is_withheld():
     entry = {"value": None, "low": None, "high": None, "unit": "1", "why": "too few segments tell it"}
     held = replace(diagnosis(), parameters={"friction": {"coefficient": entry}})
-    line = next(line for line in str(held).splitlines() if "coefficient" in line)
-    assert line.split() == ["friction", "coefficient", "withheld", *entry["why"].split()]
+    lines = [line.split() for line in str(held).splitlines() if "coefficient" in line]
+    assert lines[0] == ["friction", "coefficient", "withheld"]
+    assert lines[1] == ["friction", "coefficient", "withheld:", *entry["why"].split()]
     assert json.loads(json.dumps(held.to_json()))["parameters"]["friction"]["coefficient"] == entry

@@ -163,7 +163,7 @@ def test_report_and_files(tmp_path, simulator):
     found.save(tmp_path)
     assert read_experiment_file(tmp_path / "model.toml").data_file == tmp_path / "layers.csv"  # no copy where it is below already
     assert {path.name for path in folder.iterdir()} >= {"result.json", "report.html", "diagnosis.png", "model.toml"}
-    rows = {line.split()[0].lstrip("*") for line in found.summary().splitlines() if line}
+    rows = {line.split()[0].lstrip("*") or line.split()[1] for line in found.summary(details=True).splitlines() if line}
     assert {finding.effect for finding in found.candidates if finding.evidence is not None} <= rows
 
 

@@ -1,0 +1,366 @@
+"""The pictures of a Diagnosis: each a function that takes `ax=None` and returns Axes, one message in each, told by its title."""
+
+import textwrap
+
+import numpy as np
+
+from hlcs.report.figures import (
+    AFTER,
+    BEFORE,
+    CHANNEL,
+    INK,
+    LINE,
+    NOISE,
+    RESIDUAL,
+    SIZE,
+    axis_label,
+    given_axes,
+    legend,
+    plain,
+    residuals,
+    root_mean_square,
+    scaled,
+    unpowered,
+)
+from hlcs.report.leftover import ALIKE, neighbours, spectrum
+from hlcs.report.ranking import ranking
+from hlcs.report.sentences import NEAR_NOISE, error_of
+from hlcs.report.words import capital, joined, size, words
+
+TALL = (4.5, 5.0)  # of two panels, one above the other [inch]
+WIDEST = 16  # letters of a name below an axis
+NAMED = 18  # room for the names of sets between panel and title [points]
+
+
+def diagnosis_panels(diagnosis, ax=None):
+    """Fit, what is left, what remains with each candidate, and the error falling to the noise; returns the four Axes."""
+    axes = given_axes(ax, 2, 2, (11, 8))
+    if diagnosis.pictures:
+        fit_panel(diagnosis, axes[0])
+        left_panel(diagnosis, diagnosis.pictures.over, axes[1])
+    ranking_panel(diagnosis, axes[2])
+    error_panel(diagnosis, axes[3])
+    found = f" ({joined(diagnosis.effects)})" if diagnosis.effects else ""
+    axes[0].figure.suptitle(f"{diagnosis.title}: {diagnosis.verdict}{found}", fontsize=12, x=0.01, ha="left", parse_math=False)
+    return axes
+
+
+def pictures(diagnosis):
+    """{name: (Axes, caption)} of all pictures that have something to show, each a figure of its own."""
+    found = {}
+    if diagnosis.pictures:
+        shown = "The recording that the model missed most." if diagnosis.pictures.channels else "All rows of the table."
+        found["fit"] = fit_panel(diagnosis), shown
+    if diagnosis.steps:
+        starts = (diagnosis.error.get("fitted") or {}).get("starts")
+        found["error"] = error_panel(diagnosis), _ERROR + (_STARTS if starts else "")
+    if ranking(diagnosis):
+        found["ranking"] = ranking_panel(diagnosis), _RANKING
+    if diagnosis.pictures:
+        for column in against(diagnosis.pictures):
+            found[f"residuals_{column}"] = residual_panels(diagnosis, column), _RESIDUALS
+        if len(np.unique(diagnosis.pictures.before["trial"])) > 1:
+            found["residuals_by_recording"] = (
+                recording_panels(diagnosis),
+                "One mark for each recording and channel. 1 is noise alone.",
+            )
+        left = spectrum(diagnosis.pictures.after)
+        if left and left.hides_a_period:
+            found["spectrum"] = spectrum_panel(diagnosis), "What is left, split into frequencies. White noise would lie near 1."
+    return found
+
+
+_ERROR = "Dotted: the noise."
+_STARTS = " Hatched: the share of it that the fitted starts take up; a perfect model would end at its lower edge."
+_RANKING = "Further left is better; 1 is noise alone. Filled: found. Open: foreseen from slopes, not fitted."
+_RECORDINGS = "One mark for each recording and channel; 1 is noise alone. The lower panel has a scale of its own."
+_RESIDUALS = "Above zero the model is too low. Grey: two sigma of the noise. The lower panel has a scale of its own."
+
+
+def against(pictures):
+    """The columns that residuals are drawn against."""
+    return [name for name in ("time", "height", "speed") if name in pictures.before] or [pictures.over]
+
+
+# --- measured and modelled --------------------------------------------------------------------------------------------------
+
+
+def fit_panel(diagnosis, ax=None):
+    """Measured and modelled, before and after: of the channel of a recording where the model misses most, or of all rows."""
+    axes = given_axes(ax)
+    pictures = diagnosis.pictures
+    if pictures.channels:
+        _fit_of_recording(axes[0], diagnosis)
+    else:
+        _fit_of_table(axes[0], diagnosis)
+    return axes
+
+
+def _fit_of_recording(ax, diagnosis):
+    pictures = diagnosis.pictures
+    before, after = pictures.before, pictures.after
+    trial, channel = _worst(before)
+    inside = (before["trial"] == trial) & (before["channel"] == channel)
+    unit, x = pictures.units[channel], before[pictures.over][inside]
+    ax.plot(x, before["measured"][inside], ".", color=INK, ms=5, label="measured")
+    ax.plot(x, _unjoined(before["model"][inside], unit), "--", color=BEFORE, lw=1.6, label="model as it is")
+    told = f"missed by {size(_largest(before, inside), unit)} at most"
+    if diagnosis.effects:
+        ax.plot(x, _unjoined(after["model"][inside], unit), "-", color=AFTER, lw=1.6, label="with what was found")
+        told += f", now by {size(_largest(after, inside), unit)}"
+    legend(ax)
+    plain(ax, f"{pictures.trials[trial]}: {told}", pictures.label, f"{pictures.channels[channel]} [{unit}]")
+
+
+def _unjoined(values, unit):
+    """Angles with a gap where they jump by a turn, so that no line is drawn there; else the values themselves."""
+    if unit != "rad":
+        return values
+    return np.where(np.abs(np.diff(values, prepend=values[:1])) > np.pi, np.nan, values)
+
+
+def _largest(table, inside):
+    return float(np.max(np.abs(table["residual"][inside])))
+
+
+def _worst(table):
+    """Recording and channel with the largest misfit in sigma."""
+    pairs = table["trial"] * 6 + table["channel"]
+    names, index = np.unique(pairs, return_inverse=True)
+    pair = names[np.argmax(np.bincount(index, table["sigmas"] ** 2) / np.bincount(index))]
+    return int(pair // 6), int(pair % 6)
+
+
+def _fit_of_table(ax, diagnosis):
+    """Marks alone where rows are experiments of their own; of layers a line through those of one set, never from set to set."""
+    pictures = diagnosis.pictures
+    before, after, layers = pictures.before, pictures.after, "layer" in pictures.before
+    styles = [("measured", before, "measured", ".", INK), ("model as it is", before, "model", "s", BEFORE)]
+    if diagnosis.effects:
+        styles.append(("with what was found", after, "model", "^", AFTER))
+    for name, table, column, mark, colour in styles:
+        hollow = {} if column == "measured" else {"mfc": "none"}
+        if not layers:
+            ax.plot(table[pictures.over], table[column], mark, color=colour, ms=6, label=name, **hollow)
+            continue
+        for first, inside in enumerate(sets_of(table)):
+            label = name if not first else None
+            ax.plot(
+                table[pictures.over][inside], table[column][inside], f"{mark}-", color=colour, lw=1, ms=6, label=label, **hollow
+            )
+    if layers:
+        _name_sets(ax, before, pictures)
+    legend(ax, below=layers)
+    unit = diagnosis.error.get("unit") or ""
+    outcome = axis_label(diagnosis.where[0]["channel"]) if diagnosis.where and "channel" in diagnosis.where[0] else f"[{unit}]"
+    told = f"{'layer coefficients' if layers else 'all rows'}: error {_fall(diagnosis)}"
+    y, pad = ("layer coefficient [Dn]", NAMED) if layers else (outcome, None)
+    plain(ax, capital(told), _label(pictures, pictures.over), y, pad)
+
+
+def _fall(diagnosis):
+    """The fitted error before and after, in words."""
+    error, unit = diagnosis.error.get("fitted"), diagnosis.error.get("unit", "")
+    if not error:
+        return "unknown"
+    return f"{size(error['before'], unit)}" + (f" -> {size(error['after'], unit)}" if diagnosis.effects else "")
+
+
+def sets_of(table):
+    """Where each set of layers stands in a table, list of index arrays."""
+    return [np.flatnonzero(table["trial"] == trial) for trial in np.unique(table["trial"])]
+
+
+def _name_sets(ax, table, pictures):
+    """Numbers of the layers at the axis, and the name of each set above its own."""
+    ax.set_xticks(table[pictures.over], [str(layer) for layer in table["layer"]])
+    for inside in sets_of(table):
+        middle = float(np.mean(table[pictures.over][inside]))
+        name = pictures.trials[int(table["trial"][inside[0]])]
+        ax.annotate(name, (middle, 1.0), xycoords=("data", "axes fraction"), ha="center", va="bottom", fontsize=8)
+        if inside[0]:
+            ax.axvline(table[pictures.over][inside[0]] - 0.5, color=NOISE, lw=LINE)
+
+
+# --- residuals --------------------------------------------------------------------------------------------------------------
+
+
+def residual_panels(diagnosis, column, ax=None):
+    """Residuals before and, at a scale of its own, what is left, against one column; two Axes, or one where nothing was found."""
+    axes = given_axes(ax, 2, 1, TALL) if diagnosis.effects else given_axes(ax)
+    label = _label(diagnosis.pictures, column)
+    name = label.split(" [")[0].split(":")[0]
+    tables = [("before", diagnosis.pictures.before), ("after", diagnosis.pictures.after)]
+    for ax, (when, table) in zip(axes, tables, strict=False):
+        _residuals(ax, diagnosis, table, column)
+        told = f"{when.capitalize()}: " if diagnosis.effects else ""
+        told += f"{root_mean_square(table['sigmas']):.2g} sigma, against {name}"
+        plain(ax, told, label, RESIDUAL, NAMED if "layer" in table else None)
+    if len(np.unique(diagnosis.pictures.before["channel"])) > 1:
+        legend(axes[0], ncols=3)
+    return axes
+
+
+def left_panel(diagnosis, column, ax=None):
+    """What is left after what was found, against one column; one Axes."""
+    axes = given_axes(ax)
+    pictures = diagnosis.pictures
+    _residuals(axes[0], diagnosis, pictures.after, column)
+    if len(np.unique(pictures.after["channel"])) > 1:
+        legend(axes[0], ncols=3)
+    now, then = (root_mean_square(table["sigmas"]) for table in (pictures.after, pictures.before))
+    told = f"What is left: {now:.2g} sigma" + (f" ({then:.2g} before)" if diagnosis.effects else "")
+    plain(axes[0], told, _label(pictures, column), RESIDUAL, NAMED if "layer" in pictures.after else None)
+    return axes
+
+
+def _label(pictures, column):
+    """Label of the axis that residuals are drawn over."""
+    return "layer" if "layer" in pictures.before else axis_label(pictures.label if column == pictures.over else column)
+
+
+def _residuals(ax, diagnosis, table, column):
+    pictures = diagnosis.pictures
+    channels = pictures.channels if len(np.unique(table["channel"])) > 1 else ()
+    joined_up = "layer" in table or column == "time" and neighbours(table) > ALIKE  # of noise alone lines show nothing
+    residuals(ax, table, column, channels, lines=joined_up)
+    if "layer" in table:
+        _name_sets(ax, table, pictures)
+
+
+def recording_panels(diagnosis, ax=None):
+    """Misfit of each recording and channel, before and after at a scale of its own; two Axes, one where nothing was found."""
+    axes = given_axes(ax, 2, 1, TALL) if diagnosis.effects else given_axes(ax)
+    pictures = diagnosis.pictures
+    for ax, (when, table) in zip(axes, [("Before", pictures.before), ("After", pictures.after)], strict=False):
+        for channel in np.unique(table["channel"]):
+            trials = np.unique(table["trial"])
+            size_of = [root_mean_square(table["sigmas"][(table["trial"] == k) & (table["channel"] == channel)]) for k in trials]
+            mark, colour = CHANNEL[int(channel) % len(CHANNEL)]
+            label = pictures.channels[int(channel)] if pictures.channels else None
+            ax.plot(trials + 1, size_of, mark, color=colour, ms=5, alpha=0.8, label=label)
+        ax.axhline(1.0, color=INK, ls=":", lw=LINE)
+        ax.set_ylim(bottom=0)
+        what = "sets" if "layer" in table else "recordings" if pictures.channels else "groups"
+        plain(
+            ax, f"{when + ': ' if diagnosis.effects else ''}how far the {what} are missed", what[:-1], "rms [sigma of the noise]"
+        )
+        ax.xaxis.get_major_locator().set_params(integer=True)
+    if len(np.unique(pictures.before["channel"])) > 1:
+        legend(axes[0], ncols=3)
+    return axes
+
+
+def spectrum_panel(diagnosis, ax=None):
+    """The periodogram of what is left, its peak marked; one Axes."""
+    axes = given_axes(ax)
+    found = spectrum(diagnosis.pictures.after)
+    channel = diagnosis.pictures.channels[found.channel]
+    axes[0].plot(found.frequency, found.power, "-", color=AFTER, lw=1.2)
+    axes[0].axhline(1.0, color=INK, ls=":", lw=LINE, label="white noise")
+    axes[0].plot([found.peak], [found.power.max()], "v", color=BEFORE, ms=8)
+    legend(axes[0])
+    told = f"What is left swings in {channel}: {found.peak:.3g} Hz, a period of {1 / found.peak:.2g} s"
+    plain(axes[0], told, "frequency [Hz]", "power [that of white noise]")
+    return axes
+
+
+# --- ranking and error ------------------------------------------------------------------------------------------------------
+
+
+def ranking_panel(diagnosis, ax=None, most=9):
+    """Chi-square per degree of freedom that remains with each set of effects that was tried, the model as it is among them."""
+    found = ranking(diagnosis)
+    shown = [row for place, row in enumerate(found) if place < most or not row["effects"]][::-1]
+    heights = np.array([max(len(row["effects"]), 1) for row in shown], float)  # lines of a name
+    places = np.cumsum(heights) - heights / 2
+    axes = given_axes(ax, size=(SIZE[0], 1.0 + 0.25 * heights.sum()))
+    base = next((row["chi2_per_freedom"] for row in found if not row["effects"]), 1.0)
+    values = [max(row["chi2_per_freedom"], 1e-3) for row in shown]
+    for place, row, here in zip(places, shown, values, strict=True):
+        colour = AFTER if row["accepted"] else INK if not row["effects"] else BEFORE
+        axes[0].plot([base, here], [place, place], "-", color=NOISE, lw=1.5, zorder=1)
+        hollow = {"mfc": "white"} if row["foreseen"] else {}
+        axes[0].plot([here], [place], "o", color=colour, ms=8, zorder=2, **hollow)
+    axes[0].set_yticks(places, ["\n+ ".join(row["effects"]) or "as it is" for row in shown], fontsize=9)
+    axes[0].axvline(1.0, color=INK, ls=":", lw=LINE)
+    if values and max(values) > 5 * min(values):
+        axes[0].set_xscale("log")
+        unpowered(axes[0].xaxis, values)
+    plain(axes[0], _ranking_title(diagnosis, found), "chi-square per degree of freedom", "", letters=34)
+    return axes
+
+
+def _ranking_title(diagnosis, found):
+    if not found:
+        return "Nothing was tried"
+    if not diagnosis.effects:
+        return "No effect stands beside the model as it is"
+    row = next((row for row in found if row["accepted"]), None)
+    return f"{row['chi2_per_freedom']:.3g} remains with {joined(diagnosis.effects)}" if row else "What remains"
+
+
+def error_panel(diagnosis, ax=None):
+    """The error after each effect, down to the noise; hatched is what the fitted starts take up of the noise."""
+    axes = given_axes(ax)
+    ax, unit = axes[0], diagnosis.error.get("unit") or ""
+    steps = [step for step in diagnosis.steps if step.get("held_out") is not None or step.get("fitted") is not None]
+    entry = diagnosis.error.get("fitted") or diagnosis.error.get("held_out") or {}
+    noise = entry.get("noise")
+    values = {key: [step.get(key) for step in steps] for key in ("fitted", "held_out")}
+    values = {key: each for key, each in values.items() if each and all(value is not None for value in each)}
+    factor, shown = scaled([*values.values(), [noise or 0.0]], unit)
+    styles = {"fitted": ("o--", BEFORE, "on the fitted data", "none"), "held_out": ("o-", AFTER, "on data left out", AFTER)}
+    for key, each in values.items():
+        style, colour, label, fill = styles[key]
+        ax.plot(
+            range(len(each)), factor * np.array(each), style, color=colour, mfc=fill, ms=8 if fill == "none" else 5, label=label
+        )
+    if noise:
+        _noise_floor(ax, factor * noise, entry.get("starts") or 0.0)
+    names = _new_in_each(steps)
+    ax.set_xticks(range(len(names)), names, fontsize=9)
+    ax.set_xlim(-0.4, max(len(steps) - 0.6, 0.6))
+    largest = max((max(each) for each in values.values()), default=0.0)
+    if noise and largest > 15 * noise:
+        ax.set_yscale("log")
+        unpowered(ax.yaxis, [noise, largest])
+        ax.set_ylim(bottom=0.5 * factor * noise)
+    else:
+        ax.set_ylim(bottom=0)
+    if ax.get_legend_handles_labels()[0]:
+        legend(ax)
+    measure = "rms error" if diagnosis.error.get("measure") != "mean relative error" else "mean relative error"
+    plain(ax, _error_title(diagnosis), "", f"{measure} [{shown}]")
+    return axes
+
+
+def _noise_floor(ax, noise, starts):
+    """The noise, and below it the share that fitted starts take up."""
+    ax.axhline(noise, color=INK, ls=":", lw=1.2, label="noise")
+    if starts > 0.005:
+        low = noise * np.sqrt(1 - starts)
+        ax.axhspan(low, noise, facecolor="none", edgecolor=NOISE, hatch="////", lw=0, label="taken up by the fitted starts")
+
+
+def _new_in_each(steps):
+    """What is new in each step, a line for each effect."""
+    names, known = ["as it is"] if steps else [], set()
+    for step in steps[1:]:
+        new = [f"+ {words(effect)}" for effect in step["effects"] if effect not in known]
+        names.append("\n".join(textwrap.fill(name, WIDEST) for name in new))
+        known.update(step["effects"])
+    return names
+
+
+def _error_title(diagnosis):
+    if not diagnosis.effects:
+        return f"The error of the model: {_fall(diagnosis)}"
+    error = error_of(diagnosis)
+    if not error:
+        return "No error is known"
+    if not diagnosis.adequate.get("after"):
+        ends = "not down to the noise"
+    else:
+        ends = "down to the noise" if error["after"] <= NEAR_NOISE * error["noise"] else "to what noise may be"
+    return f"The error falls, {ends}: {_fall(diagnosis)}"

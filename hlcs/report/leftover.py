@@ -1,0 +1,142 @@
+"""What the residuals that a model leaves look like: how they go with time, height and speed, and whether they swing."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy import signal, stats
+
+from hlcs.report.words import joined
+
+BINS = 12  # of a variable, in which a misfit that all recordings share is looked for
+SHOWN = 0.25  # share of the mean square that a pattern must hold to be told of
+ALIKE = 0.3  # correlation of neighbouring residuals from which they are said to drift
+CYCLES = 3.0  # that a recording must hold of a period: fewer are a drift
+BY_CHANCE = 0.001  # that the largest of all frequencies is as high as that in noise
+MOST_FREQUENCIES = 2000
+WORDS = {"time": "time", "height": "height", "speed": "speed", "input": "the main input", "layer": "the layer"}
+
+
+class Spectrum(NamedTuple):
+    """The periodogram of white residuals of one channel, summed over recordings, in units of their own mean."""
+
+    channel: int
+    frequency: np.ndarray  # (k,) [Hz]
+    power: np.ndarray  # (k,) 1 = as white noise of the same size
+    peak: float  # frequency of the largest [Hz]
+    p: float  # of a peak as high in white noise, all frequencies and channels counted
+    amplitude: float  # of the swing at the peak, root mean square over recordings, in the unit of the channel
+    slowest: float  # frequency of which a recording holds enough periods to tell it from a drift [Hz]
+
+    @property
+    def hides_a_period(self):
+        """Is the peak more than chance, and no end of a slow drift?"""
+        return self.p < BY_CHANCE and self.peak >= self.slowest
+
+
+def spectrum(table):
+    """The Spectrum of the channel with the clearest peak in a table of observations; None where there are too few samples."""
+    return next(iter(spectra(table)), None)
+
+
+def spectra(table):
+    """The Spectrum of each channel of a table of observations, the clearest peak first; without those of too few samples.
+
+    Lomb's periodogram (N. R. Lomb, Astrophys. Space Sci. 39 (1976) 447) of each recording, normalised by its own mean square, so
+    that in white noise the sum over M recordings follows a gamma law of shape M.
+    """
+    if "time" not in table:
+        return []
+    found = [each for channel in np.unique(table["channel"]) if (each := _channel_spectrum(table, channel))]
+    counted = [each._replace(p=min(1.0, each.p * len(found))) for each in found]
+    return sorted(counted, key=lambda each: (each.p, -each.power.max()))
+
+
+def _channel_spectrum(table, channel):
+    parts = []
+    for trial in np.unique(table["trial"]):
+        inside = (table["trial"] == trial) & (table["channel"] == channel)
+        if inside.sum() >= 16:
+            parts.append((table["time"][inside], table["white"][inside], table["residual"][inside]))
+    if not parts:
+        return None
+    longest = max(np.ptp(times) for times, _, _ in parts)
+    step = min(float(np.median(np.diff(times))) for times, _, _ in parts)
+    lowest, highest = 1 / longest, 0.5 / step
+    if not CYCLES * lowest < highest:
+        return None
+    count = min(int(2 * (highest - lowest) * longest) + 2, MOST_FREQUENCIES)
+    frequency = np.linspace(lowest, highest, count)
+    total, swing = np.zeros(count), np.zeros(count)
+    for times, white, residual in parts:
+        white, residual = white - white.mean(), residual - residual.mean()
+        total += signal.lombscargle(times, white, 2 * np.pi * frequency) / max(np.mean(white**2), 1e-300)
+        swing += 4 * signal.lombscargle(times, residual, 2 * np.pi * frequency) / len(times)  # squares of amplitudes
+    place = int(np.argmax(total))
+    p = min(1.0, count * float(stats.gamma.sf(total[place], len(parts))))
+    amplitude = float(np.sqrt(swing[place] / len(parts)))
+    return Spectrum(int(channel), frequency, total / len(parts), float(frequency[place]), p, amplitude, CYCLES * lowest)
+
+
+def common_pattern(table):
+    """(variable, share): the variable that residuals go with most in all recordings alike, and what share of their mean square
+    its bins hold beyond what chance puts there; None where there is none."""
+    known = [name for name in ("time", "height", "speed", "layer", "input") if name in table]
+    found = [(name, _binned(table, name)) for name in known]
+    return max(found, key=lambda each: each[1], default=None)
+
+
+def _binned(table, name):
+    """Share of the mean square of residuals that the means of bins of a variable hold, channel by channel, less chance."""
+    values, white = np.asarray(table[name], float), table["sigmas"]
+    edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)[1:-1]))
+    label = np.asarray(table["channel"]) * (BINS + 1) + np.searchsorted(edges, values)
+    _, index, counts = np.unique(label, return_inverse=True, return_counts=True)
+    means = np.bincount(index, white) / counts
+    total, spread = float(np.sum(white**2)), float(np.sum((white - means[index]) ** 2))
+    freedom = len(white) - len(counts)
+    if freedom <= 0 or total <= 0:
+        return 0.0
+    return max(0.0, 1 - spread / total * len(white) / freedom)
+
+
+def own_offset(table):
+    """Share of the mean square of residuals that one offset of each recording and channel holds, less chance [-]."""
+    chain, white = table["trial"] * 6 + table["channel"], table["sigmas"]
+    _, index, counts = np.unique(chain, return_inverse=True, return_counts=True)
+    means, freedom = np.bincount(index, white) / counts, len(white) - len(counts)
+    total = float(np.sum(white**2))
+    if freedom <= 0 or total <= 0:
+        return 0.0
+    return max(0.0, 1 - float(np.sum((white - means[index]) ** 2)) / total * len(white) / freedom)
+
+
+def neighbours(table):
+    """Correlation of each white residual with the next one of its recording and channel [-]."""
+    chain, white = table["trial"] * 6 + table["channel"], table.get("white", table["sigmas"])
+    pairs = chain[1:] == chain[:-1]
+    return float(np.sum(white[1:][pairs] * white[:-1][pairs]) / max(np.sum(white[:-1][pairs] ** 2), 1e-300))
+
+
+def likeness(table, channels=(), units=()):
+    """What the residuals of a table of observations look like, in a sentence without its full stop."""
+    swings = [each for each in spectra(table) if each.hides_a_period]
+    if swings:
+        found = swings[0]
+        alike = [each.channel for each in swings if abs(each.peak - found.peak) < found.slowest / CYCLES]
+        channel = f" in {joined(channels[each] for each in sorted(alike))}" if channels else ""
+        size = f", {1e3 * found.amplitude:.2g} mm high" if units and units[found.channel] == "m" else ""
+        return f"it swings {found.peak:.3g} times a second{channel} (a period of {1 / found.peak:.3g} s{size})"
+    common = common_pattern(table)
+    if common and common[1] > SHOWN:
+        return f"{100 * common[1]:.0f} % of it goes with {WORDS[common[0]]} in the same way in all recordings"
+    if "time" not in table:
+        return "it goes with no input: rows scatter more than the noise says"
+    offset = own_offset(table)
+    if offset > SHOWN:
+        return f"{100 * offset:.0f} % of it is an offset that each recording has of its own"
+    drift = neighbours(table)
+    if drift > ALIKE:
+        return (
+            f"it drifts slowly, in each recording in a way of its own (neighbouring residuals are alike to {100 * drift:.0f} %)"
+        )
+    return "it has no pattern that could be named: it scatters from sample to sample, more than the noise says"

@@ -1,0 +1,304 @@
+"""The first sentences of a report: what was found, what it removes, what is left; for a first-year student and an engineer."""
+
+import math
+
+from hlcs.report.document import Points
+from hlcs.report.leftover import likeness
+from hlcs.report.words import capital, joined, share, size, value, words
+
+NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
+NOTHING_MORE = "Nothing more is missing."
+SLIGHT = 0.1  # of the noise, below which a bias is not worth a sentence
+SMALL = 0.02  # share of the error below which its fall is told by chi-square instead
+
+
+def opening(diagnosis):
+    """The first sentences of a Diagnosis: list of sentences and Points."""
+    told = {
+        "complete": _complete,
+        "effect": _effect,
+        "ambiguous": _ambiguous,
+        "unexplained": _unexplained,
+        "cannot_judge": _cannot_judge,
+    }[diagnosis.verdict](diagnosis)
+    return [*told, *_tolerance(diagnosis)]
+
+
+# --- what an effect is called -----------------------------------------------------------------------------------------------
+
+
+def called(diagnosis, name):
+    """An effect in plain words; its name where no candidate tells."""
+    return next((entry.called for entry in diagnosis.candidates if entry.effect == name and entry.called), words(name))
+
+
+def effect_sentence(diagnosis, name):
+    """What was found of one effect, with its numbers: "Air resistance is missing (quadratic drag, drag coefficient ..)." """
+    numbers = diagnosis.parameters.get(name, {})
+    stated = next((entry for entry in numbers.values() if entry.get("stated") is not None and entry["value"] is not None), None)
+    if stated:
+        sentence = f"{capital(called(diagnosis, name))} is {value(stated)}, not {stated['stated']:g}."
+    elif _lacking(diagnosis, name):
+        sentence = f"{capital(called(diagnosis, name))} is missing ({_numbers(name, numbers)})."
+    else:
+        sentence = f"The data show {called(diagnosis, name)} ({_numbers(name, numbers)})."
+    return " ".join([sentence, *_beyond(numbers)])
+
+
+def _lacking(diagnosis, name):
+    return next((entry.lacking for entry in diagnosis.candidates if entry.effect == name), True)
+
+
+def _numbers(name, numbers):
+    """The name of an effect and its numbers; what only says that it is there is no number."""
+    known = {key: entry for key, entry in numbers.items() if key != "switch"}
+    return ", ".join([words(name), *(f"{words(key)} {value(entry)}" for key, entry in known.items())])
+
+
+def _beyond(numbers):
+    """A sentence for each number that is beyond what is usual."""
+    return [
+        f"A {words(key)} of {entry['value']:.3g} is beyond what is known of such bodies ({entry['usual']}): check the inputs "
+        "that it rests on."
+        for key, entry in numbers.items()
+        if "usual" in entry
+    ]
+
+
+# --- what it removes, what is left ------------------------------------------------------------------------------------------
+
+
+def error_of(diagnosis):
+    """The error that counts: on recordings that the numbers were not fitted to, where there are any."""
+    return diagnosis.error.get("held_out") or diagnosis.error.get("fitted")
+
+
+def removal(diagnosis, subject):
+    """How far the error falls, in a sentence; subject: what makes it fall."""
+    error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
+    if not error:  # a kind of measurement may have none
+        return ""
+    before, after = error["before"], error["after"]
+    plural = subject.endswith("they")
+    whose = "their" if plural else "its"
+    where = f", on recordings that {whose} numbers were not fitted to" if diagnosis.error.get("held_out") else ""
+    part = 1 - after / before if before else 0.0
+    if part < SMALL:
+        chi2 = diagnosis.adequate.get("chi2_per_freedom") or {}
+        fall = f", from {chi2['before']:.3g} to {chi2['after']:.3g} times what noise leaves" if chi2.get("after") else ""
+        return f"The {_measure(diagnosis)} stays near {size(after, unit)}; what falls is the square of the misfit{fall}."
+    return (
+        f"{subject} remove{'' if plural else 's'} {share(part)} of the error: {size(before, unit)} before, {size(after, unit)} "
+        f"after{where}."
+    )
+
+
+def _measure(diagnosis):
+    """The error in words."""
+    return "mean relative error" if diagnosis.error.get("measure") == "mean relative error" else "error (root mean square)"
+
+
+def _noise(diagnosis):
+    """What an adequate model leaves is noise, in a sentence."""
+    error = error_of(diagnosis)
+    if not error:
+        return "What is left is noise."
+    noise = size(error["noise"], diagnosis.error.get("unit", ""))
+    if error["after"] <= NEAR_NOISE * error["noise"]:
+        return f"What is left is your noise ({noise})."
+    if diagnosis.kind == "layers":
+        return f"What is left is no more than noise ({noise}), another campaign and another engine would make."
+    return f"What is left cannot be told from your noise ({noise})."
+
+
+def beyond_noise(diagnosis):
+    """The part of the error after, in its unit, that the noise does not account for; None where the noise is as large."""
+    error = error_of(diagnosis)
+    excess = error["after"] ** 2 - error["noise"] ** 2
+    return math.sqrt(excess) if excess > 0 else None
+
+
+def looks(diagnosis):
+    """What is left looks like, and where it is largest: sentences."""
+    told = []
+    if diagnosis.learned is not None:
+        told.append(f"What is left follows a law of its own: {diagnosis.learned.text}.")
+    elif diagnosis.pictures:
+        pictures = diagnosis.pictures
+        told.append(f"What is left: {likeness(pictures.after, pictures.channels, pictures.units)}.")
+    if diagnosis.where:
+        told.append(f"It is largest in {place(diagnosis.where[0], diagnosis.error.get('unit', ''))}.")
+    return told
+
+
+def place(row, unit):
+    """A row of `where` as words, with its size."""
+    channel = f", {row['channel']}" if row.get("channel") and row.get("time") is not None else ""
+    phase = f", {row['phase']}" if row.get("phase") not in (None, "table", "flight") else ""
+    turned = row.get("channel") in ("rx", "ry", "rz")
+    told = f"{row['trial']}{channel}{phase}: {size(row['rms'], 'rad' if turned else unit)}"
+    told += f", {abs(row['sigma']):.2g} times the noise"
+    if row.get("time") is not None:
+        told += f" (most at {row['time']:.3g} s, {row['height']:.3g} m high, {row['speed']:.3g} m/s)"
+    return told
+
+
+# --- one opening for each verdict -------------------------------------------------------------------------------------------
+
+
+def _complete(diagnosis):
+    error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
+    told = ["Nothing is missing at the precision of these data."]
+    if error and error["noise"]:
+        told.append(f"The model misses by {size(error['after'], unit)}. {_noise(diagnosis)}")
+    if any(entry.visible_from for entry in diagnosis.candidates):
+        told.append("An effect that is too small for these data may still be there; how large it would have to be is told below.")
+    return [" ".join(told)]
+
+
+def _effect(diagnosis):
+    found = [effect_sentence(diagnosis, name) for name in diagnosis.effects]
+    subject = "It" if len(found) == 1 else "Together they"
+    first = " ".join(found) if len(found) == 1 else Points(tuple(found))
+    lead = [] if len(found) == 1 else [f"{_count(len(found))} things are missing or wrong, what the data need most first:"]
+    told = [*lead, first, f"{removal(diagnosis, subject)} {_noise(diagnosis)}".strip()]
+    return [*told, *_not_sure(diagnosis)]
+
+
+def _count(number):
+    return {2: "Two", 3: "Three", 4: "Four"}.get(number, str(number))
+
+
+def _not_sure(diagnosis):
+    """Effects without which another set does nearly as well."""
+    smaller = [set(entry["effects"]) for entry in diagnosis.sets[1:] if set(entry["effects"]) < set(diagnosis.effects)]
+    doubtful = [name for name in diagnosis.effects if any(name not in members for members in smaller)]
+    return [f"Less sure is {words(name)}: the data are described nearly as well without it." for name in doubtful]
+
+
+def _ambiguous(diagnosis):
+    choices, common = alternatives(diagnosis)
+    if len(choices) < 2:
+        return _effect(diagnosis)
+    told = [effect_sentence(diagnosis, name) for name in common]
+    which, others = ("Beside that, each" if common else "Each"), "the others" if len(choices) > 2 else "the other"
+    told.append(f"{which} of these explains the data as well as {others}, and these data cannot tell which it is:")
+    told.append(
+        Points(tuple(" ".join(effect_sentence(diagnosis, name) for name in choice) or NOTHING_MORE for choice in choices))
+    )
+    subject = "The first of them, with what stands above," if common else "Each of them"
+    return [*told, f"{removal(diagnosis, subject)} {_noise(diagnosis)}".strip()]
+
+
+def alternatives(diagnosis):
+    """([effects of each set that does as well, without what all of them hold], what all of them hold)."""
+    sets = [list(entry["effects"]) for entry in diagnosis.sets] or [list(diagnosis.effects)]
+    if len(sets) == 1:  # planted by hand, or read from an older file: what takes the place of each
+        sets = [[name] for members in diagnosis.ambiguous for name in members] or sets
+    common = [name for name in sets[0] if all(name in members for members in sets)]
+    return [[name for name in members if name not in common] for members in sets], common
+
+
+def _unexplained(diagnosis):
+    error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
+    told = []
+    if not error:
+        return ["The model fails, and nothing in the library explains all of it."]
+    if diagnosis.effects:
+        told += [_helps(diagnosis), _left_unexplained(diagnosis)]
+    else:
+        told.append(
+            "Something is missing that nothing in the library explains. The model misses by "
+            f"{size(error['before'], unit)}, and the noise is {size(error['noise'], unit)}."
+        )
+        told += _nearest(diagnosis)
+    told.append(" ".join(looks(diagnosis)))
+    return told
+
+
+def _helps(diagnosis):
+    """What explains a part, with its share and its numbers."""
+    names = diagnosis.effects
+    what = capital(joined(called(diagnosis, name) for name in names))
+    verb = "explains" if len(names) == 1 else "explain"
+    numbers = "; ".join(_numbers(name, diagnosis.parameters.get(name, {})) for name in names)
+    part = f" {share(diagnosis.explained)} of" if diagnosis.explained is not None else " a part of"
+    others = [joined(map(words, members[1:])) for members in diagnosis.ambiguous]
+    instead = f" In its place {' or '.join(others)} would do as well." if others else ""
+    beyond = [sentence for name in names for sentence in _beyond(diagnosis.parameters.get(name, {}))]
+    sentence = f"{what} {verb}{part} the misfit beyond the noise ({numbers})."
+    return " ".join([sentence, *beyond]) + instead
+
+
+def _left_unexplained(diagnosis):
+    """The error that is left, and that nothing explains it."""
+    error, unit, left = error_of(diagnosis), diagnosis.error.get("unit", ""), beyond_noise(diagnosis)
+    fall = f"The error falls from {size(error['before'], unit)} to {size(error['after'], unit)}; the noise is "
+    fall += f"{size(error['noise'], unit)}. "
+    if left is None:
+        return (
+            fall
+            + "That is no more than the noise, but it has a pattern that noise has not, and nothing in the library explains it."
+        )
+    return fall + f"Beyond the noise {size(left, unit)} are left that nothing in the library explains."
+
+
+def _nearest(diagnosis):
+    """The candidate that leaves least, where it leaves much less than the model as it is."""
+    start = (diagnosis.adequate.get("chi2_per_freedom") or {}).get("before")
+    fitted = [entry for entry in diagnosis.candidates if entry.remains and not entry.remains["foreseen"]]
+    best = min(fitted, key=lambda entry: entry.remains["chi2_per_freedom"], default=None)
+    if not start or best is None or best.remains["chi2_per_freedom"] > 0.8 * start:
+        return []
+    part = 1 - best.remains["chi2_per_freedom"] / start
+    what = f"{best.called or words(best.effect)} ({words(best.effect)})"
+    return [f"Nearest comes {what}, which would take away {share(part)} of the square of the misfit: {best.why}."]
+
+
+def _cannot_judge(diagnosis):
+    advice = diagnosis.next_experiment.text if diagnosis.next_experiment else ""
+    told = ["The noise of the measurement is unknown, so nobody can say whether the model misses anything."]
+    return [*told, *([f"To know it: {advice}."] if advice else [])]
+
+
+def _tolerance(diagnosis):
+    if not diagnosis.tolerance:
+        return []
+    unit, met = diagnosis.tolerance["unit"], "met" if diagnosis.tolerance["met"] else "not met"
+    left, wanted = (size(diagnosis.tolerance[name], unit) for name in ("left", "value"))
+    return [f"Your tolerance of {wanted} is {met}: {left} are left beyond the noise."]
+
+
+# --- comparisons ------------------------------------------------------------------------------------------------------------
+
+
+def comparison_opening(comparison):
+    """The first sentences of a Comparison."""
+    if comparison.adequate is None:
+        return [
+            "The noise of the measurement is unknown, so nobody can say whether the model misses anything.",
+            f"To know it, {comparison.advice}.",
+        ]
+    unit, error = comparison.error.get("unit", ""), comparison.error
+    here, noise = size(error["rms"], unit), size(error["noise"], unit)
+    told = []
+    if comparison.before:
+        before = size(comparison.before.error["rms"], unit)
+        told.append(
+            f"With {joined(map(words, comparison.added))} added the error goes from {before} to {here}; the noise is {noise}."
+        )
+    if comparison.adequate:
+        told.append(f"The model agrees with the measurement: it misses by {here}, which is noise ({noise}).")
+    elif error["rms"] > 1.5 * error["noise"]:
+        told.append(f"The model misses the measurement by {here}, {error['rms'] / error['noise']:.2g} times the noise ({noise}).")
+    else:
+        told.append(
+            f"The model misses the measurement by {here}; that is hardly more than the noise ({noise}), but it has a pattern "
+            "that noise has not."
+        )
+    if abs(error.get("bias") or 0.0) > SLIGHT * error["noise"] and not comparison.adequate:
+        much, side = size(abs(error["bias"]), unit), "more" if error["bias"] > 0 else "less"
+        told.append(f"On average the model reads {much} {side} than was measured.")
+    if comparison.where and not comparison.adequate:
+        told.append(f"It misses most in {place(comparison.where[0], unit)}.")
+    return [" ".join(told)]

@@ -1,0 +1,115 @@
+"""The data of the pictures: what is joined by lines, at which scale, and what stands at which place."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planted import AMBIGUOUS, COMPLETE, EFFECT, NOISE, UNEXPLAINED, pictures, table
+
+from hlcs.records import Pictures
+from hlcs.report import diagnosis_figures as figures
+
+LEFT = np.random.default_rng(1).standard_normal(50) * NOISE
+RECORDED = replace(EFFECT, pictures=pictures(table(LEFT + np.linspace(0, 0.3, 50)), table(LEFT)))
+
+
+def layers(sets=3, count=5):
+    """A table of the layers of some sets, as the kind of layers makes it, and its Pictures."""
+    rows = sets * count
+    layer = np.tile(np.arange(1, count + 1), sets)
+    measured = 1.3 - 0.08 * np.log(layer)
+
+    def of(shift):
+        residual = np.full(rows, shift)
+        known = {"trial": np.repeat(np.arange(sets), count), "channel": np.zeros(rows, int), "layer": layer}
+        known |= {"input": np.arange(1.0, rows + 1), "measured": measured, "model": measured - residual}
+        return known | {"residual": residual, "sigmas": residual / 0.01}
+
+    return Pictures(of(-0.1), of(0.005), ("RPG", "TPG", "slope"), "input", "row: the layers, set after set")
+
+
+LAYERED = replace(EFFECT, kind="layers", pictures=layers())
+
+
+def drawn(axes):
+    """The lines of an Axes that join or mark more than one point: [(x, y)]."""
+    return [line.get_xydata() for line in axes.lines if len(line.get_xdata()) > 2]
+
+
+def test_no_line_joins_the_layers_of_one_grid_with_those_of_another():
+    """Measured, before and after: a line of five points for each of three grids, and none is longer."""
+    (axes,) = figures.fit_panel(LAYERED)
+    lines = drawn(axes)
+    assert len(lines) == 9 and all(len(line) == 5 for line in lines)
+    assert all(np.ptp((line[:, 0] - 1) // 5) == 0 for line in lines)  # within one set
+    for axes in figures.residual_panels(LAYERED, "input"):
+        joined = [line for line in axes.lines if line.get_linestyle() == "-" and len(line.get_xdata()) > 2]
+        assert [len(line.get_xdata()) for line in joined] == [5, 5, 5]
+
+
+def test_rows_of_a_table_are_marks_without_a_line():
+    rows = table(np.linspace(-1, 1, 12) * NOISE, trials=1)
+    rows = {name: values for name, values in rows.items() if name not in ("time", "height", "speed")} | {"input": np.arange(12.0)}
+    found = replace(EFFECT, pictures=Pictures(rows, rows, ("all",), "input", "height_m"))
+    (axes,) = figures.fit_panel(found)
+    assert len(axes.lines) == 3 and all(line.get_linestyle() == "None" for line in axes.lines)
+    assert axes.get_xlabel() == "height [m]"
+
+
+def test_what_is_left_has_a_scale_of_its_own_below_what_was_there():
+    """Before up to 100 sigma, after within a few."""
+    before, after = figures.residual_panels(RECORDED, "time")
+    assert before.get_ylim()[1] > 90 and after.get_ylim()[1] < 6
+    assert before.get_title(loc="left").startswith("Before: ") and after.get_title(loc="left").startswith("After: ")
+    (alone,) = figures.residual_panels(replace(COMPLETE, pictures=RECORDED.pictures), "time")
+    assert not alone.get_title(loc="left").startswith("Before")
+
+
+def test_the_error_falls_to_a_floor_with_the_share_of_the_starts_hatched():
+    """From 150 to 3 mm with 3 mm of noise, of whose variance the starts take 4 %: a perfect model would show 2.94 mm."""
+    (axes,) = figures.error_panel(EFFECT)
+    fitted, held_out, noise = (line.get_ydata() for line in axes.lines)
+    assert list(fitted) == pytest.approx([150.0, 3.0]) and list(held_out) == pytest.approx([150.0, 3.0])
+    assert noise[0] == pytest.approx(3.0) and axes.get_ylabel() == "rms error [mm]"
+    (band,) = axes.patches
+    assert band.get_y() == pytest.approx(3.0 * np.sqrt(0.96)) and band.get_y() + band.get_height() == pytest.approx(3.0)
+    assert "down to the noise" in axes.get_title(loc="left").replace("\n", " ")
+    (axes,) = figures.error_panel(UNEXPLAINED)
+    assert "not down to the noise" in axes.get_title(loc="left").replace("\n", " ")
+
+
+def test_the_ranking_shows_what_remains_and_tells_the_foreseen_from_the_fitted():
+    (axes,) = figures.ranking_panel(EFFECT)
+    marks = {round(float(line.get_xdata()[0])): line.get_markerfacecolor() for line in axes.lines if line.get_marker() == "o"}
+    assert sorted(marks) == [1, 40, 2500] and marks[40] == "white" and marks[1] != "white"
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["as it is", "uniform_flow", "quadratic_drag"]
+
+
+def test_a_spectrum_is_drawn_only_where_a_period_hides():
+    swing = LEFT + 0.01 * np.sin(2 * np.pi * 15.0 * np.arange(50) / 100)
+    found = replace(UNEXPLAINED, pictures=pictures(table(swing), table(swing)))
+    assert "spectrum" in figures.pictures(found) and "spectrum" not in figures.pictures(RECORDED)
+    (axes,) = figures.spectrum_panel(found)
+    assert axes.get_xlabel() == "frequency [Hz]" and "15" in axes.get_title(loc="left")
+
+
+def test_every_picture_draws_into_given_axes_and_names_its_units():
+    for draw in (figures.fit_panel, figures.ranking_panel, figures.error_panel):
+        (own,) = draw(RECORDED)
+        assert draw(RECORDED, own)[0] is own
+    told = [axes.get_xlabel() + axes.get_ylabel() for axes, _ in figures.pictures(RECORDED).values() for axes in axes]
+    assert all("[" in labels or "chi-square" in labels for labels in told)
+    assert len(AMBIGUOUS.plot()) == len(RECORDED.plot()) == 4
+
+
+def test_colours_differ_in_grey():
+    """Rec. 709 luma of before, after and the marks of the first channels: a tenth of the way from black to white apart."""
+
+    def luma(colour):
+        return np.dot([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)], [0.2126, 0.7152, 0.0722])
+
+    from hlcs.report.figures import AFTER, BEFORE, CHANNEL
+
+    assert abs(luma(BEFORE) - luma(AFTER)) > 0.2
+    first = sorted(luma(colour) for _, colour in CHANNEL[:3])
+    assert min(np.diff(first)) > 0.1 and len({mark for mark, _ in CHANNEL}) == len(CHANNEL)

@@ -1,0 +1,56 @@
+"""What residuals look like: patterns that are there are named, and noise has none."""
+
+import numpy as np
+import pytest
+from planted import NOISE, table
+
+from hlcs.report.leftover import common_pattern, likeness, neighbours, own_offset, spectra, spectrum
+
+TIMES = np.arange(200) / 100
+
+
+def noisy(generator, shape=0.0, trials=4):
+    """A table of four recordings of white noise and of a shape that they share (n,)."""
+    one = table(np.zeros(len(TIMES)), TIMES, trials)
+    residual = np.tile(shape * np.ones(len(TIMES)), trials) + NOISE * generator.standard_normal(len(one["residual"]))
+    return one | {"residual": residual, "sigmas": residual / NOISE, "white": residual / NOISE}
+
+
+def test_white_noise_hides_no_period_and_shows_no_pattern(generator):
+    """The level is one in a thousand: of 50 tables none, as 19 of 20 times."""
+    found = [noisy(generator) for _ in range(50)]
+    assert not any(spectrum(each).hides_a_period for each in found)
+    assert max(common_pattern(each)[1] for each in found) < 0.1 and max(own_offset(each) for each in found) < 0.05
+    assert max(abs(neighbours(each)) for each in found) < 0.15  # 5 standard errors of 800 pairs, 1/sqrt(796)
+
+
+def test_the_power_of_white_noise_is_one_and_its_p_is_uniform_enough(generator):
+    """Normalised by its own mean square: the mean over all frequencies is 1, to 1/sqrt(200 frequencies x 4 recordings x 20)."""
+    power = np.concatenate([spectrum(noisy(generator)).power for _ in range(20)])
+    assert np.mean(power) == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize("frequency", [3.0, 12.0, 40.0])
+def test_a_swing_is_found_at_its_frequency_with_its_amplitude(generator, frequency):
+    """The amplitude of a sine in noise: A^2 = 4 P / n, to the noise sqrt(2/n) sigma of each recording."""
+    found = spectrum(noisy(generator, 2 * NOISE * np.sin(2 * np.pi * frequency * TIMES)))
+    assert found.hides_a_period and found.peak == pytest.approx(frequency, abs=0.3)  # a recording of 2 s resolves 0.5 Hz
+    assert found.amplitude == pytest.approx(2 * NOISE, rel=0.15)
+
+
+def test_a_drift_is_no_period(generator):
+    """A slow curve has its largest power below three periods a recording."""
+    found = noisy(generator, 5 * NOISE * (TIMES - 1.0) ** 2)
+    assert not spectrum(found).hides_a_period
+    assert common_pattern(found)[1] > 0.5 and "in the same way in all recordings" in likeness(found)
+
+
+def test_what_is_of_each_recording_alone_is_told_apart(generator):
+    found = noisy(generator)
+    offsets = np.repeat([3.0, -3.0, 2.0, -2.0], len(TIMES))
+    moved = found | {name: found[name] + offsets * (NOISE if name == "residual" else 1.0) for name in ("residual", "sigmas")}
+    assert own_offset(moved) > 0.7 and "an offset that each recording has of its own" in likeness(moved)
+
+
+def test_too_few_samples_have_no_spectrum(generator):
+    assert spectra(table(np.ones(10))) == [] and spectrum(table(np.ones(10))) is None

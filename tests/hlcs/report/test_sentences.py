@@ -1,0 +1,179 @@
+"""The sentences of a report belong to the verdict and to the numbers: planted diagnoses, told word for word."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from planted import (
+    ALL,
+    AMBIGUOUS,
+    COMPLETE,
+    DRAG,
+    EFFECT,
+    NOISE,
+    REBOUND,
+    UNEXPLAINED,
+    WIND,
+    diagnosis,
+    finding,
+    number,
+    pictures,
+)
+from planted import table as observations
+
+from hlcs.records import Comparison, Reason
+from hlcs.report.ranking import ranking
+
+
+def text(found, **more):
+    """The printed report with single spaces, so that line breaks do not matter."""
+    return " ".join(found.summary(**more).split())
+
+
+def opening(found):
+    """The sentences before the first heading."""
+    return " ".join(found.summary().split("\n\n")[1].split())
+
+
+def test_what_is_missing_is_said_first_with_its_number_and_what_it_removes():
+    """0.15 m before, 3 mm after: 98 % are gone, and 3 mm is the noise."""
+    assert opening(EFFECT) == (
+        "Air resistance is missing (quadratic drag, drag coefficient 0.4965 +- 0.0010). It removes 98 % of the error: 150 mm "
+        "before, 3 mm after, on recordings that its numbers were not fitted to. What is left is your noise (3 mm)."
+    )
+
+
+def test_a_number_that_was_wrong_is_corrected_not_missing():
+    found = diagnosis(found=(REBOUND,), parameters={"restitution": {"coefficient": number(0.737, 0.002, stated=0.75)}})
+    assert opening(found).startswith("Restitution is 0.7370 +- 0.0020, not 0.75. ") and "missing" not in opening(found)
+
+
+def test_what_is_no_law_is_shown_by_the_data_and_not_missing():
+    assert "The data show a clock at a wrong rate (time scale, factor 1.0300 +- 0.0010)." in opening(AMBIGUOUS)
+    assert "missing" not in opening(AMBIGUOUS)
+
+
+def test_every_member_of_an_ambiguous_set_has_its_number():
+    assert "Each of these explains the data as well as the other" in opening(AMBIGUOUS)
+    assert "(length scale, factor 1.0600 +- 0.0020)" in opening(AMBIGUOUS)
+    assert {line.split()[0] for line in str(AMBIGUOUS).splitlines() if " factor " in line} >= {"time_scale", "length_scale"}
+
+
+def test_what_all_sets_hold_is_said_once_and_before_the_choice():
+    both = [{**AMBIGUOUS.sets[k], "effects": ["quadratic_drag", name]} for k, name in enumerate(("time_scale", "length_scale"))]
+    parameters = AMBIGUOUS.parameters | EFFECT.parameters
+    found = replace(AMBIGUOUS, sets=tuple(both), parameters=parameters, candidates=(*AMBIGUOUS.candidates, DRAG))
+    told = opening(found)
+    assert told.startswith("Air resistance is missing") and told.count("Air resistance") == 1
+    assert "Beside that, each of these" in told
+
+
+def test_an_unexplained_misfit_says_what_is_explained_and_what_is_left_beyond_the_noise():
+    """5 mm are left of 150 mm, with a noise of 3 mm: sqrt(5^2 - 3^2) = 4 mm are beyond it, and of the excess of chi-square
+    1 - (25/9 - 1)/(2500 - 1) = 99.93 % is gone."""
+    told = opening(UNEXPLAINED)
+    assert told.startswith("Air resistance explains 99.9 % of the misfit beyond the noise (quadratic drag")
+    assert "Beyond the noise 4 mm are left that nothing in the library explains." in told
+    assert "your noise" not in told and "no candidate" not in told and "is missing" not in told
+
+
+def test_where_nothing_stands_the_nearest_is_named_with_the_reason_why_it_does_not():
+    near = finding("mass_offset", "a mass other than stated", reason=Reason.SUSPECTED, chi2=100.0, error=0.03, why="suspected: x")
+    found = diagnosis("unexplained", found=(), others=(near,), parameters={}, after=0.15, explained=None)
+    told = opening(found)
+    assert told.startswith("Something is missing that nothing in the library explains.")
+    assert "Nearest comes a mass other than stated (mass offset), which would take away 96 %" in told and "suspected: x" in told
+
+
+def test_a_complete_model_is_said_to_be_so_and_nothing_else():
+    assert opening(COMPLETE).startswith("Nothing is missing at the precision of these data. The model misses by 3 mm.")
+
+
+def test_a_number_beyond_what_is_usual_is_told_as_such():
+    odd = {"quadratic_drag": {"drag_coefficient": number(3.1, 0.1, usual="0 to 2")}}
+    assert "A drag coefficient of 3.1 is beyond what is known of such bodies (0 to 2)" in opening(diagnosis(parameters=odd))
+
+
+def test_an_error_above_the_noise_is_never_called_noise():
+    """An adequate model may leave more than the noise of the table: what another campaign would change, for one."""
+    found = diagnosis(after=3 * NOISE)
+    assert "What is left is your noise" not in text(found) and "cannot be told from your noise (3 mm)" in text(found)
+
+
+@pytest.mark.parametrize("verdict", sorted(ALL))
+def test_no_report_of_any_verdict_says_what_is_false_for_it(verdict):
+    told = text(ALL[verdict], details=True)
+    assert told.startswith(f"a ball (trajectory): {verdict}")
+    assert "nan" not in told and "None" not in told and "{" not in told.split("To add it")[0]
+    assert ("What is left is your noise" in told) == (verdict in ("effect", "ambiguous", "complete"))
+    assert ("nothing in the library explains" in told) == (verdict == "unexplained")
+    assert ("is missing (" in told) == (verdict == "effect")
+
+
+def test_p_is_never_below_what_the_draws_can_show():
+    """Of 600 draws none was larger: p is at most 1/601 = 0.0017, and no smaller number is printed anywhere."""
+    told = text(EFFECT, details=True)
+    assert "p = 0.0017 at most (none of 600 draws of noise alone was as large)" in told
+    assert all(float(p) >= 1 / 601 for p in re.findall(r"p = ([0-9.e-]+)", told))
+
+
+def test_the_ranking_is_by_what_remains_and_every_error_has_its_unit():
+    rows = [line for line in EFFECT.summary().split("What remains\n")[1].split("\n\n")[0].splitlines()[1:4]]
+    assert [row.replace("*", "").split("  ")[1].strip() or row.split()[1] for row in rows][0].startswith("quadratic_drag")
+    assert "3 mm" in rows[0] and "~40" in rows[1] and "the model as it is" in rows[2] and "150 mm" in rows[2]
+    assert [row["chi2_per_freedom"] for row in ranking(EFFECT)] == pytest.approx([1.0, 40.0, 2500.0])
+    assert [row["foreseen"] for row in ranking(EFFECT)] == [False, True, False]
+
+
+def test_details_are_added_and_nothing_is_taken_away():
+    short, long = EFFECT.summary(), EFFECT.summary(details=True)
+    assert short.rsplit("\n\n", 1)[0] in long and "Details: the candidates" in long and "Details" not in short
+
+
+def test_a_period_that_hides_in_what_is_left_is_told():
+    """A swing of 8 Hz and 9 mm in noise of 3 mm, four recordings of 2 s."""
+    times, generator = np.arange(200) / 100, np.random.default_rng(1)
+    swing = 0.009 * np.sin(2 * np.pi * 8.0 * times) + NOISE * generator.standard_normal(200)
+    left = observations(swing)
+    found = replace(UNEXPLAINED, pictures=pictures(left, left))
+    told = re.search(r"it swings ([0-9.]+) times a second in z .*?([0-9.]+) mm high", opening(found))
+    assert float(told[1]) == pytest.approx(8.0, abs=0.5)  # the resolution of a recording of 2 s
+    assert float(told[2]) == pytest.approx(9.0, abs=1.0)  # the noise moves an amplitude by 3 mm sqrt(2/200) = 0.3 mm
+
+
+def comparison(**more):
+    told = {
+        "kind": "trajectory",
+        "title": "a ball",
+        "adequate": False,
+        "statistic": 30.0,
+        "p": 1 / 601,
+        "error": {"rms": 0.03, "noise": NOISE, "unit": "m", "bias": 0.012},
+        "where": ({"trial": "a.csv", "channel": "z", "phase": "flight", "rms": 0.05, "sigma": 17.0},),
+        "noise": {"source": "stated"},
+    }
+    return Comparison(**told | more)
+
+
+def test_a_comparison_opens_in_plain_words_with_the_sign_in_words():
+    assert opening(comparison()) == (
+        "The model misses the measurement by 30 mm, 10 times the noise (3 mm). On average the model reads 12 mm more than was "
+        "measured. It misses most in a.csv: 50 mm, 17 times the noise."
+    )
+    right = comparison(adequate=True, error={"rms": 0.003, "noise": NOISE, "unit": "m", "bias": -0.001})
+    assert opening(right) == "The model agrees with the measurement: it misses by 3 mm, which is noise (3 mm)."
+    assert "Statistic" in text(comparison(), details=True) and "Statistic" not in text(comparison())
+
+
+def test_a_comparison_without_a_known_noise_judges_nothing():
+    unknown = comparison(adequate=None, error={"rms": None, "noise": None, "unit": "m"}, where=(), advice="record a body at rest")
+    assert "unknown" in opening(unknown) and "To know it, record a body at rest." in opening(unknown)
+
+
+def test_candidates_of_one_reason_stand_together_with_it():
+    """Wind takes away 98 % of chi-square, and still leaves more than the drag."""
+    told = text(diagnosis(others=(WIND, replace(WIND, effect="time_scale"))))
+    assert "- uniform_flow, time_scale: a part is explained, not as well as by what was found" in told
+    little = replace(WIND, remains=WIND.remains | {"chi2_per_freedom": 2490.0})
+    assert "- uniform_flow: less than 2 % of the misfit is explained." in text(diagnosis(others=(little,)))
