@@ -61,12 +61,12 @@ class Overrides:
         return [name for name in names if not self.only or name in self.only]
 
 
-def recording(name, grid, lines, columns, time_name):
+def recording(name, grid, lines, columns, time_name, advice="one recording a file, sorted by time"):
     """(Recording, its Assumptions) of columns in SI, checked: times known and increasing, at least one sample.
 
     name: what it is called; grid: the Grid it is from; lines: line of the file of each sample (n,); columns: t_s and others
-    -> (n,), NaN = missing; time_name: what the file calls the time. Rows without any sample before the first and after the
-    last are left out. Raises InputError with file, row and column.
+    -> (n,), NaN = missing; time_name: what the file calls the time; advice: what to do where times do not increase. Rows
+    without any sample before the first and after the last are left out. Raises InputError with file, row and column.
     """
     times = columns["t_s"]
     if len(times) < 2:
@@ -80,7 +80,7 @@ def recording(name, grid, lines, columns, time_name):
         what = "the same time twice" if times[first] == times[back[0]] else "time goes backwards"
         raise InputError(
             f"{grid.name}, row {lines[first]}, column {shown(time_name)}: {times[first]:g} s after {times[back[0]]:g} s: {what}; "
-            "one recording a file, sorted by time"
+            f"{advice}"
         )
     columns = {key: column for key, column in columns.items() if np.isfinite(column).any()}
     measured = np.array([np.isfinite(column) for key, column in columns.items() if key != "t_s"]).reshape(-1, len(times))

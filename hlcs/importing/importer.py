@@ -28,6 +28,8 @@ from hlcs.importing.units import CHOICES
 from minibullet.errors import InputError, is_number, shown, shown_value
 
 FORMATS = {"tracker": tracker, "phyphox": phyphox, "optitrack": optitrack, "csv": spreadsheet}
+GROUP = "what is held out together: name the day, the camera, the ball"
+START = "m/s: in each [[trial]] that was let go at rest; what is not stated is fitted"
 LEAST_AT_REST = 20  # samples that a static recording needs (`hlcs.data.recordings`)
 
 
@@ -95,7 +97,8 @@ def import_measurements(files, format, out, static=None, **overrides):
             f"{shown(paths[0])} and others: some hold recordings, others one experiment a row; import them one by one"
         )
     (kind,) = kinds
-    rest = None if static is None else _at_rest(reader.read(static, said), static)
+    still = None if static is None else reader.read(static, said)
+    rest = still and _at_rest(still, static)
     contents, trials, whats = _tables(founds, said) if kind == "outcomes" else _recordings(founds)
     written = dict(contents)
     if kind == "outcomes" and rest:
@@ -103,8 +106,8 @@ def import_measurements(files, format, out, static=None, **overrides):
     if rest:
         contents["rest.csv"] = recording_text(rest)
         whats["rest.csv"] = _in_words(rest)
-    notes = tuple(dict.fromkeys(note for found in founds for note in found.assumptions))
-    head = _head(kind, reader.NAME, paths, said)
+    notes = tuple(dict.fromkeys(note for found in (*founds, *([still] if still else [])) for note in found.assumptions))
+    head = _head(kind, reader.NAME, paths, said, Path(out).name if len(paths) > 1 else Path(paths[0]).stem)
     text = experiment_text(head, _sections(founds, said, written, rest), trials, notes)
     places = places_of(EXPERIMENT, text) + _places_in(contents)
     target = folders.check_folder(out)
@@ -176,13 +179,8 @@ def _recordings(founds):
     for called, one in zip(numbered, recordings, strict=True):
         name = names[called]
         contents[name], whats[name] = recording_text(one), _in_words(one)
-        trials.append(
-            [
-                entry("file", name),
-                entry("group", shown(one.group, 90), "what is held out together: name the day, the camera, the ball"),
-                optional("start = { velocity = [0.0, 0.0, 0.0] }", "m/s: if let go at rest; what is not stated is fitted"),
-            ]
-        )
+        trials.append([entry("file", name), entry("group", shown(one.group, 90), "" if trials else GROUP)])
+    trials[0].append(optional("start = { velocity = [0.0, 0.0, 0.0] }", START))
     return contents, trials, whats
 
 
@@ -242,11 +240,12 @@ def _sections(founds, said, written, rest):
     return {
         "body": body_lines({*rows, *said.constant}),
         "surroundings": surroundings_lines(),
+        "model": [entry("effects", [], 'what is known to act, such as { name = "buoyancy", fluid_density = 1.2 }')],
         "measurement": _measurement(founds, written, rest),
     }
 
 
-def _head(kind, source, paths, said):
+def _head(kind, source, paths, said, title):
     """The first lines of the experiment file."""
     names = ", ".join(Path(path).name for path in paths)
     given = [f"{option(name)} {shown_value(getattr(said, name))}" for name in said.given()]
@@ -256,5 +255,5 @@ def _head(kind, source, paths, said):
         f'# Replace every "{FILL_IN}" by what you know, then: hlcs compare {EXPERIMENT}',
         "",
         entry("kind", kind),
-        entry("title", shown(Path(paths[0]).stem, 100)),
+        entry("title", shown(title, 100)),
     ]

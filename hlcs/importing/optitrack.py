@@ -53,7 +53,7 @@ def read(path, overrides):
         recordings.append(found)
         notes += [*told, *more]
     what = "the pivot of each rigid body" if kind == "Rigid Body" else "each marker"
-    notes.append(Assumption(f"{what} is the centre of mass of its body: move the pivot in Motive where it is not", "--only"))
+    notes.append(Assumption(f"{what} is the centre of mass of its body: move the pivot in Motive where it is not"))
     return Found(tuple(recordings), None, {}, (*grid.assumptions, *notes))
 
 

@@ -168,7 +168,8 @@ def _recording(grid, first, columns, overrides):
     if quaternion and up not in ("z", "none"):
         raise InputError(f"{grid.name}: has quaternions, and {up} points up; turn them so that z points up, and state --up z")
     values |= {name: grid.column(first, columns[name][0], name) for name in quaternion}
-    found, told = recording(grid.stem, grid, grid.lines[first:], values, "t_s")
+    advice = 'where each row is an experiment of its own, say so with --column "..=fall_time_s"'
+    found, told = recording(grid.stem, grid, grid.lines[first:], values, "t_s", advice)
     return found, {"planar": True} if up == "none" else {}, [*notes, *told]
 
 
