@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from hlcs.cli import commands
+from hlcs.importing import FORMATS
 
 PAGES = sorted(path for path in (Path(__file__).resolve().parent.parent / "docs" / "howto").glob("*.md") if path.stem != "index")
 BLOCK = re.compile(r"^```(python|bash|toml|text)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -60,3 +61,12 @@ def test_a_page_leads_from_the_export_to_the_mended_model(page, capsys, tmp_path
     monkeypatch.chdir(tmp_path)
     assert walk(page, capsys) == 3
     assert "nothing but noise" in page.read_text(encoding="utf-8")
+
+
+def test_the_table_of_options_says_which_formats_listen_to_them():
+    """Each row `--name` | .. | formats agrees with the USES of the readers."""
+    text = (PAGES[0].parent / "index.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `--([\w-]+) [^|]*\| [^|]+ \| ([\w, ]+) \|$", text, re.MULTILINE)
+    said = {name.replace("-", "_"): set(FORMATS) if which == "all" else set(which.split(", ")) for name, which in rows}
+    assert said == {name: {form for form, reader in FORMATS.items() if name in reader.USES} for name in said}
+    assert set(said) == {name for reader in FORMATS.values() for name in reader.USES}
