@@ -26,6 +26,7 @@ HOMES = {
     "Experiment": "hlcs.kinds.experiment",
     "compare": "hlcs.compare",
     "diagnose": "hlcs.diagnose",
+    "import_measurements": "hlcs.importing.importer",
     "PlacementTest": "hlcs.placement.procedure",
     "RPG": "hlcs.placement.grids",
     "TPG": "hlcs.placement.grids",

@@ -4,6 +4,7 @@ Exit statuses are the business of `hlcs.cli.error_handling`. A verdict is a resu
 """
 
 import importlib
+import keyword
 from collections import UserDict
 
 import click
@@ -15,7 +16,8 @@ class CommandModules(UserDict):
     """Commands by name; each is loaded from its module, the value here, when it is asked for."""
 
     def __getitem__(self, name):
-        return getattr(importlib.import_module(f"hlcs.cli.{self.data[name]}"), name)
+        function = f"{name}_" if keyword.iskeyword(name) else name  # no function can be called `import`
+        return getattr(importlib.import_module(f"hlcs.cli.{self.data[name]}"), function)
 
 
 COMMANDS = CommandModules(
@@ -23,6 +25,7 @@ COMMANDS = CommandModules(
     demo="place",
     diagnose="experiments",
     doctor="doctor",
+    **{"import": "importing"},
     mystery="mystery",
     place="place",
     plan="plan",

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hlcs.data.unfilled import refuse_unfilled
 from hlcs.files.toml_files import LARGEST, TomlFile
 from minibullet.effects.fluid import AIR_DENSITY
 from minibullet.errors import InputError, shown, shown_value
@@ -166,6 +167,7 @@ def read_experiment_file(path, allow_outside=False, layouts=LAYOUTS):
 def checked_experiment(reader, layouts=LAYOUTS):
     """The ExperimentFile of a TomlFile, checked; errors and layouts as in `read_experiment_file`."""
     values = reader.values
+    refuse_unfilled(reader)
     reader.known(values, "")
     if "kind" not in values:
         *others, last = (f'"{name}"' for name in layouts)

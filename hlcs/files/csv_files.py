@@ -79,7 +79,7 @@ def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
     if not used:
         raise InputError(f"{name}: is empty; the first row names the columns {','.join(layout.known)}")
     first, *body = used
-    header = _cells(name, first + 1, lines[first])
+    header = cells_of(name, first + 1, lines[first])
     _check_header(f"{name}, row {first + 1}", header, layout)
     rows, table = [], []
     # Python reads 1_5 as 15: who writes it means something else
@@ -111,12 +111,12 @@ def _text_of(path, name, most_rows):
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _cells(name, row, line):
-    """The texts of a row's cells, without the blanks around them."""
+def cells_of(name, row, line, separator=","):
+    """The texts of a row's cells, without the blanks around them; name and row: what a complaint calls it."""
     try:
-        (cells,) = csv.reader([line], skipinitialspace=True, strict=True)
+        (cells,) = csv.reader([line], delimiter=separator, skipinitialspace=separator != "\t", strict=True)
     except csv.Error as problem:
-        what = "a quote is opened and not closed in its row" if "end of data" in str(problem) else str(problem)
+        what = "a quote is opened and not closed in its row" if "end of data" in str(problem) else shown(problem)
         raise InputError(f"{name}, row {row}: {what}; leave quotes out, or close each one before the next comma") from None
     return [cell.strip() for cell in cells]
 
@@ -144,7 +144,7 @@ def _check_header(place, header, layout):
 
 def _row(name, row, line, header, layout):
     """The values of a row, a list; None where all its cells are blank."""
-    cells = _cells(name, row, line)
+    cells = cells_of(name, row, line)
     if not any(cells):
         return None
     if layout.short and len(cells) < len(header):

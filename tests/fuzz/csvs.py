@@ -12,6 +12,7 @@ import tempfile
 import traceback
 from pathlib import Path
 
+import hlcs
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.outcome_tables import read_outcomes
 from hlcs.data.recordings import read_recordings
@@ -95,7 +96,28 @@ def _outcomes(path):
     return read_outcomes(read_experiment_file(experiment))
 
 
+def _imported(form):
+    """A reader of exports of a format: read, and written as an experiment."""
+    return lambda path: hlcs.import_measurements(path, form, path.parent / "imported")
+
+
+TRACKER = "#multi:\n,ball A,,ball B,,\nt,x,y,x,y,\n" + "".join(
+    f"{k / 10},0.1,{1.5 - k / 50},,{1.2 + k / 50},\n" for k in range(12)
+)
+MOTIVE = (
+    "Format Version,1.23,Take Name,drop,Capture Frame Rate,100.0,Rotation Type,Quaternion,Length Units,Millimeters\n\n"
+    ",,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body\n,,ball,ball,ball,ball,ball,ball,ball\n"
+    ",,1,1,1,1,1,1,1\n,,Rotation,Rotation,Rotation,Rotation,Position,Position,Position\nFrame,Time (Seconds),X,Y,Z,W,X,Y,Z\n"
+) + "".join(f"{k},{k / 100:.2f},0,0.6,0,0.8,{k},{1500 - k * k},3\n" for k in range(12))
+PHONE = '"Time (s)","Acceleration x (m/s^2)","Acceleration z (m/s^2)"\n' + "".join(f"{k / 100:.2E},0.1,NaN\n" for k in range(12))
+SOUNDS = '"Event time (s)","Interval (s)"\n' + "".join(f"{1 + k / 3:.6E},{1 / 3:.6E}\n" for k in range(6))
+SPREADSHEET = "Zeit [s];Höhe [cm]\n" + "".join(f"0,{k:02d};{150 - k}\n" for k in range(12))
 KINDS = {
+    "tracker": (TRACKER, _imported("tracker")),
+    "optitrack": (MOTIVE, _imported("optitrack")),
+    "phone": (PHONE, _imported("phyphox")),
+    "sounds": (SOUNDS, _imported("phyphox")),
+    "spreadsheet": (SPREADSHEET, _imported("csv")),
     "recording": (RECORDING, _recording),
     "outcomes": (OUTCOMES, _outcomes),
     "layers": (LAYERS, read_layer_sets),

@@ -25,6 +25,7 @@ SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
         ["compare"],
         ["diagnose"],
         ["plan"],
+        ["import"],
         ["sweep"],
         ["doctor"],
         ["mystery", "list"],

@@ -1,0 +1,139 @@
+"""Writing what was imported: CSV files in the project's own format, and an experiment file with the places to fill in."""
+
+import re
+from typing import NamedTuple
+
+import numpy as np
+
+from hlcs.data.model_entries import FILL_IN
+from hlcs.data.outcome_tables import OUTCOMES
+from hlcs.files.documents import toml_value
+from hlcs.files.spreadsheets import csv_text
+from minibullet.errors import shown
+
+EXPERIMENT = "experiment.toml"
+DIGITS = ".12g"  # of numbers in the CSV: more than any export has, and 1.2 cm stay 0.012 m
+WIDTH = 40  # where comments begin
+
+
+class Place(NamedTuple):
+    """A place in the experiment file, or in its table, that a person must fill in."""
+
+    file: str
+    line: int
+    key: str
+    what: str
+
+
+def table_of(founds, overrides):
+    """The columns of one outcome table from the rows of all files, those that not all have left blank.
+
+    Constants that the user states are columns too; a bounce without its height of release has "fill in" there.
+    """
+    names = dict.fromkeys(name for found in founds for name in found.rows)
+    rows = {}
+    for name in names:
+        parts = []
+        for found in founds:
+            count = len(next(iter(found.rows.values())))
+            missing = "" if name == "group" else np.nan
+            parts += list(found.rows.get(name, [missing] * count))
+        rows[name] = [part if isinstance(part, str) else rounded(part) for part in parts]
+    count = len(next(iter(rows.values())))
+    constants = {name: [value] * count for name, value in overrides.constant.items() if name not in rows}
+    if "bounce" in rows and "height_m" not in {*rows, *constants}:
+        constants["height_m"] = [FILL_IN] * count
+    return constants | rows
+
+
+def recording_text(recording):
+    """The CSV text of a Recording."""
+    return csv_text({name: [rounded(value) for value in column] for name, column in recording.columns.items()})
+
+
+def rounded(value):
+    """A number with the digits that are written, zero without a sign."""
+    return float(format(value, DIGITS)) + 0.0
+
+
+def has_replicates(rows):
+    """Whether two rows of a table have the same inputs, so that their scatter tells the noise."""
+    inputs = [values for name, values in rows.items() if name not in (*OUTCOMES, "bounce_time_s", "group")]
+    settings = list(zip(*inputs, strict=True)) if inputs else [()] * len(next(iter(rows.values())))
+    return len(set(settings)) < len(settings)
+
+
+def file_names(names):
+    """{name: file name} of CSV files: letters, digits, - and _ alone, each its own whatever the case."""
+    found = {}
+    for name in names:
+        stem = re.sub(r"[^\w-]+", "_", name, flags=re.ASCII).strip("_") or "recording"
+        wanted, number = stem, 1
+        while f"{wanted}.csv".lower() in {one.lower() for one in found.values()} or wanted == "rest":
+            number += 1
+            wanted = f"{stem}_{number}"
+        found[name] = f"{wanted}.csv"
+    return found
+
+
+def experiment_text(head, sections, trials, assumptions):
+    """The text of the experiment file.
+
+    head: its first lines; sections: {title: lines}; trials: lists of lines; assumptions: of all files.
+    """
+    lines = list(head)
+    if assumptions:
+        lines += [
+            "",
+            "# Assumed where the export does not say it; an option in brackets, given to `hlcs import`, says otherwise:",
+        ]
+        lines += [f"# - {shown(one.text, 300)}" + (f"  [{one.option}]" if one.option else "") for one in assumptions]
+    for title, entries in sections.items():
+        lines += ["", f"[{title}]", *entries]
+    for entries in trials:
+        lines += ["", "[[trial]]", *entries]
+    return "\n".join(lines) + "\n"
+
+
+def entry(key, value, comment=""):
+    """One line `key = value  # comment`."""
+    text = f"{key} = {toml_value(value)}"
+    return f"{text:{WIDTH}}  # {comment}" if comment else text
+
+
+def optional(text, comment):
+    """One line that is a comment until somebody wants it."""
+    return f"{'# ' + text:{WIDTH}}  # {comment}"
+
+
+def body_lines(known=()):
+    """[body]; known: columns of a table that state it row by row."""
+    lines = [entry("shape", "sphere", 'or "box" with size = [x, y, z], "cubipod" with side, "mesh" with mesh = "unit.stl"')]
+    for key, column, comment in (
+        ("radius", "radius_m", "m: half the diameter"),
+        ("mass", "mass_kg", "kg: weigh it; delete the line if it is not known"),
+    ):
+        if column not in known:
+            lines.append(entry(key, FILL_IN, comment))
+    return lines
+
+
+def surroundings_lines():
+    """[surroundings], with what may be added."""
+    return [
+        entry("gravity", 9.81, "m/s2"),
+        optional("fluid_density = 1.2", "kg/m3; left out = a gas such as air"),
+        optional("floor = { height = 0.0 }", "m: where the floor is, in the z of the recordings; left out = no floor"),
+    ]
+
+
+def places_of(name, text):
+    """The Places of a text of the experiment file where "fill in" stands."""
+    found, section = [], ""
+    for number, line in enumerate(text.split("\n"), start=1):
+        code, _, comment = line.partition("  # ")
+        if re.fullmatch(r"\[+\w+\]+", code.strip()):
+            section = code.strip("[] ")
+        if toml_value(FILL_IN) in code and not code.startswith("#"):
+            found.append(Place(name, number, f"{section}.{code.split(' = ')[0].strip()}", comment.strip()))
+    return found

@@ -1,0 +1,97 @@
+"""What a reader of exports hands over: recordings or rows in the project's own columns, and what it assumed on the way."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from minibullet.errors import InputError, shown
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One thing that the file does not say."""
+
+    text: str
+    option: str = ""  # of `hlcs import` that says otherwise; "" where there is none
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The samples of one body, SI, z up."""
+
+    name: str  # what it is called: the file, and the body where the file holds several
+    group: str  # the file it is from
+    columns: dict  # t_s, x_m, qw .. -> (n,), NaN where a sample is missing
+
+
+@dataclass(frozen=True)
+class Found:
+    """What one file holds: recordings, or rows with one experiment each."""
+
+    recordings: tuple[Recording, ...] = ()
+    rows: dict | None = None  # columns of an outcome table -> (n,) numbers or words
+    measurement: dict = field(default_factory=dict)  # keys for [measurement]
+    assumptions: tuple[Assumption, ...] = ()
+
+
+@dataclass(frozen=True)
+class Overrides:
+    """What the user says about a file, in place of what would be assumed; None or empty = not said."""
+
+    up: str | None = None  # axis of the file that points up: x, -x, y, -y, z, -z; "none": seen from above
+    length_unit: str | None = None
+    time_unit: str | None = None
+    frame_rate: float | None = None  # [1/s]
+    rotation_order: str | None = None  # of Euler angles, about the axes of the turned body
+    column: dict = field(default_factory=dict)  # name in the file -> name in the project
+    only: tuple[str, ...] = ()  # point masses, rigid bodies or markers to take
+    constant: dict = field(default_factory=dict)  # column of a table -> its value in every row
+    release_time: float | None = None  # on the clock of a list of sounds [s]
+
+    def given(self):
+        """Names of what is said."""
+        return [name for name, value in vars(self).items() if value is not None and value != {} and value != ()]
+
+    def chosen(self, names, place):
+        """Those of `names` that are to be taken, in their order; InputError where one that was asked for is not there."""
+        for name in self.only:
+            if name not in names:
+                there = ", ".join(f"'{shown(one)}'" for one in names)
+                raise InputError(f"{place}: no '{shown(name)}' in it (--only); there are {there}")
+        return [name for name in names if not self.only or name in self.only]
+
+
+def recording(name, grid, lines, columns, time_name, advice="one recording a file, sorted by time"):
+    """(Recording, its Assumptions) of columns in SI, checked: times known and increasing, at least one sample.
+
+    name: what it is called; grid: the Grid it is from; lines: line of the file of each sample (n,); columns: t_s and others
+    -> (n,), NaN = missing; time_name: what the file calls the time; advice: what to do where times do not increase. Rows
+    without any sample before the first and after the last are left out. Raises InputError with file, row and column.
+    """
+    times = columns["t_s"]
+    if len(times) < 2:
+        raise InputError(f"{grid.name}: {len(times)} rows of numbers below its names; a recording needs at least 2")
+    lost = np.flatnonzero(np.isnan(times))
+    if len(lost):
+        raise InputError(f"{grid.name}, row {lines[lost[0]]}, column {shown(time_name)}: blank; every sample needs its time")
+    back = np.flatnonzero(np.diff(times) <= 0)
+    if len(back):
+        first = back[0] + 1
+        what = "the same time twice" if times[first] == times[back[0]] else "time goes backwards"
+        raise InputError(
+            f"{grid.name}, row {lines[first]}, column {shown(time_name)}: {times[first]:g} s after {times[back[0]]:g} s: {what}; "
+            f"{advice}"
+        )
+    columns = {key: column for key, column in columns.items() if np.isfinite(column).any()}
+    measured = np.array([np.isfinite(column) for key, column in columns.items() if key != "t_s"]).reshape(-1, len(times))
+    seen = np.flatnonzero(measured.any(axis=0))
+    if len(seen) < 2:
+        raise InputError(f"{grid.name}: {len(seen)} samples of '{shown(name)}'; a recording needs at least 2")
+    kept = slice(seen[0], seen[-1] + 1)
+    notes = []
+    if (left := len(times) - (seen[-1] + 1 - seen[0])) > 0:
+        notes.append(Assumption(f"{grid.name}: {left} rows before the first and after the last sample of '{name}' are left out"))
+    blank = int((~measured[:, kept]).any(axis=0).sum())
+    if blank:
+        notes.append(Assumption(f"{grid.name}: {blank} samples of '{name}' were lost; they are left blank, not filled in"))
+    return Recording(name, grid.stem, {key: column[kept] for key, column in columns.items()}), tuple(notes)

@@ -1,0 +1,259 @@
+"""From exported files to an experiment: read, told what was assumed, written with the places that a person must fill in."""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from hlcs.data.model_entries import FILL_IN
+from hlcs.files import folders
+from hlcs.files.spreadsheets import csv_text
+from hlcs.files.toml_files import nearest
+from hlcs.importing import optitrack, phyphox, spreadsheet, tracker
+from hlcs.importing.axes import ORDERS, UPS
+from hlcs.importing.experiment import (
+    EXPERIMENT,
+    Place,
+    body_lines,
+    entry,
+    experiment_text,
+    file_names,
+    has_replicates,
+    optional,
+    places_of,
+    recording_text,
+    surroundings_lines,
+    table_of,
+)
+from hlcs.importing.found import Assumption, Overrides
+from hlcs.importing.units import CHOICES
+from minibullet.errors import InputError, is_number, shown, shown_value
+
+FORMATS = {"tracker": tracker, "phyphox": phyphox, "optitrack": optitrack, "csv": spreadsheet}
+GROUP = "what is held out together: name the day, the camera, the ball"
+START = "m/s: in each [[trial]] that was let go at rest; what is not stated is fitted"
+LEAST_AT_REST = 20  # samples that a static recording needs (`hlcs.data.recordings`)
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What was read from exports and written as an experiment."""
+
+    experiment: Path  # the file to fill in
+    kind: str  # "trajectory" or "outcomes"
+    files: dict  # name of a CSV -> what it holds, in words
+    assumptions: tuple[Assumption, ...]
+    fill_in: tuple[Place, ...]
+
+    def summary(self):
+        """What was written, what was assumed, what is to be filled in, and the next command; lines of text."""
+        lines = [f"Written to {self.experiment.parent}:", *(f"  {name}: {what}" for name, what in self.files.items())]
+        if self.assumptions:
+            lines += ["", "Assumed (in brackets the option that says otherwise):"]
+            lines += [f"  - {one.text}" + (f"  [{one.option}]" if one.option else "") for one in self.assumptions]
+        if self.fill_in:
+            lines += ["", "Fill in:"]
+            lines += [f"  {self.experiment.parent / one.file}, line {one.line}: {one.key}  ({one.what})" for one in self.fill_in]
+        return "\n".join([*lines, "", f"Then: {self.next}"])
+
+    __str__ = summary
+
+    @property
+    def next(self):
+        """The command that compares it."""
+        return f"hlcs compare {self.experiment}"
+
+    def to_json(self):
+        """The result for a program."""
+        return {
+            "format": 1,
+            "experiment": str(self.experiment),
+            "kind": self.kind,
+            "files": self.files,
+            "assumed": [{"text": one.text, "option": one.option or None} for one in self.assumptions],
+            "fill_in": [one._asdict() for one in self.fill_in],
+            "next": self.next,
+        }
+
+
+def import_measurements(files, format, out, static=None, **overrides):
+    """Read exports and write them as an experiment; returns an Imported.
+
+    files: one path or several, all of one format: "tracker", "phyphox", "optitrack" or "csv"; out: the folder to write, new or
+    an earlier import as it was written; static: an export of the same format of the body at rest, from which the noise is
+    taken. overrides say what the files do not: up ("x", "-x", "y", "-y", "z", "-z", "none"), length_unit, time_unit, frame_rate
+    [1/s], rotation_order ("XYZ" .. of Euler angles), column ({name in the file: name in the project}), only (names of bodies),
+    constant ({column: value}), release_time [s]. Everything is written in SI, z up, quaternions scalar first. Raises InputError
+    with file, row and what was expected where a file is not of the format.
+    """
+    paths = [files] if isinstance(files, str | Path) else list(files)
+    if format not in FORMATS:
+        raise InputError(f"'{shown(format)}' is no format; one of {', '.join(FORMATS)}")
+    if not paths:
+        raise InputError("no file to import")
+    reader, said = FORMATS[format], checked_overrides(format, overrides)
+    founds = [reader.read(path, said) for path in paths]
+    kinds = {"outcomes" if found.rows is not None else "trajectory" for found in founds}
+    if len(kinds) > 1:
+        raise InputError(
+            f"{shown(paths[0])} and others: some hold recordings, others one experiment a row; import them one by one"
+        )
+    (kind,) = kinds
+    still = None if static is None else reader.read(static, said)
+    rest = still and _at_rest(still, static)
+    contents, trials, whats = _tables(founds, said) if kind == "outcomes" else _recordings(founds)
+    written = dict(contents)
+    if kind == "outcomes" and rest:
+        raise InputError("--static belongs to recordings; the noise of a table comes from rows with equal inputs")
+    if rest:
+        contents["rest.csv"] = recording_text(rest)
+        whats["rest.csv"] = _in_words(rest)
+    notes = tuple(dict.fromkeys(note for found in (*founds, *([still] if still else [])) for note in found.assumptions))
+    head = _head(kind, reader.NAME, paths, said, Path(out).name if len(paths) > 1 else Path(paths[0]).stem)
+    text = experiment_text(head, _sections(founds, said, written, rest), trials, notes)
+    places = places_of(EXPERIMENT, text) + _places_in(contents)
+    target = folders.check_folder(out)
+    with folders.result_folder(target) as folder:
+        for name, content in contents.items():
+            folders.write_text(folder / name, content)
+        folders.write_text(folder / EXPERIMENT, text)
+    return Imported(target / EXPERIMENT, kind, whats, notes, tuple(places))
+
+
+def checked_overrides(format, given):
+    """The Overrides of a dictionary, each one that the format listens to and of the right kind; InputError otherwise."""
+    known = [one.name for one in fields(Overrides)]
+    for name in given:
+        if name not in known:
+            raise InputError(f"'{shown(name)}' is no option of an import; the nearest is '{nearest(name, known)}'")
+    said = Overrides(**{name: value for name, value in given.items() if value is not None})
+    for name in said.given():
+        if name not in FORMATS[format].USES:
+            fits = ", ".join(other for other, reader in FORMATS.items() if name in reader.USES)
+            raise InputError(f"{option(name)} says nothing about a file --as {format}; it belongs to {fits}")
+    for name, choices in (("up", UPS), ("rotation_order", ORDERS), *((f"{one}_unit", units) for one, units in CHOICES.items())):
+        value = getattr(said, name)
+        if value is not None and value not in choices:
+            raise InputError(f"{option(name)} {shown_value(value)}: must be one of {', '.join(choices)}")
+    if said.frame_rate is not None and not (is_number(said.frame_rate) and 1e-3 <= said.frame_rate <= 1e7):
+        raise InputError(f"--frame-rate {shown_value(said.frame_rate)}: must be a number of pictures a second, such as 240")
+    if said.release_time is not None and not is_number(said.release_time):
+        raise InputError(f"--release-time {shown_value(said.release_time)}: must be a time in s")
+    columns = (*spreadsheet.IN_RECORDINGS, *spreadsheet.IN_TABLES)
+    for name, allowed in ((name, columns) for name in said.column.values()):
+        if name not in allowed:
+            raise InputError(f"--column ..={shown(name)}: no column of this project; the nearest is '{nearest(name, allowed)}'")
+    inputs = [name for name in spreadsheet.IN_TABLES if name not in (*spreadsheet.RESULTS, "group", "bounce")]
+    for name, value in said.constant.items():
+        if name not in inputs:
+            raise InputError(f"--constant {shown(name)}: no input of a table; the nearest is '{nearest(name, inputs)}'")
+        if not is_number(value):
+            raise InputError(f"--constant {shown(name)}={shown_value(value)}: must be a number, in SI")
+    return said
+
+
+def option(name):
+    """How the command calls an override."""
+    return "--" + name.replace("_", "-")
+
+
+def _at_rest(found, path):
+    """The one recording of a body at rest."""
+    if len(found.recordings) != 1:
+        raise InputError(
+            f"{shown(path, 255)}: {len(found.recordings)} recordings; --static takes one, of one body at rest (--only)"
+        )
+    (rest,) = found.recordings
+    count = len(rest.columns["t_s"])
+    if count < LEAST_AT_REST:
+        raise InputError(f"{shown(path, 255)}: {count} samples at rest; at least {LEAST_AT_REST} are needed to know the noise")
+    return rest
+
+
+def _recordings(founds):
+    """({file: CSV text}, lines of each [[trial]], {file: in words}) of recordings."""
+    recordings = [one for found in founds for one in found.recordings]
+    numbered = [
+        f"{k} {one.name}" if [r.name for r in recordings].count(one.name) > 1 else one.name for k, one in enumerate(recordings, 1)
+    ]
+    names = file_names(numbered)
+    contents, trials, whats = {}, [], {}
+    for called, one in zip(numbered, recordings, strict=True):
+        name = names[called]
+        contents[name], whats[name] = recording_text(one), _in_words(one)
+        trials.append([entry("file", name), entry("group", shown(one.group, 90), "" if trials else GROUP)])
+    trials[0].append(optional("start = { velocity = [0.0, 0.0, 0.0] }", START))
+    return contents, trials, whats
+
+
+def _in_words(recording):
+    """What a CSV holds, in words."""
+    times = recording.columns["t_s"]
+    step = (times[-1] - times[0]) / (len(times) - 1)
+    return f"{', '.join(recording.columns)}; {len(times)} samples over {times[-1] - times[0]:.4g} s, one in {step:.4g} s"
+
+
+def _tables(founds, said):
+    """({file: CSV text}, [], {file: in words}) of an outcome table."""
+    rows = table_of(founds, said)
+    name = "bounces.csv" if "bounce" in rows else "measurements.csv"
+    return {name: csv_text(rows)}, [], {name: f"{', '.join(rows)}; {len(next(iter(rows.values())))} rows"}
+
+
+def _places_in(contents):
+    """The Places in tables where a number is to be filled in."""
+    places = []
+    for name, text in contents.items():
+        header, *lines = (line.split(",") for line in text.split("\n"))
+        for number, cells in enumerate(lines, start=2):
+            if FILL_IN in cells:
+                places.append(
+                    Place(name, number, header[cells.index(FILL_IN)], "m: from the lowest point of the body to the floor")
+                )
+    return places
+
+
+def _measurement(founds, written, rest):
+    """Lines of [measurement]; written: {file: CSV text}."""
+    given = {key: value for found in founds for key, value in found.measurement.items()}
+    lines = [entry(key, value) for key, value in given.items()]
+    columns = {name for found in founds for one in found.recordings for name in one.columns}
+    if not columns:
+        (name,) = written
+        lines.append(entry("file", name))
+        if has_replicates(table_of(founds, Overrides())):
+            return [*lines, optional("noise = 0.003", "one sigma of the outcome; left out = from rows with equal inputs")]
+        return [*lines, entry("noise", FILL_IN, "one sigma of the outcome; or delete this line and repeat experiments")]
+    if rest:
+        return [*lines, entry("static", "rest.csv", "the noise is taken from the body at rest")]
+    advice = "; or record the body at rest, and import it with --static"
+    if columns & {"x_m", "y_m", "z_m"}:
+        lines.append(entry("noise.position", FILL_IN, f"m, one sigma{advice}"))
+    if "qw" in columns:
+        lines.append(entry("noise.orientation", FILL_IN, f"rad, one sigma{advice}"))
+    if "ax_m_s2" in columns:
+        lines.append(optional('static = "rest.csv"', "record the phone at rest, and import it with --static"))
+    return lines
+
+
+def _sections(founds, said, written, rest):
+    """{title: lines} of the experiment file; written: {file: CSV text}; rest: Recording of the body at rest, or None."""
+    rows = {name for found in founds for name in found.rows or ()}
+    return {
+        "body": body_lines({*rows, *said.constant}),
+        "surroundings": surroundings_lines(),
+        "model": [entry("effects", [], 'what is known to act, such as { name = "buoyancy", fluid_density = 1.2 }')],
+        "measurement": _measurement(founds, written, rest),
+    }
+
+
+def _head(kind, source, paths, said, title):
+    """The first lines of the experiment file."""
+    names = ", ".join(Path(path).name for path in paths)
+    given = [f"{option(name)} {shown_value(getattr(said, name))}" for name in said.given()]
+    return [
+        f"# {shown(f'Imported by hlcs from {source}: {names}', 300)}",
+        *([f"# with {shown(', '.join(given), 300)}"] if given else []),
+        f'# Replace every "{FILL_IN}" by what you know, then: hlcs compare {EXPERIMENT}',
+        "",
+        entry("kind", kind),
+        entry("title", shown(title, 100)),
+    ]

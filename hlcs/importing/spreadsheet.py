@@ -1,0 +1,216 @@
+"""Tables that people keep in a spreadsheet, saved as CSV: any order of columns, units in their names, decimal commas.
+
+What separates columns, and how decimals are written, follows RFC 4180 or what spreadsheets write where the comma is the decimal
+sign (semicolons). The first row with words names the columns; a row below it may hold their units. Names are looked up in WORDS;
+`--column "name=t_s"` states what no list can know. A column of outcomes (fall_time_s, ..) makes a table with one experiment a
+row; else the rows are the samples of one recording.
+"""
+
+import numpy as np
+
+from hlcs.data.outcome_tables import LIMITS, OUTCOMES
+from hlcs.data.recordings import COLUMNS
+from hlcs.importing.axes import turned
+from hlcs.importing.found import Assumption, Found, recording
+from hlcs.importing.grids import MISSING, grid_of, source_of
+from hlcs.importing.units import KNOWN, SI, quantity_of, scale, split_unit
+from minibullet.errors import InputError, shown
+
+NAME = "spreadsheet"
+USES = ("up", "length_unit", "time_unit", "frame_rate", "column", "constant")
+FIRST_ROWS = 12  # in which the row of names stands
+WORDS = {  # what people write above a column, in English, German, French and Spanish -> the column
+    "t_s": "t, time, zeit, temps, tiempo, time stamp, timestamp",
+    "frame": "frame, frame number, bild, bildnummer, image",
+    "x_m": "x, x position, position x",
+    "y_m": "y, y position, position y",
+    "z_m": "z, z position, position z, height, höhe, hoehe, h, hauteur, altura, elevation",
+    "qw": "q0, quaternion w",
+    "qx": "q1, quaternion x",
+    "qy": "q2, quaternion y",
+    "qz": "q3, quaternion z",
+    "height_m": "drop height, release height, fall height, fallhöhe, fallhoehe, hauteur de chute, altura de caída",
+    "fall_time_s": "fall time, falling time, drop time, time of fall, fallzeit, temps de chute, tiempo de caída",
+    "rebound_height_m": "rebound height, bounce height, rebound, rücksprunghöhe, rueckprallhoehe, rückprallhöhe",
+    "stop_distance_m": "stop distance, stopping distance, sliding distance, rutschweg, bremsweg",
+    "slide_time_s": "slide time, sliding time, rutschzeit",
+    "rest_height_m": "rest height, resting height, ruhehöhe",
+    "mass_kg": "mass, masse, masa, m",
+    "radius_m": "radius, rayon, radio",
+    "speed_m_s": "speed, start speed, initial speed, geschwindigkeit, vitesse, velocidad",
+    "angle_deg": "angle, winkel, ángulo",
+    "distance_m": "distance, strecke, abstand, distancia",
+    "group": "group, gruppe, groupe, grupo, series, serie, day, tag",
+}
+MEANING = {word: column for column, words in WORDS.items() for word in (*words.split(", "), column.replace("_", " "))}
+IN_RECORDINGS = (*COLUMNS, "frame")
+IN_TABLES = (*LIMITS, *OUTCOMES, "bounce", "bounce_time_s", "group")
+RESULTS = (*OUTCOMES, "bounce_time_s")
+
+
+def read(path, overrides):
+    """The Found of one file: one recording, or the rows of a table. Raises InputError with file, row, and what was expected."""
+    grid = grid_of(source_of(path))
+    head = _header(grid)
+    columns, notes = _columns(grid, head, overrides)
+    first = head + 1 + _has_units(grid, head)
+    for name, (index, _) in columns.items():
+        if _empty(grid, first, index):
+            raise InputError(f"{grid.place(head, grid.cells[head][index])}: no number below it, which is to be {name}")
+    is_table = any(name in columns for name in RESULTS)
+    notes = [*grid.assumptions, *notes]
+    if is_table:
+        rows, told = _rows(grid, first, columns, overrides)
+        return Found((), rows, {}, (*notes, *told))
+    found, measurement, told = _recording(grid, first, columns, overrides)
+    return Found((found,), None, measurement, (*notes, *told))
+
+
+def _header(grid):
+    """Index of the row that names the columns: the first with words alone, above a row with a number."""
+    for row in range(min(FIRST_ROWS, len(grid.cells) - 1)):
+        cells = [cell for cell in grid.cells[row] if cell]
+        if len(cells) > 1 and not any(map(_is_number, cells)):
+            return row
+    raise InputError(
+        f"{grid.place(0)}: '{shown(', '.join(grid.cells[0]), 100)}'; expected a row with the names of two columns or more, such "
+        "as Zeit [s]; Höhe [cm], above the rows of numbers"
+    )
+
+
+def _is_number(cell):
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return cell.lower() not in MISSING
+
+
+def _has_units(grid, head):
+    """Whether the row below the names holds their units, and nothing else."""
+    below = [cell.strip("[]() ").lower() for cell in grid.cells[head + 1] if cell]
+    return bool(below) and all(cell in KNOWN for cell in below)
+
+
+def _empty(grid, first, index):
+    return all(index >= len(row) or row[index].lower() in MISSING for row in grid.cells[first:])
+
+
+def _columns(grid, head, overrides):
+    """({column of the project: (index, unit)}, assumptions) of the columns that are known or that the user names."""
+    known = dict.fromkeys((*IN_RECORDINGS, *IN_TABLES))
+    units = grid.cells[head + 1] if _has_units(grid, head) else []
+    found, left, asked = {}, [], dict(overrides.column)
+    for index, cell in enumerate(grid.cells[head]):
+        word, unit = split_unit(cell)
+        unit = unit or (units[index].strip("[]() ").lower() if index < len(units) else "")
+        own = cell.strip() if cell.strip() in known else None
+        name = asked.pop(cell, None) or own or MEANING.get(word)
+        if own and cell not in overrides.column:
+            unit = SI.get(quantity_of(own), "")
+        if name is None:
+            left += [cell] if cell else []
+            continue
+        if name in found:
+            raise InputError(
+                f"{grid.place(head)}: both '{shown(grid.cells[head][found[name][0]])}' and '{shown(cell)}' would be {name}; "
+                f'state with --column "{shown(cell)}=.." what each is'
+            )
+        found[name] = (index, unit)
+    if "z_m" in found and "height_m" not in found and any(name in found for name in RESULTS):
+        found["height_m"] = found.pop("z_m")  # a height beside an outcome is that from which the body was let go
+    there = ", ".join(f"'{shown(cell)}'" for cell in grid.cells[head] if cell)
+    for cell in asked:
+        raise InputError(f"{grid.place(head)}: no column '{shown(cell)}' (--column); there are {shown(there, 300)}")
+    if not set(found) - {"t_s", "frame", "group"}:
+        raise InputError(
+            f"{grid.place(head)}: columns {shown(there, 300)}; none is known as a position or an outcome: state what each is, "
+            f'such as --column "{shown(next(iter(left), "h"))}=z_m"'
+        )
+    notes = [
+        Assumption(f"{grid.name}: column '{shown(cell)}' is left out, its meaning is not known", "--column") for cell in left
+    ]
+    for name, (index, _) in found.items():
+        cell = grid.cells[head][index]
+        if cell != name and cell not in overrides.column:
+            notes.append(Assumption(f"{grid.name}: column '{shown(cell)}' is {name}", "--column"))
+    return found, notes
+
+
+def _si(grid, first, name, place, overrides):
+    """(numbers of a column in SI, assumptions); place: (index, unit)."""
+    index, unit = place
+    factor, told = scale(quantity_of(name), unit, overrides, f"{grid.name}: {name} is", f"{grid.name}, column {name}")
+    return factor * grid.column(first, index, name), told
+
+
+def _recording(grid, first, columns, overrides):
+    """(Recording, keys of [measurement], assumptions) of rows that are samples."""
+    foreign = [name for name in columns if name not in IN_RECORDINGS]
+    notes = [
+        Assumption(f"{grid.name}: column {name} is left out: rows with t_s are samples of one recording", "--column")
+        for name in foreign
+    ]
+    times, told = _times(grid, first, columns, overrides)
+    notes += told
+    vectors = np.full((len(times), 3), np.nan)
+    for axis, name in enumerate(COLUMNS[1:4]):
+        if name in columns:
+            vectors[:, axis], told = _si(grid, first, name, columns[name], overrides)
+            notes += told
+    up = overrides.up or ("z" if "z_m" in columns or "y_m" not in columns else "y")
+    if up == "y" and overrides.up is None:
+        notes.append(Assumption(f"{grid.name}: y points up, as in a video; it becomes z_m", "--up"))
+    values = {"t_s": times} | dict(zip(COLUMNS[1:4], turned(vectors, up).T, strict=True))
+    quaternion = [name for name in COLUMNS[4:] if name in columns]
+    if quaternion and len(quaternion) < 4:
+        raise InputError(f"{grid.name}: {', '.join(quaternion)} without the rest; a quaternion needs qw, qx, qy, qz")
+    if quaternion and up not in ("z", "none"):
+        raise InputError(f"{grid.name}: has quaternions, and {up} points up; turn them so that z points up, and state --up z")
+    values |= {name: grid.column(first, columns[name][0], name) for name in quaternion}
+    advice = 'where each row is an experiment of its own, say so with --column "..=fall_time_s"'
+    found, told = recording(grid.stem, grid, grid.lines[first:], values, "t_s", advice)
+    return found, {"planar": True} if up == "none" else {}, [*notes, *told]
+
+
+def _times(grid, first, columns, overrides):
+    if "t_s" in columns and overrides.frame_rate is None:
+        return _si(grid, first, "t_s", columns["t_s"], overrides)
+    if "frame" not in columns:
+        needed = "a column 'frame', which --frame-rate needs" if overrides.frame_rate else "a column of times, such as Zeit [s]"
+        raise InputError(f"{grid.place(0)}: {needed}, is missing; there are {', '.join(columns)}")
+    if overrides.frame_rate is None:
+        raise InputError(f"{grid.place(0)}: frame numbers but no times; state --frame-rate, in pictures a second")
+    return grid.column(first, columns["frame"][0], "frame") / overrides.frame_rate, []
+
+
+def _rows(grid, first, columns, overrides):
+    """(columns of an outcome table, assumptions): every row is an experiment of its own; rows without an outcome are left out."""
+    foreign = [name for name in columns if name not in IN_TABLES]
+    notes = [
+        Assumption(f"{grid.name}: column {name} is left out: rows are experiments, not samples", "--column") for name in foreign
+    ]
+    rows = {}
+    for name, place in columns.items():
+        if name == "group":
+            rows[name] = np.array([row[place[0]] if place[0] < len(row) else "" for row in grid.cells[first:]])
+        elif name in IN_TABLES:
+            rows[name], told = _si(grid, first, name, place, overrides)
+            notes += told
+    outcomes = [name for name in rows if name in RESULTS]
+    if len(outcomes) > 1:
+        raise InputError(
+            f"{grid.place(0)}: {' and '.join(outcomes)} are both outcomes; a table has one: import the other by itself"
+        )
+    lost = np.isnan(rows[outcomes[0]])
+    if lost.any():
+        lines = ", ".join(str(grid.lines[first + k]) for k in np.flatnonzero(lost)[:5])
+        notes.append(Assumption(f"{grid.name}: {int(lost.sum())} rows without {outcomes[0]} are left out (row {lines})"))
+    rows = {name: values[~lost] for name, values in rows.items()}
+    for name, values in rows.items():
+        if name != "group" and np.isnan(values).any():
+            line = grid.lines[first + int(np.flatnonzero(~lost)[np.argmax(np.isnan(values))])]
+            raise InputError(f"{grid.name}, row {line}, column {name}: blank; every experiment needs its inputs")
+    if "group" in rows and all(not word for word in rows["group"]):
+        del rows["group"]
+    return rows, notes

@@ -1,0 +1,148 @@
+"""Tables of people: names in any order and language, units in names or below them, decimal commas, recordings and experiments."""
+
+import pytest
+
+import hlcs
+
+GERMAN = "Zeit [s]; Höhe [cm]; Bemerkung\n0,00;150,0;los\n0,10;145,1;\n0,20;;verdeckt\n0,30;105,9;\n"
+WANTED = {"t_s": ["0.0", "0.1", "0.2", "0.3"], "z_m": ["1.5", "1.451", "", "1.059"]}
+
+
+def test_decimal_commas_and_centimetres(imported):
+    found, tables = imported(GERMAN, "csv")
+    assert tables["drop.csv"] == WANTED
+    told = str(found)
+    assert "decimals are written with a comma" in told and "column 'Bemerkung' is left out" in told
+    assert "column 'Höhe [cm]' is z_m  [--column]" in told and "1 samples of 'drop' were lost" in told
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        GERMAN.encode("cp1252"),
+        GERMAN.encode("utf-16"),
+        GERMAN.replace("; ", "\t").replace(";", "\t"),
+        "Höhe (mm),t/ms\n1500,0\n1451,100\n,200\n1059,300\n",
+        "height_cm,time_s\n150,0\n145.1,0.1\nNA,0.2\n105.9,0.3\n",
+        "Fall of a ball\n\ntime,height\ns,mm\n0,1500\n0.1,1451\n0.2,-\n0.3,1059\n",
+        'Zeit in s,Höhe in cm\n0,150\n"0,1","145,1"\n"0,2",\n"0,3","105,9"\n',
+        "# made by hand\nz_m,t_s\n1.5,0\n1.451,0.1\nnan,0.2\n1.059,0.3\n",
+    ],
+    ids=["Windows", "UTF-16", "tabs", "mm and ms", "suffixes", "units below", "quoted commas", "own names"],
+)
+def test_one_recording_in_many_hands(imported, text):
+    _, tables = imported(text, "csv")
+    assert tables["drop.csv"] == WANTED
+
+
+def test_without_units_si_is_assumed_and_an_option_says_otherwise(imported):
+    text = "t,h\n0,1500\n100,1451\n"
+    found, _ = imported(text, "csv")
+    assert "t_s is in s: the file names no unit  [--time-unit]" in str(found)
+    _, tables = imported(text, "csv", time_unit="ms", length_unit="mm")
+    assert tables["drop.csv"] == {"t_s": ["0.0", "0.1"], "z_m": ["1.5", "1.451"]}
+
+
+def test_y_beside_x_alone_points_up_and_beside_z_does_not(imported):
+    _, tables = imported("t,x,y\n0,1,2\n1,1,3\n", "csv")
+    assert tables["drop.csv"] == {"t_s": ["0.0", "1.0"], "x_m": ["1.0", "1.0"], "z_m": ["2.0", "3.0"]}
+    _, tables = imported("t,x,y,z\n0,1,2,9\n1,1,3,8\n", "csv")
+    assert tables["drop.csv"]["y_m"] == ["2.0", "3.0"] and tables["drop.csv"]["z_m"] == ["9.0", "8.0"]
+    _, tables = imported("t,x,y,z\n0,1,2,9\n1,1,3,8\n", "csv", up="-z")
+    assert tables["drop.csv"]["y_m"] == ["-2.0", "-3.0"] and tables["drop.csv"]["z_m"] == ["-9.0", "-8.0"]
+
+
+def test_frame_numbers_are_times_with_a_frame_rate(imported, refused):
+    _, tables = imported("frame,height [m]\n0,1.5\n12,1.45\n", "csv", frame_rate=240)
+    assert tables["drop.csv"]["t_s"] == ["0.0", "0.05"]
+    refused("frame,height [m]\n0,1.5\n12,1.45\n", "csv", "drop.csv, row 1: frame numbers but no times; state --frame-rate")
+
+
+def test_a_column_of_outcomes_makes_a_table_with_one_experiment_a_row(imported):
+    text = "Fallhöhe (cm);Fallzeit (ms);Masse [g];Gruppe\n50;319;57,7;Mo\n50;321;57,7;Mo\n100;452;57,7;Di\n150;;57,7;Di\n"
+    found, tables = imported(text, "csv")
+    assert found.kind == "outcomes"
+    assert tables["measurements.csv"] == {
+        "height_m": ["0.5", "0.5", "1.0"],
+        "fall_time_s": ["0.319", "0.321", "0.452"],
+        "mass_kg": ["0.0577", "0.0577", "0.0577"],
+        "group": ["Mo", "Mo", "Di"],
+    }
+    text = found.experiment.read_text()
+    assert "1 rows without fall_time_s are left out (row 5)" in text
+    assert "# noise = 0.003" in text and "mass =" not in text  # two equal rows tell the noise; the table tells the mass
+
+
+def test_without_replicates_the_noise_is_to_be_filled_in(imported):
+    found, _ = imported("drop height [m],fall time [s]\n0.5,0.319\n1,0.452\n", "csv")
+    assert [place.key for place in found.fill_in] == ["body.radius", "body.mass", "measurement.noise"]
+
+
+def test_the_user_says_what_a_column_is(imported):
+    """Time and height in each row may be samples of one fall, or falls: the name alone cannot tell."""
+    text = "h [cm],time [s]\n50,0.319\n50,0.321\n100,0.452\n"
+    _, tables = imported(text, "csv", column={"time [s]": "fall_time_s"})
+    assert tables["measurements.csv"] == {"height_m": ["0.5", "0.5", "1.0"], "fall_time_s": ["0.319", "0.321", "0.452"]}
+    _, tables = imported("time [s],mark [mm],n\n0,1500,1\n0.1,1451,2\n", "csv", column={"mark [mm]": "z_m"})
+    assert tables["drop.csv"]["z_m"] == ["1.5", "1.451"]
+
+
+def test_constants_become_columns_of_a_table(imported):
+    _, tables = imported("fall time [s]\tday\n0.45\tMo\n0.46\tTu\n", "csv", constant={"height_m": 1.0})
+    assert tables["measurements.csv"]["height_m"] == ["1.0", "1.0"]
+
+
+def test_angles_in_radians_are_degrees_in_a_table(imported):
+    """0.5 rad = 28.6478897565 degrees."""
+    _, tables = imported("angle [rad],sliding distance [mm]\n0.5,812\n0.5,815\n", "csv")
+    assert tables["measurements.csv"] == {"angle_deg": ["28.6478897565"] * 2, "stop_distance_m": ["0.812", "0.815"]}
+
+
+def test_every_column_that_tables_take_can_be_named_as_it_is(imported):
+    from hlcs.data.outcome_tables import LIMITS
+
+    for name in LIMITS:
+        _, tables = imported(f"{name},fall_time_s\n0.5,0.3\n0.5,0.31\n", "csv")
+        assert tables["measurements.csv"][name] == ["0.5", "0.5"]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("0,1\n1,2\n",
+         ["drop.csv, row 1: '0, 1'; expected a row with the names of two columns or more, such as Zeit [s]; Höhe [cm]"]),
+        ("Zeit,Laune\n0,1\n", ["drop.csv, row 1: columns 'Zeit', 'Laune'; none is known as a position", '--column "Laune=z_m"']),
+        ("height [cm],x [m]\n1,2\n2,3\n",
+         ["drop.csv, row 1: a column of times, such as Zeit [s], is missing; there are z_m, x_m"]),
+        ("t,z\n0,1\n0.1,1.2.3\n", ["drop.csv, row 3, column z_m: '1.2.3' is not a number; leave a missing sample blank"]),
+        ("t;z\n0;1,5\n0,1;1.4\n", ["drop.csv, row 3, column z_m: '1.4' has a point where other decimals have a comma"]),
+        ("t,z\n0,1\n0,1\n", ["drop.csv, row 3, column t_s: 0 s after 0 s: the same time twice; where each row is an experiment"]),
+        ("t [s],z [ell]\n0,1\n1,2\n", ["drop.csv, column z_m: 'ell' is not known as a unit of length; known are m,"]),
+        ("t,height,z\n0,1,2\n1,1,2\n", ["drop.csv, row 1: both 'height' and 'z' would be z_m"]),
+        ("t,z,x\n0,1,\n1,2,\n", ["drop.csv, row 1, column x: no number below it, which is to be x_m"]),
+        ("fall time,drop height\n0.3,0.5\n0.4,\n",
+         ["drop.csv, row 3, column height_m: blank; every experiment needs its inputs"]),
+        ("fall time,rebound height\n0.3,0.5\n", ["fall_time_s and rebound_height_m are both outcomes; a table has one"]),
+        ("t,z,qw,qx\n0,1,1,0\n1,1,1,0\n", ["drop.csv: qw, qx without the rest"]),
+        ('t,"z\n0,1\n', ["drop.csv, row 1: a quote is opened and not closed in its row"]),
+        ("t,z\n" + "0,1," + "9" * 300_000, ["drop.csv, row 2: a line of 300,004 characters"]),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_read_is_refused_with_its_row(refused, text, words):
+    refused(text, "csv", *words)
+
+
+def test_a_column_that_is_not_there_is_told_with_those_that_are(refused):
+    refused("t,z\n0,1\n1,2\n", "csv", "no column 'Höhe' (--column); there are 't', 'z'", column={"Höhe": "z_m"})
+
+
+def test_the_folder_is_as_before_when_a_file_is_refused(imported, refused, tmp_path):
+    imported(GERMAN, "csv")
+    before = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    refused("t,z\n0,one\n", "csv")
+    assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(hlcs.InputError, match="nowhere.csv: cannot be read"):
+        hlcs.import_measurements(tmp_path / "nowhere.csv", "csv", tmp_path / "out")

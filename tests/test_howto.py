@@ -1,0 +1,72 @@
+"""The how-to pages: their snippets run, their commands work, and print what the pages show."""
+
+import glob
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from hlcs.cli import commands
+from hlcs.importing import FORMATS
+
+PAGES = sorted(path for path in (Path(__file__).resolve().parent.parent / "docs" / "howto").glob("*.md") if path.stem != "index")
+BLOCK = re.compile(r"^```(python|bash|toml|text)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def walk(page, capsys, until=None):
+    """Follow a page in the current folder: run its python and bash, fill in its toml, and compare its text with what was printed.
+
+    until: word of a command before which to stop. Returns the number of blocks of text that were compared.
+    """
+    printed, experiment, compared = "", None, 0
+    for kind, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+        if kind == "python":
+            exec(text, {})  # a page of this repository, not a user's file
+        elif kind == "toml":
+            lines = experiment.read_text(encoding="utf-8").split("\n")
+            for line in filter(None, text.split("\n")):
+                (place,) = [k for k, old in enumerate(lines) if old.startswith(line.split(" = ")[0] + " = ")]
+                lines[place] = line
+            experiment.write_text("\n".join(lines), encoding="utf-8")
+        elif kind == "bash":
+            if until and until in text:
+                return compared
+            printed = ""
+            for line in filter(None, text.split("\n")):
+                words = [word for one in shlex.split(line)[1:] for word in (sorted(glob.glob(one)) if "*" in one else [one])]
+                assert commands.main(words) == 0, capsys.readouterr().err
+                printed += capsys.readouterr().out
+                experiment = Path(words[-1]) / "experiment.toml" if words[0] == "import" else experiment
+        elif text.startswith("hlcs: "):  # what is printed where a command is refused
+            assert commands.main(["import", "falls.csv", "--as", "csv", "--out", "refused"]) == 2
+            assert capsys.readouterr().err == text
+        else:
+            shown = [line for line in text.split("\n") if line.strip() and line.strip() != ".."]
+            assert not [line for line in shown if line not in printed.split("\n")], printed
+            compared += 1
+    return compared
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+def test_the_import_on_a_page_prints_what_the_page_shows(page, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert walk(page, capsys, until="compare") == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+def test_a_page_leads_from_the_export_to_the_mended_model(page, capsys, tmp_path, monkeypatch):
+    """Every figure on the page is what the commands print; the last comparison leaves nothing but noise."""
+    monkeypatch.chdir(tmp_path)
+    assert walk(page, capsys) == 3
+    assert "nothing but noise" in page.read_text(encoding="utf-8")
+
+
+def test_the_table_of_options_says_which_formats_listen_to_them():
+    """Each row `--name` | .. | formats agrees with the USES of the readers."""
+    text = (PAGES[0].parent / "index.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `--([\w-]+) [^|]*\| [^|]+ \| ([\w, ]+) \|$", text, re.MULTILINE)
+    said = {name.replace("-", "_"): set(FORMATS) if which == "all" else set(which.split(", ")) for name, which in rows}
+    assert said == {name: {form for form, reader in FORMATS.items() if name in reader.USES} for name in said}
+    assert set(said) == {name for reader in FORMATS.values() for name in reader.USES}
