@@ -8,6 +8,8 @@ from time import perf_counter
 
 import numpy as np
 
+from hlcs.records import STOPPED
+
 SEGMENTED_LIMIT = 3.0e6  # body-steps of a search on a tumbling body: some 90 s at 30 us each
 SMOOTH_LIMIT = 10.0e6  # the same where recordings are not in segments: 60 to 70 s at 6 to 7 us each
 FLIGHT_LIMIT = 40.0e6  # the same where nothing touches: at most 2 us each, what a step costs by itself counted too
@@ -15,7 +17,6 @@ SEARCH_LINEARISATIONS = 200  # that a search over the whole library needs
 FIT_LINEARISATIONS = 7  # that a fit takes, as a rule
 CONFIRM_LINEARISATIONS = 60  # to fit the model under test and to refit what was accepted, on more recordings
 LEFT_OUT = "left out to keep within the limit of time:"
-STOPPED = "stopped by Ctrl-C before its end: sets of effects that were not fitted by then are missing from this answer"
 TELLING = 0.02  # part of the limit after which the time left can be told
 LINEARISATION_RUNS = 13  # one, and one for each number of the initial state
 

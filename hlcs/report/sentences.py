@@ -2,6 +2,7 @@
 
 import math
 
+from hlcs.records import STOPPED
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness
 from hlcs.report.words import capital, joined, share, size, value, words
@@ -21,7 +22,8 @@ def opening(diagnosis):
         "unexplained": _unexplained,
         "cannot_judge": _cannot_judge,
     }[diagnosis.verdict](diagnosis)
-    return [*told, *_tolerance(diagnosis)]
+    stopped = ["Stopped by Ctrl-C: this holds for the sets of effects that were fitted by then."]
+    return [*stopped * (STOPPED in diagnosis.notes), *told, *_tolerance(diagnosis)]
 
 
 # --- what an effect is called -----------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.impacts import differing_from_model, read_impacts
 from hlcs.data.recordings import read_recordings
 from hlcs.effects import check_names, class_named
-from hlcs.estimation.budget import SMOOTH_LIMIT, STOPPED, screening_subset
+from hlcs.estimation.budget import SMOOTH_LIMIT, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
 from hlcs.estimation.noise_model import estimate_noise
 from hlcs.estimation.trajectory_problem import CHANNELS
@@ -18,7 +18,7 @@ from hlcs.kinds.trajectories.preparation import beside, prepare, touches
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories.time_step import polished
 from hlcs.learning import learn
-from hlcs.records import Pictures, Reason
+from hlcs.records import STOPPED, Pictures, Reason
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search

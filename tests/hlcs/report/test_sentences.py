@@ -22,7 +22,7 @@ from planted import (
 )
 from planted import table as observations
 
-from hlcs.records import Comparison, Reason
+from hlcs.records import STOPPED, Comparison, Reason
 from hlcs.report.ranking import ranking
 
 
@@ -177,3 +177,9 @@ def test_candidates_of_one_reason_stand_together_with_it():
     assert "- uniform_flow, time_scale: a part is explained, not as well as by what was found" in told
     little = replace(WIND, remains=WIND.remains | {"chi2_per_freedom": 2490.0})
     assert "- uniform_flow: less than 2 % of the misfit is explained." in text(diagnosis(others=(little,)))
+
+
+def test_a_search_that_was_stopped_says_so_before_anything_else():
+    stopped = replace(UNEXPLAINED, notes=(STOPPED,))
+    assert opening(stopped).startswith("Stopped by Ctrl-C: this holds for the sets of effects that were fitted by then.")
+    assert "Ctrl-C" not in opening(UNEXPLAINED)
