@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hlcs.data.quantities import AROUND, OUTCOMES
 from hlcs.files.toml_files import LARGEST, TomlFile
 from minibullet.effects.fluid import AIR_DENSITY
 from minibullet.errors import InputError, shown, shown_value
@@ -21,16 +22,7 @@ SECTIONS = {
     "surroundings.floor": ["height", "normal"],
     "model": ["effects", "added", "time_step"],
     "measurement": ["noise", "static", "file"],
-    "measurement.noise": [
-        "position",
-        "orientation",
-        "outcome",
-        "fall_time_s",
-        "rebound_height_m",
-        "stop_distance_m",
-        "slide_time_s",
-        "rest_height_m",
-    ],
+    "measurement.noise": ["position", "orientation", "outcome", *OUTCOMES],
     "diagnose": ["candidates", "hold_out", "tolerance"],
     "trial": ["file", "group", "start"],
     "trial.start": ["position", "orientation", "velocity", "angular_velocity"],
@@ -38,14 +30,6 @@ SECTIONS = {
 SECTIONS["trial"] += SECTIONS["body"] + SECTIONS["surroundings"]
 SHAPES = {"sphere": "radius", "box": "size", "cubipod": "side", "mesh": "mesh"}
 SIZES = dict(low=1e-6, high=1e3)  # lengths of a body: dust to a hill, so that volumes and inertias are numbers [m]
-AROUND = {
-    "gravity": (0.0, 300.0),
-    "fluid_density": (0.0, 25000.0),
-    "fluid_viscosity": (0.0, 1e4),
-    "friction": (0.0, 10.0),
-    "restitution": (0.0, 1.0),
-}  # lowest and highest value of what surrounds a body, SI
-
 LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
 
 

@@ -9,26 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from hlcs.data import validation
-from hlcs.data.experiment_file import AROUND
+from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.files.csv_files import CsvLayout, CsvText, read_csv
 from minibullet.errors import InputError
-
-OUTCOMES = ("fall_time_s", "rebound_height_m", "stop_distance_m", "slide_time_s", "rest_height_m")
-LIMITS = {  # lowest and highest value of each input
-    "height_m": (0, 1e3),
-    "slope": (-10, 10),
-    "speed_m_s": (0, 400),
-    "angle_deg": (-90, 90),
-    "distance_m": (0, 1e4),
-    "mass_kg": (1e-9, 1e7),
-    "radius_m": (1e-6, 1e2),
-    "friction": AROUND["friction"],
-    "restitution": AROUND["restitution"],
-    "gravity_m_s2": AROUND["gravity"],
-    "fluid_density_kg_m3": AROUND["fluid_density"],
-    "fluid_viscosity_pa_s": AROUND["fluid_viscosity"],
-    "spin_rad_s": (-1e5, 1e5),
-}
 
 
 @dataclass(frozen=True)
@@ -54,7 +37,7 @@ def read_outcomes(file):
 
 def read_table(path):
     """An OutcomeTable from a CSV, a Path or a CsvText, of inputs and one outcome column."""
-    read = read_csv(path, CsvLayout((*LIMITS, "group", *OUTCOMES), words=("group",)))
+    read = read_csv(path, CsvLayout((*INPUTS, "group", *OUTCOMES), words=("group",)))
     columns, rows = read.columns, read.rows
     outcomes = [name for name in columns if name in OUTCOMES]
     if len(outcomes) != 1:
@@ -62,7 +45,7 @@ def read_table(path):
     if len(rows) < 3:
         raise InputError(f"{read.name}: {len(rows)} rows; at least 3 experiments are needed")
     (outcome,) = outcomes
-    for name, (low, high) in (LIMITS | {outcome: (0 if outcome.endswith("_s") else -10, 1e4)}).items():
+    for name, (low, high) in (INPUTS | {outcome: (0 if outcome.endswith("_s") else -10, 1e4)}).items():
         outside = (columns[name] < low) | (columns[name] > high) if name in columns else np.zeros(1, bool)
         if outside.any():
             worst = int(np.argmax(outside))

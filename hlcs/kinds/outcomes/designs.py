@@ -3,7 +3,7 @@
 import numpy as np
 
 from hlcs.data.experiment_file import impossible_density
-from hlcs.data.outcome_tables import LIMITS
+from hlcs.data.quantities import INPUTS
 from hlcs.estimation.designs import Design, octaves
 from hlcs.simulation import outcome_motion
 
@@ -78,7 +78,7 @@ def said(row):
 
 def possible(file, row):
     """May a row be measured? Its inputs within their limits, its body of a density that there is."""
-    if not all(LIMITS[name][0] <= value <= LIMITS[name][1] for name, value in row.items()):
+    if not all(INPUTS[name][0] <= value <= INPUTS[name][1] for name, value in row.items()):
         return False
     setup = outcome_motion.row_setup(file, {name: np.array([value]) for name, value in row.items()}, 0)
     return not impossible_density(setup.body)
