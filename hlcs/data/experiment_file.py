@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs.data.quantities import AROUND, OUTCOMES
+from hlcs.data.quantities import AROUND, INPUTS, OUTCOMES
 from hlcs.files.toml_files import LARGEST, TomlFile
 from minibullet.effects.fluid import AIR_DENSITY
 from minibullet.errors import InputError, shown, shown_value
@@ -21,8 +21,9 @@ SECTIONS = {
     "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "floor", "friction", "restitution"],
     "surroundings.floor": ["height", "normal"],
     "model": ["effects", "added", "time_step"],
-    "measurement": ["noise", "static", "file"],
+    "measurement": ["noise", "static", "file", "input_sd"],
     "measurement.noise": ["position", "orientation", "outcome", *OUTCOMES],
+    "measurement.input_sd": list(INPUTS),
     "diagnose": ["candidates", "hold_out", "tolerance"],
     "trial": ["file", "group", "start"],
     "trial.start": ["position", "orientation", "velocity", "angular_velocity"],
@@ -43,7 +44,12 @@ class Layout:
 
 LAYOUTS = {
     "trajectory": Layout(
-        True, {"placement": '"layers"', "measurement.file": '"outcomes" or "layers"; here files stand in [[trial]]'}
+        True,
+        {
+            "placement": '"layers"',
+            "measurement.file": '"outcomes" or "layers"; here files stand in [[trial]]',
+            "measurement.input_sd": '"outcomes"',
+        },
     ),
     "outcomes": Layout(False, {"placement": '"layers"', "trial": '"trajectory"', "measurement.static": '"trajectory"'}),
     "layers": Layout(
@@ -53,6 +59,7 @@ LAYOUTS = {
             "trial": '"trajectory"',
             "measurement.static": '"trajectory"',
             "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV',
+            "measurement.input_sd": '"outcomes"',
         },
     ),
 }
@@ -116,6 +123,7 @@ class ExperimentFile:
     added: tuple[str, ...]  # names of those that were added last: what a comparison shows the model with and without
     time_step: float  # [s]
     noise: dict  # stated one-sigma values, may be empty
+    input_sd: dict  # of the inputs of a table, one sigma each, may be empty
     static: Path | None
     data_file: Path | None  # outcomes and layers
     candidates: tuple[str, ...] | None
@@ -175,6 +183,7 @@ def checked_experiment(reader, layouts=LAYOUTS):
         effects=_effect_entries(reader, model),
         added=_added(reader, model),
         noise=_noise(reader, measurement, kind, layout.in_trials),
+        input_sd=_input_sd(reader, measurement),
         time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1) or 1 / 240,
         static=_path(reader, measurement, "static", "measurement"),
         data_file=_path(reader, measurement, "file", "measurement"),
@@ -364,6 +373,13 @@ def _noise(reader, measurement, kind, of_poses):
             right = "position [m] and orientation [rad]" if of_poses else "noise = 0.003, one sigma of the outcome"
             reader.fail(key, f'has no place where kind = "{kind}"; write {right}', "measurement.noise")
     return {key: reader.number(noise, key, "measurement.noise", above=0.0, low=1e-12, high=1e6) for key in noise}
+
+
+def _input_sd(reader, measurement):
+    """{input: one sigma of its error} of a table."""
+    section, table = "measurement.input_sd", measurement.get("input_sd", {})
+    reader.known(table, section)
+    return {key: reader.number(table, key, section, above=0.0) for key in table}
 
 
 def _names(reader, table, key, section):

@@ -26,6 +26,8 @@ class Problem:
     `linearise(model, initial_states)`.
     """
 
+    shared_doubt = 0.0  # standard deviation of the logarithm of errors that observations share
+
     @property
     def segmented(self):
         """Are the recordings segments of longer ones?"""

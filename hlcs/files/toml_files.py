@@ -19,6 +19,7 @@ from minibullet.files.reading import read_text
 
 EXAMPLES = {
     "measurement.noise": "{ position = 0.002 }",
+    "measurement.input_sd": "{ height_m = 0.01 }",
     "surroundings.floor": "{ height = 0.0 }",
     "trial.start": "{ velocity = [0.0, 0.0, 0.0] }",
 }
