@@ -19,6 +19,9 @@ from minibullet.effects.fluid import AIR_DENSITY, AIR_VISCOSITY, Drag
 KNOWN = (
     0.05  # relative error of a fluid density that a file states: temperature, salt, pressure; where none is stated any gas may be
 )
+BEYOND = 1.1  # times what a file states: plausible, though the law's own range ends below
+VISCOSITY = "viscosity"  # the number that a file states as fluid_viscosity
+OF_VISCOSITY = 0.2  # relative error of a stated viscosity: that of glycerine falls by 8 % for each degree
 VACUUM = 1e-3  # part of its plausible range that a number of a fluid may have where the file states a vacuum
 
 
@@ -207,6 +210,10 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
         stated, error = (null, VACUUM * high) if vacuum else (getattr(surroundings, name, None), 0.0)
         if stated and not vacuum:
             error = (KNOWN if surroundings.fluid_stated else 1.0) * stated
+        if name == VISCOSITY and surroundings.fluid_viscosity and not vacuum:
+            stated, error = surroundings.fluid_viscosity, OF_VISCOSITY * surroundings.fluid_viscosity
+        if stated is not None:
+            high = max(high, BEYOND * stated)
         if known.in_liquid and surroundings.in_liquid:
             stated, error = known.in_liquid
         ends, certain = (known.least, known.most), surroundings.in_liquid and stated is not None

@@ -23,13 +23,14 @@ from minibullet.errors import InputError
 class Search:
     """The fitted sets of effects of one problem."""
 
-    def __init__(self, problem, candidates, base, odds=ODDS, progress=None, readings=None):
+    def __init__(self, problem, candidates, base, odds=ODDS, progress=None, readings=None, first=()):
         """base: Fit of the model under test; odds: against one effect; readings: candidate -> its numbers as samples around the
-        impacts show them."""
+        impacts show them; first: names of those that are fitted whatever is foreseen of them, from their readings: far from the
+        data nothing foresees them."""
         self.problem, self.base, self.odds = problem, base, odds
         self.candidates = {entry.name: entry for entry in sorted(candidates, key=lambda entry: entry.name)}
         self.progress = progress or (lambda text: None)
-        self.readings = readings or {}
+        self.readings, self.first = readings or {}, [name for name in first if name in self.candidates]
         self.base_has_drag = has_drag(base.model)
         self.budget = Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
@@ -84,6 +85,11 @@ class Search:
     def run(self):
         """Expand and refit until no set is foreseen within reach of the best."""
         refits = 0
+        self.expand()
+        for name in self.first:
+            known = Proposal(np.inf, frozenset({name}), {name: self.readings[name]})
+            if self.compatible(known.effects) and (fit := self.refit(known, self.base)) is not None:
+                self.fits[known.effects] = fit
         while True:
             self.expand()
             best = self.cost(self.ranked()[0])

@@ -5,6 +5,7 @@ from functools import cached_property
 import numpy as np
 from scipy import optimize, stats
 
+from hlcs.estimation.linearization import free_numbers
 from hlcs.selection.held_out import HeldOut, beaten, held_out
 from hlcs.selection.thresholds import INTERVAL, TIED
 
@@ -28,9 +29,17 @@ class FittedSets:
         return np.isfinite(self.search.fits[effects].chi2) and not any(self.broken(effects, name) for name in doubtful)
 
     def broken(self, effects, name):
-        """Explanations of the rules that an effect of a set breaks on held-out data."""
+        """Explanations of the rules that an effect of a set breaks on held-out data; none where the data are explained without
+        it only by numbers that contradict what the file states, such as a liquid as heavy as the body."""
         count = len(self.search.candidates)
+        if self.contradicts(self.fit(self.without(effects, name))):
+            return []
         return self.held_out(effects, name).broken(self.cross_validation.few, count)
+
+    def contradicts(self, fit):
+        """Does a fit need a number of what the file implies that is far from plausible?"""
+        stated = [(free, value) for free, value in zip(free_numbers(fit.model), fit.estimate, strict=True) if free.certain]
+        return any(not free.plausible(value) for free, value in stated)
 
     def held_out(self, effects, name) -> HeldOut:
         """What one effect of a set does beside the others, and with it whatever acts through it alone."""

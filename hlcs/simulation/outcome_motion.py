@@ -16,6 +16,13 @@ from minibullet.bodies import Bodies, ContactLaw, Contacts
 from minibullet.effects import contact_law
 
 STEPS = 160  # of a fall or a slide
+LONGER, MOST_LONGER = (
+    1.7,
+    40,
+)  # factor on the time of a flight that was too short, and how often: after 1e9 times the time of a fall
+# through nothing a body does not sink at all
+STEADY = 1e-10  # change of the speed over a step, relative, from which a body sinks on as it does
+FURTHER = 100.0  # as many times as long, at most, where a body sinks so slowly at the end of a flight
 
 
 def outcomes(model, setups, inputs, outcome):
@@ -47,10 +54,13 @@ def state_of(setups, velocity):
     return Bodies(np.zeros((count, 3)), orientation, np.concatenate([velocity, np.zeros((count, 3))], axis=1), *properties)
 
 
-def crossing(track, passed, count=50):
-    """Times (B,) at which `passed(position (B, 3))` (positive before) falls through zero, by bisection on a Track."""
+def crossing(track, passed, count=50, until=None):
+    """Times (B,) at which `passed(position (B, 3))` (positive before) falls through zero, by bisection on a Track.
+
+    until: time that it is not later than [s] (B,), None = the end of the Track; beyond that motion goes straight on.
+    """
     bodies = track.position.shape[1]
-    low, high = np.zeros(bodies), np.full(bodies, track.times[-1])
+    low, high = np.zeros(bodies), np.full(bodies, track.times[-1]) if until is None else until
     for _ in range(count):
         middle = (low + high) / 2
         before = passed(track.observe(middle[:, None])[0][:, 0]) > 0
@@ -60,22 +70,27 @@ def crossing(track, passed, count=50):
 
 def velocity_at(track, times):
     """Velocities (B, 3) at times (B,), by a central difference well inside a step."""
-    h = 1e-4 * track.times[1]
+    h = 1e-4 * track.times[-1] / STEPS
     ahead, behind = track.observe((times + h)[:, None])[0][:, 0], track.observe((times - h)[:, None])[0][:, 0]
     return (ahead - behind) / (2 * h)
 
 
 def fallen(setups, effects, height):
-    """(time [s], velocity (d, 3)) of bodies that have fallen by `height` (d,) [m] from rest."""
+    """(time [s], velocity (d, 3)) of bodies that have fallen by `height` (d,) [m] from rest; nan where one floats."""
     gravity = setups[0].surroundings.gravity
     state = state_of(setups, np.zeros((len(setups), 3)))
     longest = 1.5 * np.sqrt(2 * height.max() / gravity)
-    for _ in range(8):
+    for _ in range(MOST_LONGER):
         track = fly(state, effects, longest, longest / STEPS)
-        if np.all(-track.position[-1, :, 2] > height):
+        left, speed = height + track.position[-1, :, 2], -track.velocity[-1, :, 2]
+        later = np.where(left > 0, left / np.where(speed > 0, speed, np.nan), 0.0)  # where it goes on as it does at the end
+        steady = np.abs(track.velocity[-1] - track.velocity[-2]).max(axis=1) < STEADY * np.abs(speed)
+        if np.all((left <= 0) | steady) or not np.isfinite(later).all():
             break
-        longest *= 1.7
-    times = crossing(track, lambda position: height + position[:, 2])
+        longest *= np.clip(1.05 * (1 + np.max(later) / longest), LONGER, FURTHER)
+    high = longest + 1.01 * np.nan_to_num(later)
+    times = crossing(track, lambda position: height + position[:, 2], until=high)
+    times = np.where((left <= 0) | steady & np.isfinite(later), times, np.nan)
     return times, velocity_at(track, times)
 
 

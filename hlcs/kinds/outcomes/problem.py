@@ -21,7 +21,7 @@ from hlcs.kinds.outcomes.checks import check_magnitude, check_table
 from hlcs.kinds.outcomes.designs import TOO_LONG, rows_of, said
 from hlcs.kinds.outcomes.setting_errors import SettingErrors, of_inputs, setting_errors
 from hlcs.kinds.protocol import Prepared, misses
-from hlcs.selection.eligibility import NEEDS, eligible, stated
+from hlcs.selection.eligibility import NEEDS, eligible, stated, with_drag_that_fits
 from hlcs.simulation import outcome_motion
 from hlcs.simulation.model import Model
 from minibullet import effects
@@ -29,6 +29,7 @@ from minibullet.effects.contract import Need
 
 FORCES = (
     effects.LinearDrag,
+    effects.StokesDrag,
     effects.QuadraticDrag,
     effects.DragCrisis,
     effects.Buoyancy,
@@ -209,6 +210,15 @@ def table_noise(file, table):
     return Noise(CorrelatedNoise(float(np.sqrt(within / freedom)), 0.0, 0.0, covariance), None, 1.0, "replicates")
 
 
+def fastest_row(file, table):
+    """The highest speed that a body may have had [m/s]: of a fall, not above that of a free one, nor above twice its mean."""
+    inputs, none = table.inputs, np.zeros(1)
+    free = np.sqrt(2 * file.surroundings.gravity * inputs.get("height_m", none))
+    if table.outcome == "fall_time_s":
+        free = np.minimum(free, 2 * inputs["height_m"] / np.maximum(table.values, 1e-9))
+    return float(max(np.max(free), np.max(np.abs(inputs.get("speed_m_s", none)))))
+
+
 def table_candidates(file, table, names, own):
     """(candidates, {name: why not}) for an outcome table."""
     known = known_body(file.body) or ("mass_kg" in table.inputs and "radius_m" in table.inputs)
@@ -223,6 +233,9 @@ def table_candidates(file, table, names, own):
         return None
 
     why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
+    if known:
+        first = outcome_motion.row_setup(file, table.inputs, int(np.argmax(table.inputs.get("radius_m", np.zeros(1)))))
+        why = with_drag_that_fits(why, first.body, first.surroundings, fastest_row(file, table))
     return eligible(why, file.body, file.surroundings, known, own)
 
 

@@ -42,8 +42,9 @@ def missing(contact=True, **what):
 
 
 def test_where_everything_is_known_everything_takes_part():
+    """But for the law of a creeping flow: this ball has Reynolds numbers of 1e5."""
     found, absent = candidates_for(recordings(columns="x y z rx ry rz rw"), True)
-    assert absent == {} and [entry.name for entry in found] == sorted(classes())
+    assert set(absent) == {"stokes_drag"} and [entry.name for entry in found] == sorted({*classes()} - {*absent})
 
 
 @pytest.mark.parametrize(
