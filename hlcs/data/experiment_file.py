@@ -17,11 +17,11 @@ from minibullet.shapes.mesh_files import mesh_file
 
 SECTIONS = {
     "": ["kind", "title", "body", "surroundings", "placement", "model", "measurement", "diagnose", "trial"],
-    "body": ["shape", "radius", "size", "side", "mesh", "mass", "inertia"],
+    "body": ["shape", "radius", "height", "size", "side", "mesh", "mass", "inertia", "drag_area"],
     "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "floor", "friction", "restitution"],
     "surroundings.floor": ["height", "normal"],
     "model": ["effects", "added", "time_step"],
-    "measurement": ["noise", "static", "file", "input_sd"],
+    "measurement": ["noise", "static", "file", "input_sd", "planar"],
     "measurement.noise": ["position", "orientation", "outcome", *OUTCOMES],
     "measurement.input_sd": list(INPUTS),
     "diagnose": ["candidates", "hold_out", "tolerance"],
@@ -29,7 +29,15 @@ SECTIONS = {
     "trial.start": ["position", "orientation", "velocity", "angular_velocity"],
 }
 SECTIONS["trial"] += SECTIONS["body"] + SECTIONS["surroundings"]
-SHAPES = {"sphere": "radius", "box": "size", "cubipod": "side", "mesh": "mesh"}
+SHAPES = {  # shape -> the keys that say its size
+    "sphere": ("radius",),
+    "box": ("size",),
+    "cubipod": ("side",),
+    "mesh": ("mesh",),
+    "disc": ("radius", "height"),
+    "cylinder": ("radius", "height"),
+    "cone": ("radius", "height"),
+}
 SIZES = dict(low=1e-6, high=1e3)  # lengths of a body: dust to a hill, so that volumes and inertias are numbers [m]
 LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
 
@@ -51,13 +59,22 @@ LAYOUTS = {
             "measurement.input_sd": '"outcomes"',
         },
     ),
-    "outcomes": Layout(False, {"placement": '"layers"', "trial": '"trajectory"', "measurement.static": '"trajectory"'}),
+    "outcomes": Layout(
+        False,
+        {
+            "placement": '"layers"',
+            "trial": '"trajectory"',
+            "measurement.static": '"trajectory"',
+            "measurement.planar": '"trajectory"',
+        },
+    ),
     "layers": Layout(
         False,
         {
             "body": '"trajectory" or "outcomes"',
             "trial": '"trajectory"',
             "measurement.static": '"trajectory"',
+            "measurement.planar": '"trajectory"',
             "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV',
             "measurement.input_sd": '"outcomes"',
         },
@@ -71,13 +88,20 @@ class Body:
     """What was dropped, slid, rolled or thrown. None = not stated."""
 
     shape: str = "sphere"
-    radius: float | None = None  # of a sphere [m]
+    radius: float | None = None  # of a sphere, a disc, a cylinder, the base of a cone [m]
+    height: float | None = None  # of a disc, a cylinder, a cone: along z of the body [m]
     size: tuple[float, ...] | None = None  # edge lengths of a box [m]
     side: float | None = None  # cube side of a Cubipod [m]
     mesh: str | None = None  # path of a mesh file
     form: object = field(default=None, hash=False)  # the solid read from it, a minibullet shape
     mass: float | None = None  # [kg]
     inertia: tuple[float, ...] | None = None  # principal moments, body axes [kg m2]
+    drag_area: float | None = None  # that a drag coefficient refers to; None = the mean projected area of the shape [m2]
+
+    @property
+    def sized(self):
+        """Is the size of its shape stated?"""
+        return all(getattr(self, key) is not None for key in SHAPES[self.shape])
 
 
 @dataclass(frozen=True)
@@ -92,6 +116,7 @@ class Surroundings:
     floor_normal: tuple[float, ...] = (0.0, 0.0, 1.0)
     friction: float = 0.5  # of the pair [-]
     restitution: float = 0.0  # [-]
+    planar: bool = False  # does it move in the plane of x and y, carried without friction where there is no floor?
 
     @property
     def in_liquid(self):
@@ -163,6 +188,7 @@ def checked_experiment(reader, layouts=LAYOUTS):
     body = _body(reader, values.get("body", {}), "body", Body())
     surroundings = _surroundings(reader, values.get("surroundings", {}), "surroundings", Surroundings())
     model, measurement, diagnose = values.get("model", {}), values.get("measurement", {}), values.get("diagnose", {})
+    surroundings = replace(surroundings, planar=reader.flag(measurement, "planar", "measurement"))
     trials = tuple(_trial(reader, entry, index, body, surroundings) for index, entry in enumerate(_trial_list(reader, values)))
     for index, entry in enumerate(trials or [None]):
         used = entry.body if entry else body
@@ -231,8 +257,9 @@ def _trial_list(reader, values):
 
 
 def _body(reader, table, section, base, index=None):
-    numbers = {key: reader.number(table, key, section, index=index, **SIZES) for key in ("radius", "side")}
+    numbers = {key: reader.number(table, key, section, index=index, **SIZES) for key in ("radius", "height", "side")}
     numbers["mass"] = reader.number(table, "mass", section, above=0.0, low=1e-12, high=1e9, index=index)
+    numbers["drag_area"] = reader.number(table, "drag_area", section, index=index, above=0.0, low=1e-12, high=1e6)
     changes = {key: value for key, value in numbers.items() if value is not None}
     for key, bounds in (("size", SIZES), ("inertia", dict(low=1e-30))):
         value = reader.vector(table, key, section, 3, index=index, **bounds)
@@ -247,9 +274,11 @@ def _body(reader, table, section, base, index=None):
         except InputError as error:
             reader.fail("mesh", str(error), section, index)
     body = replace(base, **changes)
-    for shape, key in SHAPES.items():
-        if key in changes and shape != body.shape:
-            reader.fail(key, f'belongs to shape "{shape}", but the shape is "{body.shape}"', section, index)
+    for key in {key: None for keys in SHAPES.values() for key in keys}:
+        if key in changes and key not in SHAPES[body.shape]:
+            *others, last = (f'"{shape}"' for shape, keys in SHAPES.items() if key in keys)
+            owners = f"{', '.join(others)} or {last}" if others else last
+            reader.fail(key, f'belongs to shape {owners}, but the shape is "{body.shape}"', section, index)
     if body.inertia:
         a, b, c = sorted(body.inertia)
         if a + b < c * (1 - 1e-9):
@@ -265,7 +294,7 @@ def _body(reader, table, section, base, index=None):
 
 def _check_density(reader, body, table, section, index):
     if said := impossible_density(body):
-        reader.fail("mass" if "mass" in table else SHAPES[body.shape], said, section, index)
+        reader.fail("mass" if "mass" in table else SHAPES[body.shape][0], said, section, index)
 
 
 def impossible_density(body):
@@ -275,8 +304,11 @@ def impossible_density(body):
         "box": lambda: float(np.prod(body.size)),
         "cubipod": lambda: body.side**3,
         "mesh": lambda: body.form.volume,
+        "disc": lambda: np.pi * body.radius**2 * body.height,
+        "cylinder": lambda: np.pi * body.radius**2 * body.height,
+        "cone": lambda: np.pi * body.radius**2 * body.height / 3,
     }.get(body.shape)
-    if volume is None or body.mass is None or getattr(body, SHAPES[body.shape]) is None:
+    if volume is None or body.mass is None or not body.sized:
         return ""
     density = body.mass / volume()
     if 0.02 <= density <= 30000.0:

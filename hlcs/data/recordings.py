@@ -82,7 +82,7 @@ def read_recordings(file):
     for name, entry in sorted(zip(names, file.trials, strict=True), key=lambda pair: (pair[0], str(pair[1].file))):
         times, position, orientation, rows = read_recording(entry.file)
         trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings, rows=rows)
-        for check in CHECKS:
+        for check in (validation.check_plane,) if trial.surroundings.planar else CHECKS:
             check(trial, entry.file)
         notes += validation.describe(trial, entry.file) + validation.check_floor(trial, entry.file)
         trials.append(trial)

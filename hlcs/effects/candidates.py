@@ -199,7 +199,7 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
     """
     free, vacuum = [], kind.group == "fluid" and surroundings.fluid_density == 0.0
     drag = 0.5 * surroundings.fluid_density * body.area / body.mass if body_known and not vacuum else 0.2
-    scales = {"": 1.0, "radius": body.radius, "drag": drag, "extent": extent}
+    scales = {"": 1.0, "radius": body.radius, "drag": drag, "extent": extent, "per extent": 1 / extent}
     for name, known in parameters(kind).items():
         if known.given or known.body_known not in (None, body_known):
             continue

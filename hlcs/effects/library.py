@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import minibullet.effects as forces
-from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.data.rigid_body import known_to_drag, rigid_body
 from hlcs.effects.candidates import build, candidate, ends_of_law
 from hlcs.effects.contract import Change
 from minibullet.effects.catalogue import classes_in
@@ -113,7 +113,7 @@ def _check_numbers(entry, file, own):
     said = {*entry, *(["fluid_density"] if file.surroundings.fluid_density > 0 else [])}  # as in `build_entry`
     ready = any(known.null not in (None, known.default) for known in numbers)  # a class of the user's may bring its value
     if numbers and not ready and said.isdisjoint(known.name for known in numbers):
-        useful = [known for known in numbers if known.body_known is not False or not known_body(_body(file))]
+        useful = [known for known in numbers if known.body_known is not False or not known_to_drag(_body(file))]
         raise InputError(f"{entry['name']} stands without a number; give {', '.join(map(_shown_number, useful))}")
 
 
@@ -127,7 +127,7 @@ def _shown_number(known):
 def _doubts(entry, file, own):
     """Sentences on the numbers of an entry beyond their plausible ranges; one that depends on the data is not judged."""
     kind = class_named(entry["name"], own)
-    by_data = {name for name, known in parameters(kind).items() if known.bounds_in == "extent"}
+    by_data = {name for name, known in parameters(kind).items() if known.bounds_in in ("extent", "per extent")}
     free = candidate(kind, file.surroundings, rigid_body(_body(file)), body_known=True).free
     said = [number.doubt(entry["name"], entry[number.name]) for number in free if number.name in {*entry} - by_data]
     return filter(None, said)

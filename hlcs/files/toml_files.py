@@ -188,6 +188,13 @@ class TomlFile:
             self.warn(key, said, section, index)
         return float(value)
 
+    def flag(self, table, key, section):
+        """true or false; false where the key is left out."""
+        value = table.get(key, False)
+        if not isinstance(value, bool):
+            self.fail(key, f"must be true or false, got {shown_value(value)}", section)
+        return value
+
     def vector(self, table, key, section, length, *, low=-LARGEST, high=LARGEST, index=None):
         """`length` finite numbers within bounds as a tuple, or None where the key is left out."""
         if key not in table:

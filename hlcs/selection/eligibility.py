@@ -7,7 +7,7 @@ import numpy as np
 from scipy import stats
 
 import minibullet.effects as forces
-from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.data.rigid_body import known_body, known_to_drag, rigid_body
 from hlcs.effects import candidate, wanted
 from hlcs.effects.contract import DataNeed
 from minibullet.effects.contract import Need, name_of
@@ -27,6 +27,10 @@ class Shown:
     @property
     def body_known(self):
         return all(known_body(trial.body) for trial in self.trials)
+
+    @property
+    def drag_known(self):
+        return all(known_to_drag(trial.body) for trial in self.trials)
 
     @cached_property
     def fastest(self):
@@ -74,7 +78,7 @@ def candidates_for(measurement, contact, names=None, own=()):
     why = with_drag_that_fits(why, first.body, first.surroundings, shown.fastest)
     heights = np.concatenate([trial.position[:, 2] for trial in measurement.trials])
     extent = float(np.nanmax(heights) - np.nanmin(heights)) if np.isfinite(heights).any() else 1.0
-    return eligible(why, first.body, first.surroundings, shown.body_known, own, max(extent, 1e-3))
+    return eligible(why, first.body, first.surroundings, shown.drag_known, own, max(extent, 1e-3))
 
 
 def eligible(why, body, surroundings, body_known, own, extent=1.0):

@@ -94,7 +94,8 @@ class QuadraticDrag(Drag):
 
     drag_coefficient: float = parameter(0.0, unit="-", low=0.0, high=2.5, null=0.0, source="Hoerner (1965)", body_known=True)
     fluid_density: float = parameter(AIR_DENSITY, unit="kg/m3", given=True)
-    drag_per_metre: float = parameter(0.0, unit="1/m", low=0.0, high=1.0, null=0.0, body_known=False)
+    # light bodies (coffee filters, balloons) reach their final speed within a thirtieth of the height that they fall
+    drag_per_metre: float = parameter(0.0, unit="1/m", low=0.0, high=60.0, null=0.0, body_known=False, bounds_in="per extent")
     form_of = "drag_form"
 
     def forces(self, bodies, time):

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.data.rigid_body import known_body
+from hlcs.data.rigid_body import known_body, known_to_drag
 from hlcs.effects import wanted
 from hlcs.effects.body import MassOffset, SizeError
 from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
@@ -223,6 +223,8 @@ def table_candidates(file, table, names, own):
     """(candidates, {name: why not}) for an outcome table."""
     known = known_body(file.body) or ("mass_kg" in table.inputs and "radius_m" in table.inputs)
 
+    extent = float(max((np.max(table.inputs[name]) for name in LENGTHS if name in table.inputs), default=1.0))
+
     def obstacle(kind):
         if kind not in own and kind not in FITTING[table.outcome]:
             return f"does not act on {table.outcome}"
@@ -236,7 +238,7 @@ def table_candidates(file, table, names, own):
     if known:
         first = outcome_motion.row_setup(file, table.inputs, int(np.argmax(table.inputs.get("radius_m", np.zeros(1)))))
         why = with_drag_that_fits(why, first.body, first.surroundings, fastest_row(file, table))
-    return eligible(why, file.body, file.surroundings, known, own)
+    return eligible(why, file.body, file.surroundings, known or known_to_drag(file.body), own, extent)
 
 
 def prepare_table(file, table, own=()):
