@@ -61,7 +61,7 @@ def read_table(path):
     if len(rows) < 3:
         raise InputError(f"{read.name}: {len(rows)} rows; at least 3 experiments are needed")
     (outcome,) = outcomes
-    for name, (low, high) in (INPUTS | {outcome: (0 if outcome.endswith("_s") else -10, 1e4)}).items():
+    for name, (low, high) in (INPUTS | {outcome: (0 if OUTCOMES[outcome] != "m" else -10, 1e4)}).items():
         outside = (columns[name] < low) | (columns[name] > high) if name in columns else np.zeros(1, bool)
         if outside.any():
             worst = int(np.argmax(outside))

@@ -8,7 +8,16 @@ AROUND = {
     "restitution": (0.0, 1.0),
 }  # lowest and highest value of what surrounds a body, SI
 
-OUTCOMES = ("fall_time_s", "rebound_height_m", "stop_distance_m", "slide_time_s", "rest_height_m")
+OUTCOMES = {  # of a table -> unit
+    "fall_time_s": "s",
+    "rebound_height_m": "m",
+    "stop_distance_m": "m",
+    "slide_time_s": "s",
+    "rest_height_m": "m",
+    "passage_time_s": "s",
+    "bounce_time_s": "s",
+    "rebound_speed_m_s": "m/s",
+}
 INPUTS = {  # lowest and highest value of each input of a table
     "height_m": (0, 1e3),
     "slope": (-10, 10),
@@ -23,4 +32,9 @@ INPUTS = {  # lowest and highest value of each input of a table
     "fluid_density_kg_m3": AROUND["fluid_density"],
     "fluid_viscosity_pa_s": AROUND["fluid_viscosity"],
     "spin_rad_s": (-1e5, 1e5),
+    "start_speed_m_s": (0, 400),
+    "mark_1_m": (0, 1e3),
+    "mark_2_m": (0, 1e3),
+    "bounce": (1, 100),
+    "impact_speed_m_s": (0, 400),
 }

@@ -53,7 +53,7 @@ class LengthScale(Change):
         return seen
 
     def inputs(self, inputs, unit):
-        lengths = ("height_m", "distance_m") if unit == "s" else ()
+        lengths = ("height_m", "distance_m", "mark_1_m", "mark_2_m") if unit == "s" else ()
         return {name: values / self.factor if name in lengths else values for name, values in inputs.items()}
 
     def outcome(self, values, unit):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.outcome_tables import read_outcomes
+from hlcs.data.quantities import OUTCOMES
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.outcomes.problem import judge_table, posed, prepare_table, table_candidates, where_in_table
@@ -33,7 +34,7 @@ class Outcomes:
         table = read_outcomes(file)
         self.file, self.table = file, replace(table, notes=(*said, *table.notes))
         self.notes = self.table.notes
-        self.unit = self.table.outcome.rsplit("_", 1)[1]
+        self.unit = OUTCOMES[self.table.outcome]
         self._prepared = prepare_table(file, self.table, options.user_effects)
         self.noise = self._prepared.noise.to_dict()
         self.judgeable = self._prepared.problem is not None

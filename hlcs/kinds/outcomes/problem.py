@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import known_body, known_to_drag
 from hlcs.effects import wanted
 from hlcs.effects.body import MassOffset, SizeError
@@ -53,8 +54,11 @@ FITTING = {  # what acts on each outcome
     "stop_distance_m": (*SLIDING, LengthScale),
     "slide_time_s": (*SLIDING, *CLOCK, LengthScale),
     "rest_height_m": (SizeError, MarginOffset, LengthScale),
+    "passage_time_s": (*FORCES, TimeScale, LengthScale),
+    "bounce_time_s": (*FORCES, *CLOCK, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
+    "rebound_speed_m_s": (effects.Restitution, effects.VelocityDependentRestitution),
 }
-LENGTHS = ("height_m", "distance_m")
+LENGTHS = ("height_m", "distance_m", "mark_2_m")
 RULER = 1e-3  # [m]
 LEGIBLE = 5.0  # standard deviations that an outcome must be above zero
 SAME = 0.1  # part by which the error of a row may be another at the best model: no cost moves by more than a fifth
@@ -86,7 +90,7 @@ class TableProblem(DirectProblem):
         self.trials = row_groups(file, table, self.errors.deviation.any()) if groups is None else groups
         self.shared_doubt = self.errors.doubt
         self.recordings = [self._record(group) for group in self.trials]
-        self.unit = table.outcome.rsplit("_", 1)[1]
+        self.unit = OUTCOMES[table.outcome]
         self.predicted, self.difference_steps = {}, {}
 
     def _record(self, group):
@@ -213,10 +217,12 @@ def table_noise(file, table):
 def fastest_row(file, table):
     """The highest speed that a body may have had [m/s]: of a fall, not above that of a free one, nor above twice its mean."""
     inputs, none = table.inputs, np.zeros(1)
-    free = np.sqrt(2 * file.surroundings.gravity * inputs.get("height_m", none))
-    if table.outcome == "fall_time_s":
-        free = np.minimum(free, 2 * inputs["height_m"] / np.maximum(table.values, 1e-9))
-    return float(max(np.max(free), np.max(np.abs(inputs.get("speed_m_s", none)))))
+    way = inputs.get("height_m", inputs.get("mark_2_m", none))
+    free = np.sqrt(2 * file.surroundings.gravity * way)
+    if table.outcome in ("fall_time_s", "passage_time_s"):
+        free = np.minimum(free, 2 * (way - inputs.get("mark_1_m", none)) / np.maximum(table.values, 1e-9))
+    begun = [np.max(np.abs(inputs.get(name, none))) for name in ("speed_m_s", "start_speed_m_s", "impact_speed_m_s")]
+    return float(max(np.max(free), *begun))
 
 
 def table_candidates(file, table, names, own):

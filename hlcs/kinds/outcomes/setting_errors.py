@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from hlcs.data.quantities import INPUTS
+from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.simulation import outcome_motion
 
 LEAST_SETTINGS = 6  # from which scatter between settings is told from the bend of an effect
@@ -66,7 +66,7 @@ def setting_errors(file, table, sigma, model):
     more, freedom = between_settings(table, sigma, known, expected)
     if not more > 0:
         return SettingErrors(known)
-    unit = table.outcome.rsplit("_", 1)[1]
+    unit = OUTCOMES[table.outcome]
     note = (
         f"settings scatter by {more:.2g} {unit} beyond what their replicates and the stated errors of inputs explain, up and "
         "down from one to the next as no effect does: taken as an error that the rows of a setting share"
