@@ -21,7 +21,7 @@ SECTIONS = {
     "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "floor", "friction", "restitution"],
     "surroundings.floor": ["height", "normal"],
     "model": ["effects", "added", "time_step"],
-    "measurement": ["noise", "static", "file", "input_sd", "planar"],
+    "measurement": ["noise", "static", "file", "input_sd", "planar", "metres_per_pixel", "metres_per_pixel_sd"],
     "measurement.noise": ["position", "orientation", "outcome", *OUTCOMES],
     "measurement.input_sd": list(INPUTS),
     "diagnose": ["candidates", "hold_out", "tolerance"],
@@ -66,6 +66,8 @@ LAYOUTS = {
             "trial": '"trajectory"',
             "measurement.static": '"trajectory"',
             "measurement.planar": '"trajectory"',
+            "measurement.metres_per_pixel": '"trajectory"',
+            "measurement.metres_per_pixel_sd": '"trajectory"',
         },
     ),
     "layers": Layout(
@@ -75,6 +77,8 @@ LAYOUTS = {
             "trial": '"trajectory"',
             "measurement.static": '"trajectory"',
             "measurement.planar": '"trajectory"',
+            "measurement.metres_per_pixel": '"trajectory"',
+            "measurement.metres_per_pixel_sd": '"trajectory"',
             "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV',
             "measurement.input_sd": '"outcomes"',
         },
@@ -150,6 +154,8 @@ class ExperimentFile:
     noise: dict  # stated one-sigma values, may be empty
     input_sd: dict  # of the inputs of a table, one sigma each, may be empty
     static: Path | None
+    pixel: float | None  # [m], of recordings in pixels; None = they are in metres
+    scale_error: float  # one sigma of the length of a pixel, relative; 0 = none is stated [-]
     data_file: Path | None  # outcomes and layers
     candidates: tuple[str, ...] | None
     hold_out: str
@@ -212,6 +218,8 @@ def checked_experiment(reader, layouts=LAYOUTS):
         input_sd=_input_sd(reader, measurement),
         time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1) or 1 / 240,
         static=_path(reader, measurement, "static", "measurement"),
+        pixel=(pixel := reader.number(measurement, "metres_per_pixel", "measurement", above=0.0, low=1e-9, high=1e3)),
+        scale_error=_scale_error(reader, measurement, pixel),
         data_file=_path(reader, measurement, "file", "measurement"),
         candidates=_names(reader, diagnose, "candidates", "diagnose"),
         hold_out=reader.words(diagnose, "hold_out", "diagnose", ("group", "none", "campaign", "grid"), default="group"),
@@ -405,6 +413,20 @@ def _noise(reader, measurement, kind, of_poses):
             right = "position [m] and orientation [rad]" if of_poses else "noise = 0.003, one sigma of the outcome"
             reader.fail(key, f'has no place where kind = "{kind}"; write {right}', "measurement.noise")
     return {key: reader.number(noise, key, "measurement.noise", above=0.0, low=1e-12, high=1e6) for key in noise}
+
+
+def _scale_error(reader, measurement, pixel):
+    """One sigma of the length of a pixel, relative; 0 where none is stated."""
+    error = reader.number(measurement, "metres_per_pixel_sd", "measurement", above=0.0)
+    if error is None:
+        return 0.0
+    if pixel is None:
+        reader.fail("metres_per_pixel_sd", "the error of what? Add metres_per_pixel = 0.002 [m]", "measurement")
+    if not error < pixel / 2:
+        reader.fail(
+            "metres_per_pixel_sd", f"{error:g} m beside pixels of {pixel:g} m: measure a ruler in the view", "measurement"
+        )
+    return error / pixel
 
 
 def _input_sd(reader, measurement):

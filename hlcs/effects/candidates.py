@@ -6,7 +6,7 @@ class and numbers; what the surroundings already say (density of the fluid, grav
 
 import dataclasses
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -112,6 +112,7 @@ class Candidate:
     free: tuple[Free, ...]
     own: bool = False  # brought by the user
     constants: tuple[tuple[str, float], ...] = ()  # that say how it is there, where that is not to be found
+    doubted: bool = False  # the file states by how much it may be there: nothing speaks against it but that
     family: str = ""  # what a verdict on layers can tell apart: "physics", "placement", "measurement" or "numerics"
 
     @property
@@ -190,6 +191,12 @@ def build(kind, values, surroundings: Surroundings):
         if field.name in known and (field.name not in numbers or numbers[field.name].given)
     }
     return kind(**filled_in | {name: float(value) for name, value in values.items()})
+
+
+def in_doubt(entry, number, error):
+    """A Candidate whose number the file states to be uncertain: by `error` about its null value. It is there for certain."""
+    free = (replace(each, stated=each.null, error=error) if each.name == number else each for each in entry.free)
+    return replace(entry, free=tuple(free), doubted=True)
 
 
 def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own=False, extent=1.0):

@@ -33,7 +33,9 @@ def recordings(columns="xyz", body=BALL, floor=0.0, start=("velocity", "angular_
         )
         for z in heights
     )
-    return SimpleNamespace(trials=trials, file=SimpleNamespace(effects=tuple({"name": name} for name in effects)))
+    return SimpleNamespace(
+        trials=trials, file=SimpleNamespace(effects=tuple({"name": name} for name in effects), scale_error=0.0)
+    )
 
 
 def missing(contact=True, **what):
