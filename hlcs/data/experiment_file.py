@@ -25,7 +25,7 @@ SECTIONS = {
     "measurement.noise": ["position", "orientation", "outcome", *OUTCOMES],
     "measurement.input_sd": list(INPUTS),
     "diagnose": ["candidates", "hold_out", "tolerance"],
-    "trial": ["file", "group", "start"],
+    "trial": ["file", "group", "session", "start"],
     "trial.start": ["position", "orientation", "velocity", "angular_velocity"],
 }
 SECTIONS["trial"] += SECTIONS["body"] + SECTIONS["surroundings"]
@@ -39,6 +39,7 @@ SHAPES = {  # shape -> the keys that say its size
     "cone": ("radius", "height"),
 }
 SIZES = dict(low=1e-6, high=1e3)  # lengths of a body: dust to a hill, so that volumes and inertias are numbers [m]
+LONGEST_SESSION = 40  # letters: it stands in the names of numbers
 LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
 
 
@@ -137,6 +138,7 @@ class TrialEntry:
     body: Body
     surroundings: Surroundings
     start: dict = field(default_factory=dict)  # position [m], orientation (w, x, y, z), velocity [m/s], angular_velocity [rad/s]
+    session: str = ""  # in which clock, scale and lean of the camera stayed as they were
 
 
 @dataclass(frozen=True)
@@ -354,6 +356,9 @@ def _trial(reader, entry, index, body, surroundings):
     group = entry.get("group", name)
     if not isinstance(group, str | int | float):
         reader.fail("group", f"must be a name, got {shown_value(group)}", "trial", index)
+    session = reader.words(entry, "session", "trial", default="", index=index)
+    if len(session) > LONGEST_SESSION or not session.isprintable():
+        reader.fail("session", f"must be a printable name of at most {LONGEST_SESSION} letters", "trial", index)
     given = entry.get("start", {})
     reader.known(given, "trial.start", index)
     start = {
@@ -369,6 +374,7 @@ def _trial(reader, entry, index, body, surroundings):
         file=file,
         group=" ".join(str(group).split()),
         start=start,
+        session=" ".join(session.split()),
         body=_body(reader, entry, "trial", body, index),
         surroundings=_surroundings(reader, entry, "trial", surroundings, index),
     )

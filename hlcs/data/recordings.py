@@ -40,6 +40,7 @@ class Trial:
     recording: str = ""  # name of the recording where this is a segment of one
     rows: np.ndarray | None = None  # of the file, of each sample (n,); None where it is from no file
     first_row: int = 0  # samples of the recording before this segment
+    session: str = ""  # in which clock, scale and lean of the camera stayed as they were
 
     @property
     def columns(self):
@@ -83,6 +84,7 @@ def read_recordings(file):
     for name, entry in sorted(zip(names, file.trials, strict=True), key=lambda pair: (pair[0], str(pair[1].file))):
         times, position, orientation, rows = read_recording(entry.file, file.pixel)
         trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings, rows=rows)
+        trial = replace(trial, session=entry.session)
         for check in (validation.check_plane,) if trial.surroundings.planar else CHECKS:
             check(trial, entry.file)
         notes += validation.describe(trial, entry.file) + validation.check_floor(trial, entry.file)

@@ -12,6 +12,7 @@ import numpy as np
 
 from hlcs.data.experiment_file import Surroundings
 from hlcs.data.rigid_body import RigidBody
+from hlcs.effects.contract import BySession, in_sessions
 from minibullet.effects import DragModifier
 from minibullet.effects.contract import name_of, parameters
 from minibullet.effects.fluid import AIR_DENSITY, AIR_VISCOSITY, Drag
@@ -173,7 +174,12 @@ class Candidate:
 
 
 def build(kind, values, surroundings: Surroundings):
-    """A value of an effect class at these numbers {name: value}, what the surroundings say filled in."""
+    """A value of an effect class at these numbers {name: value}, what the surroundings say filled in.
+
+    Numbers of several sessions, {"offset A": value, ..}, make a change that is another one in each.
+    """
+    if sessions := in_sessions(values):
+        return BySession(tuple((session, build(kind, numbers, surroundings)) for session, numbers in sessions.items()))
     normal, height = tuple(surroundings.floor_normal), surroundings.floor_height or 0.0
     known = {
         "fluid_density": surroundings.fluid_density or AIR_DENSITY,
@@ -193,9 +199,16 @@ def build(kind, values, surroundings: Surroundings):
     return kind(**filled_in | {name: float(value) for name, value in values.items()})
 
 
+def each_session(entry, sessions):
+    """The Candidate with one number for each session, in place of one for all; itself where its law has none."""
+    if len(sessions) < 2 or not getattr(entry.kind, "by_session", False):
+        return entry
+    return replace(entry, free=tuple(replace(free, name=f"{free.name} {session}") for session in sessions for free in entry.free))
+
+
 def in_doubt(entry, number, error):
     """A Candidate whose number the file states to be uncertain: by `error` about its null value. It is there for certain."""
-    free = (replace(each, stated=each.null, error=error) if each.name == number else each for each in entry.free)
+    free = (replace(each, stated=each.null, error=error) if each.name.split()[0] == number else each for each in entry.free)
     return replace(entry, free=tuple(free), doubted=True)
 
 

@@ -19,6 +19,7 @@ class TiltedFrame(Change):
     angle_x: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
     angle_y: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
     group = "measurement"
+    by_session = True
     alike = "tilt"
     needs = (Need.SIDEWAYS,)
 
@@ -43,6 +44,7 @@ class LengthScale(Change):
 
     factor: float = parameter(1.0, unit="-", low=0.9, high=1.1, null=1.0)
     group = "measurement"
+    by_session = True
     alike = "effective_gravity"
 
     def look(self, look, scene):
@@ -66,6 +68,7 @@ class TimeScale(Change):
 
     factor: float = parameter(1.0, unit="-", low=0.95, high=1.05, null=1.0)
     group = "measurement"
+    by_session = True
     alike = "effective_gravity"
 
     def look(self, look, scene):
@@ -81,6 +84,7 @@ class ClockOffset(Change):
 
     offset: float = parameter(0.0, unit="s", low=-0.3, high=0.3, null=0.0)
     group = "measurement"
+    by_session = True
     needs = (Need.RELEASE,)
 
     def look(self, look, scene):

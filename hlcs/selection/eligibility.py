@@ -9,7 +9,7 @@ from scipy import stats
 import minibullet.effects as forces
 from hlcs.data.rigid_body import known_body, known_to_drag, rigid_body
 from hlcs.effects import candidate, wanted
-from hlcs.effects.candidates import in_doubt
+from hlcs.effects.candidates import each_session, in_doubt
 from hlcs.effects.contract import DataNeed
 from hlcs.effects.measurement import LengthScale
 from minibullet.effects.contract import Need, name_of
@@ -81,6 +81,8 @@ def candidates_for(measurement, contact, names=None, own=()):
     heights = np.concatenate([trial.position[:, 2] for trial in measurement.trials])
     extent = float(np.nanmax(heights) - np.nanmin(heights)) if np.isfinite(heights).any() else 1.0
     found, absent = eligible(why, first.body, first.surroundings, shown.drag_known, own, max(extent, 1e-3))
+    sessions = sorted({trial.session for trial in measurement.trials} - {""})
+    found = [each_session(entry, sessions) for entry in found]
     if error := measurement.file.scale_error:
         found = [in_doubt(entry, "factor", error) if entry.kind is LengthScale else entry for entry in found]
     return found, absent

@@ -28,6 +28,7 @@ def recordings(columns="xyz", body=BALL, floor=0.0, start=("velocity", "angular_
             start=dict.fromkeys(start),
             body=body,
             surroundings=Surroundings(floor_height=floor),
+            session="",
             times=TIMES,
             position=np.stack([0 * TIMES, 0 * TIMES, z], axis=1),
         )
