@@ -4,7 +4,7 @@ import difflib
 
 import numpy as np
 
-from hlcs.data.experiment_file import impossible_density
+from hlcs.data.bodies import impossible_density
 from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import outcome_motion
 from minibullet.errors import InputError

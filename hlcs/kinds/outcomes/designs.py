@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hlcs.data.experiment_file import impossible_density
+from hlcs.data.bodies import impossible_density
 from hlcs.data.quantities import INPUTS
 from hlcs.estimation.designs import Design, octaves
 from hlcs.simulation import outcome_motion
