@@ -7,7 +7,7 @@ from scipy import optimize, stats
 
 from hlcs.estimation.linearization import free_numbers
 from hlcs.selection.held_out import HeldOut, beaten, held_out
-from hlcs.selection.thresholds import INTERVAL, TIED
+from hlcs.selection.thresholds import EQUAL, INTERVAL, TIED
 
 
 class FittedSets:
@@ -19,9 +19,20 @@ class FittedSets:
         self.inflation = 1.0  # chi2 per degree of freedom where the best set is not adequate: differences count for less there
 
     @cached_property
-    def best(self):
+    def cheapest(self):
         """The set of highest posterior probability that stands; the model under test stands always."""
         return next(effects for effects in self.search.ranked() if self.stands(effects))
+
+    @cached_property
+    def best(self):
+        """The cheapest set that stands or, of those of as many effects that cost no more than EQUAL beyond it, that of the fewest
+        numbers: a scale before a curve of five."""
+        search, cheapest = self.search, self.cheapest
+        near = [cheapest]
+        for effects in search.ranked():
+            if len(effects) == len(cheapest) and 0 <= search.cost(effects) - search.cost(cheapest) <= EQUAL:
+                near += [effects] if self.stands(effects) else []
+        return min(near, key=lambda effects: len(search.fits[effects].estimate))
 
     def stands(self, effects):
         """Does every effect of a set lower the held-out error beside the others? What the file implies needs no such proof."""
@@ -106,7 +117,8 @@ class FittedSets:
         names = self.search.ranked()
         costs = np.array([self.search.cost(effects) for effects in names])
         relative = np.exp(-(costs - self.search.cost(self.best)) / (2 * self.inflation))
-        relative[costs < self.search.cost(self.best)] = 0.0  # they do not stand
+        beyond = self.search.cost(self.best) - self.search.cost(self.cheapest)
+        relative[costs < self.search.cost(self.best if beyond > EQUAL else self.cheapest)] = 0.0  # they do not stand
         return dict(zip(names, relative / relative.sum(), strict=True))
 
     @cached_property
