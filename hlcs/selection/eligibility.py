@@ -133,6 +133,8 @@ def with_drag_that_fits(why, body, surroundings, speed):
 def _out_of_reach(kind, least, most):
     """Why a law does not hold at these Reynolds numbers, or None."""
     begins, ends = kind.reynolds
+    if most == 0.0 and np.isfinite(ends):
+        return "there is no fluid, or no motion through it"
     if most < begins:
         return f"Reynolds numbers reach {most:.2g} only, and it needs {begins:.2g}"
     return f"Reynolds numbers reach {least:.2g}, and it holds up to {ends:.2g}" if least > ends else None
