@@ -9,44 +9,28 @@ from pathlib import Path
 
 import numpy as np
 
+from hlcs.data.bodies import Body, read_body
+from hlcs.data.quantities import AROUND, INPUTS, OUTCOMES
 from hlcs.data.unfilled import refuse_unfilled
 from hlcs.files.toml_files import LARGEST, TomlFile
 from minibullet.effects.fluid import AIR_DENSITY
 from minibullet.errors import InputError, shown, shown_value
-from minibullet.shapes.mesh_files import mesh_file
 
 SECTIONS = {
     "": ["kind", "title", "body", "surroundings", "placement", "model", "measurement", "diagnose", "trial"],
-    "body": ["shape", "radius", "size", "side", "mesh", "mass", "inertia"],
+    "body": ["shape", "radius", "height", "size", "side", "mesh", "mass", "inertia", "drag_area"],
     "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "floor", "friction", "restitution"],
     "surroundings.floor": ["height", "normal"],
     "model": ["effects", "added", "time_step"],
-    "measurement": ["noise", "static", "file"],
-    "measurement.noise": [
-        "position",
-        "orientation",
-        "outcome",
-        "fall_time_s",
-        "rebound_height_m",
-        "stop_distance_m",
-        "slide_time_s",
-        "rest_height_m",
-    ],
+    "measurement": ["noise", "static", "file", "input_sd", "planar", "metres_per_pixel", "metres_per_pixel_sd"],
+    "measurement.noise": ["position", "orientation", "outcome", *OUTCOMES],
+    "measurement.input_sd": list(INPUTS),
     "diagnose": ["candidates", "hold_out", "tolerance"],
-    "trial": ["file", "group", "start"],
+    "trial": ["file", "group", "session", "start"],
     "trial.start": ["position", "orientation", "velocity", "angular_velocity"],
 }
 SECTIONS["trial"] += SECTIONS["body"] + SECTIONS["surroundings"]
-SHAPES = {"sphere": "radius", "box": "size", "cubipod": "side", "mesh": "mesh"}
-SIZES = dict(low=1e-6, high=1e3)  # lengths of a body: dust to a hill, so that volumes and inertias are numbers [m]
-AROUND = {
-    "gravity": (0.0, 300.0),
-    "fluid_density": (0.0, 25000.0),
-    "fluid_viscosity": (0.0, 1e4),
-    "friction": (0.0, 10.0),
-    "restitution": (0.0, 1.0),
-}  # lowest and highest value of what surrounds a body, SI
-
+LONGEST_SESSION = 40  # letters: it stands in the names of numbers
 LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
 
 
@@ -60,34 +44,39 @@ class Layout:
 
 LAYOUTS = {
     "trajectory": Layout(
-        True, {"placement": '"layers"', "measurement.file": '"outcomes" or "layers"; here files stand in [[trial]]'}
+        True,
+        {
+            "placement": '"layers"',
+            "measurement.file": '"outcomes" or "layers"; here files stand in [[trial]]',
+            "measurement.input_sd": '"outcomes"',
+        },
     ),
-    "outcomes": Layout(False, {"placement": '"layers"', "trial": '"trajectory"', "measurement.static": '"trajectory"'}),
+    "outcomes": Layout(
+        False,
+        {
+            "placement": '"layers"',
+            "trial": '"trajectory"',
+            "measurement.static": '"trajectory"',
+            "measurement.planar": '"trajectory"',
+            "measurement.metres_per_pixel": '"trajectory"',
+            "measurement.metres_per_pixel_sd": '"trajectory"',
+        },
+    ),
     "layers": Layout(
         False,
         {
             "body": '"trajectory" or "outcomes"',
             "trial": '"trajectory"',
             "measurement.static": '"trajectory"',
+            "measurement.planar": '"trajectory"',
+            "measurement.metres_per_pixel": '"trajectory"',
+            "measurement.metres_per_pixel_sd": '"trajectory"',
             "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV',
+            "measurement.input_sd": '"outcomes"',
         },
     ),
 }
 START_LENGTHS = {"position": 3, "orientation": 4, "velocity": 3, "angular_velocity": 3}
-
-
-@dataclass(frozen=True)
-class Body:
-    """What was dropped, slid, rolled or thrown. None = not stated."""
-
-    shape: str = "sphere"
-    radius: float | None = None  # of a sphere [m]
-    size: tuple[float, ...] | None = None  # edge lengths of a box [m]
-    side: float | None = None  # cube side of a Cubipod [m]
-    mesh: str | None = None  # path of a mesh file
-    form: object = field(default=None, hash=False)  # the solid read from it, a minibullet shape
-    mass: float | None = None  # [kg]
-    inertia: tuple[float, ...] | None = None  # principal moments, body axes [kg m2]
 
 
 @dataclass(frozen=True)
@@ -102,6 +91,7 @@ class Surroundings:
     floor_normal: tuple[float, ...] = (0.0, 0.0, 1.0)
     friction: float = 0.5  # of the pair [-]
     restitution: float = 0.0  # [-]
+    planar: bool = False  # does it move in the plane of x and y, carried without friction where there is no floor?
 
     @property
     def in_liquid(self):
@@ -124,6 +114,7 @@ class TrialEntry:
     body: Body
     surroundings: Surroundings
     start: dict = field(default_factory=dict)  # position [m], orientation (w, x, y, z), velocity [m/s], angular_velocity [rad/s]
+    session: str = ""  # in which clock, scale and lean of the camera stayed as they were
 
 
 @dataclass(frozen=True)
@@ -139,7 +130,10 @@ class ExperimentFile:
     added: tuple[str, ...]  # names of those that were added last: what a comparison shows the model with and without
     time_step: float  # [s]
     noise: dict  # stated one-sigma values, may be empty
+    input_sd: dict  # of the inputs of a table, one sigma each, may be empty
     static: Path | None
+    pixel: float | None  # [m], of recordings in pixels; None = they are in metres
+    scale_error: float  # one sigma of the length of a pixel, relative; 0 = none is stated [-]
     data_file: Path | None  # outcomes and layers
     candidates: tuple[str, ...] | None
     hold_out: str
@@ -176,9 +170,10 @@ def checked_experiment(reader, layouts=LAYOUTS):
     layout = layouts[kind]
     for section in ("body", "surroundings", "model", "measurement", "diagnose"):
         reader.known(values.get(section, {}), section)
-    body = _body(reader, values.get("body", {}), "body", Body())
+    body = read_body(reader, values.get("body", {}), "body", Body())
     surroundings = _surroundings(reader, values.get("surroundings", {}), "surroundings", Surroundings())
     model, measurement, diagnose = values.get("model", {}), values.get("measurement", {}), values.get("diagnose", {})
+    surroundings = replace(surroundings, planar=reader.flag(measurement, "planar", "measurement"))
     trials = tuple(_trial(reader, entry, index, body, surroundings) for index, entry in enumerate(_trial_list(reader, values)))
     for index, entry in enumerate(trials or [None]):
         used = entry.body if entry else body
@@ -199,8 +194,11 @@ def checked_experiment(reader, layouts=LAYOUTS):
         effects=_effect_entries(reader, model),
         added=_added(reader, model),
         noise=_noise(reader, measurement, kind, layout.in_trials),
+        input_sd=_input_sd(reader, measurement),
         time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1) or 1 / 240,
         static=_path(reader, measurement, "static", "measurement"),
+        pixel=(pixel := reader.number(measurement, "metres_per_pixel", "measurement", above=0.0, low=1e-9, high=1e3)),
+        scale_error=_scale_error(reader, measurement, pixel),
         data_file=_path(reader, measurement, "file", "measurement"),
         candidates=_names(reader, diagnose, "candidates", "diagnose"),
         hold_out=reader.words(diagnose, "hold_out", "diagnose", ("group", "none", "campaign", "grid"), default="group"),
@@ -245,60 +243,6 @@ def _trial_list(reader, values):
     return trials
 
 
-def _body(reader, table, section, base, index=None):
-    numbers = {key: reader.number(table, key, section, index=index, **SIZES) for key in ("radius", "side")}
-    numbers["mass"] = reader.number(table, "mass", section, above=0.0, low=1e-12, high=1e9, index=index)
-    changes = {key: value for key, value in numbers.items() if value is not None}
-    for key, bounds in (("size", SIZES), ("inertia", dict(low=1e-30))):
-        value = reader.vector(table, key, section, 3, index=index, **bounds)
-        changes |= {} if value is None else {key: value}
-    for key, allowed in (("shape", tuple(SHAPES)), ("mesh", None)):
-        value = reader.words(table, key, section, allowed, index=index)
-        changes |= {} if value is None else {key: value}
-    if "mesh" in changes:
-        changes["mesh"] = str(reader.file_of(changes["mesh"], "mesh", section, index))
-        try:
-            changes["form"] = mesh_file(changes["mesh"])
-        except InputError as error:
-            reader.fail("mesh", str(error), section, index)
-    body = replace(base, **changes)
-    for shape, key in SHAPES.items():
-        if key in changes and shape != body.shape:
-            reader.fail(key, f'belongs to shape "{shape}", but the shape is "{body.shape}"', section, index)
-    if body.inertia:
-        a, b, c = sorted(body.inertia)
-        if a + b < c * (1 - 1e-9):
-            reader.fail(
-                "inertia",
-                f"no solid has principal moments {list(body.inertia)}: the largest exceeds the sum of the others",
-                section,
-                index,
-            )
-    _check_density(reader, body, table, section, index)
-    return body
-
-
-def _check_density(reader, body, table, section, index):
-    if said := impossible_density(body):
-        reader.fail("mass" if "mass" in table else SHAPES[body.shape], said, section, index)
-
-
-def impossible_density(body):
-    """Why no body has this mass and size, in words; "" where one may, or where they are not known."""
-    volume = {
-        "sphere": lambda: 4 / 3 * np.pi * body.radius**3,
-        "box": lambda: float(np.prod(body.size)),
-        "cubipod": lambda: body.side**3,
-        "mesh": lambda: body.form.volume,
-    }.get(body.shape)
-    if volume is None or body.mass is None or getattr(body, SHAPES[body.shape]) is None:
-        return ""
-    density = body.mass / volume()
-    if 0.02 <= density <= 30000.0:
-        return ""
-    return f"mass and size give a density of {density:.3g} kg/m3, which no body has; units are kg and m (not g, mm or cm)"
-
-
 def _surroundings(reader, table, section, base, index=None):
     numbers = {key: reader.number(table, key, section, index=index, low=low, high=high) for key, (low, high) in AROUND.items()}
     changes = {key: value for key, value in numbers.items() if value is not None}
@@ -329,6 +273,9 @@ def _trial(reader, entry, index, body, surroundings):
     group = entry.get("group", name)
     if not isinstance(group, str | int | float):
         reader.fail("group", f"must be a name, got {shown_value(group)}", "trial", index)
+    session = reader.words(entry, "session", "trial", default="", index=index)
+    if len(session) > LONGEST_SESSION or not session.isprintable():
+        reader.fail("session", f"must be a printable name of at most {LONGEST_SESSION} letters", "trial", index)
     given = entry.get("start", {})
     reader.known(given, "trial.start", index)
     start = {
@@ -344,7 +291,8 @@ def _trial(reader, entry, index, body, surroundings):
         file=file,
         group=" ".join(str(group).split()),
         start=start,
-        body=_body(reader, entry, "trial", body, index),
+        session=" ".join(session.split()),
+        body=read_body(reader, entry, "trial", body, index),
         surroundings=_surroundings(reader, entry, "trial", surroundings, index),
     )
 
@@ -388,6 +336,27 @@ def _noise(reader, measurement, kind, of_poses):
             right = "position [m] and orientation [rad]" if of_poses else "noise = 0.003, one sigma of the outcome"
             reader.fail(key, f'has no place where kind = "{kind}"; write {right}', "measurement.noise")
     return {key: reader.number(noise, key, "measurement.noise", above=0.0, low=1e-12, high=1e6) for key in noise}
+
+
+def _scale_error(reader, measurement, pixel):
+    """One sigma of the length of a pixel, relative; 0 where none is stated."""
+    error = reader.number(measurement, "metres_per_pixel_sd", "measurement", above=0.0)
+    if error is None:
+        return 0.0
+    if pixel is None:
+        reader.fail("metres_per_pixel_sd", "the error of what? Add metres_per_pixel = 0.002 [m]", "measurement")
+    if not error < pixel / 2:
+        reader.fail(
+            "metres_per_pixel_sd", f"{error:g} m beside pixels of {pixel:g} m: measure a ruler in the view", "measurement"
+        )
+    return error / pixel
+
+
+def _input_sd(reader, measurement):
+    """{input: one sigma of its error} of a table."""
+    section, table = "measurement.input_sd", measurement.get("input_sd", {})
+    reader.known(table, section)
+    return {key: reader.number(table, key, section, above=0.0) for key in table}
 
 
 def _names(reader, table, key, section):

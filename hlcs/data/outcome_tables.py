@@ -3,32 +3,17 @@
 What cannot be used is refused by file, row and column (rows count from 1, the header is row 1).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from hlcs.data import validation
-from hlcs.data.experiment_file import AROUND
+from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.files.csv_files import CsvLayout, CsvText, read_csv
 from minibullet.errors import InputError
 
-OUTCOMES = ("fall_time_s", "rebound_height_m", "stop_distance_m", "slide_time_s", "rest_height_m")
-LIMITS = {  # lowest and highest value of each input
-    "height_m": (0, 1e3),
-    "slope": (-10, 10),
-    "speed_m_s": (0, 400),
-    "angle_deg": (-90, 90),
-    "distance_m": (0, 1e4),
-    "mass_kg": (1e-9, 1e7),
-    "radius_m": (1e-6, 1e2),
-    "friction": AROUND["friction"],
-    "restitution": AROUND["restitution"],
-    "gravity_m_s2": AROUND["gravity"],
-    "fluid_density_kg_m3": AROUND["fluid_density"],
-    "fluid_viscosity_pa_s": AROUND["fluid_viscosity"],
-    "spin_rad_s": (-1e5, 1e5),
-}
+SD = "_sd"  # what the column of an input's error ends with
 
 
 @dataclass(frozen=True)
@@ -43,18 +28,32 @@ class OutcomeTable:
     setting: np.ndarray  # (n,) integer, equal for rows with equal inputs (replicates)
     rows: np.ndarray  # (n,) row of the file that each experiment stands in
     notes: tuple[str, ...]
+    input_sd: dict = field(default_factory=dict)  # name -> (n,) one sigma of an error common to the rows of one setting
 
 
 def read_outcomes(file):
     """The OutcomeTable of an ExperimentFile; raises InputError with file, row, column."""
-    table = read_table(file.data_file)
+    table = with_stated_errors(read_table(file.data_file), file)
     validation.check_falls(table, file.surroundings.gravity)
     return table
 
 
+def with_stated_errors(table, file):
+    """The table with the errors of its inputs that the experiment file states; InputError where it has no such input."""
+    for name in file.input_sd:
+        place = f"{file.path}: measurement.input_sd.{name}"
+        if name not in table.inputs:
+            raise InputError(f"{place}: the table has no column '{name}'; it has {', '.join(table.inputs) or 'no inputs'}")
+        if name in table.input_sd:
+            raise InputError(f"{place}: the table has a column '{name}_sd' too; keep one of them")
+    stated = {name: np.full(len(table.values), sd) for name, sd in file.input_sd.items()}
+    return replace(table, input_sd=table.input_sd | stated)
+
+
 def read_table(path):
     """An OutcomeTable from a CSV, a Path or a CsvText, of inputs and one outcome column."""
-    read = read_csv(path, CsvLayout((*LIMITS, "group", *OUTCOMES), words=("group",)))
+    errors = {f"{name}{SD}": name for name in INPUTS}
+    read = read_csv(path, CsvLayout((*INPUTS, *errors, "group", *OUTCOMES), words=("group",)))
     columns, rows = read.columns, read.rows
     outcomes = [name for name in columns if name in OUTCOMES]
     if len(outcomes) != 1:
@@ -62,7 +61,7 @@ def read_table(path):
     if len(rows) < 3:
         raise InputError(f"{read.name}: {len(rows)} rows; at least 3 experiments are needed")
     (outcome,) = outcomes
-    for name, (low, high) in (LIMITS | {outcome: (0 if outcome.endswith("_s") else -10, 1e4)}).items():
+    for name, (low, high) in (INPUTS | {outcome: (0 if OUTCOMES[outcome] != "m" else -10, 1e4)}).items():
         outside = (columns[name] < low) | (columns[name] > high) if name in columns else np.zeros(1, bool)
         if outside.any():
             worst = int(np.argmax(outside))
@@ -70,9 +69,10 @@ def read_table(path):
                 f"{read.place(worst, name)}: {columns[name][worst]:g} cannot be right; it must be "
                 f"between {low:g} and {high:g} (m, s, kg; angles in degrees, a slope is rise over run)"
             )
-    inputs = {name: values for name, values in columns.items() if name not in (outcome, "group")}
+    inputs = {name: values for name, values in columns.items() if name not in (outcome, "group", *errors)}
     settings = np.column_stack(list(inputs.values())) if inputs else np.zeros((len(rows), 1))
     setting = np.unique(settings, axis=0, return_inverse=True)[1].reshape(-1)
+    input_sd = {errors[column]: _input_error(read, column, errors[column], setting) for column in errors if column in columns}
     notes, values = (), columns[outcome]
     _, first = np.unique(np.column_stack([settings, values]), axis=0, return_index=True)
     repeats = np.setdiff1d(np.arange(len(rows)), first)
@@ -84,6 +84,22 @@ def read_table(path):
     groups = columns.get("group", np.full(len(rows), "")).astype(str)
     # in order of their numbers, whatever that of the file: sums of the same numbers in another order have other last digits
     order = np.lexsort((groups, values, setting))
-    inputs = {name: column[order] for name, column in inputs.items()}
+    inputs, input_sd = ({name: column[order] for name, column in some.items()} for some in (inputs, input_sd))
     groups = groups[order] if "group" in columns else np.array([f"row {row}" for row in rows[order]])
-    return OutcomeTable(path, outcome, values[order], inputs, groups, setting[order], rows[order], notes)
+    return OutcomeTable(path, outcome, values[order], inputs, groups, setting[order], rows[order], notes, input_sd)
+
+
+def _input_error(read, column, name, setting):
+    """One sigma of the error of an input (n,), from a column; rows of one setting share the error, so they state one number."""
+    if name not in read.columns:
+        raise InputError(f"{read.name}, row {read.header_row}: column '{column}' without the column '{name}' that it belongs to")
+    values = read.columns[column]
+    _, first = np.unique(setting, return_index=True)
+    wrong, unlike = ~(values >= 0), values != values[first][setting]
+    if (wrong | unlike).any():
+        worst = int(np.argmax(wrong | unlike))
+        what = f"{values[worst]:g}; a standard deviation is zero or more"
+        if not wrong[worst]:
+            what = f"{values[worst]:g} where a row of equal inputs has {values[first][setting][worst]:g}; they share one error"
+        raise InputError(f"{read.place(worst, column)}: {what}")
+    return values

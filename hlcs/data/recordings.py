@@ -13,6 +13,7 @@ from hlcs.data.experiment_file import Body, ExperimentFile, Surroundings
 from hlcs.files.csv_files import MOST_ROWS, CsvLayout, read_csv
 from minibullet.errors import InputError
 
+PIXELS = ("x_px", "y_px", "z_px")  # in place of x_m, y_m, z_m, where the file states the length of a pixel
 COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
 CHECKS = (
     validation.check_clock,
@@ -39,6 +40,7 @@ class Trial:
     recording: str = ""  # name of the recording where this is a segment of one
     rows: np.ndarray | None = None  # of the file, of each sample (n,); None where it is from no file
     first_row: int = 0  # samples of the recording before this segment
+    session: str = ""  # in which clock, scale and lean of the camera stayed as they were
 
     @property
     def columns(self):
@@ -80,9 +82,10 @@ def read_recordings(file):
     notes, trials, paths, count = [], [], [], 0
     names = _short_names([entry.file for entry in file.trials])
     for name, entry in sorted(zip(names, file.trials, strict=True), key=lambda pair: (pair[0], str(pair[1].file))):
-        times, position, orientation, rows = read_recording(entry.file)
+        times, position, orientation, rows = read_recording(entry.file, file.pixel)
         trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings, rows=rows)
-        for check in CHECKS:
+        trial = replace(trial, session=entry.session)
+        for check in (validation.check_plane,) if trial.surroundings.planar else CHECKS:
             check(trial, entry.file)
         notes += validation.describe(trial, entry.file) + validation.check_floor(trial, entry.file)
         trials.append(trial)
@@ -100,7 +103,7 @@ def read_recordings(file):
 
 def _static(file):
     """The recording of a body at rest that an experiment file names."""
-    times, position, orientation, _ = read_recording(file.static)
+    times, position, orientation, _ = read_recording(file.static, file.pixel)
     static = Trial(file.static.name, "static", times, position, orientation, {}, file.body, file.surroundings)
     if len(times) < LEAST_AT_REST:
         raise InputError(f"{file.static}: {len(times)} samples at rest; at least {LEAST_AT_REST} are needed to know the noise")
@@ -108,9 +111,12 @@ def _static(file):
     return static
 
 
-def read_recording(path):
-    """Times (n,), positions (n, 3), orientations (n, 4), NaN where blank or not recorded, and rows (n,) of one recording."""
-    table = read_csv(path, CsvLayout(COLUMNS, ("t_s",), blank=COLUMNS[1:]))
+def read_recording(path, pixel=None):
+    """Times (n,), positions (n, 3), orientations (n, 4), NaN where blank or not recorded, and rows (n,) of one recording.
+
+    pixel: its length where positions may be in pixels [m]; None = they are in metres.
+    """
+    table = in_metres(read_csv(path, CsvLayout(COLUMNS + PIXELS, ("t_s",), blank=COLUMNS[1:] + PIXELS)), pixel)
     count, name = len(table.rows), table.name
     if len(table.columns) == 1:
         raise InputError(f"{name}: only times; at least one of {', '.join(COLUMNS[1:])} is needed")
@@ -137,6 +143,20 @@ def read_recording(path):
             raise InputError(f"{place}: quaternion of zero length; blank if missing")
         raise InputError(f"{place}: quaternion of length {length[worst]:.3g}, must be 1")
     return times, position, orientation / length[:, None], table.rows
+
+
+def in_metres(table, pixel):
+    """The CsvTable of a recording with its positions in metres."""
+    columns = dict(table.columns)
+    for name, metres in zip(PIXELS, COLUMNS[1:4], strict=True):
+        if name in columns:
+            place = f"{table.name}, row {table.header_row}: column '{name}'"
+            if pixel is None:
+                raise InputError(f"{place}: how long is a pixel? Write metres_per_pixel = 0.002 [m] under [measurement]")
+            if metres in columns:
+                raise InputError(f"{place} beside '{metres}'; keep one of them")
+            columns[metres] = pixel * columns.pop(name)
+    return replace(table, columns=columns)
 
 
 def _short_names(paths):

@@ -1,5 +1,6 @@
 """Mass, inertia, areas and shape of the body of a recording, in its principal axes."""
 
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -9,7 +10,9 @@ from hlcs.data.experiment_file import Body
 from hlcs.placement.units import Cubipod
 from minibullet import rotations
 from minibullet.shapes.mesh_files import mesh_file
-from minibullet.shapes.primitives import Box, Sphere
+from minibullet.shapes.primitives import Box, ConvexPiece, Cylinder, Sphere
+
+SIDES = 32  # of the base of a cone, as of a cylinder
 
 
 class RigidBody(NamedTuple):
@@ -18,7 +21,7 @@ class RigidBody(NamedTuple):
     mass: float  # [kg]
     inertia: tuple[float, float, float]  # principal moments [kg m2]
     volume: float  # [m3]
-    area: float  # mean projected area [m2]
+    area: float  # that a drag coefficient refers to: the mean projected area, if the file states no other [m2]
     radius: float  # of the sphere of equal volume [m]
     turn: tuple[float, ...]  # quaternion of the principal axes in body axes
     shape: object  # minibullet shape
@@ -40,7 +43,36 @@ def _tensor(moments, turn):
 
 def known_body(body):
     """Are mass and size of a body stated?"""
-    return body.mass is not None and any((body.radius, body.size, body.side, body.mesh))
+    return body.mass is not None and body.sized
+
+
+def known_to_drag(body):
+    """Are mass and area of a body stated, so that a drag coefficient has a meaning?"""
+    return known_body(body) or body.mass is not None and body.drag_area is not None
+
+
+@dataclass(frozen=True)
+class WithDragArea:
+    """A solid with another area than the mean projected one of its surface; everything else is the shape's own."""
+
+    shape: object
+    drag_area: float  # [m2]
+
+    def __getattr__(self, name):
+        return getattr(self.shape, name)
+
+    @property
+    def surface_area(self):
+        """Four times the area: the engine takes a quarter of it for the mean projected one."""
+        return 4 * self.drag_area
+
+
+def cone(radius, height):
+    """A ConvexPiece, apex up along z, its centre of mass at zero; its base has the area of a round one [m]."""
+    angle = 2 * np.pi * np.arange(SIDES) / SIDES
+    ring = radius * np.sqrt(2 * np.pi / SIDES / np.sin(2 * np.pi / SIDES))
+    base = np.column_stack([ring * np.cos(angle), ring * np.sin(angle), np.full(SIDES, -height / 4)])
+    return ConvexPiece(np.concatenate([base, [[0.0, 0.0, 0.75 * height]]]))
 
 
 @lru_cache(maxsize=4096)
@@ -56,8 +88,14 @@ def rigid_body(body: Body) -> RigidBody:
         shape = Box(*(body.size or (0.1, 0.1, 0.1)))
     elif body.shape == "cubipod":
         shape = Cubipod(body.side or 1.0).pieces
+    elif body.shape in ("disc", "cylinder"):
+        shape = Cylinder(body.radius or 0.05, body.height or 0.1)
+    elif body.shape == "cone":
+        shape = cone(body.radius or 0.05, body.height or 0.1)
     else:
         shape = body.form or mesh_file(body.mesh)
+    if body.drag_area is not None:
+        shape = WithDragArea(shape, body.drag_area)
     mass, stated = body.mass or 1.0, body.inertia
     moments, axes = np.linalg.eigh(shape.inertia)
     if np.allclose(shape.inertia, np.diag(np.diag(shape.inertia)), rtol=0, atol=1e-9 * moments[-1]):

@@ -140,6 +140,16 @@ def check_clock(trial, path):
         )
 
 
+def check_plane(trial, path):
+    """Refuse a height in a recording of motion in a plane, and one without a position in it; then what else may be wrong."""
+    if np.isfinite(trial.position[:, 2]).any():
+        raise InputError(f"{path}, column z_m: a height, where measurement.planar = true; leave out the column, or planar")
+    if not np.isfinite(trial.position[:, :2]).any():
+        raise InputError(f"{path}: measurement.planar = true, but neither x_m nor y_m is recorded")
+    for check in (check_units, check_length, check_quaternions):
+        check(trial, path)
+
+
 def check_axes(trial, path):
     """Refuse a fall along another axis than z, or upwards: columns mixed up, or z counted downwards."""
     gravity = trial.surroundings.gravity
@@ -167,6 +177,9 @@ def inner_radius(body):
         return body.radius
     if body.shape == "box":
         return None if body.size is None else min(body.size) / 2
+    if body.shape in ("disc", "cylinder", "cone"):
+        low = None if body.height is None else body.height / (4 if body.shape == "cone" else 2)  # of the base of a cone
+        return None if None in (low, body.radius) else min(low, body.radius / (2 if body.shape == "cone" else 1))
     return body.side / 2 if body.shape == "cubipod" and body.side else None
 
 

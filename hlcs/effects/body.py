@@ -40,6 +40,7 @@ class SizeError(Change):
             body=replace(
                 body,
                 radius=None if body.radius is None else factor * body.radius,
+                height=None if body.height is None else factor * body.height,
                 side=None if body.side is None else factor * body.side,
                 size=None if body.size is None else tuple(factor * edge for edge in body.size),
             ),

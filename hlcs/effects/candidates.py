@@ -6,12 +6,13 @@ class and numbers; what the surroundings already say (density of the fluid, grav
 
 import dataclasses
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hlcs.data.experiment_file import Surroundings
 from hlcs.data.rigid_body import RigidBody
+from hlcs.effects.contract import BySession, in_sessions
 from minibullet.effects import DragModifier
 from minibullet.effects.contract import name_of, parameters
 from minibullet.effects.fluid import AIR_DENSITY, AIR_VISCOSITY, Drag
@@ -19,6 +20,9 @@ from minibullet.effects.fluid import AIR_DENSITY, AIR_VISCOSITY, Drag
 KNOWN = (
     0.05  # relative error of a fluid density that a file states: temperature, salt, pressure; where none is stated any gas may be
 )
+BEYOND = 1.1  # times what a file states: plausible, though the law's own range ends below
+VISCOSITY = "viscosity"  # the number that a file states as fluid_viscosity
+OF_VISCOSITY = 0.2  # relative error of a stated viscosity: that of glycerine falls by 8 % for each degree
 VACUUM = 1e-3  # part of its plausible range that a number of a fluid may have where the file states a vacuum
 
 
@@ -109,6 +113,7 @@ class Candidate:
     free: tuple[Free, ...]
     own: bool = False  # brought by the user
     constants: tuple[tuple[str, float], ...] = ()  # that say how it is there, where that is not to be found
+    doubted: bool = False  # the file states by how much it may be there: nothing speaks against it but that
     family: str = ""  # what a verdict on layers can tell apart: "physics", "placement", "measurement" or "numerics"
     words: str = ""  # what it is called in plain words, where its class does not say
     setting: bool = False  # its number is one that the model under test states: it can be wrong, not missing
@@ -175,7 +180,12 @@ class Candidate:
 
 
 def build(kind, values, surroundings: Surroundings):
-    """A value of an effect class at these numbers {name: value}, what the surroundings say filled in."""
+    """A value of an effect class at these numbers {name: value}, what the surroundings say filled in.
+
+    Numbers of several sessions, {"offset A": value, ..}, make a change that is another one in each.
+    """
+    if sessions := in_sessions(values):
+        return BySession(tuple((session, build(kind, numbers, surroundings)) for session, numbers in sessions.items()))
     normal, height = tuple(surroundings.floor_normal), surroundings.floor_height or 0.0
     known = {
         "fluid_density": surroundings.fluid_density or AIR_DENSITY,
@@ -195,6 +205,19 @@ def build(kind, values, surroundings: Surroundings):
     return kind(**filled_in | {name: float(value) for name, value in values.items()})
 
 
+def each_session(entry, sessions):
+    """The Candidate with one number for each session, in place of one for all; itself where its law has none."""
+    if len(sessions) < 2 or not getattr(entry.kind, "by_session", False):
+        return entry
+    return replace(entry, free=tuple(replace(free, name=f"{free.name} {session}") for session in sessions for free in entry.free))
+
+
+def in_doubt(entry, number, error):
+    """A Candidate whose number the file states to be uncertain: by `error` about its null value. It is there for certain."""
+    free = (replace(each, stated=each.null, error=error) if each.name.split()[0] == number else each for each in entry.free)
+    return replace(entry, free=tuple(free), doubted=True)
+
+
 def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own=False, extent=1.0):
     """The Candidate of an effect class for a rigid body whose mass and size are known or not; extent: range of heights [m].
 
@@ -202,7 +225,7 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
     """
     free, vacuum = [], kind.group == "fluid" and surroundings.fluid_density == 0.0
     drag = 0.5 * surroundings.fluid_density * body.area / body.mass if body_known and not vacuum else 0.2
-    scales = {"": 1.0, "radius": body.radius, "drag": drag, "extent": extent}
+    scales = {"": 1.0, "radius": body.radius, "drag": drag, "extent": extent, "per extent": 1 / extent}
     for name, known in parameters(kind).items():
         if known.given or known.body_known not in (None, body_known):
             continue
@@ -213,6 +236,10 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
         stated, error = (null, VACUUM * high) if vacuum else (getattr(surroundings, name, None), 0.0)
         if stated and not vacuum:
             error = (KNOWN if surroundings.fluid_stated else 1.0) * stated
+        if name == VISCOSITY and surroundings.fluid_viscosity and not vacuum:
+            stated, error = surroundings.fluid_viscosity, OF_VISCOSITY * surroundings.fluid_viscosity
+        if stated is not None:
+            high = max(high, BEYOND * stated)
         if known.in_liquid and surroundings.in_liquid:
             stated, error = known.in_liquid
         ends, certain = (known.least, known.most), surroundings.in_liquid and stated is not None

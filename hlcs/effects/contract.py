@@ -7,7 +7,7 @@ same metadata, and at its null value a change is exactly absent.
 
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -43,11 +43,14 @@ class Scene(NamedTuple):
     floor_height: float | None  # [m]
     low: float  # lowest and highest measured height of the whole experiment [m]
     high: float
+    session: np.ndarray | None = None  # names of the sessions of the runs (B,)
 
 
 @dataclass(frozen=True)
 class Change(Facts):
     """Base of the candidates that are not forces; override one hook and state its facts."""
+
+    by_session: ClassVar[bool] = False  # may its numbers be others in each session of a measurement?
 
     def setup(self, setup: Setup) -> Setup:
         """The set-up as it really was, given the nominal one."""
@@ -64,3 +67,33 @@ class Change(Facts):
     def outcome(self, values, unit):
         """Recorded outcomes of a table, given the true ones (n,); unit "s" or "m"."""
         return values
+
+
+@dataclass(frozen=True)
+class BySession(Change):
+    """A change of what was recorded that is another one in each session; runs of no session that it names stay as they are."""
+
+    parts: tuple[tuple[str, Change], ...] = ()
+
+    def look(self, look, scene):
+        parts = [(np.flatnonzero(scene.session == name), change.look(look, scene)) for name, change in self.parts]
+
+        def seen(times):
+            position, orientation = (np.array(part) for part in look(times))
+            for inside, recorded in parts:
+                if len(inside):
+                    its_position, its_orientation = recorded(times)
+                    position[inside], orientation[inside] = its_position[inside], its_orientation[inside]
+            return position, orientation
+
+        return seen
+
+
+def in_sessions(numbers):
+    """{session: {number: value}} of numbers {"offset A": value, ..}, as each stands in one session; {} where none names one."""
+    found = {}
+    for key, value in numbers.items():
+        name, _, session = key.partition(" ")
+        if session:
+            found.setdefault(session, {})[name] = value
+    return found

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import minibullet.effects as forces
-from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.data.rigid_body import known_to_drag, rigid_body
 from hlcs.effects.candidates import build, candidate, ends_of_law
 from hlcs.effects.contract import Change
 from minibullet.effects.catalogue import classes_in
@@ -47,12 +47,12 @@ def build_entry(entry, surroundings, own=()):
     kind = class_named(entry["name"], own)
     values = {key: value for key, value in entry.items() if key != "name"}
     known = parameters(kind)
-    for key in values:
-        if key not in known:
+    for key, name in [(key, key.partition(" ")[0] if getattr(kind, "by_session", False) else key) for key in values]:
+        if name not in known:
             raise InputError(f"{entry['name']} has no parameter '{key}'; it has {', '.join(known)}")
         if not is_number(values[key]):
             raise InputError(f"{entry['name']}: {key} = {values[key]!r} must be a finite number")
-        least, most = _ends(known[key])
+        least, most = _ends(known[name])
         if not least <= values[key] <= most:
             wall = f"at least {least:g}" if values[key] < least else f"at most {most:g}"
             raise InputError(f"{entry['name']}: {key} = {values[key]:g} must be {wall}")
@@ -110,10 +110,14 @@ def _check_numbers(entry, file, own):
     Then a default would be taken in silence, which most often means that the effect is not there at all.
     """
     numbers = [known for known in parameters(class_named(entry["name"], own)).values() if not known.given]
-    said = {*entry, *(["fluid_density"] if file.surroundings.fluid_density > 0 else [])}  # as in `build_entry`
+    said = {
+        *entry,
+        *(key.partition(" ")[0] for key in entry),
+        *(["fluid_density"] if file.surroundings.fluid_density > 0 else []),
+    }  # as in `build_entry`
     ready = any(known.null not in (None, known.default) for known in numbers)  # a class of the user's may bring its value
     if numbers and not ready and said.isdisjoint(known.name for known in numbers):
-        useful = [known for known in numbers if known.body_known is not False or not known_body(_body(file))]
+        useful = [known for known in numbers if known.body_known is not False or not known_to_drag(_body(file))]
         raise InputError(f"{entry['name']} stands without a number; give {', '.join(map(_shown_number, useful))}")
 
 
@@ -127,7 +131,7 @@ def _shown_number(known):
 def _doubts(entry, file, own):
     """Sentences on the numbers of an entry beyond their plausible ranges; one that depends on the data is not judged."""
     kind = class_named(entry["name"], own)
-    by_data = {name for name, known in parameters(kind).items() if known.bounds_in == "extent"}
+    by_data = {name for name, known in parameters(kind).items() if known.bounds_in in ("extent", "per extent")}
     free = candidate(kind, file.surroundings, rigid_body(_body(file)), body_known=True).free
     said = [number.doubt(entry["name"], entry[number.name]) for number in free if number.name in {*entry} - by_data]
     return filter(None, said)

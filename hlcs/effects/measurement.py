@@ -20,6 +20,7 @@ class TiltedFrame(Change):
     angle_y: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
     plain = "a camera that leans"
     group = "measurement"
+    by_session = True
     alike = "tilt"
     needs = (Need.SIDEWAYS,)
 
@@ -45,6 +46,7 @@ class LengthScale(Change):
     factor: float = parameter(1.0, unit="-", low=0.9, high=1.1, null=1.0)
     plain = "a wrong scale of length"
     group = "measurement"
+    by_session = True
     alike = "effective_gravity"
 
     def look(self, look, scene):
@@ -55,7 +57,7 @@ class LengthScale(Change):
         return seen
 
     def inputs(self, inputs, unit):
-        lengths = ("height_m", "distance_m") if unit == "s" else ()
+        lengths = ("height_m", "distance_m", "mark_1_m", "mark_2_m") if unit == "s" else ()
         return {name: values / self.factor if name in lengths else values for name, values in inputs.items()}
 
     def outcome(self, values, unit):
@@ -69,6 +71,7 @@ class TimeScale(Change):
     factor: float = parameter(1.0, unit="-", low=0.95, high=1.05, null=1.0)
     plain = "a clock at a wrong rate"
     group = "measurement"
+    by_session = True
     alike = "effective_gravity"
 
     def look(self, look, scene):
@@ -85,6 +88,7 @@ class ClockOffset(Change):
     offset: float = parameter(0.0, unit="s", low=-0.3, high=0.3, null=0.0)
     plain = "a release that is stamped too early or too late"
     group = "measurement"
+    by_session = True
     needs = (Need.RELEASE,)
 
     def look(self, look, scene):

@@ -51,7 +51,7 @@ def fit_adequacy(problem, fit, partitions, models=None):
     residuals, signatures = fit.linearization.projected
     rest = project_out(basis(np.concatenate(signatures)), np.concatenate(residuals))
     parts = np.split(rest, np.cumsum([len(part) for part in residuals])[:-1])
-    draw = NoiseDraws(problem.noise, problem.recordings, models)
+    draw = NoiseDraws(problem.noise, problem.recordings, models, problem.shared_doubt)
     return adequacy(parts, fit.linearization.state_columns, signatures, partitions, draw), rest
 
 

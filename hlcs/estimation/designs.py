@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hlcs.data.experiment_file import impossible_density
+from hlcs.data.bodies import impossible_density
 from minibullet import rotations
 
 AT_REST = 0.3  # speed below which a body is dropped rather than thrown [m/s]

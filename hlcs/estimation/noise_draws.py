@@ -3,7 +3,7 @@
 import numpy as np
 
 from hlcs.estimation.correlated_noise import MOST_RHO, MOST_WHITE, CorrelatedNoise, lower_factor
-from hlcs.estimation.whitening import colour_series, kalman_filter, whiten_series
+from hlcs.estimation.whitening import colour, colour_series, kalman_filter, whiten, whiten_series, whitening_of_settings
 
 PERTURBATIONS = 200  # sets of noise parameters that are drawn from their uncertainty: of 16, p kept an error of 0.1
 
@@ -11,14 +11,16 @@ PERTURBATIONS = 200  # sets of noise parameters that are drawn from their uncert
 class NoiseDraws:
     """White noise of recordings as it may be, given what is not known of a Noise."""
 
-    def __init__(self, noise, recordings, models=None):
-        """models: list of what is expected of every observation (n,), so that its rounded reading can be drawn; None: none is."""
+    def __init__(self, noise, recordings, models=None, doubt=0.0):
+        """models: list of what is expected of every observation (n,), so that its rounded reading can be drawn; None: none is;
+        doubt: standard deviation of the logarithm of errors that observations share."""
         self.noise, self.recordings, self.models = noise, recordings, models
         self.generator = np.random.default_rng(12345)  # a fixed stream of its own: the verdict never depends on the user's seed
         unknown = CorrelatedNoise(1.0, 0.0, 0.0, np.zeros((3, 3)))
         self.kinds = [kind or unknown for kind in (noise.positions, noise.orientations)]
         normal = self.generator.standard_normal
         self.shifts = [normal((PERTURBATIONS, 3)) @ lower_factor(kind.covariance).T for kind in self.kinds]
+        self.shared = np.exp(doubt * normal(PERTURBATIONS)) if doubt else np.ones(PERTURBATIONS)
         self.drawn = {}  # index of a recording -> draws that were made of it: each takes the next set of noise parameters
 
     def __call__(self, index, count):
@@ -30,13 +32,21 @@ class NoiseDraws:
         for k in range(PERTURBATIONS):
             columns = slice((k - first) % PERTURBATIONS, count, PERTURBATIONS)
             if columns.start < count:
-                self._as_read(index, white[:, columns], [shift[k] for shift in self.shifts])
+                read = self._as_read if self.recordings[index].whitening.common is None else self._with_shared
+                read(index, white[:, columns], [shift[k] for shift in self.shifts], self.shared[k])
         return white
 
-    def _as_read(self, index, white, shifts):
+    def _with_shared(self, index, white, shifts, factor):
+        """The same as `_as_read` where observations of a block share an error, `factor` times as large as it is taken to be."""
+        whitening = self.recordings[index].whitening
+        own, shared = np.exp(shifts[0][0]) * self.kinds[0].sigma, factor * whitening.common
+        actual = whitening_of_settings(np.repeat(np.arange(len(whitening.blocks)), _lengths(whitening)), own, shared)
+        white[:] = whiten(whitening, colour(actual, white))
+
+    def _as_read(self, index, white, shifts, factor):
         """Turn white noise (n, count), in place, into what readings with noise of other parameters look like when whitened.
 
-        shifts: of (log sigma, rho, share) of positions and of orientations, (3,) each.
+        shifts: of (log sigma, rho, share) of positions and of orientations, (3,) each; factor: none shares an error.
         """
         recording, noise, filters = self.recordings[index], self.noise, {}
         for part, filter in recording.whitening.blocks:
@@ -56,3 +66,8 @@ class NoiseDraws:
                 expected = self.models[index][part][:, None] - origin
                 seen = step * np.round((expected + seen) / step) - expected
             white[part] = whiten_series(filter, seen / recording.whitening.sigma[part][0])
+
+
+def _lengths(whitening):
+    """Number of observations of each block."""
+    return [part.stop - part.start for part, _ in whitening.blocks]

@@ -6,6 +6,7 @@ projected out, so that everything downstream sees, per recording, a white residu
 
 import numpy as np
 
+from hlcs.effects.contract import in_sessions
 from hlcs.effects.witnesses import WITNESSES
 from hlcs.estimation import fitting, segment_profiles
 from hlcs.estimation.least_squares import least_squares, project_out
@@ -25,6 +26,8 @@ class Problem:
     `difference_steps` ({}), and defines `initial_guess()`, `residuals(model, initial_states)` and
     `linearise(model, initial_states)`.
     """
+
+    shared_doubt = 0.0  # standard deviation of the logarithm of errors that observations share
 
     @property
     def segmented(self):
@@ -126,7 +129,9 @@ class Problem:
         witness, camera = WITNESSES.get(term.candidate.kind), self.camera
         if witness is None or camera.sigma <= 0:
             return None
-        return witness.text.format(extent=camera.extent), float(witness.frames * witness.size(term.numbers, camera) ** 2)
+        sessions = in_sessions(term.numbers).values() or (term.numbers,)
+        size = max(abs(witness.size(numbers, camera)) for numbers in sessions)
+        return witness.text.format(extent=camera.extent), float(witness.frames * size**2)
 
     # --- fits -----------------------------------------------------------------------------------------------------------------
 

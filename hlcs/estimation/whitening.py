@@ -21,12 +21,21 @@ class Filter(NamedTuple):
     gain: np.ndarray  # part of what was not foreseen of this sample that belongs to the correlated part [-]
     deviation: np.ndarray  # standard deviation of what is not foreseen of this sample: the diagonal of L [-]
 
+    def whiten(self, values):
+        """L^-1 values for correlated values of variance 1, (n,) or (n, k) -> same shape."""
+        return whiten_series(self, values)
+
+    def colour(self, white):
+        """L white: the inverse of `whiten`."""
+        return colour_series(self, white)
+
 
 class Whitening(NamedTuple):
     """How the noise of the n observations of one recording is correlated, channel by channel."""
 
-    blocks: tuple  # (slice of the observations, Filter) of every channel
+    blocks: tuple  # (slice of the observations, Filter of a channel or Shared of a setting)
     sigma: np.ndarray  # standard deviation of each observation [unit of the channel], (n,)
+    common: np.ndarray | None = None  # part of it that all observations of a block share (n,); None = there is none
 
 
 @leaf
@@ -103,12 +112,41 @@ def whitening_of(channel, times, sigma, correlations, step):
     return Whitening(tuple(blocks), sigma)
 
 
+class Shared(NamedTuple):
+    """Correlation of the observations of one setting, which share an error, in units of their standard deviation."""
+
+    own: float  # standard deviation of the error of each
+    shrink: float  # what whitening leaves of their mean, beside what it leaves of how they differ
+
+    def whiten(self, values):
+        """White combinations of values (n, k): the symmetric root of their covariance, so that their order is of no account."""
+        return (values - (1 - self.shrink) * values.mean(axis=0)) / self.own
+
+    def colour(self, white):
+        """The inverse of `whiten`."""
+        return self.own * (white + (1 / self.shrink - 1) * white.mean(axis=0))
+
+
+def whitening_of_settings(setting, sigma, common):
+    """Whitening of observations with an error of their own and one that all observations of a setting share.
+
+    setting: integers, those of one setting together (n,); sigma: of the own error; common: of the shared one (n,). The
+    covariance is sigma^2 delta_kl + common^2 within a setting: its mean has the variance sigma^2 / n + common^2.
+    """
+    total, blocks = np.hypot(sigma, common), []
+    first = np.flatnonzero(np.r_[True, np.diff(setting) != 0])
+    for begin, end in zip(first, [*first[1:], len(setting)], strict=True):
+        shrink = sigma / np.hypot(sigma, np.sqrt(end - begin) * common[begin])
+        blocks.append((slice(int(begin), int(end)), Shared(float(sigma / total[begin]), float(shrink))))
+    return Whitening(tuple(blocks), total, common)
+
+
 def whiten(whitening, values):
     """White, unit-variance combinations of correlated observations: (n,) or (n, k) -> same shape."""
     values = np.asarray(values, dtype=float)
     values = values / whitening.sigma.reshape(-1, *[1] * (values.ndim - 1))
     for part, filter in whitening.blocks:
-        values[part] = whiten_series(filter, values[part])
+        values[part] = filter.whiten(values[part])
     return values
 
 
@@ -116,5 +154,5 @@ def colour(whitening, white):
     """The inverse of whitening: (n,) or (n, k) -> same shape, in the units of the channels."""
     result = np.empty_like(np.asarray(white, dtype=float))
     for part, filter in whitening.blocks:
-        result[part] = colour_series(filter, white[part])
+        result[part] = filter.colour(white[part])
     return result * whitening.sigma.reshape(-1, *[1] * (result.ndim - 1))

@@ -19,6 +19,7 @@ from minibullet.files.reading import read_text
 
 EXAMPLES = {
     "measurement.noise": "{ position = 0.002 }",
+    "measurement.input_sd": "{ height_m = 0.01 }",
     "surroundings.floor": "{ height = 0.0 }",
     "trial.start": "{ velocity = [0.0, 0.0, 0.0] }",
 }
@@ -186,6 +187,13 @@ class TomlFile:
         if said := limits.unlikely(key, value):
             self.warn(key, said, section, index)
         return float(value)
+
+    def flag(self, table, key, section):
+        """true or false; false where the key is left out."""
+        value = table.get(key, False)
+        if not isinstance(value, bool):
+            self.fail(key, f"must be true or false, got {shown_value(value)}", section)
+        return value
 
     def vector(self, table, key, section, length, *, low=-LARGEST, high=LARGEST, index=None):
         """`length` finite numbers within bounds as a tuple, or None where the key is left out."""

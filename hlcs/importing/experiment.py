@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hlcs.data.model_entries import FILL_IN
-from hlcs.data.outcome_tables import OUTCOMES
+from hlcs.data.quantities import OUTCOMES
 from hlcs.files.documents import toml_value
 from hlcs.files.spreadsheets import csv_text
 from minibullet.errors import shown
@@ -58,7 +58,7 @@ def rounded(value):
 
 def has_replicates(rows):
     """Whether two rows of a table have the same inputs, so that their scatter tells the noise."""
-    inputs = [values for name, values in rows.items() if name not in (*OUTCOMES, "bounce_time_s", "group")]
+    inputs = [values for name, values in rows.items() if name not in (*OUTCOMES, "group")]
     settings = list(zip(*inputs, strict=True)) if inputs else [()] * len(next(iter(rows.values())))
     return len(set(settings)) < len(settings)
 

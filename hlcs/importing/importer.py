@@ -141,7 +141,7 @@ def checked_overrides(format, given):
     for name, allowed in ((name, columns) for name in said.column.values()):
         if name not in allowed:
             raise InputError(f"--column ..={shown(name)}: no column of this project; the nearest is '{nearest(name, allowed)}'")
-    inputs = [name for name in spreadsheet.IN_TABLES if name not in (*spreadsheet.RESULTS, "group", "bounce")]
+    inputs = [name for name in spreadsheet.IN_TABLES if name not in (*spreadsheet.OUTCOMES, "group", "bounce")]
     for name, value in said.constant.items():
         if name not in inputs:
             raise InputError(f"--constant {shown(name)}: no input of a table; the nearest is '{nearest(name, inputs)}'")

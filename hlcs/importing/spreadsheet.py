@@ -8,7 +8,7 @@ row; else the rows are the samples of one recording.
 
 import numpy as np
 
-from hlcs.data.outcome_tables import LIMITS, OUTCOMES
+from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.data.recordings import COLUMNS
 from hlcs.importing.axes import turned
 from hlcs.importing.found import Assumption, Found, recording
@@ -44,8 +44,7 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
 }
 MEANING = {word: column for column, words in WORDS.items() for word in (*words.split(", "), column.replace("_", " "))}
 IN_RECORDINGS = (*COLUMNS, "frame")
-IN_TABLES = (*LIMITS, *OUTCOMES, "bounce", "bounce_time_s", "group")
-RESULTS = (*OUTCOMES, "bounce_time_s")
+IN_TABLES = (*INPUTS, *OUTCOMES, "group")
 
 
 def read(path, overrides):
@@ -57,7 +56,7 @@ def read(path, overrides):
     for name, (index, _) in columns.items():
         if _empty(grid, first, index):
             raise InputError(f"{grid.place(head, grid.cells[head][index])}: no number below it, which is to be {name}")
-    is_table = any(name in columns for name in RESULTS)
+    is_table = any(name in columns for name in OUTCOMES)
     notes = [*grid.assumptions, *notes]
     if is_table:
         rows, told = _rows(grid, first, columns, overrides)
@@ -117,7 +116,7 @@ def _columns(grid, head, overrides):
                 f'state with --column "{shown(cell)}=.." what each is'
             )
         found[name] = (index, unit)
-    if "z_m" in found and "height_m" not in found and any(name in found for name in RESULTS):
+    if "z_m" in found and "height_m" not in found and any(name in found for name in OUTCOMES):
         found["height_m"] = found.pop("z_m")  # a height beside an outcome is that from which the body was let go
     there = ", ".join(f"'{shown(cell)}'" for cell in grid.cells[head] if cell)
     for cell in asked:
@@ -197,7 +196,7 @@ def _rows(grid, first, columns, overrides):
         elif name in IN_TABLES:
             rows[name], told = _si(grid, first, name, place, overrides)
             notes += told
-    outcomes = [name for name in rows if name in RESULTS]
+    outcomes = [name for name in rows if name in OUTCOMES]
     if len(outcomes) > 1:
         raise InputError(
             f"{grid.place(0)}: {' and '.join(outcomes)} are both outcomes; a table has one: import the other by itself"

@@ -7,11 +7,15 @@ import numpy as np
 from scipy import stats
 
 import minibullet.effects as forces
-from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.data.rigid_body import known_body, known_to_drag, rigid_body
 from hlcs.effects import candidate, wanted
+from hlcs.effects.candidates import each_session, in_doubt
 from hlcs.effects.contract import DataNeed
+from hlcs.effects.measurement import LengthScale
 from minibullet.effects.contract import Need, name_of
+from minibullet.effects.fluid import AIR_VISCOSITY, WATER_VISCOSITY
 
+SAME_LAW = "the same law as stokes_drag of a body whose size is known"
 NO_TURNING = "orientations are not measured"
 
 
@@ -25,6 +29,15 @@ class Shown:
     @property
     def body_known(self):
         return all(known_body(trial.body) for trial in self.trials)
+
+    @property
+    def drag_known(self):
+        return all(known_to_drag(trial.body) for trial in self.trials)
+
+    @cached_property
+    def fastest(self):
+        """The highest mean speed over an eighth of a recording [m/s]."""
+        return max(map(fastest, self.trials))
 
     @cached_property
     def columns(self):
@@ -64,9 +77,15 @@ def candidates_for(measurement, contact, names=None, own=()):
     """(candidates, {name: why it cannot take part}) for trajectories; `names` None = all that fit, else just these."""
     first, shown = measurement.trials[0], Shown(measurement.trials, contact)
     why = {kind: stated(kind, measurement.file) or obstacle(kind, shown) for kind in wanted(names, own)}
+    why = with_drag_that_fits(why, first.body, first.surroundings, shown.fastest)
     heights = np.concatenate([trial.position[:, 2] for trial in measurement.trials])
     extent = float(np.nanmax(heights) - np.nanmin(heights)) if np.isfinite(heights).any() else 1.0
-    return eligible(why, first.body, first.surroundings, shown.body_known, own, max(extent, 1e-3))
+    found, absent = eligible(why, first.body, first.surroundings, shown.drag_known, own, max(extent, 1e-3))
+    sessions = sorted({trial.session for trial in measurement.trials} - {""})
+    found = [each_session(entry, sessions) for entry in found]
+    if error := measurement.file.scale_error:
+        found = [in_doubt(entry, "factor", error) if entry.kind is LengthScale else entry for entry in found]
+    return found, absent
 
 
 def eligible(why, body, surroundings, body_known, own, extent=1.0):
@@ -79,6 +98,46 @@ def eligible(why, body, surroundings, body_known, own, extent=1.0):
 def obstacle(kind, shown):
     """What a class needs that recordings do not show, in words, or None."""
     return next((text for text, met in map(NEEDS.get, kind.needs) if not met(shown)), None)
+
+
+def fastest(trial):
+    """The highest speed over an eighth of a recording, by what was measured of its position [m/s]."""
+    there = np.isfinite(trial.position[:, np.isfinite(trial.position).any(axis=0)]).all(axis=1)
+    times, position = trial.times[there], trial.position[there]
+    far = max(len(times) // 8, 1)
+    if len(times) <= far or not np.isfinite(position).any():
+        return 0.0
+    return float(np.nanmax(np.sqrt(np.nansum((position[far:] - position[:-far]) ** 2, axis=1)) / (times[far:] - times[:-far])))
+
+
+def reynolds_numbers(body, surroundings, speed):
+    """(least, most) that a speed [m/s] may mean, 2 r rho v / eta; a liquid whose viscosity nobody stated may have any."""
+    size = 2 * rigid_body(body).radius * surroundings.fluid_density * speed
+    if surroundings.fluid_viscosity:
+        return (size / surroundings.fluid_viscosity,) * 2
+    return (0.0, size / WATER_VISCOSITY) if surroundings.in_liquid else (size / AIR_VISCOSITY,) * 2
+
+
+def with_drag_that_fits(why, body, surroundings, speed):
+    """{class: why it cannot take part, or None}, laws that do not hold at the Reynolds numbers of this speed [m/s] left out.
+
+    Where Stokes's law may hold, a drag in proportion to speed is that law, and its number the viscosity.
+    """
+    least, most = reynolds_numbers(body, surroundings, speed)
+    found = {kind: text or _out_of_reach(kind, least, most) for kind, text in why.items()}
+    if forces.LinearDrag in found and found.get(forces.StokesDrag, SAME_LAW) is None:
+        found[forces.LinearDrag] = found[forces.LinearDrag] or SAME_LAW
+    return found
+
+
+def _out_of_reach(kind, least, most):
+    """Why a law does not hold at these Reynolds numbers, or None."""
+    begins, ends = kind.reynolds
+    if most == 0.0 and np.isfinite(ends):
+        return "there is no fluid, or no motion through it"
+    if most < begins:
+        return f"Reynolds numbers reach {most:.2g} only, and it needs {begins:.2g}"
+    return f"Reynolds numbers reach {least:.2g}, and it holds up to {ends:.2g}" if least > ends else None
 
 
 def stated(kind, file):

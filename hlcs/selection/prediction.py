@@ -187,16 +187,23 @@ class LinearModel:
         low, high = np.array([self.columns[place].ends for place in kept]).reshape(-1, 2).T
         weight, step = NEARLY_FREE * believed, np.zeros(len(kept))
         for _ in range(3):  # a Cauchy law is a normal one whose width follows the estimate
-            step = np.linalg.lstsq(gram + np.diag(weight), dots - weight * aside, rcond=1e-10)[0]
+            step = _solved(gram + np.diag(weight), dots - weight * aside)
             outside = (step < low) | (step > high)
             if outside.any():
                 fixed, free = np.clip(step, low, high), ~outside
                 rest = dots - weight * aside - gram @ np.where(outside, fixed, 0.0)
-                fixed[free] = np.linalg.lstsq((gram + np.diag(weight))[np.ix_(free, free)], rest[free], rcond=1e-10)[0]
+                fixed[free] = _solved((gram + np.diag(weight))[np.ix_(free, free)], rest[free])
                 step = np.clip(fixed, low, high)
             weight = 2 * believed / (1 + (aside + step) ** 2)
         surprise = float(2 * np.log1p((aside + step) ** 2) @ believed)
         return step, float(2 * dots @ step - step @ gram @ step) - surprise
+
+
+def _solved(matrix, right):
+    """Solution of normal equations (n, n), each number in units of its own error: a belief counts where the data tell no two of
+    them apart, though one of them may be known a million times better than it was believed."""
+    size = np.sqrt(np.where(np.diag(matrix) > 0, np.diag(matrix), 1.0))
+    return np.linalg.lstsq(matrix / np.outer(size, size), right / size, rcond=1e-10)[0] / size
 
 
 def _gain(signature, r):

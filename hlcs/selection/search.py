@@ -24,13 +24,14 @@ from minibullet.errors import InputError
 class Search:
     """The fitted sets of effects of one problem."""
 
-    def __init__(self, problem, candidates, base, odds=ODDS, progress=None, readings=None):
+    def __init__(self, problem, candidates, base, odds=ODDS, progress=None, readings=None, first=()):
         """base: Fit of the model under test; odds: against one effect; readings: candidate -> its numbers as samples around the
-        impacts show them."""
+        impacts show them; first: names of those that are fitted whatever is foreseen of them, from their readings: far from the
+        data nothing foresees them."""
         self.problem, self.base, self.odds = problem, base, odds
         self.candidates = {entry.name: entry for entry in sorted(candidates, key=lambda entry: entry.name)}
         self.progress = progress or (lambda text: None)
-        self.readings = readings or {}
+        self.readings, self.first = readings or {}, [name for name in first if name in self.candidates]
         self.base_has_drag = has_drag(base.model)
         self.budget = Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
@@ -49,8 +50,9 @@ class Search:
 
     def price(self, effects):
         """The odds against a set: against each effect, once more against a law that holds another as a special case; where the
-        file implies an effect that these data would show (the lift of a stated fluid) they are against its absence."""
-        entries = [self.candidates[name] for name in effects if name not in self.implied]
+        file implies an effect that these data would show (the lift of a stated fluid) they are against its absence; none
+        against what the file states to be uncertain (the length of a pixel)."""
+        entries = [self.candidates[name] for name in effects if name not in self.implied and not self.candidates[name].doubted]
         against = sum(1 + any(map(entry.holds, self.candidates.values())) for entry in entries)
         return self.odds * (against + len(self.implied - effects))
 
@@ -97,6 +99,11 @@ class Search:
 
     def _expand_and_refit(self):
         refits = 0
+        self.expand()
+        for name in self.first:
+            known = Proposal(np.inf, frozenset({name}), {name: self.readings[name]})
+            if self.compatible(known.effects) and (fit := self.refit(known, self.base)) is not None:
+                self.fits[known.effects] = fit
         while True:
             self.expand()
             best = self.cost(self.ranked()[0])

@@ -5,8 +5,9 @@ from functools import cached_property
 import numpy as np
 from scipy import optimize, stats
 
+from hlcs.estimation.linearization import free_numbers
 from hlcs.selection.held_out import HeldOut, beaten, held_out
-from hlcs.selection.thresholds import INTERVAL, TIED
+from hlcs.selection.thresholds import EQUAL, INTERVAL, TIED
 
 
 class FittedSets:
@@ -18,9 +19,20 @@ class FittedSets:
         self.inflation = 1.0  # chi2 per degree of freedom where the best set is not adequate: differences count for less there
 
     @cached_property
-    def best(self):
+    def cheapest(self):
         """The set of highest posterior probability that stands; the model under test stands always."""
         return next(effects for effects in self.search.ranked() if self.stands(effects))
+
+    @cached_property
+    def best(self):
+        """The cheapest set that stands or, of those of as many effects that cost no more than EQUAL beyond it, that of the fewest
+        numbers: a scale before a curve of five."""
+        search, cheapest = self.search, self.cheapest
+        near = [cheapest]
+        for effects in search.ranked():
+            if len(effects) == len(cheapest) and 0 <= search.cost(effects) - search.cost(cheapest) <= EQUAL:
+                near += [effects] if self.stands(effects) else []
+        return min(near, key=lambda effects: len(search.fits[effects].estimate))
 
     def stands(self, effects):
         """Does every effect of a set lower the held-out error beside the others? What the file implies needs no such proof."""
@@ -28,9 +40,17 @@ class FittedSets:
         return np.isfinite(self.search.fits[effects].chi2) and not any(self.broken(effects, name) for name in doubtful)
 
     def broken(self, effects, name):
-        """Explanations of the rules that an effect of a set breaks on held-out data."""
+        """Explanations of the rules that an effect of a set breaks on held-out data; none where the data are explained without
+        it only by numbers that contradict what the file states, such as a liquid as heavy as the body."""
         count = len(self.search.candidates)
+        if self.contradicts(self.fit(self.without(effects, name))):
+            return []
         return self.held_out(effects, name).broken(self.cross_validation.few, count)
+
+    def contradicts(self, fit):
+        """Does a fit need a number of what the file implies that is far from plausible?"""
+        stated = [(free, value) for free, value in zip(free_numbers(fit.model), fit.estimate, strict=True) if free.certain]
+        return any(not free.plausible(value) for free, value in stated)
 
     def held_out(self, effects, name) -> HeldOut:
         """What one effect of a set does beside the others, and with it whatever acts through it alone."""
@@ -97,7 +117,8 @@ class FittedSets:
         names = self.search.ranked()
         costs = np.array([self.search.cost(effects) for effects in names])
         relative = np.exp(-(costs - self.search.cost(self.best)) / (2 * self.inflation))
-        relative[costs < self.search.cost(self.best)] = 0.0  # they do not stand
+        beyond = self.search.cost(self.best) - self.search.cost(self.cheapest)
+        relative[costs < self.search.cost(self.best if beyond > EQUAL else self.cheapest)] = 0.0  # they do not stand
         return dict(zip(names, relative / relative.sum(), strict=True))
 
     @cached_property

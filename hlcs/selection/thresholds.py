@@ -7,6 +7,7 @@ effects know of their own numbers stands in their classes.
 ODDS = 6.0  # against any one effect: 1 to 20, so that of some forty candidates two are expected to be missing
 ODDS_ALONE = 12.0  # the same where nothing can be held out
 TIED = 6.0  # sets within it of the best do as well: it has less than twenty times their probability
+EQUAL = 1.0  # sets whose costs differ by no more are as good (odds of 1 to 1.6): the one of fewer numbers is named first
 REACH = 12.0  # sets foreseen within it of the best are fitted: twice TIED, since what is foreseen is not what is found
 MOST_EFFECTS = 3  # in a set: with more, recordings of one body tell nothing apart
 FORESEEN = 0.2  # part of what a set takes away that is foreseen at least before any fit: a rebound, seen from a model of none

@@ -1,9 +1,12 @@
-"""Free flight of many bodies at once: classical Runge-Kutta for the effects' forces, no contacts.
+"""Free flight of many bodies at once: Runge-Kutta for the effects' forces, no contacts.
 
 The forces are those the engine would ask for (`effect.forces`, `effect.added_mass`); only the integration is another,
-of fourth order, so that its error lies far below any measurement and many perturbed starts fly in one batch.
+of fourth order, so that its error lies far below any measurement and many perturbed starts fly in one batch. A drag in proportion
+to speed is integrated exactly, however strong it is: v' = a - k v has a closed form while a is a polynomial of time, and that is
+what Runge-Kutta takes it for (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176 (2002) 430, ETDRK4; k = 0 is the classical method).
 """
 
+from math import factorial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,11 +14,15 @@ import numpy as np
 from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.effects import AddedMass, contract
+from minibullet.effects.fluid import ViscousDrag
 from minibullet.kernels import leaf
 from minibullet.rotations import rotation_matrices
 from minibullet.vectors import turn, turn_back
 
 STIFF, SHORTEST = 1.0, 2e-3  # h |da/dv| above which steps are too long [-], and a step that is not cut any more [s]
+SERIES = 2.0  # |z| below which the functions of a decay are summed as series: their recursion loses digits there
+TERMS = 26  # of these series: the last adds less than the last bit
+FIRST, GROWTH = 0.2, 1.3  # first step of a flight, in times of its fastest decay, and how much longer each next one may be [-]
 JUMP = 60.0  # a mean acceleration over one step that only an impact gives [m/s2]
 
 
@@ -83,14 +90,57 @@ def euler(rotation, spin, torque, inertia, faster):
         )
 
 
-def accelerations(bodies: Bodies, effects):
-    """Function (time, position, velocity, orientation, spin) -> (linear, angular acceleration) of n free bodies, (n, 3) each."""
+class Decay(NamedTuple):
+    """What becomes of n velocities that decay at rates k over a step h: z = -k h, phi_j = sum of z^i / (i + j)!, (n, 1) each."""
+
+    left: np.ndarray  # e^z, of a velocity
+    one: np.ndarray  # phi_1
+    two: np.ndarray  # phi_2
+    three: np.ndarray  # phi_3
+    four: np.ndarray  # phi_4
+
+    @classmethod
+    def over(cls, z):
+        """The Decay for z (n, 1), none of them positive: series near zero, else phi_(j+1) = (phi_j - 1/j!) / z."""
+        small, far = np.abs(z) < SERIES, np.where(np.abs(z) < SERIES, -1.0, z)
+        found, known = [np.exp(z)], np.exp(far)
+        for j in range(1, 5):
+            series = np.ones_like(z)
+            for i in range(TERMS, 0, -1):
+                series = 1 + series * z / (i + j)
+            known = (known - 1 / factorial(j - 1)) / far
+            found.append(np.where(small, series / factorial(j), known))
+        return cls(*found)
+
+
+def viscous_rates(bodies: Bodies, effects):
+    """(rates k at which drags in proportion to speed slow n bodies (n, 1) [1/s], the other effects).
+
+    Zero, with all effects, where there is no such drag or the added mass is not the same in every direction.
+    """
+    viscous = [effect for effect in effects if isinstance(effect, ViscousDrag)]
+    if not viscous or not isotropic_mass(effects):
+        return np.zeros((len(bodies.mass), 1)), list(effects)
+    added = contract.added_mass(effects, bodies)
+    mass = bodies.mass + (0.0 if added is None else added[:, 0, 0])
+    rates = sum(effect.resistance(bodies) for effect in viscous) / mass
+    return rates[:, None], [effect for effect in effects if effect not in viscous]
+
+
+def isotropic_mass(effects):
+    """Is all added mass the same in every direction and attitude?"""
+    return all(type(effect) is AddedMass for effect in effects if type(effect).added_mass is not contract.Effect.added_mass)
+
+
+def accelerations(bodies: Bodies, effects, forces=None):
+    """Function (time, position, velocity, orientation, spin) -> (linear, angular acceleration) of n free bodies, (n, 3) each.
+
+    forces: the effects whose forces count, None = all.
+    """
     mass, added = bodies.mass[:, None], contract.added_mass(effects, bodies)
-    if added is not None and all(
-        type(effect) is AddedMass for effect in effects if type(effect).added_mass is not contract.Effect.added_mass
-    ):
+    if added is not None and isotropic_mass(effects):
         mass, added = mass + added[:, 0, :1], None  # the same in every direction and attitude: so much more to accelerate
-    forceful = [effect for effect in effects if type(effect).forces is not contract.Effect.forces]
+    forceful = [effect for effect in (effects if forces is None else forces) if type(effect).forces is not contract.Effect.forces]
     isotropic = np.allclose(bodies.inertia, bodies.inertia[:, :1])
     n = len(bodies.mass)
 
@@ -123,36 +173,57 @@ def turned(q, angle):
     return rotations.product(rotations.exponential(angle), q) if angle.any() else q
 
 
-def fly(bodies: Bodies, effects, duration, step) -> Track:
-    """Fly n bodies for `duration` [s] under the effects (gravity among them), in equal steps of at most `step` [s].
+def step_lengths(duration, step, fastest):
+    """Steps (count,) of at most `step` [s] that fill a duration; short ones first where velocities decay at once.
 
-    Where an acceleration answers a change of velocity within the step (the drag of a light body in a liquid) the flight is done
-    again in shorter steps: beyond 2.8 / h Runge-Kutta's answer grows without end.
+    fastest: rate of decay [1/s]. Between nodes a motion is taken for a cubic, and a decay from the start is none.
     """
-    count = max(int(np.ceil(duration / step - 1e-9)), 1)
-    h, rates = duration / count, accelerations(bodies, effects)
+    first = FIRST / max(fastest, 1e-300)
+    growing = first * GROWTH ** np.arange(max(int(np.log(step / first) / np.log(GROWTH)), 0)) if first < step else np.zeros(0)
+    growing = growing[np.cumsum(growing) < duration]
+    rest = duration - growing.sum()
+    count = max(int(np.ceil(rest / step - 1e-9)), 1)
+    return np.concatenate([growing, np.full(count, rest / count)])
+
+
+def fly(bodies: Bodies, effects, duration, step) -> Track:
+    """Fly n bodies for `duration` [s] under the effects (gravity among them), in steps of at most `step` [s].
+
+    Where another acceleration than that of a drag in proportion to speed answers a change of velocity within the step (the drag
+    of a light body in a liquid) the flight is done again in shorter steps: beyond 2.8 / h Runge-Kutta's answer grows without end.
+    """
+    decay, others = viscous_rates(bodies, effects)
+    lengths = step_lengths(duration, step, float(decay.max(initial=0.0)))
+    rates, count, h = accelerations(bodies, effects, others), len(lengths), 0.0
     x, v, q, w = (
         np.array(part, dtype=float) for part in (bodies.position, bodies.twist[:, :3], bodies.orientation, bodies.twist[:, 3:])
     )
     record = [np.empty((count + 1, *part.shape)) for part in (x, v, q, w)]
+    times = np.concatenate([[0.0], np.cumsum(lengths)])
     for k in range(count + 1):
         for store, value in zip(record, (x, v, q, w), strict=True):
             store[k] = value
         if k == count:
             break
-        t = k * h
+        if lengths[k] != h:
+            h = lengths[k]
+            half, whole = Decay.over(-decay * h / 2), Decay.over(-decay * h)
+        t = times[k]
         a1, w1 = rates(t, x, v, q, w)
-        half = turned(q, h / 2 * w)  # a steady spin is turned exactly, however fast it is
-        a2, w2 = rates(t + h / 2, x + h / 2 * v, v + h / 2 * a1, half, w + h / 2 * w1)
-        v2, v3 = v + h / 2 * a1, v + h / 2 * a2
+        turned_half = turned(q, h / 2 * w)  # a steady spin is turned exactly, however fast it is
+        v2 = half.left * v + h / 2 * half.one * a1
+        a2, w2 = rates(t + h / 2, x + h / 2 * half.one * v, v2, turned_half, w + h / 2 * w1)
+        v3 = half.left * v + h / 2 * half.one * a2
         a3, w3 = rates(t + h / 2, x + h / 2 * v2, v3, turned(q, h / 2 * (w + h / 4 * w1)), w + h / 2 * w2)
         stiff = 2 * np.max(np.abs(a3 - a2) / (np.abs(a2 - a1) + 1e-3 * np.abs(a1).max() + 1e-9))  # h |da/dv|
         if stiff > STIFF and h > SHORTEST:
             return fly(bodies, effects, duration, max(h / min(np.ceil(2 * stiff), 4.0), SHORTEST))
-        v4 = v + h * a3
+        v4 = half.left * v2 + h / 2 * half.one * (2 * a3 - a1)
         a4, w4 = rates(t + h, x + h * v3, v4, turned(q, h * (w + h / 2 * w2)), w + h * w3)
-        x = x + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
-        v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+        # the accelerations as a polynomial of time: a1 + slope s + bend s^2, s from 0 to 1 over the step
+        slope, bend = 2 * (a2 + a3) - 3 * a1 - a4, 2 * (a1 + a4 - a2 - a3)
+        x = x + h * (whole.one * v + h * (whole.two * a1 + whole.three * slope + 2 * whole.four * bend))
+        v = whole.left * v + h * (whole.one * a1 + whole.two * slope + 2 * whole.three * bend)
         q = turned(q, h * w + h * h / 6 * (w1 + w2 + w3))
         w = w + h / 6 * (w1 + 2 * w2 + 2 * w3 + w4)
-    return Track(np.arange(count + 1) * h, *record)
+    return Track(times, *record)

@@ -26,7 +26,9 @@ def unknowns(trial, measured, seated, flat, contact):
         first = first - (first @ normal) * normal
         first /= np.linalg.norm(first)
         axes = [first, np.cross(normal, first)]
-    aside = axes if seated or measured[2] or not axes or contact else [*axes, np.array([0.0, 0.0, 1.0])]
+    aside = (
+        axes if seated or measured[2] or not axes or contact or trial.surroundings.planar else [*axes, np.array([0.0, 0.0, 1.0])]
+    )
     turns = [normal] if flat else list(np.eye(3)) if measured[3] else []
     rolls = axes if seated and trial.body.shape == "sphere" and not measured[3] and "velocity" not in trial.start else turns
     found = []
@@ -43,7 +45,7 @@ def initial_guess(trial, start_time, seated, flat, contact):
     for axis in range(3):
         there = np.flatnonzero(np.isfinite(trial.position[:, axis]))
         if len(there) == 0:
-            if axis == 2 and not contact:
+            if axis == 2 and not contact and not trial.surroundings.planar:
                 state[5] = trial.surroundings.gravity * (trial.times[-1] - start_time) / 2  # unseen: back to its height
             continue
         first = there[: max(4, min(9, len(there) // 3))]

@@ -69,6 +69,19 @@ class Terms:
 
 
 @dataclass(frozen=True)
+class Carried(Effect):
+    """A level table that carries a body without friction (a puck on air): its push takes up all that acts along z."""
+
+    loads: tuple = ()  # the other effects
+    isotropic = False
+
+    def forces(self, bodies, time):
+        push = np.zeros((len(bodies.mass), 6))
+        push[:, 2] = -sum(effect.forces(bodies, time)[:, 2] for effect in self.loads)
+        return push
+
+
+@dataclass(frozen=True)
 class Model(Terms):
     """What is believed to happen: gravity, the floor, and these effects. A value: `with_term` makes another one."""
 
@@ -83,9 +96,11 @@ class Model(Terms):
         built += [build(term.candidate.kind, term.numbers, surroundings) for term in self.terms]
         acting = [effect for effect in built if isinstance(effect, Effect)]
         changes = [change for change in built if isinstance(change, Change)]
-        gravity = Gravity(acceleration=surroundings.gravity)
+        acting = compose((Gravity(acceleration=surroundings.gravity), *acting))
+        if surroundings.planar and surroundings.floor_height is None:
+            acting = (*acting, Carried(acting))
         return (
-            compose((gravity, *acting)),
+            acting,
             [c for c in changes if type(c).setup is not Change.setup],
             [c for c in changes if type(c).look is not Change.look],
         )

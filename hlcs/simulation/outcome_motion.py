@@ -5,22 +5,31 @@ costs no world: Runge-Kutta in flight, the law of restitution at the impact, Cou
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.contract import Setup
 from hlcs.simulation.contact_motion import support
-from hlcs.simulation.free_flight import fly
+from hlcs.simulation.free_flight import Track, fly
 from minibullet.bodies import Bodies, ContactLaw, Contacts
 from minibullet.effects import contact_law
 
 STEPS = 160  # of a fall or a slide
+LONGER, MOST_LONGER = (
+    1.7,
+    40,
+)  # factor on the time of a flight that was too short, and how often: after 1e9 times the time of a fall
+# through nothing a body does not sink at all
+STEADY = 1e-10  # change of the speed over a step, relative, from which a body sinks on as it does
+FURTHER = 100.0  # as many times as long, at most, where a body sinks so slowly at the end of a flight
 
 
 def outcomes(model, setups, inputs, outcome):
     """Outcomes (d,) [s or m] of d distinct rows: setups of the rows, inputs name -> (d,)."""
-    answers, alike, unit = np.empty(len(setups)), {}, outcome.rsplit("_", 1)[1]
+    answers, alike, unit = np.empty(len(setups)), {}, OUTCOMES[outcome]
     for row, setup in enumerate(setups):
         alike.setdefault(setup.surroundings, []).append(row)
     for surroundings, members in alike.items():
@@ -47,10 +56,13 @@ def state_of(setups, velocity):
     return Bodies(np.zeros((count, 3)), orientation, np.concatenate([velocity, np.zeros((count, 3))], axis=1), *properties)
 
 
-def crossing(track, passed, count=50):
-    """Times (B,) at which `passed(position (B, 3))` (positive before) falls through zero, by bisection on a Track."""
+def crossing(track, passed, count=50, until=None, begin=0.0):
+    """Times (B,) at which `passed(position (B, 3))` (positive before) falls through zero, by bisection on a Track.
+
+    begin, until: times between which it is [s] (B,), None = the end of the Track; beyond that motion goes straight on.
+    """
     bodies = track.position.shape[1]
-    low, high = np.zeros(bodies), np.full(bodies, track.times[-1])
+    low, high = np.zeros(bodies) + begin, np.full(bodies, track.times[-1]) if until is None else until
     for _ in range(count):
         middle = (low + high) / 2
         before = passed(track.observe(middle[:, None])[0][:, 0]) > 0
@@ -60,23 +72,45 @@ def crossing(track, passed, count=50):
 
 def velocity_at(track, times):
     """Velocities (B, 3) at times (B,), by a central difference well inside a step."""
-    h = 1e-4 * track.times[1]
+    h = 1e-4 * track.times[-1] / STEPS
     ahead, behind = track.observe((times + h)[:, None])[0][:, 0], track.observe((times - h)[:, None])[0][:, 0]
     return (ahead - behind) / (2 * h)
 
 
-def fallen(setups, effects, height):
-    """(time [s], velocity (d, 3)) of bodies that have fallen by `height` (d,) [m] from rest."""
+class Descent(NamedTuple):
+    """Bodies on their way down, further than they have to go."""
+
+    track: Track
+    until: np.ndarray  # time by which each has gone its way [s] (d,); nan where one floats
+
+    def time_at(self, depth):
+        """Times at which the bodies pass a depth below their start [m], (d,) -> (d,)."""
+        times = crossing(self.track, lambda position: depth + position[:, 2], until=np.nan_to_num(self.until))
+        return np.where(np.isfinite(self.until), times, np.nan)
+
+
+def descent(setups, effects, depth, speed=0.0):
+    """The Descent of bodies to `depth` (d,) below their start [m], thrown down with a speed (d,) [m/s]."""
     gravity = setups[0].surroundings.gravity
-    state = state_of(setups, np.zeros((len(setups), 3)))
-    longest = 1.5 * np.sqrt(2 * height.max() / gravity)
-    for _ in range(8):
+    down = np.array([0.0, 0.0, -1.0])
+    state = state_of(setups, np.broadcast_to(speed, (len(setups),))[:, None] * down)
+    longest = 1.5 * np.sqrt(2 * depth.max() / gravity)
+    for _ in range(MOST_LONGER):
         track = fly(state, effects, longest, longest / STEPS)
-        if np.all(-track.position[-1, :, 2] > height):
+        left, pace = depth + track.position[-1, :, 2], -track.velocity[-1, :, 2]
+        later = np.where(left > 0, left / np.where(pace > 0, pace, np.nan), 0.0)  # where it goes on as it does at the end
+        steady = np.abs(track.velocity[-1] - track.velocity[-2]).max(axis=1) < STEADY * np.abs(pace)
+        if np.all((left <= 0) | steady) or not np.isfinite(later).all():
             break
-        longest *= 1.7
-    times = crossing(track, lambda position: height + position[:, 2])
-    return times, velocity_at(track, times)
+        longest *= np.clip(1.05 * (1 + np.max(later) / longest), LONGER, FURTHER)
+    return Descent(track, np.where((left <= 0) | steady, longest + 1.01 * later, np.nan))
+
+
+def fallen(setups, effects, height):
+    """(time [s], velocity (d, 3)) of bodies that have fallen by `height` (d,) [m] from rest; nan where one floats."""
+    way = descent(setups, effects, height)
+    times = way.time_at(height)
+    return times, velocity_at(way.track, times)
 
 
 def law_at(setups, effects, state, velocity, normal):
@@ -106,14 +140,7 @@ def rebound_height(setups, effects, inputs):
     _, hit = fallen(setups, effects, inputs["height_m"])
     state = state_of(setups, hit)
     speed = -hit[:, 2] * law_at(setups, effects, state, hit, up).restitution
-    gravity = setups[0].surroundings.gravity
-    state = state_of(setups, speed[:, None] * up)
-    duration = max(1.3 * speed.max() / gravity, 1e-3)
-    for _ in range(6):
-        track = fly(state, effects, duration, duration / STEPS)
-        if np.all(track.velocity[-1, :, 2] < 0):
-            break
-        duration *= 1.7
+    track = risen(setups, effects, speed, lambda track: track.velocity[-1, :, 2] < 0)
     return apex(track)
 
 
@@ -126,6 +153,53 @@ def apex(track):
     h = track.times[other] - track.times[top]
     slope = np.where(h != 0, (w - v) / np.where(h != 0, h, 1.0), -1.0)
     return track.position[top, who, 2] + np.where(slope < 0, v**2 / (-2 * np.minimum(slope, -1e-12)), 0.0)
+
+
+def passage_time(setups, effects, inputs):
+    """Time from mark_1_m, or the release, to mark_2_m, depths below the release at start_speed_m_s, or at rest."""
+    none = np.zeros(len(setups))
+    way = descent(setups, effects, inputs["mark_2_m"], inputs.get("start_speed_m_s", none))
+    return way.time_at(inputs["mark_2_m"]) - way.time_at(inputs.get("mark_1_m", none))
+
+
+def bounce_time(setups, effects, inputs):
+    """Time from the release at rest, height_m above where it strikes, to impact number `bounce`, when it is heard."""
+    times, hit = fallen(setups, effects, inputs["height_m"])
+    up, heard = np.tile([0.0, 0.0, 1.0], (len(setups), 1)), times
+    for number in range(2, int(inputs["bounce"].max()) + 1):
+        speed = -hit[:, 2] * law_at(setups, effects, state_of(setups, hit), hit, up).restitution
+        aloft, hit = thrown_up(setups, effects, speed)
+        times = times + aloft
+        heard = np.where(inputs["bounce"] >= number, times, heard)
+    return heard
+
+
+def thrown_up(setups, effects, speed):
+    """(time [s], velocity (d, 3)) with which bodies thrown up at a speed (d,) [m/s] are back at their height."""
+    track = risen(setups, effects, speed, lambda track: track.position[-1, :, 2] < 0)
+    top = track.times[np.argmax(track.position[:, :, 2], axis=0)]
+    times = crossing(track, lambda position: position[:, 2], begin=top)
+    times = np.where(speed > 0, times, 0.0)
+    return times, np.where(speed[:, None] > 0, velocity_at(track, times), 0.0)
+
+
+def risen(setups, effects, speed, done):
+    """The Track of bodies thrown up at a speed (d,) [m/s] until `done` (Track -> booleans (d,)) holds for all."""
+    state = state_of(setups, speed[:, None] * np.array([0.0, 0.0, 1.0]))
+    duration = max(1.3 * speed.max() / setups[0].surroundings.gravity, 1e-3)
+    for _ in range(6):
+        track = fly(state, effects, duration, duration / STEPS)
+        if np.all(done(track)):
+            break
+        duration *= 1.7
+    return track
+
+
+def rebound_speed(setups, effects, inputs):
+    """Speed after an impact straight down at impact_speed_m_s."""
+    up = np.tile([0.0, 0.0, 1.0], (len(setups), 1))
+    hit = -inputs["impact_speed_m_s"][:, None] * up
+    return inputs["impact_speed_m_s"] * law_at(setups, effects, state_of(setups, hit), hit, up).restitution
 
 
 def slide(setups, effects, inputs, way=None):
@@ -201,6 +275,9 @@ LAWS = {
     "stop_distance_m": stop_distance,
     "slide_time_s": slide_time,
     "rest_height_m": rest_height,
+    "passage_time_s": passage_time,
+    "bounce_time_s": bounce_time,
+    "rebound_speed_m_s": rebound_speed,
 }
 NEEDS = {
     "fall_time_s": ("height_m",),
@@ -208,6 +285,9 @@ NEEDS = {
     "stop_distance_m": ("speed_m_s",),
     "slide_time_s": (),
     "rest_height_m": (),
+    "passage_time_s": ("mark_2_m",),
+    "bounce_time_s": ("height_m", "bounce"),
+    "rebound_speed_m_s": ("impact_speed_m_s",),
 }
 ROW_KEYS = {
     "mass_kg": ("body", "mass"),

@@ -161,7 +161,8 @@ class Simulator:
                 still = np.all(initial_states[some, 3:6] == 0, axis=1) & np.array(
                     ["velocity" in self.trials[who].start for who in owner[some]]
                 )
-                scene = Scene(initial_states[some, :3], still, surroundings.floor_height, *self.height_range)
+                sessions = np.array([self.trials[who].session for who in owner[some]])
+                scene = Scene(initial_states[some, :3], still, surroundings.floor_height, *self.height_range, sessions)
                 for change in changes:
                     observe = change.look(observe, scene)
             longest = max(lengths[some])

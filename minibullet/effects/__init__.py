@@ -46,6 +46,7 @@ from minibullet.effects.fluid import (
     Magnus,
     QuadraticDrag,
     SpinDecay,
+    StokesDrag,
 )
 
 # what `minibullet` offers to its users; the rest of the names above is for the engine and for who looks after laws
@@ -75,6 +76,7 @@ __all__ = [
     "SpinDecay",
     "SpinningFriction",
     "StaticFriction",
+    "StokesDrag",
     "StribeckFriction",
     "TiltedGravity",
     "UniformFlow",

@@ -56,7 +56,7 @@ class Parameter(NamedTuple):
     source: str = ""  # where law, value or bounds come from
     given: bool = False  # True: a property of the surroundings, known and not fitted (density of the fluid, ...)
     bounds_in: str = ""  # "" or what the bounds are multiples of: "radius" of the body, "drag": rho_f A/(2 m) times 1 m/s, or
-    # "extent": the range of heights that were measured
+    # "extent": the range of heights that were measured, or "per extent": 1 over that
     least: float | None = None  # where the law itself ends below, None = at `low` where that is zero or the null value [unit]
     most: float | None = None  # where the law itself ends above, None = nowhere [unit]
     period: float | None = None  # values this far apart mean the same (an angle); then the bounds do not bind [unit]
@@ -115,6 +115,7 @@ class Facts:
     needs: ClassVar[tuple[Enum, ...]] = ()  # what it needs, the first to be named where it is missing
     alike: ClassVar[str] = ""  # label of the set whose members may turn out to be one and the same for given data
     form_of: ClassVar[str] = ""  # the same for forms of one law, of which a model never holds two
+    reynolds: ClassVar[tuple[float, float]] = (0.0, np.inf)  # Reynolds numbers that must be reached, and up to which it holds
     contains: ClassVar[tuple[type, ...]] = ()  # laws that it is instead of: with one of these it would count twice
     replaces: ClassVar[bool] = False  # True: it states a coefficient that every model has; others then change that one
 

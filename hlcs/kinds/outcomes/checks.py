@@ -4,7 +4,7 @@ import difflib
 
 import numpy as np
 
-from hlcs.data.experiment_file import impossible_density
+from hlcs.data.bodies import impossible_density
 from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import outcome_motion
 from minibullet.errors import InputError
@@ -16,7 +16,11 @@ PLAUSIBLE = {
     "stop_distance_m": (0.02, 50.0),
     "slide_time_s": (0.05, 300.0),
     "rest_height_m": (-np.inf, np.inf),
+    "passage_time_s": (0.1, 300.0),
+    "bounce_time_s": (0.2, 300.0),
+    "rebound_speed_m_s": (0.0, 5.0),
 }
+AGAINST = {"rebound_height_m": "height_m", "rebound_speed_m_s": "impact_speed_m_s"}  # set beside an input, not beside the model
 
 
 def check_table(file, table):
@@ -34,6 +38,7 @@ def check_table(file, table):
             raise InputError(f"{table.file}: {table.outcome} needs the column '{column}'{hint}")
     if table.outcome == "slide_time_s" and not {"distance_m", "speed_m_s"} & set(table.inputs):
         raise InputError(f"{table.file}: slide_time_s needs the column 'distance_m' (way to slide) or 'speed_m_s' (time to stop)")
+    _check_rows(table)
     for row in range(len(table.values)):
         setup = outcome_motion.row_setup(file, table.inputs, row)
         rigid_body(setup.body)
@@ -42,6 +47,20 @@ def check_table(file, table):
             complaint = "gravity is 0; nothing falls, slides or stops without it: give gravity in m/s2, 9.81 on Earth"
         if complaint:
             raise InputError(f"{table.file}, row {table.rows[row]}: {complaint}")
+
+
+def _check_rows(table):
+    """Refuse a bounce that is no whole number, and marks that are not passed one after the other."""
+    bounce, low = table.inputs.get("bounce", np.ones(1)), table.inputs.get("mark_1_m", np.zeros(len(table.values)))
+    if (broken := np.flatnonzero(bounce != np.round(bounce))).size:
+        row = broken[0]
+        raise InputError(f"{table.file}, row {table.rows[row]}, column bounce: {bounce[row]:g}; bounces are counted 1, 2, ..")
+    if "mark_2_m" in table.inputs and (wrong := np.flatnonzero(table.inputs["mark_2_m"] <= low)).size:
+        row = wrong[0]
+        raise InputError(
+            f"{table.file}, row {table.rows[row]}, column mark_2_m: {table.inputs['mark_2_m'][row]:g} where the first mark is "
+            f"{low[row]:g}: marks are depths below the release, the second one lower"
+        )
 
 
 def check_magnitude(problem, model):
@@ -53,9 +72,11 @@ def check_magnitude(problem, model):
             f"{table.file}, row {table.rows[lost[0]]}: the model has no {table.outcome} for this row (does its body "
             "move at all? friction, slope and speed decide)"
         )
-    against = np.maximum(table.inputs["height_m"], 1e-9) if table.outcome == "rebound_height_m" else predicted
+    against = np.maximum(table.inputs[AGAINST[table.outcome]], 1e-9) if table.outcome in AGAINST else predicted
     ratio = float(np.median(table.values / np.where(np.abs(against) > 1e-12, against, np.inf)))
     low, high = PLAUSIBLE[table.outcome]
+    if problem.file.surroundings.in_liquid and table.outcome in ("fall_time_s", "passage_time_s"):
+        high = np.inf  # a grain sinks through honey a thousand times as long as it falls
     if low <= ratio <= high:
         return
     row = int(np.argmin(np.abs(table.values / against - ratio)))

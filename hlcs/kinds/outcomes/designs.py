@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hlcs.data.experiment_file import impossible_density
-from hlcs.data.outcome_tables import LIMITS
+from hlcs.data.bodies import impossible_density
+from hlcs.data.quantities import INPUTS
 from hlcs.estimation.designs import Design, octaves
 from hlcs.simulation import outcome_motion
 
@@ -17,6 +17,7 @@ GIVEN = (
     "fluid_density_kg_m3",
     "fluid_viscosity_pa_s",
     "spin_rad_s",
+    "bounce",
 )  # not to be chosen
 TOO_LONG = 4.0  # times the largest outcome measured: the widest step of an input, so that the noise is still the same
 
@@ -78,7 +79,9 @@ def said(row):
 
 def possible(file, row):
     """May a row be measured? Its inputs within their limits, its body of a density that there is."""
-    if not all(LIMITS[name][0] <= value <= LIMITS[name][1] for name, value in row.items()):
+    if not all(INPUTS[name][0] <= value <= INPUTS[name][1] for name, value in row.items()):
+        return False
+    if row.get("mark_2_m", np.inf) <= row.get("mark_1_m", 0.0):
         return False
     setup = outcome_motion.row_setup(file, {name: np.array([value]) for name, value in row.items()}, 0)
     return not impossible_density(setup.body)

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.outcome_tables import read_outcomes
+from hlcs.data.quantities import OUTCOMES
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.cross_validation import CrossValidation
-from hlcs.kinds.outcomes.problem import judge_table, prepare_table, table_candidates, where_in_table
+from hlcs.kinds.outcomes.problem import judge_table, posed, prepare_table, table_candidates, where_in_table
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.records import Pictures, Reason
 from hlcs.selection.planning import Pilot
@@ -15,6 +16,7 @@ from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
 
 FEW = 12  # rows below which a table is small
+AGAIN = 3  # searches at most, each with the errors of inputs as the best set of the last one propagates them
 
 
 class Outcomes:
@@ -32,7 +34,7 @@ class Outcomes:
         table = read_outcomes(file)
         self.file, self.table = file, replace(table, notes=(*said, *table.notes))
         self.notes = self.table.notes
-        self.unit = self.table.outcome.rsplit("_", 1)[1]
+        self.unit = OUTCOMES[self.table.outcome]
         self._prepared = prepare_table(file, self.table, options.user_effects)
         self.noise = self._prepared.noise.to_dict()
         self.judgeable = self._prepared.problem is not None
@@ -40,14 +42,14 @@ class Outcomes:
     def observe(self):
         problem = self._prepared.problem
         adequacy, table = judge_table(problem, self._prepared.base)
-        error = misfit(table["residual"], self.unit, self._prepared.noise.position)
+        error = misfit(table["residual"], self.unit, problem.noise_level)
         shown = {
             "trials": tuple(group.name for group in problem.trials),
             "channels": (self.table.outcome,),
             "against": tuple(self.table.inputs),
         }
         where = where_in_table(problem, table)
-        return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, self.notes, shown)
+        return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, self._prepared.notes, shown)
 
     def names(self, candidates):
         return tuple(candidate.name for candidate in self._candidates(candidates)[0])
@@ -57,11 +59,17 @@ class Outcomes:
 
     def search(self, candidates):
         chosen, absent = self._candidates(candidates)
-        cross_validation = CrossValidation(self._prepared.problem.trials, self.file.hold_out)
-        cross_validation.few = len(self.table.values) < FEW
-        odds = ODDS if cross_validation.possible else ODDS_ALONE
-        search = Search(self._prepared.problem, chosen, self._prepared.base, odds, self.options.log).run()
-        return select(self, self._prepared, search, cross_validation, absent)
+        prepared = self._prepared
+        for again in reversed(range(AGAIN)):
+            cross_validation = CrossValidation(prepared.problem.trials, self.file.hold_out)
+            cross_validation.few = len(self.table.values) < FEW
+            odds = ODDS if cross_validation.possible else ODDS_ALONE
+            search = Search(prepared.problem, chosen, prepared.base, odds, self.options.log).run()
+            problem = prepared.problem.beside(search.fits[search.ranked()[0]].model)
+            if not again or problem is prepared.problem:
+                break
+            prepared = posed(problem, prepared.base.model)
+        return select(self, prepared, search, cross_validation, absent)
 
     def pilot(self, effect):
         class_named(effect, self.options.user_effects)

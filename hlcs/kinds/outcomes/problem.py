@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hlcs.data.rigid_body import known_body
+from hlcs.data.quantities import OUTCOMES
+from hlcs.data.rigid_body import known_body, known_to_drag
 from hlcs.effects import wanted
 from hlcs.effects.body import MassOffset, SizeError
 from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
@@ -16,10 +17,12 @@ from hlcs.estimation.designs import Designs, other_bodies_tell
 from hlcs.estimation.direct_problem import DirectProblem
 from hlcs.estimation.linearization import Recording
 from hlcs.estimation.noise_model import Noise
+from hlcs.estimation.whitening import colour, whitening_of_settings
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
 from hlcs.kinds.outcomes.designs import TOO_LONG, rows_of, said
+from hlcs.kinds.outcomes.setting_errors import SettingErrors, of_inputs, setting_errors
 from hlcs.kinds.protocol import Prepared, misses
-from hlcs.selection.eligibility import NEEDS, eligible, stated
+from hlcs.selection.eligibility import NEEDS, eligible, stated, with_drag_that_fits
 from hlcs.simulation import outcome_motion
 from hlcs.simulation.model import Model
 from minibullet import effects
@@ -27,6 +30,7 @@ from minibullet.effects.contract import Need
 
 FORCES = (
     effects.LinearDrag,
+    effects.StokesDrag,
     effects.QuadraticDrag,
     effects.DragCrisis,
     effects.Buoyancy,
@@ -50,10 +54,14 @@ FITTING = {  # what acts on each outcome
     "stop_distance_m": (*SLIDING, LengthScale),
     "slide_time_s": (*SLIDING, *CLOCK, LengthScale),
     "rest_height_m": (SizeError, MarginOffset, LengthScale),
+    "passage_time_s": (*FORCES, TimeScale, LengthScale),
+    "bounce_time_s": (*FORCES, *CLOCK, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
+    "rebound_speed_m_s": (effects.Restitution, effects.VelocityDependentRestitution),
 }
-LENGTHS = ("height_m", "distance_m")
+LENGTHS = ("height_m", "distance_m", "mark_2_m")
 RULER = 1e-3  # [m]
 LEGIBLE = 5.0  # standard deviations that an outcome must be above zero
+SAME = 0.1  # part by which the error of a row may be another at the best model: no cost moves by more than a fifth
 BLOCKS = 6  # contiguous blocks of the main input, held out alternately, where no groups are given
 
 
@@ -72,20 +80,26 @@ class RowGroup:
 class TableProblem(DirectProblem):
     """Rows of an outcome table as independent observations."""
 
-    def __init__(self, file, table, noise, groups=None):
-        """groups: RowGroups, where rows are not held out together in the usual way."""
+    def __init__(self, file, table, noise, groups=None, errors=None):
+        """groups: RowGroups, where rows are not held out together in the usual way; errors: SettingErrors, None = none."""
         self.file, self.table, self.noise, self.values = file, table, noise, table.values
         _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
         self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
         self.distinct = {name: values[first] for name, values in table.inputs.items()}
-        self.trials = row_groups(file, table) if groups is None else groups
+        self.errors = errors or SettingErrors(np.zeros(len(first)))
+        self.trials = row_groups(file, table, self.errors.deviation.any()) if groups is None else groups
+        self.shared_doubt = self.errors.doubt
         self.recordings = [self._record(group) for group in self.trials]
-        self.unit = table.outcome.rsplit("_", 1)[1]
+        self.unit = OUTCOMES[table.outcome]
         self.predicted, self.difference_steps = {}, {}
 
     def _record(self, group):
         count = len(group.rows)
-        whitening = self.noise.whitening(np.zeros(count, int), np.arange(count) * 1.0)
+        common = self.errors.deviation[self.back[group.rows]]
+        if common.any():
+            whitening = whitening_of_settings(self.back[group.rows], self.noise.position, common)
+        else:
+            whitening = self.noise.whitening(np.zeros(count, int), np.arange(count) * 1.0)
         return Recording(np.zeros(count, int), group.rows, np.arange(count) * 1.0, whitening, ())
 
     def predict(self, model):
@@ -95,6 +109,27 @@ class TableProblem(DirectProblem):
                 distinct = outcome_motion.outcomes(model, self.setups, self.distinct, self.table.outcome)
             self.predicted[model.terms] = distinct[self.back]
         return self.predicted[model.terms]
+
+    @property
+    def sigmas(self):
+        """Standard deviation of each row, errors of its setting included (n,)."""
+        return np.hypot(self.noise.position, self.errors.deviation)[self.back]
+
+    @property
+    def noise_level(self):
+        return float(np.sqrt(np.mean(self.sigmas**2)))
+
+    def error(self, white):
+        rest = [colour(recording.whitening, part) for recording, part in zip(self.recordings, white, strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
+
+    def beside(self, model):
+        """The problem with the errors of its inputs propagated through another model; itself where they stay within SAME."""
+        errors = setting_errors(self.file, self.table, self.noise.position, model)
+        moved = np.hypot(self.noise.position, errors.deviation) / np.hypot(self.noise.position, self.errors.deviation)
+        if np.all(np.abs(moved - 1) < SAME):
+            return self
+        return TableProblem(self.file, self.table, self.noise, errors=errors)
 
     # --- the next experiment --------------------------------------------------------------------------------------------------
 
@@ -107,38 +142,45 @@ class TableProblem(DirectProblem):
     def designs(self, final, other):
         """Designs that tell two fits apart: further rows, with outcomes that can be read and are not far from those there."""
         found = rows_of(self.file, self.table, other_bodies_tell((*final.model.terms, *other.model.terms)))
-        problem = self.with_rows([row for _, row in found])
+        problem = self.with_rows([row for _, row in found], final.model)
         low, high = LEGIBLE * self.noise.position, TOO_LONG * float(np.max(np.abs(self.table.values)))
         outcomes = np.array([problem.predict(fit.model) for fit in (final, other)])
         kept = [k for k in range(len(found)) if np.all((outcomes[:, k] > low) & (outcomes[:, k] < high))]
-        problem = self.with_rows([found[k][1] for k in kept])
+        problem = self.with_rows([found[k][1] for k in kept], final.model)
         return Designs(problem, problem.initial_guess(), tuple(found[k][0] for k in kept))
 
-    def with_rows(self, rows):
-        """The problem that rows {input: value} pose, each by itself."""
+    def with_rows(self, rows, model):
+        """The problem that rows {input: value} pose, each by itself; model: at which errors of inputs are propagated."""
         count = len(rows)
         inputs = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ())}
         each, names = np.arange(count), np.array([f"row {k}" for k in range(count)])
-        table = replace(self.table, values=np.zeros(count), inputs=inputs, groups=names, setting=each, rows=each, notes=())
+        usual = {name: np.full(count, np.median(sd)) for name, sd in self.table.input_sd.items() if name in inputs}
+        new = dict(values=np.zeros(count), inputs=inputs, groups=names, setting=each, rows=each, notes=(), input_sd=usual)
+        table = replace(self.table, **new)
         body, surroundings = self.file.body, self.file.surroundings
         groups = tuple(RowGroup(str(name), str(name), body, surroundings, each[k : k + 1]) for k, name in enumerate(names))
-        return TableProblem(self.file, table, self.noise, groups)
+        errors = SettingErrors(of_inputs(self.file, table, model)) if count and usual else None
+        return TableProblem(self.file, table, self.noise, groups, errors)
 
     def worst(self, fit):
         """(where a fit misses most, in words; the same as {input: value})."""
         order = np.concatenate([group.rows for group in self.trials])
-        white = np.empty(len(order))
-        white[order] = np.concatenate(fit.linearization.white)
-        misses = [float(np.sum(white[self.back == k])) / np.sqrt(np.sum(self.back == k)) for k in range(len(self.setups))]
+        raw, sigma = np.empty(len(order)), self.noise.position
+        raw[order] = np.concatenate(fit.linearization.raw)
+        settings = [(raw[self.back == k], self.errors.deviation[k]) for k in range(len(self.setups))]
+        misses = [float(np.mean(part) / np.hypot(sigma / np.sqrt(len(part)), shared)) for part, shared in settings]
         index = int(np.argmax(np.abs(misses)))
         row = {name: float(values[index]) for name, values in self.distinct.items()}
         return f"the rows {said(row)} (whose mean the model misses by {abs(misses[index]):.2g} standard errors)", row
 
 
-def row_groups(file, table):
-    """Groups of rows, or contiguous blocks of the main input where the table has none: tuple of RowGroup."""
+def row_groups(file, table, whole=False):
+    """Groups of rows, or contiguous blocks of the main input where the table has none: tuple of RowGroup.
+
+    whole: rows of one setting share an error, so they stay together; where groups part them, blocks are taken.
+    """
     names = np.unique(table.groups)
-    if not 2 <= len(names) < len(table.values):
+    if not 2 <= len(names) < len(table.values) or whole and parted(table):
         main = next(iter(table.inputs.values())) if table.inputs else np.arange(len(table.values))
         order = np.argsort(main, kind="stable")
         labels = np.empty(len(main), int)
@@ -150,6 +192,11 @@ def row_groups(file, table):
     else:
         groups = table.groups
     return tuple(RowGroup(str(name), str(name), file.body, file.surroundings, np.flatnonzero(groups == name)) for name in names)
+
+
+def parted(table):
+    """Do rows of one setting stand in different groups?"""
+    return len(set(zip(table.setting.tolist(), table.groups.tolist(), strict=True))) > len(np.unique(table.setting))
 
 
 def table_noise(file, table):
@@ -167,9 +214,22 @@ def table_noise(file, table):
     return Noise(CorrelatedNoise(float(np.sqrt(within / freedom)), 0.0, 0.0, covariance), None, 1.0, "replicates")
 
 
+def fastest_row(file, table):
+    """The highest speed that a body may have had [m/s]: of a fall, not above that of a free one, nor above twice its mean."""
+    inputs, none = table.inputs, np.zeros(1)
+    way = inputs.get("height_m", inputs.get("mark_2_m", none))
+    free = np.sqrt(2 * file.surroundings.gravity * way)
+    if table.outcome in ("fall_time_s", "passage_time_s"):
+        free = np.minimum(free, 2 * (way - inputs.get("mark_1_m", none)) / np.maximum(table.values, 1e-9))
+    begun = [np.max(np.abs(inputs.get(name, none))) for name in ("speed_m_s", "start_speed_m_s", "impact_speed_m_s")]
+    return float(max(np.max(free), *begun))
+
+
 def table_candidates(file, table, names, own):
     """(candidates, {name: why not}) for an outcome table."""
     known = known_body(file.body) or ("mass_kg" in table.inputs and "radius_m" in table.inputs)
+
+    extent = float(max((np.max(table.inputs[name]) for name in LENGTHS if name in table.inputs), default=1.0))
 
     def obstacle(kind):
         if kind not in own and kind not in FITTING[table.outcome]:
@@ -181,7 +241,10 @@ def table_candidates(file, table, names, own):
         return None
 
     why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
-    return eligible(why, file.body, file.surroundings, known, own)
+    if known:
+        first = outcome_motion.row_setup(file, table.inputs, int(np.argmax(table.inputs.get("radius_m", np.zeros(1)))))
+        why = with_drag_that_fits(why, first.body, first.surroundings, fastest_row(file, table))
+    return eligible(why, file.body, file.surroundings, known or known_to_drag(file.body), own, extent)
 
 
 def prepare_table(file, table, own=()):
@@ -192,9 +255,20 @@ def prepare_table(file, table, own=()):
     model.changes(file.surroundings)
     if noise.position is None:
         return Prepared(noise, None, None, table.notes)
-    problem = TableProblem(file, table, noise)
+    errors = setting_errors(file, table, noise.position, model)
+    problem = TableProblem(file, table, noise, errors=errors)
     check_magnitude(problem, model)
-    return Prepared(noise, problem, problem.fit(model), table.notes)
+    return posed(problem, model)
+
+
+def posed(problem, model):
+    """The Prepared of a problem and the model under test."""
+    notes = (*problem.table.notes, *problem.errors.notes)
+    if problem.errors.deviation.any() and len(np.unique(problem.table.groups)) < len(problem.values) and parted(problem.table):
+        notes += (
+            "rows of one setting share an error and stand in different groups: blocks of settings are held out, not groups",
+        )
+    return Prepared(problem.noise, problem, problem.fit(model), notes)
 
 
 def judge_table(problem, fit):
@@ -217,7 +291,7 @@ def judge_table(problem, fit):
         "measured": table.values[rows],
         "model": table.values[rows] - raw,
         "residual": raw,
-        "sigmas": raw / problem.noise.position,
+        "sigmas": raw / problem.sigmas[rows],
         "white": white,
     }
     return judged, {**{name: values[rows] for name, values in table.inputs.items()}, **columns}

@@ -7,6 +7,7 @@ from functools import partial
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.impacts import differing_from_model, read_impacts
 from hlcs.data.recordings import read_recordings
+from hlcs.data.sinking import read_viscosity
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.budget import SMOOTH_LIMIT, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
@@ -97,12 +98,16 @@ class Trajectories:
         screening = {trial.name for trial in few.trials}
         seen = replace(self.measurement, trials=tuple(trial for trial in self.measurement.trials if trial.name in screening))
         impacts = differing_from_model(read_impacts(seen, noise), few.trials[0].surroundings)
+        eta = read_viscosity(few.trials)
+        sinking = {"stokes_drag": {"viscosity": eta}} if eta else {}
         on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
         def searched(prepared, chosen, absent):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
             odds = ODDS if cross_validation.possible else ODDS_ALONE
-            begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts)
+            begun = partial(
+                Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking, first=sinking
+            )
             search = begun(base=prepared.base).run()
             best, stopped = search.fits[search.ranked()[0]], search.budget.stopped
             if best.model.terms and not stopped and not search.noise_alone(best) and (renewed := beside(prepared, best)):

@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from hlcs.estimation.whitening import colour, colour_series, kalman_filter, whiten, whiten_series, whitening_of
+from hlcs.estimation.whitening import (
+    colour,
+    colour_series,
+    kalman_filter,
+    whiten,
+    whiten_series,
+    whitening_of,
+    whitening_of_settings,
+)
 
 
 @pytest.mark.parametrize(("rho", "white"), [(0.0, 0.0), (0.6, 0.0), (0.6, 0.1), (0.9, 0.9), (0.95, 0.4)])
@@ -30,3 +38,15 @@ def test_whitening_undoes_the_correlation(generator):
     assert np.allclose(white, np.eye(30), atol=1e-10)
     values = generator.standard_normal(30)
     assert np.allclose(colour(whitening, whiten(whitening, values)), values, atol=1e-10)
+
+
+def test_observations_that_share_an_error_become_white_whatever_their_order():
+    """W C W^T = 1 for the covariance C of own and shared errors, and W is symmetric: no order stands out."""
+    setting, own = np.array([0, 0, 0, 1, 2, 2]), 2.0
+    common = np.array([3.0, 3.0, 3.0, 0.0, 0.5, 0.5])
+    whitening = whitening_of_settings(setting, own, common)
+    covariance = own**2 * np.eye(6) + np.outer(common, common) * (setting[:, None] == setting)
+    matrix = whiten(whitening, np.eye(6))
+    np.testing.assert_allclose(matrix @ covariance @ matrix.T, np.eye(6), atol=1e-12)
+    np.testing.assert_allclose(matrix, matrix.T, atol=1e-12)
+    np.testing.assert_allclose(colour(whitening, matrix), np.eye(6), atol=1e-12)

@@ -99,9 +99,9 @@ def test_angles_in_radians_are_degrees_in_a_table(imported):
 
 
 def test_every_column_that_tables_take_can_be_named_as_it_is(imported):
-    from hlcs.data.outcome_tables import LIMITS
+    from hlcs.data.quantities import INPUTS
 
-    for name in LIMITS:
+    for name in INPUTS:
         _, tables = imported(f"{name},fall_time_s\n0.5,0.3\n0.5,0.31\n", "csv")
         assert tables["measurements.csv"][name] == ["0.5", "0.5"]
 

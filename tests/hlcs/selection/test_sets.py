@@ -1,5 +1,7 @@
 """From fitted sets to what is told of them: which stand, which do as well, their weights, and intervals over several sets."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from linear_models import LAWS, Bend, sets
@@ -51,3 +53,18 @@ def test_an_interval_of_one_set_is_students_and_ends_where_the_law_ends():
     free = Free("friction", "1", 0.0, 1.0, 0.0, 0.0)
     told = interval([(1.0, 0.05, 0.1)], free, 8)
     assert told["low"] == 0.0 and told["high"] == pytest.approx(0.05 + stats.t.ppf(0.95, 8) * 0.1)
+
+
+@pytest.mark.parametrize(("dearer", "first"), [(0.8, "scale"), (1.2, "curve"), (-0.1, "scale")])
+def test_at_equal_evidence_the_fewest_numbers_are_named_first(dearer, first):
+    """A scale of one number beside a curve of five: equal evidence is a difference of 1, odds of 1 to 1.6."""
+    costs = {("curve",): 10.0, ("scale",): 10.0 + dearer, (): 200.0}
+    fits = {
+        frozenset(names): SimpleNamespace(estimate=np.zeros({"curve": 5, "scale": 1}.get("".join(names), 0))) for names in costs
+    }
+    by_cost = {frozenset(names): cost for names, cost in costs.items()}
+    search = SimpleNamespace(fits=fits, cost=by_cost.get, ranked=lambda: sorted(by_cost, key=by_cost.get))
+    judged = FittedSets(search, None)
+    judged.stands = lambda effects: True
+    assert judged.best == {first}
+    assert max(judged.weights.values()) == judged.weights[min(by_cost, key=by_cost.get)] > 0.5

@@ -1,10 +1,16 @@
 """Free flight against closed forms."""
 
+import math
+
 import numpy as np
+import pytest
 
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.recordings import Trial
+from hlcs.simulation.free_flight import Decay, fly
 from hlcs.simulation.model import Model
+from minibullet.bodies import Bodies
+from minibullet.effects import Gravity, LinearDrag
 
 G = 9.81
 
@@ -21,3 +27,27 @@ def test_a_drag_that_answers_within_a_step_is_flown_in_shorter_steps():
     per_metre = 2.5 * 1000 * np.pi * 5e-4**2 / (2 * 2.6e-6)
     exact = -np.log(np.cosh(np.sqrt(G * per_metre) * times)) / per_metre
     assert np.abs(position[:, 2] - exact).max() < 1e-6
+
+
+@pytest.mark.parametrize("rate", [0.1, 10.0, 1e3, 1e5])
+def test_a_drag_in_proportion_to_speed_is_exact_however_stiff(rate):
+    """v = g / k (1 - e^-kt) + v0 e^-kt and its integral, in steps of 1/30 s: at the nodes to the last digits."""
+    start, one = np.array([2.0, 0.0, 1.0]), np.ones(1)
+    twist, upright = np.array([[*start, 0, 0, 0]]), np.array([[1.0, 0, 0, 0]])
+    bodies = Bodies(np.zeros((1, 3)), upright, twist, one, np.ones((1, 3)), one, one, one)
+    track = fly(bodies, (Gravity(9.81), LinearDrag(rate)), 1.0, 1 / 30)
+    fall, t = np.array([0.0, 0.0, -9.81 / rate]), track.times[:, None]
+    left = -np.expm1(-rate * t) / rate
+    np.testing.assert_allclose(track.velocity[:, 0], fall + (start - fall) * np.exp(-rate * t), rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(track.position[:, 0], bodies.position[0] + fall * t + (start - fall) * left, rtol=1e-9, atol=1e-11)
+
+
+def test_functions_of_a_decay_agree_with_their_series():
+    """phi_j(z) = sum of z^i / (i + j)!, near zero and where the recursion takes over, and phi_1 = (e^z - 1) / z far away."""
+    z = -np.array([[0.0], [1e-9], [0.1], [0.5], [1.99], [2.01], [5.0]])
+    series = [sum(z**i / math.factorial(i + j) for i in range(60)) for j in range(5)]
+    for found, expected in zip(Decay.over(z), series, strict=True):
+        np.testing.assert_allclose(
+            found, expected, rtol=1e-12
+        )  # at z = -5 the terms of the series reach 26: it loses three digits
+    assert Decay.over(np.array([[-1e5]])).one[0, 0] == pytest.approx(1e-5, rel=1e-12)

@@ -12,6 +12,7 @@ from minibullet.errors import InputError
 NAMES = {
     "gravity",
     "linear_drag",
+    "stokes_drag",
     "quadratic_drag",
     "drag_crisis",
     "orientation_drag",

@@ -13,6 +13,17 @@ from minibullet.effects.samples import sample_bodies
 from minibullet.rotations import rotate
 
 
+def test_a_sphere_in_glycerine_sinks_as_stokes_says():
+    """v = 2/9 (rho - rho_f) g r^2 / eta, the lift beside the drag; a thousandth of a second is ten times its decay."""
+    radius, eta, density, fluid = 0.001, 1.4, 7800.0, 1260.0
+    sinks = effects.StokesDrag(eta)
+    resistance = sinks.resistance(ball()._replace(radius=np.array([radius])))
+    weight = 4 / 3 * np.pi * radius**3 * (density - fluid) * G
+    assert weight / resistance[0] == pytest.approx(2 / 9 * (density - fluid) * G * radius**2 / eta, rel=1e-12)
+    wrench = sinks.forces(ball(), 0.0)
+    np.testing.assert_allclose(wrench, effects.LinearDrag(sinks.resistance(ball())[0] / ball().mass[0]).forces(ball(), 0.0))
+
+
 def test_linear_drag_ends_at_g_over_rate():
     """v(t) = -(g/k) (1 - exp(-k t))."""
     rate, duration = 2.0, 0.8

@@ -1,0 +1,40 @@
+"""The quantities of experiment files and outcome tables: their names, and the values beyond which a number cannot be right."""
+
+AROUND = {
+    "gravity": (0.0, 300.0),
+    "fluid_density": (0.0, 25000.0),
+    "fluid_viscosity": (0.0, 1e4),
+    "friction": (0.0, 10.0),
+    "restitution": (0.0, 1.0),
+}  # lowest and highest value of what surrounds a body, SI
+
+OUTCOMES = {  # of a table -> unit
+    "fall_time_s": "s",
+    "rebound_height_m": "m",
+    "stop_distance_m": "m",
+    "slide_time_s": "s",
+    "rest_height_m": "m",
+    "passage_time_s": "s",
+    "bounce_time_s": "s",
+    "rebound_speed_m_s": "m/s",
+}
+INPUTS = {  # lowest and highest value of each input of a table
+    "height_m": (0, 1e3),
+    "slope": (-10, 10),
+    "speed_m_s": (0, 400),
+    "angle_deg": (-90, 90),
+    "distance_m": (0, 1e4),
+    "mass_kg": (1e-9, 1e7),
+    "radius_m": (1e-6, 1e2),
+    "friction": AROUND["friction"],
+    "restitution": AROUND["restitution"],
+    "gravity_m_s2": AROUND["gravity"],
+    "fluid_density_kg_m3": AROUND["fluid_density"],
+    "fluid_viscosity_pa_s": AROUND["fluid_viscosity"],
+    "spin_rad_s": (-1e5, 1e5),
+    "start_speed_m_s": (0, 400),
+    "mark_1_m": (0, 1e3),
+    "mark_2_m": (0, 1e3),
+    "bounce": (1, 100),
+    "impact_speed_m_s": (0, 400),
+}

@@ -1,0 +1,120 @@
+"""Errors that all rows of one setting share: of its inputs, and what else differs from one setting to the next.
+
+A height that was set 1 cm too high is so in every repeat at that height, and no scatter of replicates shows it. Such an error is
+no noise of single rows: it stands in the covariance of the rows of one setting.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from hlcs.data.quantities import INPUTS, OUTCOMES
+from hlcs.simulation import outcome_motion
+
+LEAST_SETTINGS = 6  # from which scatter between settings is told from the bend of an effect
+LEAST_FREEDOM = 3  # settings beyond the numbers of the curve
+MOST_BENT = 3  # degree of the curve: what the library does to an outcome bends no more over a range of one input
+SEEN = 0.01  # probability below which replicates do not explain the scatter: as of the adequacy of a model
+APART = 0.05  # probability below which neighbours are too much alike for scatter: the rest of an effect would be so
+DRAWS = 2000  # of scatter without order, beside which neighbours are compared
+
+
+class SettingErrors(NamedTuple):
+    """What rows of one setting share."""
+
+    deviation: np.ndarray  # one sigma of each distinct setting [unit of the outcome] (d,)
+    doubt: float = 0.0  # standard deviation of its logarithm, where it was read from few settings
+    notes: tuple[str, ...] = ()
+
+
+def of_inputs(file, table, model):
+    """One sigma of the outcome of each distinct setting from the errors of its inputs (d,) [unit of the outcome].
+
+    The outcome that a model foretells at the input plus and minus one sigma differs by twice its error; errors of several inputs
+    are independent. An input that has its error already at its limit (a height of zero) is taken from there.
+    """
+    _, first = np.unique(table.setting, return_index=True)
+    inputs, total = {name: values[first] for name, values in table.inputs.items()}, np.zeros(len(first))
+    for name, sd in table.input_sd.items():
+        ends = [inputs | {name: within(name, inputs[name] + sign * sd[first])} for sign in (1, -1)]
+        high, low = (outcomes_at(file, table, model, end) for end in ends)
+        width = ends[0][name] - ends[1][name]
+        total += (np.where(width > 0, high - low, 0.0) * sd[first] / np.where(width > 0, width, 1.0)) ** 2
+    return np.sqrt(np.nan_to_num(total))
+
+
+def within(name, values):
+    """Values of an input, kept where there are such."""
+    low, high = INPUTS[name]
+    return np.clip(values, low, high)
+
+
+def outcomes_at(file, table, model, inputs):
+    """Outcomes (d,) that a model foretells at inputs {name: (d,)}."""
+    count = len(next(iter(inputs.values())))
+    setups = [outcome_motion.row_setup(file, inputs, row) for row in range(count)]
+    with np.errstate(all="ignore"):
+        return outcome_motion.outcomes(model, setups, inputs, table.outcome)
+
+
+def setting_errors(file, table, sigma, model):
+    """The SettingErrors of a table; sigma: of one row [unit of the outcome]; model: at which errors of inputs are propagated."""
+    known = of_inputs(file, table, model)
+    _, first = np.unique(table.setting, return_index=True)
+    expected = outcomes_at(file, table, model, {name: values[first] for name, values in table.inputs.items()})
+    more, freedom = between_settings(table, sigma, known, expected)
+    if not more > 0:
+        return SettingErrors(known)
+    unit = OUTCOMES[table.outcome]
+    note = (
+        f"settings scatter by {more:.2g} {unit} beyond what their replicates and the stated errors of inputs explain, up and "
+        "down from one to the next as no effect does: taken as an error that the rows of a setting share"
+    )
+    return SettingErrors(np.hypot(known, more), float(1 / np.sqrt(2 * freedom)), (note,))
+
+
+def between_settings(table, sigma, known, expected):
+    """(one sigma of what else differs between settings [unit of the outcome], degrees of freedom of it); 0 where none is seen.
+
+    sigma: of one row; known: of each setting from its inputs (d,); expected: outcomes of the model under test (d,).
+
+    It must not be the signal of an effect. So it is looked for only where one input alone varies, where rows are repeated, and in
+    what is left of the misfit of the setting means once a polynomial of that input is taken away, at least of second degree:
+    effects follow an input along a curve, and one that a polynomial does not follow leaves neighbours alike (J. von Neumann, Ann.
+    Math. Stat. 12 (1941) 367). Where that is seen, or fewer than six settings were measured, none is taken. Its variance
+    is that of R. DerSimonian and N. Laird, Control. Clin. Trials 7 (1986) 177: what the weighted sum of squares has in excess.
+    """
+    _, first, counts = np.unique(table.setting, return_index=True, return_counts=True)
+    varied = [values[first] for values in table.inputs.values() if np.ptp(values) > 0]
+    freedom_of_rows = int(np.sum(counts - 1))
+    if len(varied) != 1 or len(first) < LEAST_SETTINGS or np.any(counts < 2) or not np.isfinite(expected).all():
+        return 0.0, 0
+    order = np.argsort(varied[0])
+    x = varied[0][order]
+    means = np.array([np.mean(table.values[table.setting == setting]) for setting in np.unique(table.setting)])
+    misfit, variance = (means - expected)[order], (sigma**2 / counts + known**2)[order]
+    degree = min(MOST_BENT, len(x) - 1 - LEAST_FREEDOM)
+    curve = np.polynomial.chebyshev.chebvander(2 * (x - x[0]) / (x[-1] - x[0]) - 1, degree)
+    weights = 1 / variance
+    hat = curve @ np.linalg.solve(curve.T @ (weights[:, None] * curve), curve.T * weights)
+    left = np.eye(len(x)) - hat
+    rest, freedom = left @ misfit, len(x) - degree - 1
+    excess = float(weights @ rest**2)
+    seen = stats.f.sf(excess / freedom, freedom, freedom_of_rows) < SEEN
+    if not seen or neighbours_alike(rest, left, np.sqrt(variance)):
+        return 0.0, 0
+    return float(np.sqrt((excess - freedom) / np.trace(weights[:, None] * left))), freedom
+
+
+def neighbours_alike(rest, left, deviations):
+    """Are neighbours among what a curve leaves (d,) more alike than scatter without order would leave them?
+
+    left: what the curve leaves of observations, a projection (d, d); deviations: of these (d,).
+    """
+
+    def ratio(values):
+        return np.sum(np.diff(values, axis=0) ** 2, axis=0) / np.sum(values**2, axis=0)
+
+    drawn = np.random.default_rng(12345).standard_normal((len(rest), DRAWS)) * deviations[:, None]
+    return bool(np.mean(ratio(left @ drawn) <= ratio(rest[:, None])) < APART)

@@ -1,0 +1,80 @@
+"""A sphere sinks in glycerine: the viscosity is found from times and from recordings, by the closed form of Stokes's law."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import hlcs
+
+G, ETA, GLYCERINE, STEEL = 9.81, 1.4, 1260.0, 7800.0
+DRAGS = ("quadratic_drag", "drag_crisis")
+HEIGHTS = np.repeat(np.linspace(0.1, 0.8, 6), 3)
+
+
+def sphere(rate, lift, inertia):
+    """(radius, mass, rate of decay, acceleration) of a steel sphere; rate: 6 pi eta r / m [1/s]."""
+    radius = np.sqrt(4.5 * ETA / (STEEL * rate))
+    mass, displaced = STEEL * 4 / 3 * np.pi * radius**3, GLYCERINE * 4 / 3 * np.pi * radius**3
+    moved = mass + inertia * displaced
+    return radius, mass, 6 * np.pi * ETA * radius / moved, (mass - lift * displaced) * G / moved
+
+
+def sunk(t, k, g):
+    """Way from rest under v' = g - k v."""
+    return g / k * (t + np.expm1(-k * t) / k)
+
+
+def head(kind, radius, mass, extra=""):
+    body = f'[body]\nshape = "sphere"\nradius = {radius}\nmass = {mass}\n'
+    return f'kind = "{kind}"\n{body}[surroundings]\nfluid_density = {GLYCERINE}\n{extra}'
+
+
+@pytest.mark.parametrize("rate, others", [(1.0, DRAGS), (10.0, ()), (100.0, DRAGS), (1000.0, ())])  # other drags take their time
+def test_the_viscosity_is_found_from_times(tmp_path, rate, others):
+    """Times to 0.2 % of their median, and the lift is stated: 18 of them tell the viscosity to 0.1 %."""
+    radius, mass, k, g = sphere(rate, 1.0, 0.5)
+    exact = np.array([brentq(lambda t, h=h: sunk(t, k, g) - h, 1e-9, 1e7, xtol=1e-13) for h in HEIGHTS])
+    sigma = 0.002 * float(np.median(exact))
+    times = exact + sigma * np.random.default_rng(3).standard_normal(len(exact))
+    (tmp_path / "t.csv").write_text(
+        "height_m,fall_time_s\n" + "".join(f"{h},{t:.8g}\n" for h, t in zip(HEIGHTS, times, strict=True))
+    )
+    stated = '[model]\neffects = [{ name = "buoyancy", fluid_density = 1260.0 }, { name = "added_mass", coefficient = 0.5 }]\n'
+    path = tmp_path / "e.toml"
+    path.write_text(head("outcomes", radius, mass, f'{stated}[measurement]\nfile = "t.csv"\nnoise = {sigma}\n'))
+    found = hlcs.diagnose(path, candidates=["stokes_drag", "linear_drag", "clock_offset", *others])
+    assert (found.verdict, found.effects) == ("effect", ("stokes_drag",)), (found.ambiguous, found.parameters)
+    assert found.parameters["stokes_drag"]["viscosity"]["value"] == pytest.approx(ETA, rel=0.02)
+
+
+@pytest.mark.parametrize(("rate", "start"), [(10.0, ""), (100.0, ""), (100.0, "start = { velocity = [0.0, 0.0, 0.0] }\n")])
+def test_the_viscosity_is_found_from_recordings_of_a_sphere_that_sinks(tmp_path, rate, start):
+    """What the file states of the liquid is found beside it: its lift, and the fluid that moves along where the data show it."""
+    radius, mass, k, g = sphere(rate, 1.0, 0.5)
+    draw, times, text = np.random.default_rng(1), np.linspace(0.0, 0.3 * k / g + 1 / k, 60), ""
+    for index in range(4):
+        heights = 1 - sunk(times, k, g) + 0.0005 * draw.standard_normal(60)
+        rows = "".join(f"{t:.6f},{z:.6f}\n" for t, z in zip(times, heights, strict=True))
+        (tmp_path / f"{index}.csv").write_text("t_s,z_m\n" + rows)
+        text += f'[[trial]]\nfile = "{index}.csv"\ngroup = "{index % 2}"\n{start}'
+    path = tmp_path / "e.toml"
+    path.write_text(head("trajectory", radius, mass, "[measurement]\nnoise = { position = 0.0005 }\n" + text))
+    found = hlcs.diagnose(path, candidates=["stokes_drag", "linear_drag", "quadratic_drag", "buoyancy", "added_mass"])
+    assert found.verdict == "effect" and {"stokes_drag", "buoyancy"} <= set(found.effects) <= {
+        "stokes_drag",
+        "buoyancy",
+        "added_mass",
+    }
+    assert found.parameters["stokes_drag"]["viscosity"]["value"] == pytest.approx(ETA, rel=0.02)
+
+
+def test_a_drag_in_proportion_to_speed_is_the_viscosity_only_where_the_flow_may_creep(tmp_path):
+    """As thin as water, a marble has Reynolds numbers of ten thousand: the flow does not creep, and a crisis is out of reach."""
+    rows = "".join(f"{h},{np.sqrt(2 * h / G) * (1.2 + 0.01 * k):.6f}\n" for h in (0.1, 0.2, 0.4) for k in range(3))
+    (tmp_path / "t.csv").write_text("height_m,fall_time_s\n" + rows)
+    path = tmp_path / "e.toml"
+    for viscosity, kept, left in (("fluid_viscosity = 1e-3\n", "linear_drag", "stokes_drag"), ("", "stokes_drag", "linear_drag")):
+        path.write_text(head("outcomes", 0.003, 8.8e-4, viscosity + '[measurement]\nfile = "t.csv"\n'))
+        opened = hlcs.Experiment.read(path).opened(hlcs.kinds.protocol.Options())
+        names, why = opened.names(None), opened._candidates(None)[1]
+        assert kept in names and left in why and "drag_crisis" in why

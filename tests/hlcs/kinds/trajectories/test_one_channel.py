@@ -1,0 +1,39 @@
+"""Recordings of one channel, against the whole library: heights alone, an angle alone."""
+
+import numpy as np
+import pytest
+
+import hlcs
+
+BALL = {"shape": "sphere", "radius": 0.0335, "mass": 0.0577}
+AIR = {"fluid_density": 1.2, "fluid_viscosity": 1.8e-5}
+
+
+def diagnosed(frames, noise):
+    trials = [{"group": str(index % 2)} for index in range(len(frames))]
+    return hlcs.diagnose(hlcs.Experiment.from_frames(frames, BALL, AIR, noise=noise, trials=trials))
+
+
+def test_an_angle_alone_shows_how_a_spin_decays():
+    """angle = w / k (1 - e^-kt) about one axis, k = 0.8, read to 5 mrad: the rate to 0.5 %."""
+    draw, times, frames = np.random.default_rng(1), np.arange(0.0, 1.2, 1 / 60), []
+    for spin in (5.0, 8.0, 11.0, 14.0):
+        angle = spin / 0.8 * -np.expm1(-0.8 * times) + 0.005 * draw.standard_normal(len(times))
+        frames.append({"t_s": times, "qw": np.cos(angle / 2), "qx": 0 * times, "qy": 0 * times, "qz": np.sin(angle / 2)})
+    found = diagnosed(frames, {"orientation": 0.005})
+    assert (found.verdict, found.effects) == ("effect", ("spin_decay",))
+    assert found.parameters["spin_decay"]["rate"]["value"] == pytest.approx(0.8, rel=0.02)
+
+
+def test_heights_alone_show_the_drag_of_a_tennis_ball():
+    """z = h - ln cosh(sqrt(g k) t) / k, C = 0.55, read to 2 mm: no drag but that which mass, size and air allow."""
+    per_metre = 0.5 * 1.2 * 0.55 * np.pi * 0.0335**2 / 0.0577
+    draw, frames = np.random.default_rng(1), []
+    for height in (4.0, 5.0, 6.0, 7.0):
+        times = np.arange(0.0, np.sqrt(2 * height / 9.81), 1 / 60)
+        heights = height - np.log(np.cosh(np.sqrt(9.81 * per_metre) * times)) / per_metre
+        frames.append({"t_s": times, "z_m": heights + 0.002 * draw.standard_normal(len(times))})
+    found = diagnosed(frames, {"position": 0.002})
+    assert (found.verdict, found.effects) == ("effect", ("quadratic_drag",))
+    number = found.parameters["quadratic_drag"]["drag_coefficient"]
+    assert number["low"] < 0.55 < number["high"] and number["high"] - number["low"] < 0.1

@@ -1,0 +1,42 @@
+"""One number of the measurement for each session: clocks started late, and by other amounts, on two days."""
+
+import numpy as np
+import pytest
+
+import hlcs
+from minibullet.errors import InputError
+
+G, SIGMA = 9.81, 0.001
+LATE = {"A": 0.02, "B": -0.03}
+SESSIONS = "AABB"
+
+
+def measured(late=LATE, sessions=SESSIONS):
+    """Four drops from rest, the clock of each session off by its amount [s]: z = 2 - g (t - offset)^2 / 2 after the release."""
+    draw, times, frames, trials = np.random.default_rng(1), np.arange(0.0, 0.6, 1 / 60), [], []
+    for index, session in enumerate(SESSIONS):
+        gone = np.maximum(times - late[session], 0.0)
+        frames.append({"t_s": times, "z_m": 2.0 - G * gone**2 / 2 + SIGMA * draw.standard_normal(len(times))})
+        trials.append({"group": str(index % 2), "start": {"velocity": [0.0, 0.0, 0.0]}, "session": sessions[index]})
+    body = {"shape": "sphere", "radius": 0.03, "mass": 1.0}
+    return hlcs.Experiment.from_frames(frames, body, {"fluid_density": 0.0}, noise={"position": SIGMA}, trials=trials)
+
+
+def test_each_session_has_its_own_clock(tmp_path):
+    found = hlcs.diagnose(measured(), candidates=["clock_offset", "linear_drag", "length_scale"])
+    assert (found.verdict, found.effects) == ("effect", ("clock_offset",))
+    for session, offset in LATE.items():
+        assert found.parameters["clock_offset"][f"offset {session}"]["value"] == pytest.approx(offset, abs=0.002)
+    mended = found.apply(measured())
+    assert hlcs.compare(mended).adequate  # and the same from a file
+    assert hlcs.compare(mended.save(tmp_path / "mended.toml")).adequate
+
+
+def test_one_number_for_all_sessions_does_not_do():
+    found = hlcs.diagnose(measured(sessions="    "), candidates=["clock_offset"])
+    assert found.verdict == "unexplained"
+
+
+def test_what_is_no_session_is_refused():
+    with pytest.raises(InputError, match="trial.session: must be text, got 3"):
+        measured(sessions=[3, 3, 3, 3])
