@@ -98,14 +98,16 @@ class Search:
         return self
 
     def _expand_and_refit(self):
-        refits = 0
-        self.expand()
-        for name in self.first:
-            known = Proposal(np.inf, frozenset({name}), {name: self.readings[name]})
-            if self.compatible(known.effects) and (fit := self.refit(known, self.base)) is not None:
-                self.fits[known.effects] = fit
+        refits, unforeseen = 0, self.first
         while True:
             self.expand()
+            for name in unforeseen:
+                known = Proposal(np.inf, frozenset({name}), {name: self.readings[name]})
+                if self.compatible(known.effects) and (fit := self.refit(known, self.base)) is not None:
+                    self.fits[known.effects] = fit
+            if unforeseen:
+                unforeseen = []
+                continue
             best = self.cost(self.ranked()[0])
             promising = [each for each in self.open_proposals() if self.promising(*each, best)]
             if not promising:
