@@ -2,7 +2,7 @@
 
 import math
 
-from hlcs.records import STOPPED
+from hlcs.processes.interrupts import STOPPED
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness
 from hlcs.report.words import capital, joined, share, size, value, words
