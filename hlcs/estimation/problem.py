@@ -6,7 +6,7 @@ projected out, so that everything downstream sees, per recording, a white residu
 
 import numpy as np
 
-from hlcs.effects.witnesses import WITNESSES
+from hlcs.effects.witnesses import direct_reading
 from hlcs.estimation import fitting, segment_profiles
 from hlcs.estimation.least_squares import least_squares, project_out
 from hlcs.estimation.linearization import free_numbers
@@ -25,6 +25,8 @@ class Problem:
     `difference_steps` ({}), and defines `initial_guess()`, `residuals(model, initial_states)` and
     `linearise(model, initial_states)`.
     """
+
+    subject = "the motion"  # what is measured, in words
 
     @property
     def segmented(self):
@@ -123,10 +125,7 @@ class Problem:
 
     def reading(self, term):
         """(what measures an effect directly, its separation from no effect in units of chi2), None where nothing does."""
-        witness, camera = WITNESSES.get(term.candidate.kind), self.camera
-        if witness is None or camera.sigma <= 0:
-            return None
-        return witness.text.format(extent=camera.extent), float(witness.frames * witness.size(term.numbers, camera) ** 2)
+        return direct_reading(term.candidate.kind, term.numbers, self.camera)
 
     # --- fits -----------------------------------------------------------------------------------------------------------------
 

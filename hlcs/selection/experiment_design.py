@@ -80,14 +80,14 @@ def next_experiment(sets, verdict):
     if not found:
         return unexplained(problem, final)
     _, names, best = hardest(found)
-    sentence = best.text + _how_many(best, names)
-    others = {f"{pair[1]}: {other.text}" for _, pair, other in found if pair != names and other.text != best.text}
+    sentence = _told(best, names)
+    others = {f"{pair[1]}: {other.text}" for _, pair, other in found if pair != names and other.tests and other.text != best.text}
     sentence += "".join(f"; against {entry}" for entry in sorted(others)[:3])
     separates = tuple(name for part in names for name in part.split(" + ") if name != NOTHING)
     needed = best.tests if best.tests and best.tests <= MOST_TESTS else None
     if verdict == "unexplained":
-        return unexplained(problem, final, separates, sentence, needed, best.design)
-    return NextExperiment(sentence, separates, needed, best.design)
+        return unexplained(problem, final, separates, sentence, needed, best.design if best.tests else None)
+    return NextExperiment(sentence, separates, needed, best.design if best.tests else {})
 
 
 NOTHING = "no effect"
@@ -97,21 +97,25 @@ def _named(effects):
     return " + ".join(sorted(effects)) or NOTHING
 
 
-def _how_many(option, names):
-    """How many tests tell two explanations apart, and what would help where no laboratory makes so many."""
+def _told(option, names):
+    """What to do, how many tests of it tell two explanations apart, and what would help where no laboratory makes so many."""
     tests, pair = option.tests, f"{names[0]} from {names[1]}"
     if tests and tests <= MOST_TESTS:
-        return f" ({tests} test{'' if tests == 1 else 's'} to tell {pair})"
-    said = f" would be best, but no {MOST_TESTS:,} tests with this set-up tell {pair}: "
-    if tests:
-        said += f"with noise {np.sqrt(tests / SOME_TESTS):.2g} times smaller {SOME_TESTS} tests would; otherwise "
-    return said + "measure what one of them is about directly, or over a range wider than four times this one"
+        return f"{option.text} ({tests} test{'' if tests == 1 else 's'} to tell {pair})"
+    directly = "measure what one of them is about directly, or over a range wider than four times this one"
+    if not tests:  # none of the experiments is any better than the others
+        return f"no {MOST_TESTS:,} tests with this set-up tell {pair}: {directly}"
+    sharper = f"with noise {np.sqrt(tests / SOME_TESTS):.2g} times smaller {SOME_TESTS} tests would"
+    return (
+        f"{option.text} would be best, but no {MOST_TESTS:,} tests with this set-up tell {pair}: {sharper}; otherwise {directly}"
+    )
 
 
 def unexplained(problem, fit, names=(), more="", needed=None, design=None):
     """What to do where the model fails and no candidate mends it: look again where it misses most."""
     place, again = problem.worst(fit)
-    text = f"repeat {place}, in another order and by other hands: what comes back is the motion, what does not is the measurement"
+    told_apart = f"what comes back is {problem.subject}, what does not is the measurement"
+    text = f"repeat {place}, in another order and by other hands: {told_apart}"
     return NextExperiment(text + (f"; then: {more}" if more else ""), names, needed, design or again)
 
 

@@ -7,7 +7,7 @@ from scipy import optimize, stats
 import hlcs
 from hlcs.estimation.designs import Design
 from hlcs.selection import experiment_design
-from hlcs.selection.experiment_design import SEPARATION, Option, Part, _how_many, both, option, separation_for
+from hlcs.selection.experiment_design import SEPARATION, Option, Part, _told, both, option, separation_for
 
 G = 9.81
 HERE = Design("here", {"height_m": 1.0})
@@ -54,9 +54,9 @@ def test_two_designs_share_the_tests_where_they_differ_in_one_input():
 
 def test_what_no_laboratory_can_make_is_said_to_be_so():
     """Lambda goes with 1/sigma^2: what takes 40,000 tests takes a hundred where the noise is 20 times smaller."""
-    said = _how_many(Option(40_000, 16.4 / 40_000, "", {}), ("a", "b"))
+    said = _told(Option(40_000, 16.4 / 40_000, "", {}), ("a", "b"))
     assert "no 1,000 tests" in said and "20 times smaller 100 tests" in said and "directly" in said
-    never = _how_many(Option(None, 0.0, "", {}), ("a", "b"))
+    never = _told(Option(None, 0.0, "", {}), ("a", "b"))
     assert "no 1,000 tests" in never and "times smaller" not in never
 
 
