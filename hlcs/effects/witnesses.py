@@ -14,6 +14,7 @@ from hlcs.effects import body, ground, measurement
 from minibullet import effects
 
 FRAMES = 10.0  # of a scene at rest, far enough apart to count each
+STAFF = 2.0  # the longest ruler that is easily held into a view [m]
 SWINGS = 1.0  # rate of drag from which a body on a thread of 1 m loses two thirds of its swing in one period, 2 s [1/s]
 
 
@@ -55,7 +56,9 @@ def direct_reading(kind, numbers, camera):
     witness = next((one for one in WITNESSES.get(kind, ()) if one.needs(numbers, camera)), None)
     if witness is None:
         return None
-    return witness.text.format(extent=camera.extent), float(witness.frames * witness.size(numbers, camera) ** 2)
+    return witness.text.format(extent=camera.extent, staff=staff(camera)), float(
+        witness.frames * witness.size(numbers, camera) ** 2
+    )
 
 
 def filmed(numbers, camera):
@@ -94,9 +97,14 @@ def levelled(first, second):
     return lambda numbers, camera: np.hypot(numbers[first], numbers[second]) / 2e-4
 
 
-def scale(numbers, camera):
-    """An error of scale over the whole scene."""
-    return (numbers["factor"] - 1) * camera.extent / camera.sigma
+def staff(camera):
+    """Length of a ruler held into a view [m]."""
+    return min(camera.extent, STAFF)
+
+
+def scale(length):
+    """An error of scale, over a length(camera) [m]."""
+    return lambda numbers, camera: (numbers["factor"] - 1) * length(camera) / camera.sigma
 
 
 def swinging(numbers, camera):
@@ -124,8 +132,12 @@ PLUMB_LINE = Witness("film a plumb line in the view", lean, FRAMES, from_aside)
 # class of the effect -> its readings, the best that a scene may allow first
 WITNESSES = {
     measurement.LengthScale: (
-        Witness("film a ruler of {extent:.2g} m where the body moves", scale, FRAMES, filmed),
-        Witness("measure the lengths of the table again with another ruler, over {extent:.2g} m", scale, FRAMES),
+        Witness("film a ruler of {staff:.2g} m where the body moves", scale(staff), FRAMES, filmed),
+        Witness(
+            "measure the lengths of the table again with another ruler, over {extent:.2g} m",
+            scale(lambda camera: camera.extent),
+            FRAMES,
+        ),
     ),
     measurement.TimeScale: (
         Witness("compare the clock with another one for 60 s", lambda v, camera: (v["factor"] - 1) * 60.0 / camera.moment),
@@ -137,7 +149,7 @@ WITNESSES = {
     measurement.ClockOffset: (Witness("trigger the clock by the release itself", lambda v, camera: v["offset"] / camera.moment),),
     measurement.CalibrationCurve: (
         Witness(
-            "film a ruler over the whole height",
+            "film a ruler at one height after another, over all that was recorded",
             lambda v, camera: np.linalg.norm(list(v.values())) / camera.sigma,
             FRAMES,
             from_aside,

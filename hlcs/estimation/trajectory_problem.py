@@ -17,7 +17,7 @@ from minibullet import rotations
 CHANNELS = ("x", "y", "z", "rx", "ry", "rz")
 SAID = {name: name if len(name) == 1 else f"the rotation about {name[1]}" for name in CHANNELS}  # in words
 LEVEL = 0.9999995  # z of the normal of a floor that is stated to be level: to 1 mm/m
-SLACK = 1.1  # the deepest path that was recorded, its noise and its fit
+SLACK = 1.1  # for the noise and the fit of the furthest and the deepest path that was recorded
 STEPS = (1e-4, 1e-3, 1e-4, 1e-3)  # differences of an initial state: m, m/s, rad, rad/s
 
 
@@ -195,7 +195,7 @@ class TrajectoryProblem(Problem):
         deepest = max(float(np.nanmax(-way[:, 2], initial=0.0)) for way in ways)
         room = DEEP if any(trial.surroundings.in_liquid for trial in self.trials) else HIGH
         way = path - path[0]
-        return bool(np.max(np.abs(way)) <= FURTHER * furthest and np.max(-way[:, 2]) <= max(room, SLACK * deepest))
+        return bool(np.max(np.abs(way)) <= SLACK * FURTHER * furthest and np.max(-way[:, 2]) <= max(room, SLACK * deepest))
 
     def worst(self, fit):
         """(where a fit misses most, in words; the same as {input: value})."""

@@ -123,14 +123,19 @@ def unexplained(problem, fit, names=(), more="", needed=None, design=None):
 
 
 def witnesses(problem, terms, wanted):
-    """[Option]: direct readings of effects that two explanations do not share; none of a law tells two forms of it apart."""
+    """[Option]: direct readings of effects that two explanations do not share.
+
+    None of a law tells two forms of it apart. One that shows two suspects alike tells neither: a plumb line leans in the view
+    where the camera does and where gravity does.
+    """
     found, forms = [], [term.candidate.form_of for term in terms]
     for term in terms:
         reading = None if term.candidate.form_of and forms.count(term.candidate.form_of) > 1 else problem.reading(term)
         if reading:
             text, score = reading
             found.append(Option(tests_needed(score, wanted), score, text, {"witness": term.name}, direct=True))
-    return [option for option in found if option.tests]
+    said = [option.text for option in found]
+    return [option for option in found if option.tests and said.count(option.text) == 1]
 
 
 # --- designs: more tests, of one kind or of two in equal parts ---------------------------------------------------------

@@ -5,9 +5,11 @@ import pytest
 from scipy import optimize, stats
 
 import hlcs
+from hlcs.effects import Candidate, class_named
 from hlcs.estimation.designs import Design
 from hlcs.selection import experiment_design
-from hlcs.selection.experiment_design import SEPARATION, Option, Part, _told, both, option, separation_for
+from hlcs.selection.experiment_design import SEPARATION, Option, Part, _told, both, option, separation_for, witnesses
+from hlcs.simulation.model import Term
 
 G = 9.81
 HERE = Design("here", {"height_m": 1.0})
@@ -58,6 +60,26 @@ def test_what_no_laboratory_can_make_is_said_to_be_so():
     assert "no 1,000 tests" in said and "20 times smaller 100 tests" in said and "directly" in said
     never = _told(Option(None, 0.0, "", {}), ("a", "b"))
     assert "no 1,000 tests" in never and "times smaller" not in never
+
+
+class Readings:
+    """A problem whose suspects are read as it is told."""
+
+    def __init__(self, **readings):
+        self.reading = lambda term: readings.get(term.name)
+
+
+def suspect(name):
+    return Term(Candidate(name, class_named(name), ()), ())
+
+
+def test_a_reading_that_shows_two_suspects_alike_does_not_tell_them():
+    """A plumb line leans in the view where the camera does and where gravity does; it stands straight where a wind blows."""
+    problem = Readings(tilted_frame=("plumb line", 1e4), tilted_gravity=("plumb line", 1e4), uniform_flow=("wind", 1e4))
+    tilts, wind = [suspect("tilted_frame"), suspect("tilted_gravity")], suspect("uniform_flow")
+    assert witnesses(problem, tilts, SEPARATION) == []
+    told = {each.text for each in witnesses(problem, [tilts[0], wind], SEPARATION)}
+    assert told == {"plumb line", "wind"}
 
 
 # --- recommended, made, diagnosed again --------------------------------------------------------------------------------
