@@ -8,7 +8,17 @@ import hlcs
 from hlcs.effects import Candidate, class_named
 from hlcs.estimation.designs import Design
 from hlcs.selection import experiment_design
-from hlcs.selection.experiment_design import SEPARATION, Option, Part, _told, both, option, separation_for, witnesses
+from hlcs.selection.experiment_design import (
+    SEPARATION,
+    Option,
+    Part,
+    _told,
+    _told_of_others,
+    both,
+    option,
+    separation_for,
+    witnesses,
+)
 from hlcs.simulation.model import Term
 
 G = 9.81
@@ -60,6 +70,17 @@ def test_what_no_laboratory_can_make_is_said_to_be_so():
     assert "no 1,000 tests" in said and "20 times smaller 100 tests" in said and "directly" in said
     never = _told(Option(None, 0.0, "", {}), ("a", "b"))
     assert "no 1,000 tests" in never and "times smaller" not in never
+
+
+def test_against_the_others_it_says_what_would_do_and_what_would_not():
+    best = Option(4, 4.1, "here", {})
+    others = [
+        (5.0, ("a", "b"), Option(3, 5.0, "there", {})),
+        (4.5, ("a", "c"), best),
+        (0.0, ("a", "d"), Option(None, 0.0, "x", {})),
+    ]
+    assert _told_of_others(best, others) == ["b: there", "d no 1,000 tests with this set-up would do"]
+    assert _told_of_others(others[2][2], others[:1]) == ["b: there"]
 
 
 class Readings:
