@@ -142,9 +142,9 @@ WITNESSES = {
     measurement.TimeScale: (
         Witness("compare the clock with another one for 60 s", lambda v, camera: (v["factor"] - 1) * 60.0 / camera.moment),
     ),
+    # a plumb line leans in the view where gravity does too: the camera itself is looked at
     measurement.TiltedFrame: (
-        PLUMB_LINE,
-        Witness("set a spirit level (0.2 mm/m) on the camera", levelled("angle_x", "angle_y"), needs=filmed),
+        Witness("check the camera with a spirit level (0.2 mm/m)", levelled("angle_x", "angle_y"), needs=filmed),
     ),
     measurement.ClockOffset: (Witness("trigger the clock by the release itself", lambda v, camera: v["offset"] / camera.moment),),
     measurement.CalibrationCurve: (

@@ -136,8 +136,8 @@ def unexplained(problem, fit, names=(), more="", needed=None, design=None):
 def witnesses(problem, terms, wanted):
     """[Option]: direct readings of effects that two explanations do not share.
 
-    None of a law tells two forms of it apart. One that shows two suspects alike tells neither: a plumb line leans in the view
-    where the camera does and where gravity does.
+    None of a law tells two forms of it apart. One that shows two suspects alike tells neither: a spirit level leans on a floor
+    that slopes and where gravity leans.
     """
     found, forms = [], [term.candidate.form_of for term in terms]
     for term in terms:

@@ -46,8 +46,8 @@ def test_a_reading_is_as_sharp_as_its_instrument(kind, numbers, camera, size):
         (LengthScale, {"factor": 1.02}, CAMERA, "film a ruler of 1.5 m where the body moves"),
         (LengthScale, {"factor": 1.02}, CAMERA._replace(extent=8.0), "film a ruler of 2 m where the body moves"),
         (LengthScale, {"factor": 1.02}, TABLE, "measure the lengths of the table again with another ruler, over 1.5 m"),
-        (TiltedFrame, LEAN, CAMERA, "film a plumb line in the view"),
-        (TiltedFrame, LEAN, PUCK, "set a spirit level (0.2 mm/m) on the camera"),  # seen from above a plumb line is a point
+        (TiltedGravity, LEAN, CAMERA, "film a plumb line in the view"),
+        (TiltedFrame, LEAN, PUCK, "check the camera with a spirit level (0.2 mm/m)"),  # from above a plumb line is a point
         (TiltedGravity, LEAN, PUCK, "level the floor with a spirit level (0.2 mm/m)"),
         (BottomSlope, GRADE, CAMERA, "level the floor with a spirit level (0.2 mm/m)"),
         (BottomSlope, GRADE, BOARD, "measure the slope of the floor in both directions to 0.2 mm/m"),  # it slopes on purpose

@@ -95,12 +95,11 @@ def suspect(name):
 
 
 def test_a_reading_that_shows_two_suspects_alike_does_not_tell_them():
-    """A plumb line leans in the view where the camera does and where gravity does; it stands straight where a wind blows."""
-    problem = Readings(tilted_frame=("plumb line", 1e4), tilted_gravity=("plumb line", 1e4), uniform_flow=("wind", 1e4))
-    tilts, wind = [suspect("tilted_frame"), suspect("tilted_gravity")], suspect("uniform_flow")
-    assert witnesses(problem, tilts, SEPARATION) == []
-    told = {each.text for each in witnesses(problem, [tilts[0], wind], SEPARATION)}
-    assert told == {"plumb line", "wind"}
+    """A spirit level on the floor leans where the floor slopes and where gravity leans, and not where a wind blows."""
+    problem = Readings(bottom_slope=("level", 1e4), tilted_gravity=("level", 1e4), uniform_flow=("wind", 1e4))
+    leans, wind = [suspect("bottom_slope"), suspect("tilted_gravity")], suspect("uniform_flow")
+    assert witnesses(problem, leans, SEPARATION) == []
+    assert {each.text for each in witnesses(problem, [leans[0], wind], SEPARATION)} == {"level", "wind"}
 
 
 # --- recommended, made, diagnosed again --------------------------------------------------------------------------------
