@@ -74,6 +74,21 @@ class Track(NamedTuple):
         orientation = rotations.product(rotations.exponential((inside + beyond / step[..., None]) * turn), q0)
         return position, orientation
 
+    def mean_acceleration(self, times, window):
+        """Mean acceleration (B, n, 3) over a window (B, 1) about each of the times (B, n), within the track [m/s2].
+
+        The velocity runs straight between nodes, as it does through contacts.
+        """
+        begin, end = (np.clip(times + half, self.times[0], self.times[-1]) for half in (-window / 2, window / 2))
+        return (self._velocity(end) - self._velocity(begin)) / (end - begin)[..., None]
+
+    def _velocity(self, times):
+        """Velocity (B, n, 3) at times (B, n) inside the track."""
+        index = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(self.times) - 2)
+        who = np.arange(self.position.shape[1])[:, None]
+        s = ((times - self.times[index]) / np.diff(self.times)[index])[..., None]
+        return (1 - s) * self.velocity[index, who] + s * self.velocity[index + 1, who]
+
 
 @leaf
 def euler(rotation, spin, torque, inertia, faster):
