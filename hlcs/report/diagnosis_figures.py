@@ -129,7 +129,8 @@ def _worst(table):
     pairs = table["trial"] * len(CHANNELS) + table["channel"]
     names, index = np.unique(pairs, return_inverse=True)
     pair = names[np.argmax(np.bincount(index, table["sigmas"] ** 2) / np.bincount(index))]
-    return int(pair // 6), int(pair % 6)
+    trial, channel = divmod(int(pair), len(CHANNELS))
+    return trial, channel
 
 
 def _fit_of_table(ax, diagnosis):

@@ -163,3 +163,10 @@ def test_the_noise_of_an_accelerometer_is_read_from_a_phone_at_rest():
     seen = hlcs.compare(fell)
     assert seen.noise["source"] == "static recording"
     assert seen.noise["acceleration"] == pytest.approx(SIGMA, rel=0.12)
+
+
+def test_the_picture_shows_the_channel_that_the_model_misses_most():
+    """All of the drag of a fall stands in az."""
+    sections = {"surroundings": {"fluid_density": DENSITY}, "diagnose": {"candidates": ["quadratic_drag"]}}
+    found = hlcs.diagnose(experiment([fall(DRAG, k) for k in (0, 1)], CUBE, start=DROPPED, **sections))
+    assert any(ax.get_ylabel() == "az [m/s2]" for ax in np.ravel(found.plot())[0].figure.axes)
