@@ -16,8 +16,6 @@ VERDICTS = {
     "cannot_judge": "the noise or the number of tests is unknown",
 }
 
-STOPPED = "stopped by Ctrl-C before its end: sets of effects that were not fitted by then are missing from this answer"
-
 
 class Judgement(Result):
     """A result whose report opens in plain words."""

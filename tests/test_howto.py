@@ -11,6 +11,8 @@ from hlcs.cli import commands
 from hlcs.importing import FORMATS
 
 PAGES = sorted(path for path in (Path(__file__).resolve().parent.parent / "docs" / "howto").glob("*.md") if path.stem != "index")
+IMPORTS = [page for page in PAGES if "hlcs import " in page.read_text(encoding="utf-8")]
+VERDICTS = [page for page in PAGES if page not in IMPORTS]
 BLOCK = re.compile(r"^```(python|bash|toml|text)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -19,10 +21,10 @@ def walk(page, capsys, until=None):
 
     until: word of a command before which to stop. Returns the number of blocks of text that were compared.
     """
-    printed, experiment, compared = "", None, 0
+    printed, experiment, compared, names = "", None, 0, {}
     for kind, text in BLOCK.findall(page.read_text(encoding="utf-8")):
         if kind == "python":
-            exec(text, {})  # a page of this repository, not a user's file
+            exec(text, names)  # a page of this repository, not a user's file; its snippets follow each other
         elif kind == "toml":
             lines = experiment.read_text(encoding="utf-8").split("\n")
             for line in filter(None, text.split("\n")):
@@ -48,19 +50,27 @@ def walk(page, capsys, until=None):
     return compared
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("page", IMPORTS, ids=lambda path: path.stem)
 def test_the_import_on_a_page_prints_what_the_page_shows(page, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert walk(page, capsys, until="compare") == 1
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("page", IMPORTS, ids=lambda path: path.stem)
 def test_a_page_leads_from_the_export_to_the_mended_model(page, capsys, tmp_path, monkeypatch):
     """Every figure on the page is what the commands print; the last comparison leaves nothing but noise."""
     monkeypatch.chdir(tmp_path)
     assert walk(page, capsys) == 3
     assert "nothing but noise" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", VERDICTS, ids=lambda path: path.stem)
+def test_a_page_shows_what_its_commands_print(page, capsys, tmp_path, monkeypatch):
+    """From the first verdict to the last: every line that is shown stands in what was printed."""
+    monkeypatch.chdir(tmp_path)
+    assert walk(page, capsys) == len(re.findall("^```text$", page.read_text(encoding="utf-8"), re.MULTILINE)) >= 1
 
 
 def test_the_table_of_options_says_which_formats_listen_to_them():

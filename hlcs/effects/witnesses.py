@@ -1,4 +1,8 @@
-"""How a suspect is measured directly, which needs no model: the cheapest next experiment where one of two suspects can be."""
+"""How a suspect is measured directly, which needs no model: the cheapest next experiment where one of two suspects can be.
+
+A witness says what it needs of the scene: a camera, a body that hangs free, a gas, a liquid, a height that is seen. What the
+user's scene has not is not offered.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,14 +14,21 @@ from hlcs.effects import body, ground, measurement
 from minibullet import effects
 
 FRAMES = 10.0  # of a scene at rest, far enough apart to count each
+STAFF = 2.0  # the longest ruler that is easily held into a view [m]
+SWINGS = 1.0  # rate of drag from which a body on a thread of 1 m loses two thirds of its swing in one period, 2 s [1/s]
 
 
 class Camera(NamedTuple):
-    """What a reading by film, or by ruler and clock, depends on."""
+    """What a reading by film, or by ruler and clock, depends on, and the scene that it is made in."""
 
     sigma: float  # noise of positions [m]
     step: float  # between frames [s]
     extent: float  # of the scene [m]
+    filmed: bool = True  # is the motion recorded, or one number of it read by ruler and clock?
+    upright: bool = True  # is height seen?
+    touching: bool = False  # does the body move on a floor?
+    level: bool = True  # is that floor stated to be level?
+    liquid: bool = False  # is the body in a liquid?
 
     @property
     def moment(self):
@@ -32,6 +43,48 @@ class Witness:
     text: str
     size: Callable  # (numbers of the effect, Camera) -> how many standard deviations of one reading they are
     frames: float = 1.0  # how many readings there are
+    needs: Callable = lambda numbers, camera: True  # (numbers of the effect, Camera) -> can it be done there?
+
+
+def direct_reading(kind, numbers, camera):
+    """(what to do, separation from no effect in units of chi2) of the first reading of an effect that its scene allows, or None.
+
+    kind: class of the effect; numbers: {name: value} of it.
+    """
+    if camera.sigma <= 0:
+        return None
+    witness = next((one for one in WITNESSES.get(kind, ()) if one.needs(numbers, camera)), None)
+    if witness is None:
+        return None
+    return witness.text.format(extent=camera.extent, staff=staff(camera)), float(
+        witness.frames * witness.size(numbers, camera) ** 2
+    )
+
+
+def filmed(numbers, camera):
+    return camera.filmed
+
+
+def from_aside(numbers, camera):
+    """A camera that sees height sees a plumb line."""
+    return camera.filmed and camera.upright
+
+
+def on_level_floor(numbers, camera):
+    return camera.touching and camera.level
+
+
+def level_floor(numbers, camera):
+    return camera.level
+
+
+def in_liquid(numbers, camera):
+    return camera.liquid
+
+
+def hangs_and_swings(numbers, camera):
+    """A body in the air, off any floor, whose drag lets it swing."""
+    return not camera.touching and not camera.liquid and abs(numbers["rate"]) < SWINGS
 
 
 def lean(numbers, camera):
@@ -39,9 +92,34 @@ def lean(numbers, camera):
     return np.hypot(numbers["angle_x"], numbers["angle_y"]) * camera.extent / camera.sigma
 
 
+def levelled(first, second):
+    """Two small angles or grades, beside a spirit level (0.2 mm/m)."""
+    return lambda numbers, camera: np.hypot(numbers[first], numbers[second]) / 2e-4
+
+
+def staff(camera):
+    """Length of a ruler held into a view [m]."""
+    return min(camera.extent, STAFF)
+
+
+def scale(length):
+    """An error of scale, over a length(camera) [m]."""
+    return lambda numbers, camera: (numbers["factor"] - 1) * length(camera) / camera.sigma
+
+
 def swinging(numbers, camera):
     """A loss of amplitude beside that of a good thread and its knot, 0.01 1/s."""
     return numbers["rate"] / 0.01
+
+
+def flow(numbers, camera):
+    """A flow read to 0.05 m/s."""
+    return np.linalg.norm(list(numbers.values())) / 0.05
+
+
+def density(numbers, camera):
+    """A density to 1 %, and not better than 0.05 kg/m3."""
+    return numbers["fluid_density"] / max(0.01 * numbers["fluid_density"], 0.05)
 
 
 def one_in_a_thousand(numbers, camera):
@@ -49,34 +127,59 @@ def one_in_a_thousand(numbers, camera):
     return numbers["relative"] / 1e-3
 
 
+PLUMB_LINE = Witness("film a plumb line in the view", lean, FRAMES, from_aside)
+
+# class of the effect -> its readings, the best that a scene may allow first
 WITNESSES = {
-    measurement.LengthScale: Witness(
-        "hold a ruler of {extent:.2g} m beside what is measured",
-        lambda v, camera: (v["factor"] - 1) * camera.extent / camera.sigma,
-        FRAMES,
+    measurement.LengthScale: (
+        Witness("film a ruler of {staff:.2g} m where the body moves", scale(staff), FRAMES, filmed),
+        Witness(
+            "measure the lengths of the table again with another ruler, over {extent:.2g} m",
+            scale(lambda camera: camera.extent),
+            FRAMES,
+        ),
     ),
-    measurement.TimeScale: Witness(
-        "compare the clock with another one for 60 s", lambda v, camera: (v["factor"] - 1) * 60.0 / camera.moment
+    measurement.TimeScale: (
+        Witness("compare the clock with another one for 60 s", lambda v, camera: (v["factor"] - 1) * 60.0 / camera.moment),
     ),
-    measurement.TiltedFrame: Witness("film a plumb line in the view", lean, FRAMES),
-    measurement.ClockOffset: Witness("trigger the clock by the release itself", lambda v, camera: v["offset"] / camera.moment),
-    measurement.CalibrationCurve: Witness(
-        "film a ruler over the whole height", lambda v, camera: np.linalg.norm(list(v.values())) / camera.sigma, FRAMES
+    # a plumb line leans in the view where gravity does too: the camera itself is looked at
+    measurement.TiltedFrame: (
+        Witness("check the camera with a spirit level (0.2 mm/m)", levelled("angle_x", "angle_y"), needs=filmed),
     ),
-    body.MassOffset: Witness("weigh the body to 0.1 %", one_in_a_thousand),
-    body.SizeError: Witness("measure the body with a calliper to 0.1 %", one_in_a_thousand),
-    ground.BottomSlope: Witness(
-        "level the floor with a spirit level (0.2 mm/m)", lambda v, camera: np.hypot(v["grade_x"], v["grade_y"]) / 2e-4
+    measurement.ClockOffset: (Witness("trigger the clock by the release itself", lambda v, camera: v["offset"] / camera.moment),),
+    measurement.CalibrationCurve: (
+        Witness(
+            "film a ruler at one height after another, over all that was recorded",
+            lambda v, camera: np.linalg.norm(list(v.values())) / camera.sigma,
+            FRAMES,
+            from_aside,
+        ),
     ),
-    effects.TiltedGravity: Witness("film a plumb line in the view", lean, FRAMES),
-    effects.Buoyancy: Witness(
-        "weigh the fluid: its density to 1 %", lambda v, camera: v["fluid_density"] / max(0.01 * v["fluid_density"], 0.05)
+    body.MassOffset: (Witness("weigh the body to 0.1 %", one_in_a_thousand),),
+    body.SizeError: (Witness("measure the body with a calliper or micrometer to 0.1 %", one_in_a_thousand),),
+    ground.BottomSlope: (
+        Witness("level the floor with a spirit level (0.2 mm/m)", levelled("grade_x", "grade_y"), needs=level_floor),
+        Witness("measure the slope of the floor in both directions to 0.2 mm/m", levelled("grade_x", "grade_y")),
     ),
-    effects.LinearDrag: Witness(
-        "let the body swing on a thread of 1 m in the same fluid, away from any floor, for 60 s", swinging
+    effects.TiltedGravity: (
+        Witness("level the floor with a spirit level (0.2 mm/m)", levelled("angle_x", "angle_y"), needs=on_level_floor),
+        PLUMB_LINE,
     ),
-    effects.UniformFlow: Witness(
-        "measure the flow with dye (0.05 m/s)", lambda v, camera: np.linalg.norm(list(v.values())) / 0.05
+    effects.Buoyancy: (
+        Witness("weigh one litre of the liquid: its density to 1 %", density, needs=in_liquid),
+        Witness("read thermometer and barometer: the density of the air to 1 %", density),
+    ),
+    effects.LinearDrag: (
+        Witness(
+            "let the body swing on a thread of 1 m in the same air, away from any floor, for 60 s",
+            swinging,
+            1.0,
+            hangs_and_swings,
+        ),
+    ),
+    effects.UniformFlow: (
+        Witness("measure the flow with dye (0.05 m/s)", flow, needs=in_liquid),
+        Witness("measure the flow of the air with an anemometer (0.05 m/s)", flow),
     ),
 }
 

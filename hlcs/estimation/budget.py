@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from hlcs.records import STOPPED
+from hlcs.processes.interrupts import STOPPED
 
 SEGMENTED_LIMIT = 3.0e6  # body-steps of a search on a tumbling body: some 90 s at 30 us each
 SMOOTH_LIMIT = 10.0e6  # the same where recordings are not in segments: 60 to 70 s at 6 to 7 us each

@@ -6,11 +6,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hlcs.data.bodies import impossible_density
+from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.simulation import contact_motion
 from minibullet import rotations
 
 AT_REST = 0.3  # speed below which a body is dropped rather than thrown [m/s]
 TURNING = 1.0  # rate of turning from which a spin can be reversed [rad/s]
-QUARTER = rotations.exponential(np.array([0.0, 0.0, np.pi / 2]))
+BY_HAND = 20.0  # speed that an arm gives a body [m/s]
+HIGH = 10.0  # of a stairwell, the highest that most laboratories have; as long is a hall [m]
+DEEP = 2.0  # the deepest tank that most laboratories have [m]
+FURTHER = 4.0  # times as far as anything has gone that was recorded: one camera with the same noise sees no more
+CLEAR = 0.05  # gap below which a body stands on its floor rather than above it, in bounding radii
+SLOPING = np.radians(0.5)  # slope from which a floor is a board that was tilted on purpose
+STEEPEST = np.radians(45.0)  # of a board
+SPEEDS = ((0.25, "a quarter as fast"), (0.5, "half as fast"), (2.0, "twice as fast"), (4.0, "four times as fast"))
 
 
 class Design(NamedTuple):
@@ -44,43 +53,110 @@ def other_bodies_tell(terms):
 
 
 def changes_of(trial, start, contact, seated, other_bodies):
-    """[(Design, start (13,), Trial)]: a recording made again with one thing changed."""
-    found = [(Design(f"repeat {trial.name} as it was", {"repeat": trial.name}), start, trial)]
-    speed = float(np.linalg.norm(start[3:6]))
-    if speed > AT_REST:
-        for factor, word in (
-            (0.25, "a quarter as fast"),
-            (0.5, "half as fast"),
-            (2.0, "twice as fast"),
-            (4.0, "four times as fast"),
-        ):
-            design = Design(f"start {word} ({factor * speed:.2g} m/s)", {"speed_m_s": factor * speed}, octaves(factor))
-            found.append((design, _with(start, velocity=factor), trial))
-        turned = _turned(start, QUARTER)
-        found.append((Design("turn the start by 90 degrees", {"heading_deg": 90}), turned, trial))
-        found.append((Design("turn the start by 180 degrees", {"heading_deg": 180}), _turned(turned, QUARTER), trial))
-    elif contact and not seated and trial.surroundings.floor_height is not None:
-        above = float(start[2] - trial.surroundings.floor_height)
-        design = Design(f"drop it from twice as high ({2 * above:.2g} m)", {"raise_m": above}, 1.0)
-        found.append((design, np.concatenate([start[:2], [start[2] + above], start[3:]]), trial))
-    if np.linalg.norm(start[10:13]) > TURNING:
-        found.append((Design("reverse the spin", {"spin": "reversed"}), _with(start, spin=-1.0), trial))
-    if not contact:
-        found.append(
-            (
-                Design("let it fly twice as long (from higher)", {"duration": "twice"}, 1.0),
-                start,
-                with_samples(trial, 2 * len(trial.times)),
-            )
-        )
-    if trial.body.mass is not None and other_bodies:
-        for factor, word in ((1 / 3, "a third of"), (3.0, "three times")):
-            mass = factor * trial.body.mass
-            body = replace(trial.body, mass=mass, inertia=None)
-            if not impossible_density(body):
-                design = Design(f"use a body of the same size and {word} the mass", {"mass_kg": mass}, octaves(factor))
-                found.append((design, start, replace(trial, body=body)))
+    """[(Design, start (13,), Trial)]: a recording made again with one thing changed, each a thing that its scene allows.
+
+    trial: the recording; start: its initial state; contact: does the body touch anything; seated: does it lie on its floor at the
+    start; other_bodies: would another body tell?
+    """
+    name = trial.recording or trial.name
+    found = [(Design(f"repeat {name} as it was", {"repeat": name}), start, trial)]
+    found += _speeds(trial, start, seated) + _headings(trial, start, seated)
+    found += _boards(trial, start) if seated else _heights(trial, start) if contact else [_longer(trial, start)]
+    if np.linalg.norm(start[10:13]) > TURNING and not seated:  # a body that rolls cannot turn the other way
+        found.append((Design("with the spin reversed", {"spin": "reversed"}), _with(start, spin=-1.0), trial))
+    found += _bodies(trial, start) if other_bodies else []
+    lead = f"make {name} again, "
+    return [(design if "repeat" in design.what else design._replace(lead=lead), *rest) for design, *rest in found]
+
+
+def _speeds(trial, start, seated):
+    """Other speeds at the start: a throw is thrown faster, a fall is seen from where it is faster, a liquid sets its own."""
+    speed, found = float(np.linalg.norm(start[3:6])), []
+    falling = not seated and start[5] < 0 and np.hypot(*start[3:5]) < AT_REST
+    if speed <= AT_REST or (falling and trial.surroundings.in_liquid):
+        return []
+    for factor, word in SPEEDS:
+        text = f"started {word} ({factor * speed:.2g} m/s)"
+        if falling:
+            text = f"seen from where it falls {word} ({factor * speed:.2g} m/s)"
+        rolls = seated and trial.body.shape == "sphere"
+        state = _with(start, velocity=factor, spin=factor if rolls else 1.0)
+        if factor * speed <= max(BY_HAND, speed):
+            found.append((Design(text, {"speed_m_s": factor * speed}, octaves(factor)), state, trial))
     return found
+
+
+def _headings(trial, start, seated):
+    """Other headings: of what moves sideways, where that is seen."""
+    normal = np.asarray(trial.surroundings.floor_normal) if seated else np.array([0.0, 0.0, 1.0])
+    aside = float(np.linalg.norm(start[3:6] - (start[3:6] @ normal) * normal))
+    seen, found, turned = {"x", "y"} & set(trial.columns), [], start
+    for degrees in (90, 180) if seen and aside > AT_REST else ():
+        turned = _turned(turned, rotations.exponential(normal * np.pi / 2))
+        if degrees == 180 or len(seen) == 2:  # a camera that sees one way sideways sees a quarter of a turn as none
+            found.append((Design(f"in a heading turned by {degrees} degrees", {"heading_deg": degrees}), turned, trial))
+    return found
+
+
+def _heights(trial, start):
+    """Other heights of a drop onto a floor: of a body let go clear of it."""
+    shape = rigid_body(trial.body).shape
+    gap = contact_motion.gap(shape, start[:3], start[6:10], trial.surroundings) / trial.surroundings.floor_normal[2]
+    found = []
+    if np.linalg.norm(start[3:6]) > AT_REST or not CLEAR * shape.bounding_radius < gap < np.inf:
+        return found
+    for factor, word in ((0.5, "half"), (2.0, "twice")):
+        raised = (factor - 1) * gap
+        text = f"dropped from {word} as high ({factor * gap:.2g} m between body and floor)"
+        if factor * gap <= max(HIGH, gap):
+            state = np.concatenate([start[:2], [start[2] + raised], start[3:]])
+            found.append((Design(text, {"raise_m": raised}, octaves(factor)), state, trial))
+    return found
+
+
+def _boards(trial, start):
+    """Other slopes of a floor that slopes: such a floor is a board."""
+    normal, found = np.asarray(trial.surroundings.floor_normal), []
+    angle = float(np.arccos(np.clip(normal[2], -1.0, 1.0)))
+    for factor, word in ((0.5, "half"), (2.0, "twice")) if angle > SLOPING else ():
+        if factor * angle > STEEPEST:
+            continue
+        axis = np.cross([0.0, 0.0, 1.0], normal) / np.sin(angle)
+        turn = rotations.exponential((factor - 1) * angle * axis)
+        surroundings = replace(trial.surroundings, floor_normal=tuple(float(x) for x in rotations.rotate(turn, normal)))
+        state = _turned(start, turn)
+        state[:3], state[6:10] = rotations.rotate(turn, start[:3]), rotations.product(turn, start[6:10])
+        tilted = replace(trial, surroundings=surroundings, orientation=rotations.product(turn, trial.orientation))
+        degrees = float(np.degrees(factor * angle))
+        text = f"on a board {word} as steep ({degrees:.2g} degrees)"
+        found.append((Design(text, {"angle_deg": degrees}, octaves(factor)), state, tilted))
+    return found
+
+
+def _longer(trial, start):
+    """Twice the time in flight."""
+    longer = with_samples(trial, 2 * len(trial.times))
+    text = f"for twice as long ({np.ptp(longer.times):.2g} s)"
+    return Design(text, {"duration": "twice"}, 1.0), start, longer
+
+
+def _bodies(trial, start):
+    """Other bodies of the same size; in a liquid one that goes the same way, up or down."""
+    found = []
+    for factor, word in ((1 / 3, "a third of"), (3.0, "three times")) if trial.body.mass is not None else ():
+        body = replace(trial.body, mass=factor * trial.body.mass, inertia=None)
+        if not impossible_density(body) and goes_the_same_way(body, trial.body, trial.surroundings):
+            text = f"with a body of the same size and {word} the mass ({body.mass:.2g} kg)"
+            found.append((Design(text, {"mass_kg": body.mass}, octaves(factor)), start, replace(trial, body=body)))
+    return found
+
+
+def goes_the_same_way(body, other, surroundings):
+    """Do both bodies sink, or both rise, in a liquid? In a gas all fall."""
+    if not surroundings.in_liquid or not known_body(body):
+        return True
+    weights = [each.mass - surroundings.fluid_density * rigid_body(each).volume for each in (body, other)]
+    return weights[0] * weights[1] > 0
 
 
 def _with(start, velocity=1.0, spin=1.0):

@@ -8,7 +8,7 @@ import numpy as np
 
 from hlcs.data.quantities import have_unit
 from hlcs.effects.contract import in_sessions
-from hlcs.effects.witnesses import WITNESSES
+from hlcs.effects.witnesses import direct_reading
 from hlcs.estimation import fitting, segment_profiles
 from hlcs.estimation.least_squares import least_squares, project_out
 from hlcs.estimation.linearization import free_numbers
@@ -29,6 +29,7 @@ class Problem:
     """
 
     shared_doubt = 0.0  # standard deviation of the logarithm of errors that observations share
+    subject = "the motion"  # what is measured, in words
 
     @property
     def segmented(self):
@@ -127,12 +128,9 @@ class Problem:
 
     def reading(self, term):
         """(what measures an effect directly, its separation from no effect in units of chi2), None where nothing does."""
-        witness, camera = WITNESSES.get(term.candidate.kind), self.camera
-        if witness is None or camera.sigma <= 0:
-            return None
         sessions = in_sessions(term.numbers).values() or (term.numbers,)
-        size = max(abs(witness.size(numbers, camera)) for numbers in sessions)
-        return witness.text.format(extent=camera.extent), float(witness.frames * size**2)
+        readings = [direct_reading(term.candidate.kind, numbers, self.camera) for numbers in sessions]
+        return max(filter(None, readings), key=lambda reading: reading[1], default=None)
 
     # --- fits -----------------------------------------------------------------------------------------------------------------
 

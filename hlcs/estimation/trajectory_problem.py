@@ -6,7 +6,7 @@ import numpy as np
 
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
 from hlcs.effects.witnesses import Camera
-from hlcs.estimation.designs import Designs, changes_of, other_bodies_tell
+from hlcs.estimation.designs import DEEP, FURTHER, HIGH, Designs, changes_of, other_bodies_tell
 from hlcs.estimation.linearization import Linearization, Recording
 from hlcs.estimation.problem import Problem
 from hlcs.estimation.whitening import whiten
@@ -15,6 +15,15 @@ from hlcs.simulation.initial_state import initial_guess, shifted, unknowns
 from hlcs.simulation.simulator import Motion, Simulator
 from minibullet import rotations
 
+SAID = dict(
+    zip(
+        CHANNELS,
+        [*"xyz", *(f"the {what} {axis}" for what in ("rotation about", "acceleration along") for axis in "xyz")],
+        strict=True,
+    )
+)
+LEVEL = 0.9999995  # z of the normal of a floor that is stated to be level: to 1 mm/m
+SLACK = 1.1  # for the noise and the fit of the furthest and the deepest path that was recorded
 STEPS = (1e-4, 1e-3, 1e-4, 1e-3)  # differences of an initial state: m, m/s, rad, rad/s
 UNSEEN = 1e-5  # norm of the white change per m, m/s, rad or rad/s of a start below which it is rounding, and the start unseen
 
@@ -141,31 +150,61 @@ class TrajectoryProblem(Problem):
     @property
     def camera(self):
         """What a direct reading by the same camera depends on."""
-        low, high = self.simulator.height_range
-        return Camera(self.noise.position or 0.0, self.noise.step, max(high - low, 0.1))
+        there = np.concatenate([trial.position for trial in self.trials])
+        spans = [float(np.ptp(axis[np.isfinite(axis)])) for axis in there.T if np.isfinite(axis).any()]
+        surroundings = [trial.surroundings for trial in self.trials]
+        return Camera(
+            self.noise.position or 0.0,
+            self.noise.step,
+            max([*spans, 0.1]),
+            upright=bool(np.isfinite(there[:, 2]).any()),
+            touching=bool(np.any(self.simulator.seated)),
+            level=all(one.floor_normal[2] > LEVEL for one in surroundings),
+            liquid=any(one.in_liquid for one in surroundings),
+        )
 
     def designs(self, final, other):
-        """Designs that tell two fits apart, made of the longest recording."""
-        longest = max(range(len(self.trials)), key=lambda k: (np.ptp(self.trials[k].times), self.trials[k].name))
-        trial, simulator = self.trials[longest], self.simulator
+        """Designs that tell two fits apart, made of the longest recording; a segment only where a recording begins with it."""
+        first = [k for k in range(len(self.trials)) if self.trials[k].first_row == 0]
+        longest = max(first, key=lambda k: (np.ptp(self.trials[k].times), self.trials[k].name))
+        simulator, trial = self.simulator, self.trials[longest]
         other_bodies = other_bodies_tell((*final.model.terms, *other.model.terms))
-        options, starts, trials = zip(
-            *changes_of(trial, final.initial_states[longest], simulator.contact, simulator.seated[longest], other_bodies),
-            strict=True,
+        changes = changes_of(
+            trial, final.initial_states[longest], simulator.contact, bool(simulator.seated[longest]), other_bodies
         )
-        measured = np.where(np.isfinite(trial.position).any(axis=0), 0.0, np.nan)
-        trials = tuple(replace(each, position=np.tile(measured, (len(each.times), 1)), recording="") for each in trials)
-        count = len(trials)
+        new = self._changed(final.model, longest, [change[2] for change in changes])
+        starts = np.array([change[1] for change in changes])
+        with np.errstate(all="ignore"):
+            paths = [motion.position for motion in new.simulate(final.model, starts, np.arange(len(starts)))]
+        kept = [k for k, path in enumerate(paths) if k == 0 or self._in_view(path)]  # the first repeats what there is
+        options = [told_how_high(changes[k][0], paths[0], paths[k]) for k in kept]
+        trials = [self._unread(changes[k][2]) for k in kept]
+        problem = TrajectoryProblem(trials, self.noise, self._changed(final.model, longest, trials))
+        return Designs(problem, starts[kept], tuple(options))
+
+    def _changed(self, model, like, trials):
+        """A Simulator of trials that are made like one of these."""
+        old, count = self.simulator, len(trials)
         new = Simulator(
-            final.model,
-            trials,
-            np.repeat(simulator.start_time[longest], count),
-            simulator.contact,
-            simulator.time_step,
-            np.repeat(simulator.seated[longest], count),
+            model, trials, np.repeat(old.start_time[like], count), old.contact, old.time_step, np.repeat(old.seated[like], count)
         )
-        new.height_range = simulator.height_range
-        return Designs(TrajectoryProblem(trials, self.noise, new), np.array(starts), options)
+        new.height_range = old.height_range
+        return new
+
+    @staticmethod
+    def _unread(trial):
+        """A trial with the channels that were measured, of no account what it measures."""
+        measured = np.where(np.isfinite(trial.position).any(axis=0), 0.0, np.nan)
+        return replace(trial, position=np.tile(measured, (len(trial.times), 1)), recording="")
+
+    def _in_view(self, path):
+        """Does a path (n, 3) stay where the same camera, in the same house or tank, can see it?"""
+        ways = [trial.position - first_seen(trial.position) for trial in self.trials]
+        furthest = max(float(np.nanmax(np.abs(way), initial=0.0)) for way in ways)
+        deepest = max(float(np.nanmax(-way[:, 2], initial=0.0)) for way in ways)
+        room = DEEP if any(trial.surroundings.in_liquid for trial in self.trials) else HIGH
+        way = path - path[0]
+        return bool(np.max(np.abs(way)) <= SLACK * FURTHER * furthest and np.max(-way[:, 2]) <= max(room, SLACK * deepest))
 
     def worst(self, fit):
         """(where a fit misses most, in words; the same as {input: value})."""
@@ -177,10 +216,24 @@ class TrajectoryProblem(Problem):
         channel = max(sorted(channels), key=channels.get)
         name = trial.recording or trial.name
         text = (
-            f"{name} (where the model misses by {np.sqrt(misfit[index]):.2g} times the noise, most in {channel}; it holds "
+            f"{name} (where the model misses by {np.sqrt(misfit[index]):.2g} times the noise, most in {SAID[channel]}; it holds "
             f"{100 * share[index] / max(sum(share), 1e-300):.0f} % of the misfit)"
         )
         return text, {"repeat": name}
+
+
+def first_seen(position):
+    """The first seen place on each axis of positions (n, 3); NaN on an axis that none was seen on."""
+    there = np.isfinite(position)
+    return np.where(there.any(axis=0), position[there.argmax(axis=0), np.arange(3)], np.nan)
+
+
+def told_how_high(design, path, longer):
+    """A Design of a longer flight that says from how much higher, given the path that was flown and the longer one (n, 3)."""
+    down = float(path[-1, 2] - longer[-1, 2])
+    if "duration" not in design.what or down <= 0:
+        return design
+    return design._replace(text=f"{design.text}, from {down:.2g} m higher")
 
 
 def stacked(columns, rows):

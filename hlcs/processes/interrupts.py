@@ -13,6 +13,7 @@ import sys
 import threading
 from contextlib import contextmanager
 
+STOPPED = "stopped by Ctrl-C before its end: sets of effects that were not fitted by then are missing from this answer"
 AGAIN = 0.05  # after so long one that was lost is raised once more: the callback is over [s]
 
 BETWEEN = (os.path.join("numba", "core", "serialize.py"), os.path.join("numba", "core", "typing", "typeof.py"))

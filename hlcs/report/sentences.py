@@ -3,7 +3,7 @@
 import math
 
 from hlcs.data.quantities import unit_of
-from hlcs.records import STOPPED
+from hlcs.processes.interrupts import STOPPED
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness
 from hlcs.report.words import capital, joined, share, size, value, words

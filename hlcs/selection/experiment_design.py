@@ -53,6 +53,11 @@ def tests_needed(separation, wanted=SEPARATION):
     return max(int(np.ceil(wanted / separation)), 1) if separation * MOST_TESTS >= wanted else None
 
 
+def feasible(option):
+    """Would a laboratory make so many tests?"""
+    return bool(option.tests) and option.tests <= MOST_TESTS
+
+
 def hardest(options):
     """Of the best experiments for pairs of rivals, each (lambda, names, ...), that for the pair hardest to separate."""
     return min(options, key=lambda option: option[:2])
@@ -79,15 +84,14 @@ def next_experiment(sets, verdict):
             found.append((best.score, names, best))
     if not found:
         return unexplained(problem, final)
-    _, names, best = hardest(found)
-    sentence = best.text + _how_many(best, names)
-    others = {f"{pair[1]}: {other.text}" for _, pair, other in found if pair != names and other.text != best.text}
-    sentence += "".join(f"; against {entry}" for entry in sorted(others)[:3])
+    _, names, best = hardest([entry for entry in found if feasible(entry[2])] or found)
+    others = [entry for entry in found if entry[1] != names]
+    sentence = _told(best, names) + "".join(f"; against {entry}" for entry in _told_of_others(best, others)[:3])
     separates = tuple(name for part in names for name in part.split(" + ") if name != NOTHING)
-    needed = best.tests if best.tests and best.tests <= MOST_TESTS else None
+    needed = best.tests if feasible(best) else None
     if verdict == "unexplained":
-        return unexplained(problem, final, separates, sentence, needed, best.design)
-    return NextExperiment(sentence, separates, needed, best.design)
+        return unexplained(problem, final, separates, sentence, needed, best.design if best.tests else None)
+    return NextExperiment(sentence, separates, needed, best.design if best.tests else {})
 
 
 NOTHING = "no effect"
@@ -97,21 +101,32 @@ def _named(effects):
     return " + ".join(sorted(effects)) or NOTHING
 
 
-def _how_many(option, names):
-    """How many tests tell two explanations apart, and what would help where no laboratory makes so many."""
+def _told(option, names):
+    """What to do, how many tests of it tell two explanations apart, and what would help where no laboratory makes so many."""
     tests, pair = option.tests, f"{names[0]} from {names[1]}"
-    if tests and tests <= MOST_TESTS:
-        return f" ({tests} test{'' if tests == 1 else 's'} to tell {pair})"
-    said = f" would be best, but no {MOST_TESTS:,} tests with this set-up tell {pair}: "
-    if tests:
-        said += f"with noise {np.sqrt(tests / SOME_TESTS):.2g} times smaller {SOME_TESTS} tests would; otherwise "
-    return said + "measure what one of them is about directly, or over a range wider than four times this one"
+    if feasible(option):
+        return f"{option.text} ({tests} test{'' if tests == 1 else 's'} to tell {pair})"
+    directly = "measure what one of them is about directly, or over a range wider than four times this one"
+    if not tests:  # none of the experiments is any better than the others
+        return f"no {MOST_TESTS:,} tests with this set-up tell {pair}: {directly}"
+    sharper = f"with noise {np.sqrt(tests / SOME_TESTS):.2g} times smaller {SOME_TESTS} tests would"
+    return (
+        f"{option.text} would be best, but no {MOST_TESTS:,} tests with this set-up tell {pair}: {sharper}; otherwise {directly}"
+    )
+
+
+def _told_of_others(best, others):
+    """What else tells the other pairs, of [(lambda, names, Option)]: another experiment, or none."""
+    told = {f"{names[1]}: {each.text}" for _, names, each in others if feasible(each) and each.text != best.text}
+    beyond = {f"{names[1]} no {MOST_TESTS:,} tests with this set-up would do" for _, names, each in others if not feasible(each)}
+    return sorted(told) + (sorted(beyond) if feasible(best) else [])
 
 
 def unexplained(problem, fit, names=(), more="", needed=None, design=None):
     """What to do where the model fails and no candidate mends it: look again where it misses most."""
     place, again = problem.worst(fit)
-    text = f"repeat {place}, in another order and by other hands: what comes back is the motion, what does not is the measurement"
+    told_apart = f"what comes back is {problem.subject}, what does not is the measurement"
+    text = f"repeat {place}, in another order and by other hands: {told_apart}"
     return NextExperiment(text + (f"; then: {more}" if more else ""), names, needed, design or again)
 
 
@@ -119,14 +134,19 @@ def unexplained(problem, fit, names=(), more="", needed=None, design=None):
 
 
 def witnesses(problem, terms, wanted):
-    """[Option]: direct readings of effects that two explanations do not share; none of a law tells two forms of it apart."""
+    """[Option]: direct readings of effects that two explanations do not share.
+
+    None of a law tells two forms of it apart. One that shows two suspects alike tells neither: a spirit level leans on a floor
+    that slopes and where gravity leans.
+    """
     found, forms = [], [term.candidate.form_of for term in terms]
     for term in terms:
         reading = None if term.candidate.form_of and forms.count(term.candidate.form_of) > 1 else problem.reading(term)
         if reading:
             text, score = reading
             found.append(Option(tests_needed(score, wanted), score, text, {"witness": term.name}, direct=True))
-    return [option for option in found if option.tests]
+    said = [option.text for option in found]
+    return [option for option in found if option.tests and said.count(option.text) == 1]
 
 
 # --- designs: more tests, of one kind or of two in equal parts ---------------------------------------------------------

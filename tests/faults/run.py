@@ -88,8 +88,10 @@ def physics():
         PlacementTest.run = lambda test, progress=None: run(test if test.rows < 8 else PlacementTest(**SMALL))
         once(PlacementTest, "run", lambda test, progress=None: key_of(settings_of(test)))
         once("hlcs.cli.experiments", "diagnose_file", lambda *values: None)
-        once("hlcs.report.diagnosis", "png", lambda axes: None)
-        once("hlcs.report.comparison", "png", lambda axes: None)
+        once("hlcs.report.page", "png", lambda *values: None)
+        once("hlcs.report.comparison", "png", lambda *values: None)
+        once("hlcs.report.diagnosis", "pictures", lambda *values: None)
+        once("hlcs.report.diagnosis", "diagnosis_panels", lambda *values: None)
         once("hlcs.placement.report", "report_page", lambda result: result.test)
         once("minibullet.report.drawing", "render", lambda *values: None)
         yield asked

@@ -29,6 +29,7 @@ class LayerProblem(DirectProblem):
     """Values of all measured sets, or of some rows of them, beside the responses of a model."""
 
     unit = "1"
+    subject = "how the units lie"
 
     def __init__(self, responses: Responses, groups, variance, shared=True):
         """groups: Group each; variance (n,) of measured and simulated values by the scatter between tests; shared: does what
@@ -98,7 +99,8 @@ class LayerProblem(DirectProblem):
             rows = np.flatnonzero((data.set == index) & (data.layer > 0))
             if what in [design.what for design in found]:
                 continue
-            text = f"place {measured_set.grid.name} on a {'flat' if not measured_set.bottom_slope else 'sloped'} bottom again"
+            bottom = f"a bottom of slope {measured_set.bottom_slope:g}" if measured_set.bottom_slope else "a flat bottom"
+            text = f"place {measured_set.grid.name} on {bottom} again"
             found.append(Design(text, what))
             groups.append(Group(measured_set.name, measured_set.name, rows))
             variance[rows] = (data.variance * data.tests)[rows]
@@ -114,5 +116,5 @@ class LayerProblem(DirectProblem):
         residual = self.coloured(fit.linearization.white) / self.sigma
         place = int(np.argmax(np.abs(residual) * (self.data.layer > 0)))
         measured_set = self.responses.sets[self.data.set[place]]
-        text = f"{measured_set.name} (whose layer {self.data.layer[place]} the model misses most)"
+        text = f"the tests of {measured_set.name} (whose layer {self.data.layer[place]} the model misses most)"
         return text, {"grid": measured_set.grid.name, "bottom_slope": measured_set.bottom_slope}

@@ -4,7 +4,7 @@ import numpy as np
 
 from hlcs.data.bodies import impossible_density
 from hlcs.data.quantities import INPUTS
-from hlcs.estimation.designs import Design, octaves
+from hlcs.estimation.designs import BY_HAND, HIGH, Design, octaves
 from hlcs.simulation import outcome_motion
 
 BEYOND = (0.25, 0.5, 2.0, 4.0)  # factors on the measured range of an input: what a laboratory can arrange
@@ -19,6 +19,10 @@ GIVEN = (
     "spin_rad_s",
     "bounce",
 )  # not to be chosen
+ON_A_FLOOR = ("stop_distance_m", "slide_time_s")  # outcomes of a body that slides
+SLOPED = ("slope", "angle_deg")
+BOARD = 3.0  # longest board that is set on a wedge [m]
+ARRANGED = {"height_m": HIGH, "speed_m_s": BY_HAND, "distance_m": HIGH}  # as far as anybody goes who has not gone further yet
 TOO_LONG = 4.0  # times the largest outcome measured: the widest step of an input, so that the noise is still the same
 
 
@@ -39,7 +43,7 @@ def rows_of(file, table, other_bodies):
                 row = base | {name: value}
                 told = {key: row[key] for key in row if key == name or (key in table.inputs and np.ptp(table.inputs[key]) > 0)}
                 found.setdefault(tuple(row.items()), (Design(said(told), told, far, "measure more rows "), row))
-    return [entry for entry in found.values() if possible(file, entry[1])]
+    return [entry for entry in found.values() if possible(file, entry[1]) and arranged(table, entry[1])]
 
 
 def levels(file, table, other_bodies):
@@ -48,7 +52,7 @@ def levels(file, table, other_bodies):
     if other_bodies:
         chosen += [name for name in BODY if name not in chosen and stated(file, name)]
     ways = {name: around(table.inputs.get(name, np.array([stated(file, name)]))) for name in chosen}
-    if table.outcome in ("stop_distance_m", "slide_time_s") and not {"slope", "angle_deg"} & set(table.inputs):
+    if table.outcome in ON_A_FLOOR and not set(SLOPED) & set(table.inputs) and longest_way(table) <= BOARD:
         ways["angle_deg"] = [(angle, 1.0) for angle in SLOPES]
     return ways
 
@@ -72,9 +76,23 @@ def stated(file, name):
     return {"mass_kg": file.body.mass, "radius_m": file.body.radius}.get(name, 0.0)
 
 
+def longest_way(table):
+    """The longest way on the floor that a table of slides has seen [m]."""
+    return float(np.max(table.values if table.outcome == "stop_distance_m" else table.inputs.get("distance_m", 0.0)))
+
+
+def arranged(table, row):
+    """Can a row be arranged: its height, speed and way no larger than what was measured already, or than any laboratory has?"""
+    return all(
+        row[name] <= max(most, float(np.max(table.inputs[name]))) for name, most in ARRANGED.items() if name in table.inputs
+    )
+
+
 def said(row):
     """A row in words."""
-    return "at " + ", ".join(f"{name} = {value:g}" for name, value in row.items())
+    return "at " + ", ".join(
+        f"{name} = {value:g}" + (" (upwards)" if name in SLOPED and value < 0 else "") for name, value in row.items()
+    )
 
 
 def possible(file, row):

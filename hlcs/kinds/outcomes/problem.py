@@ -19,7 +19,7 @@ from hlcs.estimation.linearization import Recording
 from hlcs.estimation.noise_model import Noise
 from hlcs.estimation.whitening import colour, whitening_of_settings
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
-from hlcs.kinds.outcomes.designs import TOO_LONG, rows_of, said
+from hlcs.kinds.outcomes.designs import ON_A_FLOOR, SLOPED, TOO_LONG, rows_of, said
 from hlcs.kinds.outcomes.setting_errors import SettingErrors, of_inputs, setting_errors
 from hlcs.kinds.protocol import Prepared, misses
 from hlcs.selection.eligibility import NEEDS, eligible, stated, with_drag_that_fits
@@ -80,6 +80,8 @@ class RowGroup:
 class TableProblem(DirectProblem):
     """Rows of an outcome table as independent observations."""
 
+    subject = "what the body does"
+
     def __init__(self, file, table, noise, groups=None, errors=None):
         """groups: RowGroups, where rows are not held out together in the usual way; errors: SettingErrors, None = none."""
         self.file, self.table, self.noise, self.values = file, table, noise, table.values
@@ -136,8 +138,19 @@ class TableProblem(DirectProblem):
     @property
     def camera(self):
         """What a direct reading depends on: a ruler over the longest way, a clock as sharp as that of the table."""
-        longest = max((float(np.max(self.table.inputs[name])) for name in LENGTHS if name in self.table.inputs), default=1.0)
-        return Camera(RULER, np.sqrt(12) * self.noise.position, longest)
+        table, ways = self.table, [self.table.inputs[name] for name in LENGTHS if name in self.table.inputs]
+        ways += [table.values] if self.unit == "m" else []
+        sliding = table.outcome in (*ON_A_FLOOR, "rest_height_m")
+        return Camera(
+            RULER,
+            np.sqrt(12) * self.noise.position,
+            max((float(np.max(way)) for way in ways), default=1.0),
+            filmed=False,
+            upright=False,
+            touching=sliding,
+            level=sliding and not any(np.any(table.inputs.get(name, 0.0)) for name in SLOPED),
+            liquid=self.file.surroundings.in_liquid,
+        )
 
     def designs(self, final, other):
         """Designs that tell two fits apart: further rows, with outcomes that can be read and are not far from those there."""

@@ -21,7 +21,8 @@ from hlcs.kinds.trajectories.preparation import beside, prepare, touches
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories.time_step import polished
 from hlcs.learning import learn
-from hlcs.records import STOPPED, Pictures, Reason
+from hlcs.processes.interrupts import STOPPED
+from hlcs.records import Pictures, Reason
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search

@@ -22,7 +22,8 @@ from planted import (
 )
 from planted import table as observations
 
-from hlcs.records import STOPPED, Comparison, Reason
+from hlcs.processes.interrupts import STOPPED
+from hlcs.records import Comparison, Reason
 from hlcs.report.ranking import ranking
 
 

@@ -5,9 +5,21 @@ import pytest
 from scipy import optimize, stats
 
 import hlcs
+from hlcs.effects import Candidate, class_named
 from hlcs.estimation.designs import Design
 from hlcs.selection import experiment_design
-from hlcs.selection.experiment_design import SEPARATION, Option, Part, _how_many, both, option, separation_for
+from hlcs.selection.experiment_design import (
+    SEPARATION,
+    Option,
+    Part,
+    _told,
+    _told_of_others,
+    both,
+    option,
+    separation_for,
+    witnesses,
+)
+from hlcs.simulation.model import Term
 
 G = 9.81
 HERE = Design("here", {"height_m": 1.0})
@@ -54,10 +66,40 @@ def test_two_designs_share_the_tests_where_they_differ_in_one_input():
 
 def test_what_no_laboratory_can_make_is_said_to_be_so():
     """Lambda goes with 1/sigma^2: what takes 40,000 tests takes a hundred where the noise is 20 times smaller."""
-    said = _how_many(Option(40_000, 16.4 / 40_000, "", {}), ("a", "b"))
+    said = _told(Option(40_000, 16.4 / 40_000, "", {}), ("a", "b"))
     assert "no 1,000 tests" in said and "20 times smaller 100 tests" in said and "directly" in said
-    never = _how_many(Option(None, 0.0, "", {}), ("a", "b"))
+    never = _told(Option(None, 0.0, "", {}), ("a", "b"))
     assert "no 1,000 tests" in never and "times smaller" not in never
+
+
+def test_against_the_others_it_says_what_would_do_and_what_would_not():
+    best = Option(4, 4.1, "here", {})
+    others = [
+        (5.0, ("a", "b"), Option(3, 5.0, "there", {})),
+        (4.5, ("a", "c"), best),
+        (0.0, ("a", "d"), Option(None, 0.0, "x", {})),
+    ]
+    assert _told_of_others(best, others) == ["b: there", "d no 1,000 tests with this set-up would do"]
+    assert _told_of_others(others[2][2], others[:1]) == ["b: there"]
+
+
+class Readings:
+    """A problem whose suspects are read as it is told."""
+
+    def __init__(self, **readings):
+        self.reading = lambda term: readings.get(term.name)
+
+
+def suspect(name):
+    return Term(Candidate(name, class_named(name), ()), ())
+
+
+def test_a_reading_that_shows_two_suspects_alike_does_not_tell_them():
+    """A spirit level on the floor leans where the floor slopes and where gravity leans, and not where a wind blows."""
+    problem = Readings(bottom_slope=("level", 1e4), tilted_gravity=("level", 1e4), uniform_flow=("wind", 1e4))
+    leans, wind = [suspect("bottom_slope"), suspect("tilted_gravity")], suspect("uniform_flow")
+    assert witnesses(problem, leans, SEPARATION) == []
+    assert {each.text for each in witnesses(problem, [leans[0], wind], SEPARATION)} == {"level", "wind"}
 
 
 # --- recommended, made, diagnosed again --------------------------------------------------------------------------------

@@ -100,5 +100,23 @@ def test_further_rows_are_within_reach_of_what_was_measured(tmp_path):
     prepared = prepare_table(*table(tmp_path, falls()))
     new = prepared.problem.designs(prepared.base, prepared.base)
     heights = [design.what["height_m"] for design in new.options if set(design.what) == {"height_m"}]
-    assert min(heights) == 0.12 and max(heights) == 12.0  # a quarter and four times, in two digits
+    assert min(heights) == 0.12 and max(heights) == 6.0  # a quarter and twice, in two digits; 12 m is higher than a stairwell
     assert any(design.what.get("mass_kg") == 0.1 for design in new.options)
+
+
+SLIDES = '[body]\nshape = "box"\nsize = [0.1, 0.1, 0.05]\nmass = 0.4\n[surroundings]\nfriction = 0.3\n'
+
+
+@pytest.mark.parametrize(("fastest", "tilted"), [(4.0, True), (8.0, False)])
+def test_a_floor_is_tilted_only_where_it_may_be_a_board(tmp_path, fastest, tilted):
+    """Stops after v^2 / (2 mu g) = 2.7 m and 10.9 m: a way of 3 m fits on a board, a longer one is a hallway."""
+    speeds = np.repeat(np.linspace(1.0, fastest, 5), 3)
+    spread = 0.002 * np.tile([-1.0, 0.0, 1.0], 5)
+    rows = {"speed_m_s": speeds, "stop_distance_m": speeds**2 / (2 * 0.3 * 9.81) + spread}
+    prepared = prepare_table(*table(tmp_path, rows, body=SLIDES))
+    new = prepared.problem.designs(prepared.base, prepared.base)
+    assert any("angle_deg" in design.what for design in new.options) == tilted
+    assert max(design.what.get("speed_m_s", 0.0) for design in new.options) <= 20.0
+    assert not tilted or any("angle_deg = -5 (upwards)" in design.text for design in new.options)
+    assert prepared.problem.camera.touching and not prepared.problem.camera.filmed
+    assert prepared.problem.camera.extent == pytest.approx(np.max(rows["stop_distance_m"]))
