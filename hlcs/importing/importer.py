@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 from hlcs.data.model_entries import FILL_IN
+from hlcs.data.recordings import LEAST_AT_REST
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.files.toml_files import nearest
@@ -30,7 +31,6 @@ from minibullet.errors import InputError, is_number, shown, shown_value
 FORMATS = {"tracker": tracker, "phyphox": phyphox, "optitrack": optitrack, "csv": spreadsheet}
 GROUP = "what is held out together: name the day, the camera, the ball"
 START = "m/s: in each [[trial]] that was let go at rest; what is not stated is fitted"
-LEAST_AT_REST = 20  # samples that a static recording needs (`hlcs.data.recordings`)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Small placement tests, run once for all tests of the laboratory."""
+"""Small placement tests, run once for all tests of the laboratory, and the command as these type it."""
 
 import sys
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from hlcs import PlacementTest
+from hlcs.cli import commands
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))  # so that tests can share `throws`
 
@@ -19,3 +20,16 @@ def small_test():
 @pytest.fixture(scope="session")
 def small_result(small_test):
     return small_test.run()
+
+
+@pytest.fixture
+def hlcs(capsys, tmp_path, monkeypatch):
+    """Run the command in an empty folder; returns (status, stdout, stderr)."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        status = commands.main(list(arguments))
+        output = capsys.readouterr()
+        return status, output.out, output.err
+
+    return run

@@ -120,7 +120,7 @@ def test_names_of_bodies_become_names_of_files_that_every_system_takes(imported)
     assert "\u2028" not in found.experiment.read_text()
 
 
-def test_the_command_writes_the_same_experiment_and_says_what_it_assumed(hlcs_command, tmp_path):
+def test_the_command_writes_the_same_experiment_and_says_what_it_assumed(hlcs, tmp_path):
     (tmp_path / "falls.csv").write_text("Höhe [cm];Zeit [s]\n50;0,319\n50;0,321\n100;0,452\n", encoding="utf-8")
     options = (
         "--as",
@@ -134,7 +134,7 @@ def test_the_command_writes_the_same_experiment_and_says_what_it_assumed(hlcs_co
         "--out",
         "out",
     )
-    status, text, errors = hlcs_command("import", "falls.csv", *options)
+    status, text, errors = hlcs("import", "falls.csv", *options)
     assert (status, errors) == (0, "")
     result = json.loads((tmp_path / "r.json").read_text())
     assert result["kind"] == "outcomes" and result["next"] == "hlcs compare out/experiment.toml"
@@ -143,25 +143,10 @@ def test_the_command_writes_the_same_experiment_and_says_what_it_assumed(hlcs_co
     assert all(
         one["text"] in text and one["text"] in (tmp_path / "out" / "experiment.toml").read_text() for one in result["assumed"]
     )
-    status, _, errors = hlcs_command("compare", "out/experiment.toml")
+    status, _, errors = hlcs("compare", "out/experiment.toml")
     assert status == 2 and errors.startswith("hlcs: out/experiment.toml, line ") and errors.count("\n") == 1
-    status, _, errors = hlcs_command("import", "falls.csv", *options)  # the same again may replace it
+    status, _, errors = hlcs("import", "falls.csv", *options)  # the same again may replace it
     assert (status, errors) == (0, "")
     filled(tmp_path / "out" / "experiment.toml", radius=RADIUS)
-    status, _, errors = hlcs_command("import", "falls.csv", *options)
+    status, _, errors = hlcs("import", "falls.csv", *options)
     assert status == 2 and "holds 'experiment.toml', which is no earlier result" in errors  # what was filled in is not lost
-
-
-@pytest.fixture
-def hlcs_command(capsys, tmp_path, monkeypatch):
-    """Run the command in an empty folder; returns (status, stdout, stderr)."""
-    from hlcs.cli import commands
-
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        status = commands.main(list(arguments))
-        output = capsys.readouterr()
-        return status, output.out, output.err
-
-    return run
