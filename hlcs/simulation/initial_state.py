@@ -94,6 +94,20 @@ def gained(trial, start_time):
     return np.cumsum(steps * (acceleration + np.concatenate([acceleration[:1], acceleration[:-1]])) / 2, axis=0)
 
 
+def fastest_slide(trial):
+    """The highest speed of a body on its floor by its accelerometer alone [m/s]; without a stated velocity it ends at rest."""
+    velocity = gained(trial, trial.times[0])
+    begun = np.asarray(trial.start["velocity"]) if "velocity" in trial.start else -velocity[-1]
+    return float(np.max(np.linalg.norm(velocity + begun, axis=1)))
+
+
+def height_on_floor(trial):
+    """Height of the centre of mass of a body that lies on its floor in the attitude that is stated, else upright [m]."""
+    turn = np.asarray(trial.start.get("orientation", (1.0, 0.0, 0.0, 0.0)), dtype=float)
+    heights = contact_motion.support(rigid_body(trial.body).shape, turn, np.asarray(trial.surroundings.floor_normal))
+    return float(-heights.min())
+
+
 def on_floor(state, trial):
     """An initial state (13,) put on the nominal floor; a ball whose spin nobody knows rolls."""
     shape = rigid_body(trial.body).shape

@@ -10,6 +10,7 @@ from hlcs.effects.contract import Scene, Setup
 from hlcs.simulation import contact_motion
 from hlcs.simulation.batching import current_task
 from hlcs.simulation.free_flight import fly
+from hlcs.simulation.initial_state import fastest_slide, height_on_floor
 from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.effects import Gravity, TiltedGravity
@@ -18,21 +19,26 @@ from minibullet.errors import InputError
 STEP_COST = 300  # bodies that cost as much as one step in flight costs however few fly
 MOST_IN_A_WORLD = 600  # runs in one World: more are no cheaper together, and need more memory
 MOST_FLOWN = 2_000_000  # steps of bodies in one flight: what is recorded of them takes 200 MB
-STEPS_OF_A_READING = 8  # of an accelerometer, through contacts
-SHORT = 1e-3  # the step that is short enough for it [s]: a phone 8 mm high slides at 4 m/s without chatter
+STEADY = (
+    0.7  # way of a flat body in one step, in heights of its centre above the floor, that leaves it lying: chatter begins at 1
+)
+SHORT = 1e-3  # no step is shorter for that [s]: a phone 8 mm high slides at 3 m/s without chatter
 MOST_OBSERVED = 250_000  # samples observed in one go: what that takes on the way is some 300 MB
 
 
-def step_of_reading(trials, contact, step):
+def step_of_reading(trials, seated, step):
     """The time step [s] of runs that shows what accelerometers read: the usual one, or a shorter one where trials have them.
 
-    In flight as long as a reading, so that the velocity between two nodes errs by the same on both sides of it. Through contacts
-    a reading takes several, and a flat body that slides farther in one than about half its height chatters.
+    No longer than a reading, which is a difference of velocities between two nodes. A flat body that slides on its floor farther
+    in one step than its centre lies above it chatters: its face is lifted, and falls.
     """
-    windows = [trial.accelerations.window for trial in trials if trial.accelerations]
-    if not windows:
-        return step
-    return min(step, max(min(windows) / STEPS_OF_A_READING, SHORT) if contact else min(windows))
+    steps = [step]
+    for trial, on_floor in zip(trials, seated, strict=True):
+        if trial.accelerations:
+            steps.append(trial.accelerations.window)
+            if on_floor:
+                steps.append(max(STEADY * height_on_floor(trial) / max(fastest_slide(trial), 1e-9), SHORT))
+    return min(steps)
 
 
 class Motion(NamedTuple):
@@ -58,7 +64,7 @@ class Simulator:
         heights = [trial.position[np.isfinite(trial.position[:, 2]), 2] for trial in self.trials]
         heights = np.concatenate(heights) if heights else np.zeros(0)
         self.height_range = (float(heights.min()), float(heights.max())) if len(heights) else (0.0, 1.0)  # of all trials [m]
-        self.time_step = step or step_of_reading(self.trials, contact, model.time_step if contact else 1 / 30)  # [s]
+        self.time_step = step or step_of_reading(self.trials, self.seated, model.time_step if contact else 1 / 30)  # [s]
         self.durations = durations = np.array([trial.times[-1] for trial in self.trials]) - self.start_time
         self.duration_class = np.zeros(len(durations), int)  # of one class share a World, where all go on as long as the longest
         if any(trial.recording for trial in self.trials):
