@@ -19,9 +19,7 @@ from minibullet.errors import InputError
 STEP_COST = 300  # bodies that cost as much as one step in flight costs however few fly
 MOST_IN_A_WORLD = 600  # runs in one World: more are no cheaper together, and need more memory
 MOST_FLOWN = 2_000_000  # steps of bodies in one flight: what is recorded of them takes 200 MB
-STEADY = (
-    0.7  # way of a flat body in one step, in heights of its centre above the floor, that leaves it lying: chatter begins at 1
-)
+STEADY = 0.7  # way of a flat body in one step, in heights of its centre above the floor: at 1 it begins to chatter [-]
 SHORT = 1e-3  # no step is shorter for that [s]: a phone 8 mm high slides at 3 m/s without chatter
 MOST_OBSERVED = 250_000  # samples observed in one go: what that takes on the way is some 300 MB
 
