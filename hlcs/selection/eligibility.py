@@ -58,6 +58,10 @@ class Shown:
 # need: (what is said where it is missing, test of what recordings show)
 NEEDS = {
     Need.MASS_AND_SIZE: ("mass and size of the body are not stated", lambda shown: shown.body_known),
+    Need.FLUID: (
+        "the file states a vacuum (fluid_density = 0.0)",
+        lambda shown: any(trial.surroundings.fluid_density for trial in shown.trials),
+    ),
     Need.FLOOR: ("there is no floor", lambda shown: shown.trials[0].surroundings.floor_height is not None),
     Need.CONTACT: ("nothing touches in these data", lambda shown: shown.contact),
     Need.SPIN: (
