@@ -16,14 +16,15 @@ from hlcs.files.toml_files import LARGEST, TomlFile
 from minibullet.effects.fluid import AIR_DENSITY
 from minibullet.errors import InputError, shown, shown_value
 
+OF_RECORDINGS = ("position", "orientation", "acceleration")  # what a recording may hold, and has a noise of its own
 SECTIONS = {
     "": ["kind", "title", "body", "surroundings", "placement", "model", "measurement", "diagnose", "trial"],
     "body": ["shape", "radius", "height", "size", "side", "mesh", "mass", "inertia", "drag_area"],
     "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "floor", "friction", "restitution"],
     "surroundings.floor": ["height", "normal"],
     "model": ["effects", "added", "time_step"],
-    "measurement": ["noise", "static", "file", "input_sd", "planar", "metres_per_pixel", "metres_per_pixel_sd"],
-    "measurement.noise": ["position", "orientation", "outcome", *OUTCOMES],
+    "measurement": ["noise", "static", "file", "input_sd", "planar", "metres_per_pixel", "metres_per_pixel_sd", "accelerometer"],
+    "measurement.noise": [*OF_RECORDINGS, "outcome", *OUTCOMES],
     "measurement.input_sd": list(INPUTS),
     "diagnose": ["candidates", "hold_out", "tolerance"],
     "trial": ["file", "group", "session", "start"],
@@ -60,6 +61,7 @@ LAYOUTS = {
             "measurement.planar": '"trajectory"',
             "measurement.metres_per_pixel": '"trajectory"',
             "measurement.metres_per_pixel_sd": '"trajectory"',
+            "measurement.accelerometer": '"trajectory"',
         },
     ),
     "layers": Layout(
@@ -71,6 +73,7 @@ LAYOUTS = {
             "measurement.planar": '"trajectory"',
             "measurement.metres_per_pixel": '"trajectory"',
             "measurement.metres_per_pixel_sd": '"trajectory"',
+            "measurement.accelerometer": '"trajectory"',
             "measurement.noise": '"trajectory" or "outcomes"; here cv and tests stand in the CSV',
             "measurement.input_sd": '"outcomes"',
         },
@@ -134,6 +137,7 @@ class ExperimentFile:
     static: Path | None
     pixel: float | None  # [m], of recordings in pixels; None = they are in metres
     scale_error: float  # one sigma of the length of a pixel, relative; 0 = none is stated [-]
+    accelerometer: str | None  # along which axes it reads, "world" or "body"; None = accelerations are not recorded
     data_file: Path | None  # outcomes and layers
     candidates: tuple[str, ...] | None
     hold_out: str
@@ -199,6 +203,7 @@ def checked_experiment(reader, layouts=LAYOUTS):
         static=_path(reader, measurement, "static", "measurement"),
         pixel=(pixel := reader.number(measurement, "metres_per_pixel", "measurement", above=0.0, low=1e-9, high=1e3)),
         scale_error=_scale_error(reader, measurement, pixel),
+        accelerometer=_accelerometer(reader, measurement),
         data_file=_path(reader, measurement, "file", "measurement"),
         candidates=_names(reader, diagnose, "candidates", "diagnose"),
         hold_out=reader.words(diagnose, "hold_out", "diagnose", ("group", "none", "campaign", "grid"), default="group"),
@@ -326,14 +331,18 @@ def _noise(reader, measurement, kind, of_poses):
         if of_poses:
             reader.fail(
                 "noise",
-                f"of what? Write noise = {{ position = {noise:g} }} [m], with orientation [rad] if measured",
+                f"of what? Write noise = {{ position = {noise:g} }} [m], orientation [rad], acceleration [m/s2] where measured",
                 "measurement",
             )
         noise = {"outcome": noise}
     reader.known(noise, "measurement.noise")
     for key in noise:
-        if (key in ("position", "orientation")) != of_poses:
-            right = "position [m] and orientation [rad]" if of_poses else "noise = 0.003, one sigma of the outcome"
+        if (key in OF_RECORDINGS) != of_poses:
+            right = (
+                "position [m], orientation [rad] and acceleration [m/s2]"
+                if of_poses
+                else "noise = 0.003, one sigma of the outcome"
+            )
             reader.fail(key, f'has no place where kind = "{kind}"; write {right}', "measurement.noise")
     return {key: reader.number(noise, key, "measurement.noise", above=0.0, low=1e-12, high=1e6) for key in noise}
 
@@ -350,6 +359,18 @@ def _scale_error(reader, measurement, pixel):
             "metres_per_pixel_sd", f"{error:g} m beside pixels of {pixel:g} m: measure a ruler in the view", "measurement"
         )
     return error / pixel
+
+
+def _accelerometer(reader, measurement):
+    """The axes along which an accelerometer reads, None where the file states none."""
+    axes = reader.words(measurement, "accelerometer", "measurement", ("world", "body"))
+    if axes and measurement.get("planar"):
+        reader.fail(
+            "accelerometer",
+            "has no place beside planar = true: it also reads what carries the body; leave out planar, and state the floor",
+            "measurement",
+        )
+    return axes
 
 
 def _input_sd(reader, measurement):

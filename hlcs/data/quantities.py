@@ -1,5 +1,11 @@
 """The quantities of experiment files and outcome tables: their names, and the values beyond which a number cannot be right."""
 
+import numpy as np
+
+CHANNELS = ("x", "y", "z", "rx", "ry", "rz", "ax", "ay", "az")  # of a recording: position, rotation and reading of an
+# accelerometer, each along (about) three axes
+CHANNEL_UNITS = ("m", "rad", "m/s2")  # of each three of them
+
 AROUND = {
     "gravity": (0.0, 300.0),
     "fluid_density": (0.0, 25000.0),
@@ -38,3 +44,13 @@ INPUTS = {  # lowest and highest value of each input of a table
     "bounce": (1, 100),
     "impact_speed_m_s": (0, 400),
 }
+
+
+def unit_of(channel, otherwise):
+    """Unit of a channel of a recording by its name; `otherwise` where it is the name of something else, such as an outcome."""
+    return CHANNEL_UNITS[CHANNELS.index(channel) // 3] if channel in CHANNELS[3:] else otherwise
+
+
+def have_unit(channel, unit):
+    """Which channels, by number (n,), have that unit: boolean (n,); a table has one channel, 0, whatever its unit."""
+    return np.asarray(channel) // 3 == (CHANNEL_UNITS.index(unit) if unit in CHANNEL_UNITS else 0)

@@ -5,29 +5,41 @@ is reported in `notes`, never dropped in silence. This room knows no physics bey
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from hlcs.data import validation
 from hlcs.data.experiment_file import Body, ExperimentFile, Surroundings
+from hlcs.data.quantities import CHANNELS
 from hlcs.files.csv_files import MOST_ROWS, CsvLayout, read_csv
 from minibullet.errors import InputError
 
 PIXELS = ("x_px", "y_px", "z_px")  # in place of x_m, y_m, z_m, where the file states the length of a pixel
 COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
+ACCELERATIONS = ("ax_m_s2", "ay_m_s2", "az_m_s2")
 CHECKS = (
     validation.check_clock,
     validation.check_units,
     validation.check_length,
     validation.check_axes,
     validation.check_quaternions,
+    validation.check_accelerations,
 )
 LEAST_AT_REST = 20  # samples of a static recording
 
 
+class Accelerations(NamedTuple):
+    """What an accelerometer at the centre of mass reads: acceleration less gravity, so +9.81 upwards at rest, 0 in free fall."""
+
+    values: np.ndarray  # along the axes x, y, z, NaN = missing [m/s2], (n, 3)
+    in_body: bool  # along the axes of the body, which turn with it; else those of the world
+    window: float  # time over which a reading is a mean: the typical time between two as they were recorded [s]
+
+
 @dataclass(frozen=True)
 class Trial:
-    """One recording: samples of a body's pose, NaN where a sample is missing."""
+    """One recording: samples of a body's pose and of an accelerometer on it, NaN where a sample is missing."""
 
     name: str
     group: str  # what is held out together
@@ -41,23 +53,35 @@ class Trial:
     rows: np.ndarray | None = None  # of the file, of each sample (n,); None where it is from no file
     first_row: int = 0  # samples of the recording before this segment
     session: str = ""  # in which clock, scale and lean of the camera stayed as they were
+    accelerations: Accelerations | None = None  # None = not recorded
+
+    @property
+    def measured(self):
+        """Which samples of which CHANNELS are measured, boolean (n, 9)."""
+        turns = np.repeat(np.isfinite(self.orientation[:, :1]), 3, axis=1)
+        read = np.isfinite(self.accelerations.values) if self.accelerations else np.zeros_like(turns)
+        return np.concatenate([np.isfinite(self.position), turns, read], axis=1)
 
     @property
     def columns(self):
-        """Names of the measured channels: x, y, z and, with orientation, the rotation about the three axes rx, ry, rz."""
-        seen = np.isfinite(self.position).any(axis=0)
-        return [name for name, there in zip("xyz", seen, strict=True) if there] + (
-            ["rx", "ry", "rz"] if np.isfinite(self.orientation).any() else []
-        )
+        """Names of the measured channels: x, y, z; the rotation about them rx, ry, rz; readings ax, ay, az."""
+        return [name for name, there in zip(CHANNELS, self.measured.any(axis=0), strict=True) if there]
+
+    @property
+    def unplaced(self):
+        """Are accelerations measured, and nothing of where the body is?"""
+        return self.accelerations is not None and not np.isfinite(self.position).any()
 
     def at(self, which, **changes):
         """The trial with some of its samples (a slice or indices), and other fields changed."""
         rows = None if self.rows is None else self.rows[which]
+        read = self.accelerations and self.accelerations._replace(values=self.accelerations.values[which])
         return replace(
             self,
             times=self.times[which],
             position=self.position[which],
             orientation=self.orientation[which],
+            accelerations=read,
             rows=rows,
             **changes,
         )
@@ -82,9 +106,9 @@ def read_recordings(file):
     notes, trials, paths, count = [], [], [], 0
     names = _short_names([entry.file for entry in file.trials])
     for name, entry in sorted(zip(names, file.trials, strict=True), key=lambda pair: (pair[0], str(pair[1].file))):
-        times, position, orientation, rows = read_recording(entry.file, file.pixel)
+        times, position, orientation, read, rows = read_recording(entry.file, file.pixel, file.accelerometer)
         trial = Trial(name, entry.group, times, position, orientation, entry.start, entry.body, entry.surroundings, rows=rows)
-        trial = replace(trial, session=entry.session)
+        trial = replace(trial, session=entry.session, accelerations=read)
         for check in (validation.check_plane,) if trial.surroundings.planar else CHECKS:
             check(trial, entry.file)
         notes += validation.describe(trial, entry.file) + validation.check_floor(trial, entry.file)
@@ -98,28 +122,35 @@ def read_recordings(file):
             )
     validation.check_duration(trials, file)
     validation.refuse_copies(trials, paths)
+    if file.accelerometer and not any(trial.accelerations for trial in trials):
+        raise InputError(
+            f'{file.path}: measurement.accelerometer = "{file.accelerometer}", but no recording has one of the columns '
+            f"{', '.join(ACCELERATIONS)}; add them, or leave out accelerometer"
+        )
     return Recordings(file, tuple(trials), _static(file) if file.static else None, tuple(notes))
 
 
 def _static(file):
     """The recording of a body at rest that an experiment file names."""
-    times, position, orientation, _ = read_recording(file.static, file.pixel)
-    static = Trial(file.static.name, "static", times, position, orientation, {}, file.body, file.surroundings)
+    times, position, orientation, read, _ = read_recording(file.static, file.pixel, file.accelerometer)
+    static = Trial(file.static.name, "static", times, position, orientation, {}, file.body, file.surroundings, accelerations=read)
     if len(times) < LEAST_AT_REST:
         raise InputError(f"{file.static}: {len(times)} samples at rest; at least {LEAST_AT_REST} are needed to know the noise")
     validation.check_at_rest(static, file.static)
     return static
 
 
-def read_recording(path, pixel=None):
-    """Times (n,), positions (n, 3), orientations (n, 4), NaN where blank or not recorded, and rows (n,) of one recording.
+def read_recording(path, pixel=None, accelerometer=None):
+    """Times (n,), positions (n, 3), orientations (n, 4), NaN where blank or not recorded, Accelerations or None, and rows (n,).
 
-    pixel: its length where positions may be in pixels [m]; None = they are in metres.
+    pixel: its length where positions may be in pixels [m]; None = they are in metres; accelerometer: "world" or "body", the axes
+    along which it reads; None = the file states none, and such columns are refused.
     """
-    table = in_metres(read_csv(path, CsvLayout(COLUMNS + PIXELS, ("t_s",), blank=COLUMNS[1:] + PIXELS)), pixel)
+    optional = COLUMNS[1:] + PIXELS + ACCELERATIONS
+    table = in_metres(read_csv(path, CsvLayout(("t_s", *optional), ("t_s",), blank=optional)), pixel)
     count, name = len(table.rows), table.name
     if len(table.columns) == 1:
-        raise InputError(f"{name}: only times; at least one of {', '.join(COLUMNS[1:])} is needed")
+        raise InputError(f"{name}: only times; at least one of {', '.join(COLUMNS[1:] + ACCELERATIONS)} is needed")
     quaternion = [column for column in COLUMNS[4:] if column in table.columns]
     if quaternion and len(quaternion) < 4:
         raise InputError(f"{name}: columns {', '.join(quaternion)} without the rest; a quaternion needs qw, qx, qy, qz")
@@ -142,7 +173,22 @@ def read_recording(path, pixel=None):
         if length[worst] < 1e-6:
             raise InputError(f"{place}: quaternion of zero length; blank if missing")
         raise InputError(f"{place}: quaternion of length {length[worst]:.3g}, must be 1")
-    return times, position, orientation / length[:, None], table.rows
+    return times, position, orientation / length[:, None], _accelerations(table, steps, accelerometer), table.rows
+
+
+def _accelerations(table, steps, axes):
+    """The Accelerations of the CsvTable of a recording, None where it has none; steps: between its samples [s]."""
+    there = [column for column in ACCELERATIONS if column in table.columns]
+    if not there:
+        return None
+    if axes is None:
+        raise InputError(
+            f"{table.name}, row {table.header_row}: column '{there[0]}': along whose axes? Write accelerometer = \"world\" (z is "
+            'up) or accelerometer = "body" (they turn with it) under [measurement]'
+        )
+    missing = np.full(len(table.rows), np.nan)
+    values = np.column_stack([table.columns.get(column, missing) for column in ACCELERATIONS])
+    return Accelerations(values, axes == "body", float(np.median(steps)))
 
 
 def in_metres(table, pixel):

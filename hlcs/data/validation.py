@@ -17,6 +17,7 @@ TOO_FAST = 1.5  # free falls faster than so many g are told: no shipped effect m
 
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
 SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
+FASTEST_READ = 200.0  # typical reading of an accelerometer beyond which it is in no m/s2: phones end at 16 g [m/s2]
 ALOFT = 5.0  # times as long as a throw of that height can last
 
 
@@ -252,15 +253,67 @@ def check_length(trial, path):
             raise InputError(
                 f"{path}, column {name}_m: {count} samples; {unknown + 2} are needed ({unknown} for the start and 2 to judge by)"
             )
+    for axis, name in enumerate("xyz" if trial.unplaced else ""):
+        count, needed = int(np.isfinite(trial.accelerations.values[:, axis]).sum()), 3 - ("velocity" in trial.start)
+        if 0 < count < needed:
+            raise InputError(
+                f"{path}, column a{name}_m_s2: {count} samples; {needed} are needed "
+                f"({needed - 2} for the start and 2 to judge by)"
+            )
     if not trial.columns:
         raise InputError(f"{path}: no sample at all in any column but t_s")
 
 
+def check_accelerations(trial, path):
+    """Refuse accelerations in another unit than m/s2, without gravity in them, or along axes of which nothing is known."""
+    if trial.accelerations is None:
+        return
+    values, around = trial.accelerations.values, trial.surroundings
+    typical = float(np.nanmedian(np.abs(values))) if np.isfinite(values).any() else 0.0
+    if typical > FASTEST_READ:
+        raise InputError(
+            f"{path}, columns ax_m_s2..az_m_s2: typically {typical:.3g}, more than a body in flight or on a floor feels; units "
+            "that cannot be right: accelerations in m/s2, not in cm/s2 or mm/s2"
+        )
+    if trial.accelerations.in_body:
+        for key in ("orientation", "angular_velocity"):
+            if key not in trial.start:
+                value = "[1.0, 0.0, 0.0, 0.0]" if key == "orientation" else "[0.0, 0.0, 0.0]"
+                raise InputError(
+                    f'{path}, columns ax_m_s2..az_m_s2: accelerometer = "body", but how the body lies and turns at the start is '
+                    f"not stated; write start = {{ {key} = {value} }} under its [[trial]], or turn the columns into the axes of "
+                    'the world and write accelerometer = "world"'
+                )
+    elif trial.unplaced and around.floor_height is not None and "position" not in trial.start:
+        _check_gravity_read(values @ np.asarray(around.floor_normal), around, path)
+
+
+def _check_gravity_read(along, around, path):
+    """Refuse readings (n,) along the normal of the floor of a body that lies on it and that do not hold gravity."""
+    along = along[np.isfinite(along)]
+    load = around.gravity * around.floor_normal[2]
+    if not load > 1 or not len(along):
+        return
+    middle = float(np.median(along))
+    if abs(middle - load) < load / 2:
+        return
+    if abs(middle + load) < load / 2:
+        remedy = "z points up, and an accelerometer at rest reads +9.81 upwards: turn the sign of the columns"
+    elif abs(middle - 1) < 0.1:
+        remedy = "these look like multiples of g: multiply them by 9.81"
+    else:
+        remedy = f"gravity seems to be taken out of them: add it, {load:.3g} m/s2 along the normal of the floor"
+    raise InputError(
+        f"{path}, column az_m_s2: reads {middle:+.3g} m/s2 away from the floor that the body lies on, where {load:+.3g} m/s2 "
+        f"are due; {remedy}"
+    )
+
+
 def check_at_rest(trial, path):
     """Refuse a static recording that moves: its halves must agree within their scatter about a straight line."""
-    for axis, name in enumerate("xyz"):
-        there = np.isfinite(trial.position[:, axis])
-        t, z = trial.times[there], trial.position[there, axis]
+    for name, values, unit in _readings(trial):
+        there = np.isfinite(values)
+        t, z = trial.times[there], values[there]
         if len(z) >= 20:
             half = len(z) // 2
             scatter = max(
@@ -272,7 +325,17 @@ def check_at_rest(trial, path):
             )
             moved = abs(np.median(z[half:]) - np.median(z[:half]))
             if moved > 6 * scatter:
-                raise InputError(f"{path}, column {name}_m: moves by {moved:.3g} m; a static recording must show a body at rest")
+                raise InputError(
+                    f"{path}, column {name}: moves by {moved:.3g} {unit}; a static recording must show a body at rest"
+                )
+
+
+def _readings(trial):
+    """(column, values (n,), unit) of every coordinate and of every axis of an accelerometer."""
+    found = [(f"{name}_m", trial.position[:, axis], "m") for axis, name in enumerate("xyz")]
+    if trial.accelerations:
+        found += [(f"a{name}_m_s2", trial.accelerations.values[:, axis], "m/s2") for axis, name in enumerate("xyz")]
+    return found
 
 
 def describe(trial, path):
@@ -289,19 +352,23 @@ def describe(trial, path):
     jitter = np.std(steps[steps <= 1.6 * typical]) / typical
     if jitter > 0.005:
         notes.append(f"{path.name}: time steps jitter by {100 * jitter:.1f} % of {typical:.3g} s; true stamps are used")
-    for axis, name in enumerate("xyz"):
-        z = trial.position[:, axis]
+    for name, z, unit in _readings(trial):
         missing = int(np.isnan(z).sum())
         if 0 < missing < len(z):
-            notes.append(f"{path.name}, column {name}_m: {missing} of {len(z)} samples missing")
+            notes.append(f"{path.name}, column {name}: {missing} of {len(z)} samples missing")
         z = z[np.isfinite(z)]
         same = np.flatnonzero(np.diff(z) == 0)
         if len(z) > 10 and np.ptp(z) > 0 and len(same) > 0.2 * len(z):
-            notes.append(f"{path.name}, {name}_m: {len(same)} samples repeat the one before: quantised or a frozen tracker")
+            notes.append(f"{path.name}, {name}: {len(same)} samples repeat the one before: quantised or a frozen tracker")
         step = reading_step(z) if len(np.unique(z)) <= 0.7 * len(z) else 0.0
         if step:
-            notes.append(f"{path.name}, column {name}_m: readings are multiples of {step:.3g} m")
+            notes.append(f"{path.name}, column {name}: readings are multiples of {step:.3g} {unit}")
     return notes
+
+
+def _path(trial):
+    """What tells a recording from others, (n, 3): its positions, or the readings of its accelerometer where it has none."""
+    return trial.accelerations.values if trial.unplaced else trial.position
 
 
 def refuse_copies(trials, paths):
@@ -311,7 +378,7 @@ def refuse_copies(trials, paths):
     """
     seen = {}  # number of samples and which steps are known -> [(whole way, index, steps)]
     for index, trial in enumerate(trials):
-        steps = np.linalg.norm(np.diff(trial.position[:, np.isfinite(trial.position).any(axis=0)], axis=0), axis=1)
+        steps = np.linalg.norm(np.diff(_path(trial)[:, np.isfinite(_path(trial)).any(axis=0)], axis=0), axis=1)
         there = np.isfinite(steps)
         if there.sum() > 3 and np.ptp(steps[there]) > 0:
             seen.setdefault((len(steps), there.tobytes()), []).append((float(steps[there].sum()), index, steps[there]))
@@ -326,6 +393,6 @@ def refuse_copies(trials, paths):
                 if np.max(np.abs(steps - others)) < SAME * max(steps.max(), others.max()) and np.allclose(
                     np.diff(trials[first].times), np.diff(trials[second].times), rtol=SAME, atol=1e-9
                 ):
-                    same = np.allclose(trials[first].position, trials[second].position, rtol=0, atol=1e-9, equal_nan=True)
+                    same = np.allclose(_path(trials[first]), _path(trials[second]), rtol=0, atol=1e-9, equal_nan=True)
                     kind = "the same recording" if same else "a shifted or rotated copy"
                     raise InputError(f"{paths[second]}: {kind} as {paths[first].name}; copies may not stand as separate trials")

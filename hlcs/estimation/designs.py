@@ -177,4 +177,5 @@ def with_samples(trial, count):
     more = trial.times[-1] + np.median(np.diff(trial.times)) * np.arange(1, max(count - len(trial.times), 0) + 1)
     times = np.concatenate([trial.times, more])[:count]
     position, orientation = np.resize(0 * trial.position, (count, 3)), np.resize(trial.orientation, (count, 4))
-    return replace(trial, times=times, position=position, orientation=orientation, rows=None)
+    read = trial.accelerations and trial.accelerations._replace(values=np.resize(0 * trial.accelerations.values, (count, 3)))
+    return replace(trial, times=times, position=position, orientation=orientation, accelerations=read, rows=None)

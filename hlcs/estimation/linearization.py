@@ -14,7 +14,7 @@ from hlcs.simulation.model import Model
 class Recording:
     """Which numbers of one trial are observations, sorted by channel and time."""
 
-    channel: np.ndarray  # 0-2 position, 3-5 rotation (n,)
+    channel: np.ndarray  # number in CHANNELS (n,)
     sample: np.ndarray  # row of the trial (n,)
     times: np.ndarray  # (n,) [s]
     whitening: Whitening
@@ -30,7 +30,7 @@ class Linearization:
     state_columns: list  # white changes per unit of each unknown of the initial state (n_i, unknowns_i)
     parameter_columns: list  # white changes per unit of each free number of the model (n_i, p)
     state_moves: list | None = None  # what the initial states do along with each free number, per unit of it (unknowns_i, p)
-    trajectories: list | None = None  # the runs that `raw` was read from: (position (n, 3), orientation (n, 4)) each
+    trajectories: list | None = None  # the runs that `raw` was read from: a Motion each
 
     @cached_property
     def state_bases(self):

@@ -17,7 +17,7 @@ class NoiseDraws:
         self.noise, self.recordings, self.models = noise, recordings, models
         self.generator = np.random.default_rng(12345)  # a fixed stream of its own: the verdict never depends on the user's seed
         unknown = CorrelatedNoise(1.0, 0.0, 0.0, np.zeros((3, 3)))
-        self.kinds = [kind or unknown for kind in (noise.positions, noise.orientations)]
+        self.kinds = [kind or unknown for kind in (noise.positions, noise.orientations, noise.accelerations)]
         normal = self.generator.standard_normal
         self.shifts = [normal((PERTURBATIONS, 3)) @ lower_factor(kind.covariance).T for kind in self.kinds]
         self.shared = np.exp(doubt * normal(PERTURBATIONS)) if doubt else np.ones(PERTURBATIONS)
@@ -46,12 +46,12 @@ class NoiseDraws:
     def _as_read(self, index, white, shifts, factor):
         """Turn white noise (n, count), in place, into what readings with noise of other parameters look like when whitened.
 
-        shifts: of (log sigma, rho, share) of positions and of orientations, (3,) each; factor: none shares an error.
+        shifts: of (log sigma, rho, share) of positions, orientations and accelerations, (3,) each; factor: none shares an error.
         """
         recording, noise, filters = self.recordings[index], self.noise, {}
         for part, filter in recording.whitening.blocks:
             channel = int(recording.channel[part.start])
-            which = int(channel >= 3)
+            which = channel // 3
             log_sigma, rho, share = shifts[which]
             step, origin = noise.lattice[channel] if channel < 3 and self.models is not None else (0.0, 0.0)
             if not shifts[which].any() and not step:

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, spread_of, tail_of
@@ -13,7 +14,7 @@ from hlcs.estimation.whitening import kalman_filter, whiten_series, whitening_of
 from minibullet import rotations
 
 MOST_SEGMENTS = 48  # of a flexible curve: some 900 degrees of freedom know rho to 0.03; of a body at rest: 7,000 know it to 0.01
-KINDS = ("position", "orientation")
+KINDS = ("position", "orientation", "acceleration")
 NO_STEPS = np.zeros((3, 2))
 MOSTLY = 0.5  # share of rounding in the variance beyond which curves show how rounding, not noise, hangs together in time
 LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leaves three of them to judge by
@@ -22,7 +23,7 @@ LEAST_OF_A_TAIL = 200  # whitened samples that tell how many outliers stayed: of
 
 @dataclass(frozen=True)
 class Noise:
-    """What is known of the noise of positions and of orientations."""
+    """What is known of the noise of positions, of orientations and of accelerations."""
 
     positions: CorrelatedNoise | None  # before rounding; None = unknown
     orientations: CorrelatedNoise | None
@@ -32,6 +33,7 @@ class Noise:
     hint: float | None = None  # sigma of a flexible curve [m]: shown where the noise is unknown, never used
     tail: Tail = NO_TAIL  # outliers that no test of single samples finds
     lattice: np.ndarray = field(default_factory=NO_STEPS.copy, repr=False)  # step and one reading of x, y, z [m]; step 0 = none
+    accelerations: CorrelatedNoise | None = None
 
     @property
     def position(self):
@@ -48,11 +50,24 @@ class Noise:
         """Correlation of neighbouring samples of a position [-]."""
         return self.positions.rho * (1 - self.reading(0).white) if self.positions else 0.0
 
+    @property
+    def acceleration(self):
+        """One sigma of a reading of an accelerometer along each axis [m/s2], None = unknown."""
+        return self.accelerations.sigma if self.accelerations else None
+
+    @property
+    def known(self):
+        """Is the noise of anything known?"""
+        return any(self.of_unit(unit) is not None for unit in CHANNEL_UNITS)
+
+    def of_unit(self, unit):
+        """One sigma of the readings that have that unit, None = unknown; of a unit of tables, that of the outcome."""
+        return {"rad": self.orientation, "m/s2": self.acceleration}.get(unit, self.position)
+
     def reading(self, channel):
-        """The CorrelatedNoise of the readings of a channel, 0-2 position, 3-5 rotation; rounding included; None = unknown."""
-        if channel >= 3 or self.positions is None:
-            return self.orientations if channel >= 3 else None
-        return rounded(self.positions, step_of(self.lattice))
+        """The CorrelatedNoise of the readings of a channel, its number in CHANNELS; rounding included; None = unknown."""
+        noise = (self.positions, self.orientations, self.accelerations)[channel // 3]
+        return rounded(noise, step_of(self.lattice)) if noise and channel < 3 else noise
 
     def to_dict(self):
         """What is told of it in results."""
@@ -62,12 +77,12 @@ class Noise:
             "rho": self.rho,
             "source": self.source,
             "flexible": self.hint,
-        }
+        } | ({} if self.acceleration is None else {"acceleration": self.acceleration})
 
     def whitening(self, channel, times):
-        """Whitening of the observations of one recording: channel 0-2 position, 3-5 rotation, sorted by channel and time."""
-        sigma = np.where(channel < 3, self.position or 1.0, self.orientation or 1.0)
-        readings = [self.reading(k) for k in range(6)]
+        """Whitening of the observations of one recording: numbers in CHANNELS and times (n,) each, sorted by channel and time."""
+        sigma = np.array([self.of_unit(unit) or 1.0 for unit in CHANNEL_UNITS])[np.asarray(channel) // 3]
+        readings = [self.reading(k) for k in range(len(CHANNELS))]
         correlations = {k: (noise.rho, noise.white) if noise else (0.0, 0.0) for k, noise in enumerate(readings)}
         return whitening_of(channel, times, sigma, correlations, self.step)
 
@@ -104,7 +119,7 @@ def estimate_noise(measurement):
         lattice = NO_STEPS
     tail = next((tails[what] for what in KINDS if noise.get(what) and what in tails), NO_TAIL)
     hint = rounded(curve[0], step_of(lattice)).sigma if curve else None
-    found = Noise(position, orientation, step, source, (), hint, tail, lattice)
+    found = Noise(position, orientation, step, source, (), hint, tail, lattice, noise.get("acceleration"))
     if position and curve and not 1 / 1.5 < hint / found.position < 1.5:
         notes.append(
             f"a flexible curve through the data leaves {hint:.3g} m, the {source} noise is {found.position:.3g} m"
@@ -113,6 +128,10 @@ def estimate_noise(measurement):
     if any("rx" in trial.columns for trial in trials) and orientation is None and position is not None:
         notes.append(
             "noise of the orientation unknown: orientations are not judged; state noise.orientation or record a body at rest"
+        )
+    if any(trial.accelerations for trial in trials) and found.acceleration is None and found.known:
+        notes.append(
+            "noise of the acceleration unknown: accelerations are not judged; state noise.acceleration or record a body at rest"
         )
     return replace(found, notes=tuple(notes))
 
@@ -126,9 +145,11 @@ def _with_sigma(base, sigma, variance=0.0):
 
 
 def _values(trial, what):
-    """[(times, values)] of the measured channels of position or of the rotation since the first orientation."""
+    """[(times, values)] of the measured channels of position, of acceleration, or of the rotation since the first orientation."""
     if what == "position":
         table = trial.position
+    elif what == "acceleration":
+        table = trial.accelerations.values if trial.accelerations else np.full((len(trial.times), 3), np.nan)
     else:
         there = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
         if len(there) == 0:

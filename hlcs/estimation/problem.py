@@ -6,6 +6,7 @@ projected out, so that everything downstream sees, per recording, a white residu
 
 import numpy as np
 
+from hlcs.data.quantities import have_unit
 from hlcs.effects.contract import in_sessions
 from hlcs.effects.witnesses import direct_reading
 from hlcs.estimation import fitting, segment_profiles
@@ -62,13 +63,13 @@ class Problem:
     @property
     def noise_level(self):
         """Noise of the channel that errors are told in [unit of the problem]."""
-        return self.noise.orientation if self.unit == "rad" else self.noise.position
+        return self.noise.of_unit(self.unit)
 
     def error(self, white):
-        """RMS over positions [m] or rotations [rad] of white residuals, list of (n_i,)."""
+        """RMS over the observations that have the unit of the problem, in that unit, of white residuals, list of (n_i,)."""
         total, count = 0.0, 0
         for recording, part in zip(self.recordings, self.in_sigmas(white), strict=True):
-            inside = recording.channel < 3 if self.unit != "rad" else recording.channel >= 3
+            inside = have_unit(recording.channel, self.unit)
             total += float(np.sum(part[inside] ** 2))
             count += int(inside.sum())
         return float(self.noise_level * np.sqrt(total / max(count, 1)))

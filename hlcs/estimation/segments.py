@@ -56,6 +56,8 @@ def split_into_segments(problem, model):
 
     A problem without any such trial, and without a long rest at an end, comes back as it is.
     """
+    if any(trial.unplaced for trial in problem.trials):
+        return problem, []  # nothing tells where a part of such a recording begins
     work, notes, done = [], [], []
     for segment in segments_of(problem):
         moving, sentences = without_rest(segment.trial, problem.noise)
@@ -216,7 +218,7 @@ def growth(problem, model):
 
 
 def distance(body, trajectory, other):
-    """Distance of two trajectories (position (n, 3), orientation (n, 4)) of a body at every sample (n,) [m]; turns count too."""
+    """Distance of two trajectories, each a Motion, of a body at every sample (n,) [m]; turns count too."""
     apart = np.linalg.norm(other[0] - trajectory[0], axis=1)
     if body.shape == "sphere":
         return apart

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
 from hlcs.effects.witnesses import Camera
 from hlcs.estimation.designs import DEEP, FURTHER, HIGH, Designs, changes_of, other_bodies_tell
 from hlcs.estimation.linearization import Linearization, Recording
@@ -11,14 +12,20 @@ from hlcs.estimation.problem import Problem
 from hlcs.estimation.whitening import whiten
 from hlcs.simulation import contact_motion
 from hlcs.simulation.initial_state import initial_guess, shifted, unknowns
-from hlcs.simulation.simulator import Simulator
+from hlcs.simulation.simulator import Motion, Simulator
 from minibullet import rotations
 
-CHANNELS = ("x", "y", "z", "rx", "ry", "rz")
-SAID = {name: name if len(name) == 1 else f"the rotation about {name[1]}" for name in CHANNELS}  # in words
+SAID = dict(
+    zip(
+        CHANNELS,
+        [*"xyz", *(f"the {what} {axis}" for what in ("rotation about", "acceleration along") for axis in "xyz")],
+        strict=True,
+    )
+)
 LEVEL = 0.9999995  # z of the normal of a floor that is stated to be level: to 1 mm/m
 SLACK = 1.1  # for the noise and the fit of the furthest and the deepest path that was recorded
 STEPS = (1e-4, 1e-3, 1e-4, 1e-3)  # differences of an initial state: m, m/s, rad, rad/s
+UNSEEN = 1e-5  # norm of the white change per m, m/s, rad or rad/s of a start below which it is rounding, and the start unseen
 
 
 class TrajectoryProblem(Problem):
@@ -28,7 +35,7 @@ class TrajectoryProblem(Problem):
         self.trials, self.noise, self.simulator = tuple(trials), noise, simulator
         self.difference_steps = {}  # (effect, number) -> step of its derivative
         self.step_change = None  # what shorter time steps add to the observations, list of (n_i,); None = not looked at
-        self.dropped = [np.zeros((len(trial.times), 6), bool) for trial in self.trials]
+        self.dropped = [np.zeros((len(trial.times), len(CHANNELS)), bool) for trial in self.trials]
         self.lies_flat = [
             seated
             and noise.orientation is not None
@@ -36,24 +43,21 @@ class TrajectoryProblem(Problem):
             for trial, seated in zip(self.trials, simulator.seated, strict=True)
         ]
         self.recordings = [self._recording(k) for k in range(len(self.trials))]
-        # unit of the error as it is told: of positions, or of rotations where only orientations are measured
-        self.unit = "m" if any((recording.channel < 3).any() for recording in self.recordings) else "rad"
+        # unit of the error as it is told: of positions; where none are measured of rotations, or of accelerations
+        seen = np.concatenate([recording.channel for recording in self.recordings])
+        self.unit = next((unit for unit in CHANNEL_UNITS if have_unit(seen, unit).any()), CHANNEL_UNITS[1])
 
     def _recording(self, index):
         trial, noise = self.trials[index], self.noise
-        there = np.concatenate([np.isfinite(trial.position), np.repeat(np.isfinite(trial.orientation[:, :1]), 3, axis=1)], axis=1)
-        there &= ~self.dropped[index]
-        if noise.orientation is None:
-            there[:, 3:] = False
-        if noise.position is None:
-            there[:, :3] = False
+        there = trial.measured & ~self.dropped[index]
+        there[:, np.repeat([noise.of_unit(unit) is None for unit in CHANNEL_UNITS], 3)] = False
         channel, sample = np.nonzero(there.T)
         times = trial.times[sample]
         unknown = unknowns(trial, there.any(axis=0), self.simulator.seated[index], self.lies_flat[index], self.simulator.contact)
         return Recording(channel, sample, times, noise.whitening(channel, times), unknown)
 
     def drop(self, flags):
-        """Leave isolated samples out, for every model alike: flags is a list of (n, 6) booleans."""
+        """Leave isolated samples out, for every model alike: flags is a list of (n, 9) booleans."""
         self.dropped = [old | new for old, new in zip(self.dropped, flags, strict=True)]
         if self.step_change is not None:
             kept = [~flag[recording.sample, recording.channel] for flag, recording in zip(flags, self.recordings, strict=True)]
@@ -66,7 +70,7 @@ class TrajectoryProblem(Problem):
         return np.array([initial_guess(*trial, self.simulator.contact) for trial in known])
 
     def residual(self, index, trajectory):
-        """Measured - model for one recording, (n_obs,) [m, rad]; trajectory: (position (n, 3), orientation (n, 4))."""
+        """Measured - model for one recording, (n_obs,) [m, rad, m/s2]; trajectory: its Motion."""
         residual = self._difference(index, trajectory)
         return residual if self.step_change is None else residual - self.step_change[index]
 
@@ -76,12 +80,14 @@ class TrajectoryProblem(Problem):
 
     def _difference(self, index, trajectory):
         trial, recording = self.trials[index], self.recordings[index]
-        position, orientation = trajectory
-        table = np.empty((len(trial.times), 6))
+        position, orientation, force = trajectory
+        table = np.empty((len(trial.times), len(CHANNELS)))
         table[:, :3] = trial.position - position
-        if (recording.channel >= 3).any():
+        if have_unit(recording.channel, "rad").any():
             measured = np.nan_to_num(trial.orientation)
-            table[:, 3:] = rotations.logarithm(rotations.product(measured, rotations.conjugate(orientation)))
+            table[:, 3:6] = rotations.logarithm(rotations.product(measured, rotations.conjugate(orientation)))
+        if trial.accelerations:
+            table[:, 6:] = trial.accelerations.values - force
         return table[recording.sample, recording.channel]
 
     def residuals(self, model, initial_states):
@@ -108,9 +114,12 @@ class TrajectoryProblem(Problem):
                 columns.append(change / (STEPS[number[0]] * self.difference_scale))
                 place += 1
             table = np.nan_to_num(stacked(columns, len(residual)), posinf=0.0, neginf=0.0)  # no finite run, no derivative
-            state_columns.append(whiten(recording.whitening, table))
+            seen = whiten(recording.whitening, table)
+            state_columns.append(np.where(np.linalg.norm(seen, axis=0) > UNSEEN, seen, 0.0))
             white.append(whiten(recording.whitening, residual))
-        unperturbed = [(position.copy(), turn.copy()) for position, turn in trajectories[: len(which)]]  # not the whole batch
+        unperturbed = [  # not the whole batch
+            Motion(*(None if part is None else part.copy() for part in motion)) for motion in trajectories[: len(which)]
+        ]
         none = [stacked([], len(residual)) for residual in raw]
         linear = Linearization(raw, white, state_columns, none, trajectories=unperturbed)
         return linear if only is not None else self._with_parameters(model, initial_states, linear)
@@ -166,7 +175,7 @@ class TrajectoryProblem(Problem):
         new = self._changed(final.model, longest, [change[2] for change in changes])
         starts = np.array([change[1] for change in changes])
         with np.errstate(all="ignore"):
-            paths = [position for position, _ in new.simulate(final.model, starts, np.arange(len(starts)))]
+            paths = [motion.position for motion in new.simulate(final.model, starts, np.arange(len(starts)))]
         kept = [k for k, path in enumerate(paths) if k == 0 or self._in_view(path)]  # the first repeats what there is
         options = [told_how_high(changes[k][0], paths[0], paths[k]) for k in kept]
         trials = [self._unread(changes[k][2]) for k in kept]

@@ -230,7 +230,7 @@ def _measurement(founds, written, rest):
     if "qw" in columns:
         lines.append(entry("noise.orientation", FILL_IN, f"rad, one sigma{advice}"))
     if "ax_m_s2" in columns:
-        lines.append(optional('static = "rest.csv"', "record the phone at rest, and import it with --static"))
+        lines.append(entry("noise.acceleration", FILL_IN, f"m/s2, one sigma{advice}"))
     return lines
 
 

@@ -78,7 +78,7 @@ def whole(problem, linear, k):
     """All of a recording that touches nothing, [Part]."""
     trial, recording, start = problem.trials[k], problem.recordings[k], problem.simulator.start_time[k]
     white, nuisance = (part[k] for part in linear.projected)
-    path, seen = linear.trajectories[k], recording.times - start
+    path, seen = linear.trajectories[k][:2], recording.times - start
     states = linear.state_columns[k], recording.unknown
     return [
         Part(trial.group, 0.0, trial.times - start, *path, seen, recording.channel, recording.whitening, white, *states, nuisance)
@@ -91,7 +91,7 @@ def between_impacts(problem, linear, k):
     Each has an initial state of its own: its place and velocity along the axes that are measured.
     """
     trial, recording, start = problem.trials[k], problem.recordings[k], problem.simulator.start_time[k]
-    surroundings, (position, orientation) = trial.surroundings, linear.trajectories[k]
+    surroundings, (position, orientation, _) = trial.surroundings, linear.trajectories[k]
     reach = rigid_body(trial.body).shape.bounding_radius + 4 * (problem.noise.position or 0.0)  # noise hides no contact
     free = np.ones(len(position), bool)
     for path in (trial.position, position):

@@ -4,6 +4,7 @@ import textwrap
 
 import numpy as np
 
+from hlcs.data.quantities import CHANNELS
 from hlcs.report.figures import (
     AFTER,
     BEFORE,
@@ -125,10 +126,11 @@ def _largest(table, inside):
 
 def _worst(table):
     """Recording and channel with the largest misfit in sigma."""
-    pairs = table["trial"] * 6 + table["channel"]
+    pairs = table["trial"] * len(CHANNELS) + table["channel"]
     names, index = np.unique(pairs, return_inverse=True)
     pair = names[np.argmax(np.bincount(index, table["sigmas"] ** 2) / np.bincount(index))]
-    return int(pair // 6), int(pair % 6)
+    trial, channel = divmod(int(pair), len(CHANNELS))
+    return trial, channel
 
 
 def _fit_of_table(ax, diagnosis):

@@ -7,6 +7,7 @@ import textwrap
 
 import numpy as np
 
+from hlcs.data.quantities import have_unit
 from hlcs.report.words import joined, size, words
 
 LABELS = {
@@ -163,7 +164,9 @@ def _residual_panel(panel, comparison, models, name, first):
 def _of_the_error(comparison):
     """Which observations have the unit of the error, boolean (n,): metres and radians are not one axis."""
     table = comparison.table
-    return table["channel"] < 3 if comparison.error.get("unit") == "m" else np.ones(len(table["measured"]), bool)
+    if not comparison.channels:
+        return np.ones(len(table["measured"]), bool)
+    return have_unit(table["channel"], comparison.error.get("unit"))
 
 
 def _title(comparison, unit):

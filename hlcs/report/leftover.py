@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import signal, stats
 
+from hlcs.data.quantities import CHANNELS
 from hlcs.report.words import joined
 
 BINS = 12  # of a variable, in which a misfit that all recordings share is looked for
@@ -101,7 +102,7 @@ def _binned(table, name):
 
 def own_offset(table):
     """Share of the mean square of residuals that one offset of each recording and channel holds, less chance [-]."""
-    chain, white = table["trial"] * 6 + table["channel"], table["sigmas"]
+    chain, white = table["trial"] * len(CHANNELS) + table["channel"], table["sigmas"]
     _, index, counts = np.unique(chain, return_inverse=True, return_counts=True)
     means, freedom = np.bincount(index, white) / counts, len(white) - len(counts)
     total = float(np.sum(white**2))
@@ -112,7 +113,7 @@ def own_offset(table):
 
 def neighbours(table):
     """Correlation of each white residual with the next one of its recording and channel [-]."""
-    chain, white = table["trial"] * 6 + table["channel"], table.get("white", table["sigmas"])
+    chain, white = table["trial"] * len(CHANNELS) + table["channel"], table.get("white", table["sigmas"])
     pairs = chain[1:] == chain[:-1]
     return float(np.sum(white[1:][pairs] * white[:-1][pairs]) / max(np.sum(white[:-1][pairs] ** 2), 1e-300))
 

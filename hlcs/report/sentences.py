@@ -2,6 +2,7 @@
 
 import math
 
+from hlcs.data.quantities import unit_of
 from hlcs.processes.interrupts import STOPPED
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness
@@ -137,8 +138,7 @@ def place(row, unit):
     """A row of `where` as words, with its size."""
     channel = f", {row['channel']}" if row.get("channel") and row.get("time") is not None else ""
     phase = f", {row['phase']}" if row.get("phase") not in (None, "table", "flight") else ""
-    turned = row.get("channel") in ("rx", "ry", "rz")
-    told = f"{row['trial']}{channel}{phase}: {size(row['rms'], 'rad' if turned else unit)}"
+    told = f"{row['trial']}{channel}{phase}: {size(row['rms'], unit_of(row.get('channel'), unit))}"
     told += f", {abs(row['sigma']):.2g} times the noise"
     if row.get("time") is not None:
         told += f" (most at {row['time']:.3g} s, {row['height']:.3g} m high, {row['speed']:.3g} m/s)"

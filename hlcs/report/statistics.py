@@ -1,12 +1,12 @@
 """The statistics behind a Diagnosis: what `--details` adds to its report, and what a page folds away."""
 
+from hlcs.data.quantities import unit_of
 from hlcs.records import VERDICTS, Reason
 from hlcs.report.document import Section, Table
 from hlcs.report.ranking import ranking
 from hlcs.report.words import chance, joined, number, size, words
 
 UNITS = {"time": "s", "height": "m", "speed": "m/s"}
-TURNS = ("rx", "ry", "rz")
 SPOKE = {"variance": "the size of the residuals", "chi2": "chi-square"}  # other statistics are told by their own names
 
 
@@ -153,14 +153,14 @@ def _where(diagnosis):
 
 
 def where_table(rows, unit, most=12):
-    """Where a model misses, worst first, as a Table; rms of orientations in rad, of all else in the unit of the error."""
+    """Where a model misses, worst first, as a Table; rms in the unit of the channel."""
     first = rows[0]
     keys = [key for key in first if key not in ("rms", "sigma", "phase" if "layer" in first else "")]
     texts = sum(key in ("trial", "channel", "phase") for key in keys)
     cells = tuple(
         (
             *(f"{row[key]:.4g}" if isinstance(row[key], float) else str(row[key]) for key in keys),
-            number(row["rms"], "rad" if row.get("channel") in TURNS else unit),
+            number(row["rms"], unit_of(row.get("channel"), unit)),
             f"{row['sigma']:.2f}",
         )
         for row in rows[:most]

@@ -7,11 +7,13 @@ import numpy as np
 from scipy import stats
 
 import minibullet.effects as forces
+from hlcs.data.quantities import CHANNELS
 from hlcs.data.rigid_body import known_body, known_to_drag, rigid_body
 from hlcs.effects import candidate, wanted
 from hlcs.effects.candidates import each_session, in_doubt
-from hlcs.effects.contract import DataNeed
+from hlcs.effects.contract import Change, DataNeed
 from hlcs.effects.measurement import LengthScale
+from hlcs.simulation.initial_state import gained
 from minibullet.effects.contract import Need, name_of
 from minibullet.effects.fluid import AIR_VISCOSITY, WATER_VISCOSITY
 
@@ -43,6 +45,11 @@ class Shown:
     def columns(self):
         return set().union(*(trial.columns for trial in self.trials))
 
+    @property
+    def filmed(self):
+        """Is anything measured beside accelerations?"""
+        return bool(self.columns - set(CHANNELS[6:])) or not self.columns
+
     def starts_with(self, key):
         """Does any recording state this part of its start?"""
         return any(key in trial.start for trial in self.trials)
@@ -51,6 +58,10 @@ class Shown:
 # need: (what is said where it is missing, test of what recordings show)
 NEEDS = {
     Need.MASS_AND_SIZE: ("mass and size of the body are not stated", lambda shown: shown.body_known),
+    Need.FLUID: (
+        "the file states a vacuum (fluid_density = 0.0)",
+        lambda shown: any(trial.surroundings.fluid_density for trial in shown.trials),
+    ),
     Need.FLOOR: ("there is no floor", lambda shown: shown.trials[0].surroundings.floor_height is not None),
     Need.CONTACT: ("nothing touches in these data", lambda shown: shown.contact),
     Need.SPIN: (
@@ -97,11 +108,19 @@ def eligible(why, body, surroundings, body_known, own, extent=1.0):
 
 def obstacle(kind, shown):
     """What a class needs that recordings do not show, in words, or None."""
+    if getattr(kind, "look", Change.look) is not Change.look and not shown.filmed:
+        return "it is an error of a camera, and accelerations alone are measured"
     return next((text for text, met in map(NEEDS.get, kind.needs) if not met(shown)), None)
 
 
 def fastest(trial):
-    """The highest speed over an eighth of a recording, by what was measured of its position [m/s]."""
+    """The highest speed over an eighth of a recording, by what was measured of its position [m/s].
+
+    By its accelerometer where nothing else is measured, from the start that is stated, or from rest.
+    """
+    if trial.unplaced:
+        speeds = np.asarray(trial.start.get("velocity", np.zeros(3))) + gained(trial, trial.times[0])
+        return float(np.linalg.norm(speeds, axis=1).max())
     there = np.isfinite(trial.position[:, np.isfinite(trial.position).any(axis=0)]).all(axis=1)
     times, position = trial.times[there], trial.position[there]
     far = max(len(times) // 8, 1)

@@ -23,12 +23,14 @@ def lasting(problem, base, factor):
     empty = [with_samples(trial, int(factor * len(trial.times))) for trial in problem.trials]
     runs = _simulator(problem, base, empty).simulate(base.model, base.initial_states, np.arange(len(empty)))
     trials = []
-    for trial, (position, orientation) in zip(empty, runs, strict=True):
+    for trial, (position, orientation, force) in zip(empty, runs, strict=True):
         if factor > 1 and trial.surroundings.floor_height is not None:
             shape = rigid_body(trial.body).shape
             if min(gap(shape, *pose, trial.surroundings) for pose in zip(position, orientation, strict=True)) < 0:
                 return None
-        trials.append(replace(trial, position=position + 0 * trial.position, orientation=orientation + 0 * trial.orientation))
+        read = trial.accelerations and trial.accelerations._replace(values=force + 0 * trial.accelerations.values)
+        seen = {"position": position + 0 * trial.position, "orientation": orientation + 0 * trial.orientation}
+        trials.append(replace(trial, **seen, accelerations=read))
     return TrajectoryProblem(trials, problem.noise, _simulator(problem, base, trials))
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from hlcs.data.quantities import have_unit
 from hlcs.estimation.linearization import free_numbers
 from hlcs.records import Finding, NextExperiment, Pictures
 from hlcs.selection import experiment_design
@@ -121,7 +122,7 @@ def starts_share(problem, fit):
     if not any(basis.shape[1] for basis in fit.linearization.state_bases):  # no starts, as in tables
         return 0.0
     for recording, basis in zip(problem.recordings, fit.linearization.state_bases, strict=True):
-        inside = recording.channel < 3 if problem.unit != "rad" else recording.channel >= 3
+        inside = have_unit(recording.channel, problem.unit)
         taken, count = taken + float(np.sum(basis[inside] ** 2)), count + int(inside.sum())
     return taken / max(count, 1)
 

@@ -23,6 +23,8 @@ STIFF, SHORTEST = 1.0, 2e-3  # h |da/dv| above which steps are too long [-], and
 SERIES = 2.0  # |z| below which the functions of a decay are summed as series: their recursion loses digits there
 TERMS = 26  # of these series: the last adds less than the last bit
 FIRST, GROWTH = 0.2, 1.3  # first step of a flight, in times of its fastest decay, and how much longer each next one may be [-]
+KINK = 0.1  # difference of accelerations before and after a step above which it may hold a change of contact [m/s2]
+STEADIER = 4.0  # how many times the acceleration must change less on both sides of such a step than in it [-]
 JUMP = 60.0  # a mean acceleration over one step that only an impact gives [m/s2]
 
 
@@ -73,6 +75,35 @@ class Track(NamedTuple):
         turn = rotations.logarithm(rotations.product(q1, rotations.conjugate(q0)))
         orientation = rotations.product(rotations.exponential((inside + beyond / step[..., None]) * turn), q0)
         return position, orientation
+
+    def mean_acceleration(self, times, window):
+        """Mean acceleration (B, n, 3) over a window (B, 1) about each of the times (B, n), within the track [m/s2]."""
+        begin, end = (np.clip(times + half, self.times[0], self.times[-1]) for half in (-window / 2, window / 2))
+        return (self._velocity(end) - self._velocity(begin)) / (end - begin)[..., None]
+
+    def _velocity(self, times):
+        """Velocity (B, n, 3) at times (B, n) inside the track: straight between nodes.
+
+        Where the acceleration is another on both sides of a step, and steady there (a slide that stops), two straight pieces that
+        go on as those before and after, and meet inside the step.
+        """
+        step = np.diff(self.times)
+        index = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(step) - 1)
+        who = np.arange(self.position.shape[1])[:, None]
+        slopes = np.diff(self.velocity, axis=0) / step[:, None, None]
+        rates = np.concatenate([slopes[:1], slopes[:1], slopes, slopes[-1:], slopes[-1:]])  # that of step k is rates[k + 2]
+        earlier, before, within, after, later = (rates[index + k, who] for k in range(5))
+        since = (times - self.times[index])[..., None]
+        start = self.velocity[index, who]
+        kink = before - after
+        size = np.sum(kink**2, axis=-1, keepdims=True)
+        unsteady = np.sum((before - earlier) ** 2 + (later - after) ** 2, axis=-1, keepdims=True)
+        share = np.sum((within - after) * kink, axis=-1, keepdims=True) / np.where(size > 0, size, 1.0)  # before the kink
+        aside = np.sum((within - after - share * kink) ** 2, axis=-1, keepdims=True)  # what two such pieces do not explain
+        bent = (size > KINK**2) & (unsteady + aside < size / STEADIER**2) & (share > 0) & (share < 1)
+        moment = share * step[index][..., None]
+        pieces = start + np.minimum(since, moment) * before + np.maximum(since - moment, 0.0) * after
+        return np.where(bent, pieces, start + since * within)
 
 
 @leaf

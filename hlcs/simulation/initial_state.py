@@ -17,7 +17,7 @@ PLACES = (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13))
 def unknowns(trial, measured, seated, flat, contact):
     """What of an initial state is neither stated nor fixed by lying on the floor: ((slot, direction), ...).
 
-    measured: which of x, y, z, rx, ry, rz are (6,); seated: it lies on its floor; flat: on a face of it.
+    measured: which of CHANNELS are (9,); seated: it lies on its floor; flat: on a face of it.
     """
     axes = [axis for axis, seen in zip(np.eye(3), measured[:3], strict=True) if seen]
     if seated:
@@ -27,12 +27,16 @@ def unknowns(trial, measured, seated, flat, contact):
         first /= np.linalg.norm(first)
         axes = [first, np.cross(normal, first)]
     aside = (
-        axes if seated or measured[2] or not axes or contact or trial.surroundings.planar else [*axes, np.array([0.0, 0.0, 1.0])]
+        (axes if seated else list(np.eye(3)))
+        if trial.unplaced
+        else axes
+        if seated or measured[2] or not axes or contact or trial.surroundings.planar
+        else [*axes, np.array([0.0, 0.0, 1.0])]
     )
     turns = [normal] if flat else list(np.eye(3)) if measured[3] else []
     rolls = axes if seated and trial.body.shape == "sphere" and not measured[3] and "velocity" not in trial.start else turns
-    found = []
-    for slot, directions in enumerate((axes, aside, turns, rolls)):  # drag shows an unseen vertical speed
+    found, placed = [], [] if trial.unplaced else axes  # no acceleration tells where it begins
+    for slot, directions in enumerate((placed, aside, turns, rolls)):  # drag shows an unseen vertical speed
         if SLOTS[slot] not in trial.start:
             found += [(slot, direction) for direction in directions]
     return tuple(found)
@@ -45,7 +49,7 @@ def initial_guess(trial, start_time, seated, flat, contact):
     for axis in range(3):
         there = np.flatnonzero(np.isfinite(trial.position[:, axis]))
         if len(there) == 0:
-            if axis == 2 and not contact and not trial.surroundings.planar:
+            if axis == 2 and not contact and not trial.surroundings.planar and not trial.unplaced:
                 state[5] = trial.surroundings.gravity * (trial.times[-1] - start_time) / 2  # unseen: back to its height
             continue
         first = there[: max(4, min(9, len(there) // 3))]
@@ -60,6 +64,8 @@ def initial_guess(trial, start_time, seated, flat, contact):
     for name, place in zip(SLOTS, PLACES, strict=True):
         if name in trial.start:
             state[place] = trial.start[name]
+    if trial.unplaced and seated and "velocity" not in trial.start:
+        state[3:6] = -gained(trial, start_time)[-1]
     if flat:  # a face on the floor stays there: only turns about the normal are free
         normal = np.asarray(trial.surroundings.floor_normal)
         if "orientation" not in trial.start:
@@ -67,6 +73,39 @@ def initial_guess(trial, start_time, seated, flat, contact):
         if "angular_velocity" not in trial.start:
             state[10:13] = (state[10:13] @ normal) * normal
     return on_floor(state, trial) if seated else state
+
+
+def gained(trial, start_time):
+    """Velocity that a body has gained since its start at every sample by its accelerometer alone, world frame (n, 3) [m/s].
+
+    On a floor without what acts along its normal. A body is taken to turn steadily as at its start; a missing reading is 0 m/s2.
+    """
+    read, around, times = trial.accelerations, trial.surroundings, trial.times - start_time
+    force = np.nan_to_num(read.values)
+    if read.in_body:
+        spin = np.asarray(trial.start["angular_velocity"])
+        turns = rotations.exponential(times[:, None] * spin)
+        force = rotations.rotate(rotations.product(turns, np.asarray(trial.start["orientation"])), force)
+    acceleration = force - np.array([0.0, 0.0, around.gravity])
+    if around.floor_height is not None:
+        normal = np.asarray(around.floor_normal)
+        acceleration = acceleration - (acceleration @ normal)[:, None] * normal
+    steps = np.diff(times, prepend=0.0)[:, None]
+    return np.cumsum(steps * (acceleration + np.concatenate([acceleration[:1], acceleration[:-1]])) / 2, axis=0)
+
+
+def fastest_slide(trial):
+    """The highest speed of a body on its floor by its accelerometer alone [m/s]; without a stated velocity it ends at rest."""
+    velocity = gained(trial, trial.times[0])
+    begun = np.asarray(trial.start["velocity"]) if "velocity" in trial.start else -velocity[-1]
+    return float(np.max(np.linalg.norm(velocity + begun, axis=1)))
+
+
+def height_on_floor(trial):
+    """Height of the centre of mass of a body that lies on its floor in the attitude that is stated, else upright [m]."""
+    turn = np.asarray(trial.start.get("orientation", (1.0, 0.0, 0.0, 0.0)), dtype=float)
+    heights = contact_motion.support(rigid_body(trial.body).shape, turn, np.asarray(trial.surroundings.floor_normal))
+    return float(-heights.min())
 
 
 def on_floor(state, trial):

@@ -1,6 +1,7 @@
 """Runs of a model, many initial states at a time: flights in one batch, runs with contacts beside each other in one World."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,14 +10,41 @@ from hlcs.effects.contract import Scene, Setup
 from hlcs.simulation import contact_motion
 from hlcs.simulation.batching import current_task
 from hlcs.simulation.free_flight import fly
+from hlcs.simulation.initial_state import fastest_slide, height_on_floor
 from minibullet import rotations
 from minibullet.bodies import Bodies
+from minibullet.effects import Gravity, TiltedGravity
 from minibullet.errors import InputError
 
 STEP_COST = 300  # bodies that cost as much as one step in flight costs however few fly
 MOST_IN_A_WORLD = 600  # runs in one World: more are no cheaper together, and need more memory
 MOST_FLOWN = 2_000_000  # steps of bodies in one flight: what is recorded of them takes 200 MB
+STEADY = 0.7  # way of a flat body in one step, in heights of its centre above the floor: at 1 it begins to chatter [-]
+SHORT = 1e-3  # no step is shorter for that [s]: a phone 8 mm high slides at 3 m/s without chatter
 MOST_OBSERVED = 250_000  # samples observed in one go: what that takes on the way is some 300 MB
+
+
+def step_of_reading(trials, seated, step):
+    """The time step [s] of runs that shows what accelerometers read: the usual one, or a shorter one where trials have them.
+
+    No longer than a reading, which is a difference of velocities between two nodes. A flat body that slides on its floor farther
+    in one step than its centre lies above it chatters: its face is lifted, and falls.
+    """
+    steps = [step]
+    for trial, on_floor in zip(trials, seated, strict=True):
+        if trial.accelerations:
+            steps.append(trial.accelerations.window)
+            if on_floor:
+                steps.append(max(STEADY * height_on_floor(trial) / max(fastest_slide(trial), 1e-9), SHORT))
+    return min(steps)
+
+
+class Motion(NamedTuple):
+    """What a run shows at the n times of its trial."""
+
+    position: np.ndarray  # (n, 3) [m]
+    orientation: np.ndarray  # (n, 4)
+    specific_force: np.ndarray | None = None  # read by an accelerometer at the centre of mass (n, 3) [m/s2]
 
 
 class Simulator:
@@ -34,7 +62,7 @@ class Simulator:
         heights = [trial.position[np.isfinite(trial.position[:, 2]), 2] for trial in self.trials]
         heights = np.concatenate(heights) if heights else np.zeros(0)
         self.height_range = (float(heights.min()), float(heights.max())) if len(heights) else (0.0, 1.0)  # of all trials [m]
-        self.time_step = step or (model.time_step if contact else 1 / 30)  # [s]
+        self.time_step = step or step_of_reading(self.trials, self.seated, model.time_step if contact else 1 / 30)  # [s]
         self.durations = durations = np.array([trial.times[-1] for trial in self.trials]) - self.start_time
         self.duration_class = np.zeros(len(durations), int)  # of one class share a World, where all go on as long as the longest
         if any(trial.recording for trial in self.trials):
@@ -42,7 +70,7 @@ class Simulator:
         self.body_steps = 0  # bodies times steps simulated
 
     def simulate(self, model, initial_states, owner, time_step=None):
-        """[(position (n, 3), orientation (n, 4)) at the times of trials[owner[b]]] for initial states (B, 13), owner (B,)."""
+        """The Motion at the times of trials[owner[b]], a list, for initial states (B, 13), owner (B,)."""
         (answer,) = self.simulate_all([(model, initial_states, owner, time_step)])
         if isinstance(answer, Exception):
             raise answer
@@ -132,7 +160,7 @@ class Simulator:
         track = self._track(setups, initial_states, owner, effects, duration, step)
         self.body_steps += (len(owner) + (0 if self.contact else STEP_COST)) * (len(track.times) - 1)
         return [
-            self._observe(track, span, its_changes, samples, initial_states, owner)
+            self._observe(track, span, its_changes, samples, initial_states, owner, effects)
             for span, its_changes in zip(spans, changes, strict=True)
         ]
 
@@ -151,12 +179,13 @@ class Simulator:
         effects = [built[self.trials[who].surroundings][0] for who in owner]
         return [setups[who] for who in owner], effects, built[self.trials[owner[0]].surroundings][2]
 
-    def _observe(self, track, span, changes, samples, initial_states, owner):
-        """What the camera saw of the runs `span` of a Track, [(position (n, 3), orientation (n, 4))]; samples: their times."""
+    def _observe(self, track, span, changes, samples, initial_states, owner, effects):
+        """What camera and accelerometer saw of the runs `span` of a Track, [Motion]; samples: their times."""
         surroundings, observed = self.trials[owner[span.start]].surroundings, [None] * (span.stop - span.start)
         lengths = np.array([len(times) for times in samples])
         for some in partition(range(span.start, span.stop), lengths, MOST_OBSERVED):
-            observe = (track if len(some) == len(samples) else track.subset(some)).observe
+            part = track if len(some) == len(samples) else track.subset(some)
+            observe = part.observe
             if changes:
                 still = np.all(initial_states[some, 3:6] == 0, axis=1) & np.array(
                     ["velocity" in self.trials[who].start for who in owner[some]]
@@ -166,10 +195,30 @@ class Simulator:
                 for change in changes:
                     observe = change.look(observe, scene)
             longest = max(lengths[some])
-            position, orientation = observe(np.stack([np.pad(samples[b], (0, longest - lengths[b]), mode="edge") for b in some]))
+            times = np.stack([np.pad(samples[b], (0, longest - lengths[b]), mode="edge") for b in some])
+            position, orientation = observe(times)
+            force = self._specific_force(part, times, owner[some], [effects[b] for b in some])
             for place, b in enumerate(some):
-                observed[b - span.start] = position[place, : lengths[b]], orientation[place, : lengths[b]]
+                seen = (None if values is None else values[place, : lengths[b]] for values in (position, orientation, force))
+                observed[b - span.start] = Motion(*seen)
         return observed
+
+    def _specific_force(self, track, times, owner, effects):
+        """What accelerometers read on all runs of a Track at times (B, n), (B, n, 3) [m/s2]; None where no trial has one.
+
+        The acceleration less the field of gravity, which pulls at the body and at all parts of the instrument alike.
+        """
+        read = [self.trials[who].accelerations for who in owner]
+        if not any(read):
+            return None
+        window = np.array([each.window if each else 1.0 for each in read])[:, None]
+        gravity = [sum(effect.field for effect in acting if isinstance(effect, Gravity | TiltedGravity)) for acting in effects]
+        force = track.mean_acceleration(times, window) - np.array(gravity)[:, None]
+        in_body = [bool(each and each.in_body) for each in read]
+        if any(in_body):
+            turns = rotations.conjugate(track.observe(times)[1][in_body])
+            force[in_body] = rotations.rotate(turns, force[in_body])
+        return force
 
     def _track(self, setups, initial_states, owner, effects, duration, step):
         """Track of the tracked points, by flight alone or with contacts; effects: of every run, in flight the same for all."""

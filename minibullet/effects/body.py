@@ -47,8 +47,13 @@ class Gravity(ConstantForce):
     direction: tuple = (0.0, 0.0, -1.0)  # where things fall to, any length, world frame (3,)
     isotropic = False
 
+    @property
+    def field(self):
+        """The field strength of gravity, world frame (3,) [m/s2]."""
+        return self.acceleration * unit_vector(self.direction)
+
     def forces(self, bodies, time):
-        return force_only(bodies.mass[:, None] * (self.acceleration * unit_vector(self.direction)))
+        return force_only(bodies.mass[:, None] * self.field)
 
 
 @dataclass(frozen=True)
@@ -74,5 +79,10 @@ class TiltedGravity(ConstantForce):
         a, b = self.angle_x, self.angle_y
         return np.array([-sin(b) * cos(a), sin(a), 1.0 - cos(a) * cos(b)])
 
+    @property
+    def field(self):
+        """What is to be added to the field strength of Gravity, world frame (3,) [m/s2]."""
+        return self.acceleration * self.turned_minus_level
+
     def forces(self, bodies, time):
-        return force_only(bodies.mass[:, None] * (self.acceleration * self.turned_minus_level))
+        return force_only(bodies.mass[:, None] * self.field)

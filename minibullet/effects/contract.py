@@ -99,6 +99,7 @@ class Need(Enum):
     """What must be there or be known of a body, its surroundings and its motion, or a law cannot act or cannot be seen to act."""
 
     MASS_AND_SIZE = auto()  # of the body
+    FLUID = auto()  # around the body, where no number of the law says whether there is one
     FLOOR = auto()  # a plane that something happens at
     CONTACT = auto()  # bodies that touch
     SPIN = auto()  # the law depends on it

@@ -44,6 +44,7 @@ class ViscousDrag(Drag):
     """A drag proportional to the relative velocity, F = -resistance w: a free flight through it has a closed form."""
 
     form_of = "drag_form"
+    needs = (Need.FLUID,)
 
     def resistance(self, bodies):
         """Force over speed of each body (n,) [kg/s]."""
@@ -79,7 +80,7 @@ class StokesDrag(ViscousDrag):
 
     viscosity: float = parameter(0.0, unit="Pa s", low=0.0, high=20.0, null=0.0, source="castor oil 1, glycerine 1.4, honey 10")
     plain = "{fluid} resistance by viscosity"
-    needs = (Need.MASS_AND_SIZE,)
+    needs = (Need.FLUID, Need.MASS_AND_SIZE)
     reynolds = (0.0, 1.0)
 
     def resistance(self, bodies):

@@ -30,7 +30,7 @@ class Line(Problem):
 
     def __init__(self, times, values, sigma=1.0, groups=None):
         self.times, self.values, self.difference_steps, self.unit = times, values, {}, "m"
-        self.noise = SimpleNamespace(position=sigma, orientation=None)
+        self.noise = SimpleNamespace(position=sigma, orientation=None, of_unit=lambda unit: sigma)
         names = groups or [str(k) for k in range(len(times))]
         self.trials = [SimpleNamespace(group=name, name=name, **COMMON) for name in names]
         self.simulator = SimpleNamespace(contact=False, body_steps=0.0)

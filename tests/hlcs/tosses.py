@@ -30,8 +30,10 @@ def write_tosses(folder, speeds, seconds=0.9, seed=4):
         turn = generator.standard_normal(4)
         spin = 3 * speed * generator.standard_normal(3)
         start = np.concatenate([[0, 0, 0.15], [speed, 0, 0], turn / np.linalg.norm(turn), spin])
-        whole = SimpleNamespace(times=times, position=np.zeros((len(times), 3)), recording="", start={}, **vars(trial))
-        ((position, turns),) = Simulator(Model(), (whole,), [0.0], True, 1 / 1200).simulate(
+        whole = SimpleNamespace(
+            times=times, position=np.zeros((len(times), 3)), recording="", start={}, accelerations=None, **vars(trial)
+        )
+        ((position, turns, _),) = Simulator(Model(), (whole,), [0.0], True, 1 / 1200).simulate(
             Model(), start[None], np.zeros(1, int)
         )
         seen = position + 0.001 * generator.standard_normal(position.shape)

@@ -247,8 +247,9 @@ def table_candidates(file, table, names, own):
     def obstacle(kind):
         if kind not in own and kind not in FITTING[table.outcome]:
             return f"does not act on {table.outcome}"
-        if Need.MASS_AND_SIZE in kind.needs and not known:
-            return NEEDS[Need.MASS_AND_SIZE][0]
+        for need, met in ((Need.FLUID, file.surroundings.fluid_density), (Need.MASS_AND_SIZE, known)):
+            if need in kind.needs and not met:
+                return NEEDS[need][0]
         if kind is effects.LoadDependentFriction and "mass_kg" not in table.inputs:
             return "the load does not vary"
         return None

@@ -17,6 +17,7 @@ LEAST_FREEDOM = 3  # settings beyond the numbers of the curve
 MOST_BENT = 3  # degree of the curve: what the library does to an outcome bends no more over a range of one input
 SEEN = 0.01  # probability below which replicates do not explain the scatter: as of the adequacy of a model
 APART = 0.05  # probability below which neighbours are too much alike for scatter: the rest of an effect would be so
+FINE = 400  # variances, from far below that of a mean to far above the misfit, among which the most probable is looked for
 DRAWS = 2000  # of scatter without order, beside which neighbours are compared
 
 
@@ -63,19 +64,34 @@ def setting_errors(file, table, sigma, model):
     known = of_inputs(file, table, model)
     _, first = np.unique(table.setting, return_index=True)
     expected = outcomes_at(file, table, model, {name: values[first] for name, values in table.inputs.items()})
-    more, freedom = between_settings(table, sigma, known, expected)
-    if not more > 0:
+    scatter, unit = between_settings(table, sigma, known, expected), OUTCOMES[table.outcome]
+    if scatter.alone is not None:
+        return SettingErrors(known, notes=(_stands_alone(table, first[scatter.alone]),))
+    if not scatter.size > 0:
         return SettingErrors(known)
-    unit = OUTCOMES[table.outcome]
     note = (
-        f"settings scatter by {more:.2g} {unit} beyond what their replicates and the stated errors of inputs explain, up and "
-        "down from one to the next as no effect does: taken as an error that the rows of a setting share"
+        f"settings scatter by {scatter.size:.2g} {unit} beyond what their replicates and the stated errors of inputs explain, up "
+        "and down from one to the next as no effect does: taken as an error that the rows of a setting share"
     )
-    return SettingErrors(np.hypot(known, more), float(1 / np.sqrt(2 * freedom)), (note,))
+    return SettingErrors(np.hypot(known, scatter.size), float(1 / np.sqrt(2 * scatter.freedom)), (note,))
+
+
+def _stands_alone(table, row):
+    """The note on the one setting, of which a row is given, that all the scatter comes from."""
+    inputs = ", ".join(f"{name} = {values[row]:g}" for name, values in table.inputs.items() if np.ptp(values) > 0)
+    return f"the rows at {inputs} lie off a curve through all others, which scatter no more than they should: check that setting"
+
+
+class Scatter(NamedTuple):
+    """What differs between settings beside their inputs."""
+
+    size: float = 0.0  # one sigma [unit of the outcome]; 0 = none is seen
+    freedom: int = 0  # degrees of freedom that it was read from
+    alone: int | None = None  # the distinct setting that carries it alone, then no scatter; None = all do
 
 
 def between_settings(table, sigma, known, expected):
-    """(one sigma of what else differs between settings [unit of the outcome], degrees of freedom of it); 0 where none is seen.
+    """The Scatter of a table.
 
     sigma: of one row; known: of each setting from its inputs (d,); expected: outcomes of the model under test (d,).
 
@@ -89,7 +105,7 @@ def between_settings(table, sigma, known, expected):
     varied = [values[first] for values in table.inputs.values() if np.ptp(values) > 0]
     freedom_of_rows = int(np.sum(counts - 1))
     if len(varied) != 1 or len(first) < LEAST_SETTINGS or np.any(counts < 2) or not np.isfinite(expected).all():
-        return 0.0, 0
+        return Scatter()
     order = np.argsort(varied[0])
     x = varied[0][order]
     means = np.array([np.mean(table.values[table.setting == setting]) for setting in np.unique(table.setting)])
@@ -103,8 +119,32 @@ def between_settings(table, sigma, known, expected):
     excess = float(weights @ rest**2)
     seen = stats.f.sf(excess / freedom, freedom, freedom_of_rows) < SEEN
     if not seen or neighbours_alike(rest, left, np.sqrt(variance)):
-        return 0.0, 0
-    return float(np.sqrt((excess - freedom) / np.trace(weights[:, None] * left))), freedom
+        return Scatter()
+    alone = carried_by_one(misfit, curve, variance)
+    if alone is not None:
+        return Scatter(alone=int(order[alone]))
+    return Scatter(float(np.sqrt((excess - freedom) / np.trace(weights[:, None] * left))), freedom)
+
+
+def carried_by_one(misfit, curve, variance):
+    """Which of the observations (d,) is more probably wrong by itself than all scatter alike; None where all do.
+
+    curve: columns that are fitted to them (d, p); variance: of each without any scatter (d,). Two models of one number each are
+    compared by what is left of the observations beside the curve (restricted likelihood: H. D. Patterson, R. Thompson, Biometrika
+    58 (1971) 545): an unknown variance of all, or an unknown variance of one, which may be any of the d.
+    """
+    beside = np.linalg.qr(curve, mode="complete")[0][:, curve.shape[1] :]
+    rest, covariance = beside.T @ misfit, beside.T @ (variance[:, None] * beside)
+    sizes, axes = np.linalg.eigh(covariance)
+    shared = sizes[0] * 1e-2 * np.geomspace(1.0, 1e4 * max(rest @ rest / sizes[0], 1.0), FINE)[:, None]
+    of_all = np.min(np.sum(np.log1p(shared / sizes) + (axes.T @ rest) ** 2 / (sizes + shared), axis=1))
+    white = beside @ np.linalg.inv(covariance)
+    deleted = (white @ rest) ** 2 / np.einsum("ij,ij->i", white, beside)  # fall of chi2 if one alone may be anything
+    worst = int(np.argmax(deleted))
+    # log(1 + u) - z^2 u/(1 + u) is least where the variance u of the one, in its own, is z^2 - 1
+    most = max(deleted[worst], 1.0)
+    of_one = rest @ np.linalg.solve(covariance, rest) + np.log(most) - (most - 1.0)
+    return worst if of_one + 2 * np.log(len(misfit)) < of_all else None
 
 
 def neighbours_alike(rest, left, deviations):

@@ -4,15 +4,17 @@ from collections import Counter
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.impacts import differing_from_model, read_impacts
+from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
 from hlcs.data.recordings import read_recordings
 from hlcs.data.sinking import read_viscosity
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.budget import SMOOTH_LIMIT, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
 from hlcs.estimation.noise_model import estimate_noise
-from hlcs.estimation.trajectory_problem import CHANNELS
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, touches
@@ -48,7 +50,7 @@ class Trajectories:
 
     @property
     def judgeable(self):
-        return self._noise.position is not None or self._noise.orientation is not None
+        return self._noise.known
 
     @property
     def noise(self):
@@ -67,9 +69,8 @@ class Trajectories:
     def observe(self):
         prepared = prepare(self.measurement, self.options.user_effects, self._noise)
         adequacy, table = judge(prepared.problem, prepared.base)
-        position = table["channel"] < 3
-        unit, sigma = ("m", self._noise.position) if position.any() else ("rad", self._noise.orientation)
-        error = misfit(table["residual"][position if position.any() else ~position], unit, sigma)
+        unit = prepared.problem.unit
+        error = misfit(table["residual"][have_unit(table["channel"], unit)], unit, prepared.problem.noise_level)
         shown = {
             "trials": tuple(trial.name for trial in prepared.problem.trials),
             "channels": CHANNELS,
@@ -146,4 +147,4 @@ class Trajectories:
     def pictures(problem, before, after):
         """What the figure of a Diagnosis draws."""
         names = tuple(trial.name for trial in problem.trials)
-        return Pictures(before, after, names, "time", "time [s]", CHANNELS, ("m",) * 3 + ("rad",) * 3)
+        return Pictures(before, after, names, "time", "time [s]", CHANNELS, tuple(np.repeat(CHANNEL_UNITS, 3).tolist()))

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from hlcs.data.quantities import CHANNELS
 from hlcs.data.rigid_body import rigid_body
 from hlcs.estimation.adequacy import blocks_in_time, fit_adequacy
-from hlcs.estimation.trajectory_problem import CHANNELS
 from hlcs.kinds.protocol import misses
 from hlcs.simulation.regimes import REGIMES, classify_regimes
 from minibullet import rotations
@@ -22,12 +22,14 @@ def observations(problem, fit):
     )
     white = fit.linearization.projected[0]
     columns = {}
-    for k, (recording, (position, orientation)) in enumerate(zip(problem.recordings, trajectories, strict=True)):
+    for k, (recording, motion) in enumerate(zip(problem.recordings, trajectories, strict=True)):
+        position, orientation = motion.position, motion.orientation
         times = problem.trials[k].times
         speed = np.linalg.norm(np.gradient(position, times, axis=0), axis=1)
         raw = fit.linearization.raw[k]
-        turn = rotations.logarithm(orientation)
-        model = np.concatenate([position, turn], axis=1)[recording.sample, recording.channel]
+        force = np.zeros_like(position) if motion.specific_force is None else motion.specific_force
+        modelled = np.concatenate([position, rotations.logarithm(orientation), force], axis=1)
+        model = modelled[recording.sample, recording.channel]
         regimes = classify_regimes(problem.trials[k], rigid_body(problem.trials[k].body).shape, position, orientation)
         parts = {
             "trial": np.full(len(raw), k),
@@ -49,7 +51,7 @@ def observations(problem, fit):
 
 def partitions(table):
     """Ways to cut the observations into blocks whose sums would show a slow or a common misfit: name -> labels (n,)."""
-    chain = table["trial"] * 6 + table["channel"]
+    chain = table["trial"] * len(CHANNELS) + table["channel"]
     labels = {f"blocks of {length} samples": blocks_in_time(chain, length) for length in (4, 12, 36)}
     if len(np.unique(table["trial"])) >= 3:
         for name in ("time", "height", "speed"):
@@ -74,7 +76,7 @@ def where_it_fails(problem, table):
     where = []
     regimes = table.get("phase", np.full(len(table["trial"]), "flight"))
     names, kind = np.unique(regimes, return_inverse=True)
-    label = (table["trial"] * 6 + table["channel"]) * len(names) + kind
+    label = (table["trial"] * len(CHANNELS) + table["channel"]) * len(names) + kind
     order = np.argsort(label, kind="stable")
     for inside in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
         worst = inside[np.argmax(np.abs(table["sigmas"][inside]))]

@@ -5,13 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from hlcs.data.quantities import CHANNELS, unit_of
 from hlcs.data.recordings import Recordings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.estimation.multiple_shooting import refit_initial_states
 from hlcs.estimation.noise_model import estimate_noise
 from hlcs.estimation.outliers import isolated_outliers, rougher, spread_of
 from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
-from hlcs.estimation.trajectory_problem import CHANNELS, TrajectoryProblem
+from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.kinds.protocol import Prepared
 from hlcs.kinds.trajectories.time_step import STILL, corrected, in_sigma, refine
 from hlcs.simulation.contact_motion import gap
@@ -41,9 +42,10 @@ def start_times(trials):
 
 
 def seen_from_above(trial):
-    """Is there a floor and horizontal motion, but no height, measured or stated? Such a body is taken to move on its floor."""
+    """Is there a floor and motion, but no height, measured or stated? Such a body is taken to move on its floor."""
     on_floor = trial.surroundings.floor_height is not None and "position" not in trial.start
-    return on_floor and np.isfinite(trial.position[:, :2]).any() and not np.isfinite(trial.position[:, 2]).any()
+    level = trial.unplaced or np.isfinite(trial.position[:, :2]).any()
+    return on_floor and level and not np.isfinite(trial.position[:, 2]).any()
 
 
 def touches(trials, noise):
@@ -51,7 +53,7 @@ def touches(trials, noise):
     for trial in trials:
         if trial.surroundings.floor_height is None:
             continue
-        if seen_from_above(trial):
+        if seen_from_above(trial) or trial.unplaced:  # it may reach its floor, and no height tells that it does not
             return True
         shape = rigid_body(trial.body).shape
         there = np.isfinite(trial.position).all(axis=1)
@@ -111,7 +113,7 @@ def prepare(measurement: Recordings, own=(), noise=None):
     notes = list(measurement.notes) + list(noise.notes)
     trials = measurement.trials
     contact = touches(trials, noise)
-    if noise.position is None and noise.orientation is None:
+    if not noise.known:
         return Prepared(noise, None, None, tuple(notes), contact)
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     for trial in trials[:1]:
@@ -218,9 +220,13 @@ def without_isolated(problem, fit):
 
 
 def isolated(problem, raw):
-    """[(n, 6) booleans] of each recording: samples and channels whose residual stands alone, far from its neighbours'."""
-    flags = [np.zeros((len(trial.times), 6), bool) for trial in problem.trials]
-    for channel in range(6):
+    """[(n, 9) booleans] of each recording: samples and channels whose residual stands alone, far from its neighbours'.
+
+    No accelerations through contacts: where a slide stops or an impact comes a little late, a good reading stands alone too.
+    """
+    flags = [np.zeros((len(trial.times), len(CHANNELS)), bool) for trial in problem.trials]
+    judged = [k for k, name in enumerate(CHANNELS) if not (problem.simulator.contact and unit_of(name, "m") == "m/s2")]
+    for channel in judged:
         readings = [recording.channel == channel for recording in problem.recordings]
         series = [
             (recording.times[here], residual[here])

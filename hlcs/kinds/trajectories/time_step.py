@@ -4,6 +4,7 @@ import numpy as np
 
 from hlcs.estimation.segment_profiles import profiled
 from hlcs.kinds.trajectories.observations import recording_scale
+from hlcs.simulation.simulator import Motion
 from minibullet import rotations
 from minibullet.errors import InputError
 
@@ -86,8 +87,12 @@ def richardson(coarse, fine):
     Richardson's extrapolation of an error of first order, Phil. Trans. R. Soc. A 210 (1911) 307.
     """
     return [
-        (2 * near - far, rotations.product(rotations.product(turn, rotations.conjugate(before)), turn))
-        for (far, before), (near, turn) in zip(coarse, fine, strict=True)
+        Motion(
+            2 * near.position - far.position,
+            rotations.product(rotations.product(near.orientation, rotations.conjugate(far.orientation)), near.orientation),
+            None if near.specific_force is None else 2 * near.specific_force - far.specific_force,
+        )
+        for far, near in zip(coarse, fine, strict=True)
     ]
 
 

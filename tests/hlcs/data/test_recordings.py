@@ -69,7 +69,7 @@ def test_lines_may_end_in_any_way_and_rows_are_lines_of_the_file(tmp_path):
     for end in ("\n", "\r\n", "\r"):
         (tmp_path / "a.csv").write_bytes(end.join(rows).encode())
         found.append(read_recording(tmp_path / "a.csv"))
-    for times, position, _, places in found:
+    for times, position, _, _, places in found:
         assert times.tolist() == [0, 0.1, 0.2, 0.3, 0.4] and places.tolist() == [4, 5, 6, 8, 9]
         assert np.array_equal(position[:, 2], [1, 1.1, np.nan, 0.9, 0.8], equal_nan=True)
 

@@ -52,7 +52,7 @@ def test_what_is_dropped_or_missing_is_no_observation():
     seen = parabola([1.0, 0.0, 5.0])
     seen[3, 0], seen[:, 1] = np.nan, np.nan
     problem = problem_of(seen)
-    flags = np.zeros((12, 6), bool)
+    flags = np.zeros((12, 9), bool)
     flags[7, 2] = True
     problem.drop([flags])
     (recording,) = problem.recordings

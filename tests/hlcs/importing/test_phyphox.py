@@ -37,7 +37,8 @@ def test_what_an_accelerometer_reads_stays_in_the_axes_of_the_phone(imported):
         "ay_m_s2": ["-0.2", "", "0.0"],
         "az_m_s2": ["9.8", "", "-1.0"],
     }
-    assert 'accelerometer = "body"' in found.experiment.read_text() and "axes of the phone" in str(found)
+    written = found.experiment.read_text()
+    assert 'accelerometer = "body"' in written and "noise.acceleration = " in written and "axes of the phone" in str(found)
 
 
 def test_a_linear_acceleration_gets_back_the_gravity_that_the_phone_took_out(imported):

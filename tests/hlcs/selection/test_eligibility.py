@@ -19,7 +19,7 @@ BOX = Body(shape="box", mass=1.0, size=(0.1, 0.2, 0.3))
 TIMES = np.linspace(0.0, 1.0, 12)
 
 
-def recordings(columns="xyz", body=BALL, floor=0.0, start=("velocity", "angular_velocity"), effects=(), alike=False):
+def recordings(columns="xyz", body=BALL, floor=0.0, start=("velocity", "angular_velocity"), effects=(), alike=False, fluid=1.2):
     """What a choice of candidates reads of two recordings and their file."""
     heights = (5 - 4 * TIMES**2, 5 - 4 * TIMES**2 if alike else 1 + 4 * TIMES)
     trials = tuple(
@@ -27,9 +27,10 @@ def recordings(columns="xyz", body=BALL, floor=0.0, start=("velocity", "angular_
             columns=set(columns.split()) if " " in columns else set(columns),
             start=dict.fromkeys(start),
             body=body,
-            surroundings=Surroundings(floor_height=floor),
+            surroundings=Surroundings(floor_height=floor, fluid_density=fluid),
             session="",
             times=TIMES,
+            unplaced=False,
             position=np.stack([0 * TIMES, 0 * TIMES, z], axis=1),
         )
         for z in heights
@@ -54,6 +55,7 @@ def test_where_everything_is_known_everything_takes_part():
     ("what", "names", "why"),
     [
         ({"body": Body(shape="sphere", radius=0.1)}, {"buoyancy", "drag_crisis", "mass_offset"}, "mass and size"),
+        ({"fluid": 0.0}, {"linear_drag", "stokes_drag"}, "the file states a vacuum (fluid_density = 0.0)"),
         ({"floor": None}, {"wall_drag", "ground_cushion", "tracker_smoothing"}, "there is no floor"),
         ({"start": ("velocity",)}, {"magnus", "orientation_drag"}, "the spin is neither measured nor stated"),
         ({"start": ()}, {"clock_offset", "history_force"}, "the moment of release is not known"),

@@ -30,7 +30,7 @@ def lines(count, slope=0.0, sigma=1.0, generator=None):
     problem = Line([TIMES] * count, list(slope * TIMES + noise), sigma, ["ab"[k % 2] for k in range(count)])
     for k, trial in enumerate(problem.trials):
         trial.name = str(k)
-    problem.noise, problem.unit = SimpleNamespace(position=sigma), "m"
+    problem.noise, problem.unit = SimpleNamespace(position=sigma, of_unit=lambda unit: sigma), "m"
     return problem
 
 

@@ -87,6 +87,14 @@ def test_candidates_that_do_not_act_on_an_outcome_are_left_out_with_the_reason(t
     assert absent == {"buoyancy": "mass and size of the body are not stated"}
 
 
+def test_in_a_stated_vacuum_no_fluid_is_viscous(tmp_path):
+    """Their one number says nothing of a fluid. Drags with a density stay: they are believed at most to a thousandth."""
+    read = table(tmp_path, falls(), body=f"{BALL}[surroundings]\nfluid_density = 0.0\n")
+    chosen, absent = table_candidates(*read, ["linear_drag", "stokes_drag", "quadratic_drag"], ())
+    assert [candidate.name for candidate in chosen] == ["quadratic_drag"]
+    assert set(absent) == {"linear_drag", "stokes_drag"} and all("vacuum" in why for why in absent.values())
+
+
 def test_the_setting_that_is_missed_most_is_where_to_look_again(tmp_path):
     """The rows at 2 m are 6 ms late, 3 standard deviations of one and 3 sqrt(3) of the mean of three."""
     late = falls()

@@ -1,0 +1,192 @@
+"""Accelerometers: slides, falls and spins in closed form; a reading is the mean of v' - g over the time between two."""
+
+import numpy as np
+import pytest
+
+import hlcs
+from hlcs.kinds.protocol import Options
+from hlcs.kinds.trajectories.preparation import prepare
+from hlcs.simulation.free_flight import Track
+from minibullet.errors import InputError
+
+G, RATE, SIGMA = 9.81, 100.0, 0.02
+BOX = {"shape": "box", "size": [0.15, 0.075, 0.01], "mass": 0.2}  # a phone
+CUBE = {"shape": "box", "size": [0.1, 0.1, 0.1], "mass": 0.05}
+AREA = 6 * 0.1**2 / 4  # mean projected area of a cube: a quarter of its surface (Cauchy 1832) [m2]
+DRAG, DENSITY = 1.05, 1.2
+DROPPED = {"position": [0.0, 0.0, 5.0], "velocity": [0.0, 0.0, 0.0]}
+NAMES = ("ax_m_s2", "ay_m_s2", "az_m_s2")
+
+
+def read(times, velocity):
+    """Mean acceleration over 1/RATE about each time, cut at the ends of the recording, of a velocity in closed form, (n,)."""
+    begin, end = (np.clip(times + half, times[0], times[-1]) for half in (-0.5 / RATE, 0.5 / RATE))
+    return (velocity(end) - velocity(begin)) / (end - begin)
+
+
+def frame(times, readings, seed):
+    """A recording of readings (n, 3) with white noise."""
+    noisy = readings + SIGMA * np.random.default_rng(seed).standard_normal(readings.shape)
+    return {"t_s": times, **dict(zip(NAMES, noisy.T, strict=True))}
+
+
+def slide(friction, speed, seed):
+    """A phone that slides along x, stops after v0 / (mu g), and lies still."""
+    times = np.arange(50) / RATE
+    along = read(times, lambda t: np.maximum(speed - friction * G * t, 0.0))
+    return frame(times, np.column_stack([along, 0 * times, 0 * times + G]), seed)
+
+
+def fall(coefficient, seed, spin=0.0):
+    """A cube in free fall, v = -v_t tanh(g t / v_t), v_t^2 = 2 m g / (rho C A); along body axes that turn about x with `spin`."""
+    times = np.arange(100) / RATE
+    force = 0 * times
+    if coefficient:
+        limit = np.sqrt(2 * CUBE["mass"] * G / (DENSITY * coefficient * AREA))
+        force = read(times, lambda t: -limit * np.tanh(G * t / limit)) + G
+    turn = spin * times
+    return frame(times, np.column_stack([0 * times, force * np.sin(turn), force * np.cos(turn)]), seed)
+
+
+def experiment(frames, body, axes="world", start=None, noise=SIGMA, **sections):
+    trials = [{"start": start} for _ in frames] if start else None
+    return hlcs.Experiment.from_frames(
+        frames, body=body, noise={"acceleration": noise}, trials=trials, measurement={"accelerometer": axes}, **sections
+    )
+
+
+def sliding(friction, **diagnose):
+    frames = [slide(0.31, speed, seed) for seed, speed in enumerate((0.8, 1.1))]
+    around = {"floor": {"height": 0.0}, "friction": friction, "fluid_density": 0.0}
+    return experiment(frames, BOX, surroundings=around, diagnose=diagnose)
+
+
+SOME = {"candidates": ["friction", "load_dependent_friction"]}
+
+
+@pytest.mark.parametrize(
+    "diagnose", [SOME, pytest.param({}, marks=pytest.mark.slow)], ids=["two candidates", "the whole library"]
+)
+def test_friction_is_read_from_how_a_phone_slows_down_on_a_floor(diagnose):
+    """a = -mu g until it stops; its speed at the start is told by when it stops, and stated nowhere."""
+    found = hlcs.diagnose(sliding(0.4, **diagnose))
+    assert not any("isolated" in note for note in found.notes)  # readings about the stop stand alone, and are good
+    number = found.parameters["friction"]["coefficient"]
+    assert found.verdict == "effect" and found.effects == ("friction",) and found.error["unit"] == "m/s2"
+    half = number["high"] - number["low"]
+    assert number["low"] - half / 2 < 0.31 < number["high"] + half / 2  # four standard errors: the interval holds 90 %
+
+
+def test_a_slide_with_the_right_friction_is_complete():
+    assert hlcs.diagnose(sliding(0.31, **SOME)).verdict == "complete"
+
+
+@pytest.mark.parametrize("coefficient", [0.0, DRAG])
+def test_drag_and_nothing_else_is_read_in_free_fall(coefficient):
+    around = {"fluid_density": DENSITY}
+    found = hlcs.diagnose(experiment([fall(coefficient, k) for k in (0, 1)], CUBE, start=DROPPED, surroundings=around))
+    if not coefficient:
+        assert found.verdict == "complete" and not found.effects
+        return
+    number = found.parameters["quadratic_drag"]["drag_coefficient"]
+    half = number["high"] - number["low"]
+    assert found.verdict == "effect" and found.effects == ("quadratic_drag",)
+    assert number["low"] - half / 2 < DRAG < number["high"] + half / 2
+
+
+def spinning(spin_stated):
+    start = {**DROPPED, "orientation": [1.0, 0.0, 0.0, 0.0], "angular_velocity": [spin_stated, 0.0, 0.0]}
+    frames = [fall(DRAG, seed, spin=6.0) for seed in (3, 4)]
+    model = {"effects": [{"name": "quadratic_drag", "drag_coefficient": DRAG}]}
+    return experiment(frames, CUBE, "body", start, surroundings={"fluid_density": DENSITY}, model=model)
+
+
+def test_the_axes_of_a_spinning_body_turn_with_it():
+    """A drag straight up is read as (0, sin wt, cos wt) by a body that turns about x; with another spin it is not."""
+    assert hlcs.compare(spinning(6.0)).adequate
+    assert not hlcs.compare(spinning(-6.0)).adequate
+
+
+def test_a_start_that_no_acceleration_tells_leaves_the_fit_as_it_is():
+    """In a vacuum all speeds read alike: the unstated velocity has no column, and stays finite."""
+    thrown = experiment([fall(0.0, 5)], CUBE, surroundings={"fluid_density": 0.0})
+    base = prepare(thrown.opened(Options()).measurement).base
+    assert not np.concatenate(base.linearization.state_columns).any() and base.linearization.state_columns[0].shape[1] == 3
+    assert np.array_equal(base.initial_states[0, :6], np.zeros(6)) and hlcs.compare(thrown).adequate
+
+
+def test_a_mean_acceleration_over_a_window_is_the_change_of_velocity_in_it():
+    """v = t^2 between nodes a step apart: exact where the window is a step long, whatever its phase."""
+    nodes = np.linspace(0.0, 1.0, 11)
+    velocity = np.zeros((11, 1, 3))
+    velocity[:, 0, 2] = nodes**2
+    track = Track(nodes, 0 * velocity, velocity, np.zeros((11, 1, 4)), 0 * velocity)
+    times = np.array([[0.3, 0.37, 0.52]])
+    mean = track.mean_acceleration(times, np.array([[0.1]]))[0, :, 2]
+    np.testing.assert_allclose(mean, 2 * times[0], rtol=1e-12)  # d(t^2)/dt; both ends err alike
+
+
+@pytest.mark.parametrize("stop", [0.3, 0.317, 0.34])
+def test_a_slide_that_stops_inside_a_step_is_read_as_if_steps_were_short(stop):
+    """Nodes 1/30 s apart see v0 - a t until it stops: the mean over any window is that of the closed form, to rounding."""
+    nodes, slowing = np.arange(31) / 30, 3.0
+    velocity = np.zeros((31, 1, 3))
+    velocity[:, 0, 0] = np.maximum(slowing * (stop - nodes), 0.0)
+    track = Track(nodes, 0 * velocity, velocity, np.zeros((31, 1, 4)), 0 * velocity)
+    times = np.linspace(0.2, 0.5, 40)[None]
+    begin, end = times[0] - 0.005, times[0] + 0.005
+    due = (np.maximum(slowing * (stop - end), 0.0) - np.maximum(slowing * (stop - begin), 0.0)) / 0.01
+    np.testing.assert_allclose(track.mean_acceleration(times, np.array([[0.01]]))[0, :, 0], due, atol=1e-11)
+
+
+REFUSED = [
+    ({"axes": None}, ("column 'ax_m_s2'", "accelerometer = ")),
+    ({"axes": "body"}, ("start = { orientation", "[[trial]]")),
+    ({"scale": 1000.0}, ("not in cm/s2",)),
+    ({"scale": 1 / G}, ("multiples of g", "9.81")),
+    ({"scale": -1.0}, ("turn the sign",)),
+    ({"shift": -G}, ("taken out",)),
+    ({"planar": True}, ("planar", "floor")),
+]
+
+
+@pytest.mark.parametrize("case, words", REFUSED)
+def test_what_no_accelerometer_reads_is_refused_with_the_remedy(case, words):
+    rows = slide(0.31, 0.8, 0)
+    rows = {name: values * (1 if name == "t_s" else case.get("scale", 1.0)) for name, values in rows.items()}
+    rows["az_m_s2"] = rows["az_m_s2"] + case.get("shift", 0.0)
+    axes = case.get("axes", "world")
+    measurement = ({"accelerometer": axes} if axes else {}) | ({"planar": True} if "planar" in case else {})
+    with pytest.raises(InputError) as problem:
+        hlcs.compare(
+            hlcs.Experiment.from_frames(
+                [rows], body=BOX, surroundings={"floor": {"height": 0.0}}, noise={"acceleration": SIGMA}, measurement=measurement
+            )
+        )
+    assert "\n" not in str(problem.value)
+    for word in words:
+        assert word in str(problem.value), str(problem.value)
+
+
+def test_the_noise_of_an_accelerometer_is_read_from_a_phone_at_rest():
+    """200 readings of each axis tell a standard deviation to 1 / sqrt(2 * 600) = 3 %; 12 % is four of these."""
+    times = np.arange(200) / RATE
+    rest = frame(times, np.column_stack([0 * times, 0 * times, 0 * times + G]), 9)
+    fell = hlcs.Experiment.from_frames(
+        [fall(0.0, 5)],
+        body=CUBE,
+        surroundings={"fluid_density": 0.0},
+        static=rest,
+        trials=[{"start": DROPPED}],
+        measurement={"accelerometer": "world"},
+    )
+    seen = hlcs.compare(fell)
+    assert seen.noise["source"] == "static recording"
+    assert seen.noise["acceleration"] == pytest.approx(SIGMA, rel=0.12)
+
+
+def test_the_picture_shows_the_channel_that_the_model_misses_most():
+    """All of the drag of a fall stands in az."""
+    sections = {"surroundings": {"fluid_density": DENSITY}, "diagnose": {"candidates": ["quadratic_drag"]}}
+    found = hlcs.diagnose(experiment([fall(DRAG, k) for k in (0, 1)], CUBE, start=DROPPED, **sections))
+    assert any(ax.get_ylabel() == "az [m/s2]" for ax in np.ravel(found.plot())[0].figure.axes)
