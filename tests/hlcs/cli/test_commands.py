@@ -28,6 +28,7 @@ SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
         ["import"],
         ["sweep"],
         ["doctor"],
+        ["course", "copy"],
         ["mystery", "list"],
         ["mystery", "copy"],
         ["mystery", "reveal"],
