@@ -106,7 +106,7 @@ def lesson_of(docname):
 def link_notebook(app, docname, source):
     """A link to the notebook of a lesson, under its title."""
     if name := lesson_of(docname):
-        link = f'<a href="{name}.ipynb" download>Download this lesson as a notebook</a> (all of them: `hlcs course copy --out DIR`)'
+        link = f'<a href="{name}.ipynb" download>Download this lesson as a notebook</a> (all: `hlcs course copy --out DIR`)'
         source[0] = re.sub(r"^(# .+)$", rf"\1\n\n{link}", source[0], count=1, flags=re.MULTILINE)
 
 

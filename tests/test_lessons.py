@@ -1,4 +1,4 @@
-"""The lessons of the course: each has its parts, its code runs, its solutions prove what they say, also in a fresh environment."""
+"""The lessons of the course: each has its parts, its code runs, its solutions hold, also in a fresh environment."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Asks pybullet how far a stack of boxes creeps, and writes the answer: `python stack_in_pybullet.py` makes stack_in_pybullet.csv.
+"""Asks pybullet how far a stack of boxes creeps: `python stack_in_pybullet.py` writes stack_in_pybullet.csv.
 
 Ten boxes, 1 m, 1000 kg, friction 0.5, each let go 1 mm above the one below; pybullet's own defaults (50 iterations, step 1/240 s)
 but for sleeping, which would hide creep and is off. pybullet is on the package index for Python up to 3.11 on Linux.
@@ -14,7 +14,7 @@ BOXES, SECONDS, STEPS_A_SECOND, EVERY = 10, 60, 240, 120
 pybullet.connect(pybullet.DIRECT)
 pybullet.setGravity(0, 0, -9.81)
 pybullet.setPhysicsEngineParameter(deterministicOverlappingPairs=1)
-surface = {"lateralFriction": math.sqrt(0.5), "rollingFriction": 0, "spinningFriction": 0, "linearDamping": 0, "angularDamping": 0}
+surface = {"lateralFriction": math.sqrt(0.5), "linearDamping": 0, "angularDamping": 0}  # two bodies: their product is 0.5
 pybullet.changeDynamics(pybullet.createMultiBody(0, pybullet.createCollisionShape(pybullet.GEOM_PLANE)), -1, **surface)
 shape = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.5, 0.5, 0.5])
 boxes = [pybullet.createMultiBody(1000.0, shape, basePosition=[0, 0, 0.501 + 1.001 * k]) for k in range(BOXES)]

@@ -1,7 +1,7 @@
 """The course: nine lessons, from a first drop to five layers of Cubipods, as notebooks to be copied and worked in.
 
-The lessons are text, one source for the pages of the documentation and for the notebooks: `docs/course` in a checkout, packed into
-the installed package as `hlcs/course/lessons`.
+The lessons are text, one source for the pages of the documentation and for the notebooks: `docs/course` in a checkout, which is
+packed into the installed package as `hlcs/course/lessons`.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A lesson as a Jupyter notebook: nbformat 4.5 (https://nbformat.readthedocs.io), which is JSON and needs no package to be written."""
+"""A lesson as a Jupyter notebook: nbformat 4.5 (https://nbformat.readthedocs.io), JSON that needs no package to be written."""
 
 import re
 

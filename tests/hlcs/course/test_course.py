@@ -58,7 +58,7 @@ def test_markup_that_a_notebook_cannot_show_is_refused(markup):
 
 
 def test_every_notebook_keeps_to_the_format():
-    """nbformat 4.5: every cell has an id of its own, and what its type asks for; by its own schema where nbformat is installed."""
+    """nbformat 4.5: every cell has an id of its own, and what its type asks for; its schema, where nbformat is installed."""
     for name in course.names():
         document = json.loads(course.notebook(name))
         assert (document["nbformat"], document["nbformat_minor"]) == (4, 5)
