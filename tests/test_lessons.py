@@ -17,10 +17,11 @@ ROOT = Path(__file__).resolve().parent.parent
 SLOW = {"02_engine_on_one_page", "06_what_is_missing", "08_write_your_own_effect", "09_cubipod_to_layers"}  # above 5 s idle
 LESSONS = [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in course.names()]
 EXECUTE = """
-import sys, time, nbformat, nbclient
-notebook = nbformat.read(sys.argv[1], as_version=4)
+import pathlib, sys, time, nbformat, nbclient
+path = pathlib.Path(sys.argv[1])
+notebook, place = nbformat.read(path, as_version=4), {"metadata": {"path": str(path.parent)}}
 began = time.time()
-nbclient.NotebookClient(notebook, timeout=600, kernel_name="python3").execute()
+nbclient.NotebookClient(notebook, timeout=600, kernel_name="python3", resources=place).execute()
 print(f"{time.time() - began:.1f}")
 """
 
