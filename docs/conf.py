@@ -13,6 +13,8 @@ from latex2mathml.converter import convert
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from hlcs import course  # noqa: E402  # of this checkout
+
 project = "hlcs"
 author = "the hlcs developers"
 copyright = "the hlcs developers, BSD 3-Clause"
@@ -37,6 +39,7 @@ myst_heading_anchors = 3
 nb_execution_mode = "cache"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
+nb_code_prompt_show, nb_code_prompt_hide = "Show the solution", "Hide the solution"  # only solutions of exercises are hidden
 
 autosummary_generate = True
 autodoc_member_order = "bysource"
@@ -94,6 +97,25 @@ def plain_docstring(app, what, name, obj, options, lines):
     lines[:] = result
 
 
+def lesson_of(docname):
+    """The name of the lesson that a page of the course is, else None."""
+    room, _, name = docname.rpartition("/")
+    return name if room == "course" and name in course.names() else None
+
+
+def link_notebook(app, docname, source):
+    """A link to the notebook of a lesson, under its title."""
+    if name := lesson_of(docname):
+        link = f'<a href="{name}.ipynb" download>Download this lesson as a notebook</a> (all: `hlcs course copy --out DIR`)'
+        source[0] = re.sub(r"^(# .+)$", rf"\1\n\n{link}", source[0], count=1, flags=re.MULTILINE)
+
+
+def write_notebooks(app, exception):
+    """The notebooks that the pages of the course link to, beside them."""
+    if exception is None and app.builder.format == "html":
+        course.copy(Path(app.outdir) / "course")
+
+
 def formula(display):
     """What writes a formula as MathML, which browsers draw themselves."""
 
@@ -108,3 +130,5 @@ def setup(app):
     app.add_html_math_renderer("mathml", formula("inline"), formula("block"))
     app.connect("autodoc-process-docstring", plain_docstring, priority=400)
     app.connect("autodoc-skip-member", skip_alias)
+    app.connect("source-read", link_notebook)
+    app.connect("build-finished", write_notebooks)

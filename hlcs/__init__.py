@@ -37,7 +37,7 @@ HOMES = {
     "InputError": "minibullet.errors",
     "InputWarning": "minibullet.errors",
 }
-ROOMS = ("effects", "mystery")  # modules that users ask for
+ROOMS = ("course", "effects", "mystery")  # modules that users ask for
 __all__ = sorted(HOMES)
 
 

@@ -22,6 +22,7 @@ class CommandModules(UserDict):
 
 COMMANDS = CommandModules(
     compare="experiments",
+    course="course",
     demo="place",
     diagnose="experiments",
     doctor="doctor",

@@ -28,6 +28,7 @@ SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
         ["import"],
         ["sweep"],
         ["doctor"],
+        ["course", "copy"],
         ["mystery", "list"],
         ["mystery", "copy"],
         ["mystery", "reveal"],
@@ -145,6 +146,13 @@ def test_a_mystery_is_listed_copied_and_told(hlcs, tmp_path):
     assert status == 0 and (tmp_path / "case" / "experiment.toml").is_file() and "hlcs diagnose" in text
     status, text, _ = hlcs("mystery", "reveal", name)
     assert status == 0 and text.strip()
+
+
+def test_the_course_is_copied_with_its_titles(hlcs, tmp_path):
+    status, text, _ = hlcs("course", "copy", "--out", "class", "--json", "class.json")
+    lessons = json.loads((tmp_path / "class.json").read_text())["lessons"]
+    assert status == 0 and len(lessons) == 9 and all(title in text for title in lessons.values())
+    assert {path.name for path in (tmp_path / "class").glob("*.ipynb")} == set(lessons)
 
 
 def test_ctrl_c_ends_with_one_line_and_leaves_nothing(tmp_path):
