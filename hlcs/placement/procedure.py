@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 import minibullet as mb
-from hlcs.placement import layer_placement, plate_readings, sea_bottom, validation
+from hlcs.placement import hanging, layer_placement, plate_readings, sea_bottom, validation
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.placement_result import PlacementResult
 from hlcs.placement.units import CONCRETE, UNITS
@@ -220,7 +220,7 @@ class _Site:
         for row in rows or (aims,):  # a layer may have lost all its units
             ground = -sea_bottom.height_above(self.bed, np.insert(row, 2, 0.0, axis=1))
             lowest = ground + self.envelope + self.test.falling_distance * self.dn
-            hung, lifted = layer_placement.hang_layer(self.world, layer, self.load, row, lowest, self.generator, len(handles))
+            hung, lifted = hanging.hang_layer(self.world, layer, self.load, row, lowest, self.generator, len(handles))
             handles, lifts = handles + hung, [*lifts, *lifted]
             record = self._settled(layer, handles).after(record)
         return record.started(lifts)
