@@ -4,7 +4,7 @@ The first layer is laid at rest: every unit in its lowest pose with an edge on t
 on a rectangular one, where free headings collide, with its horizontal tip axis along x. Units of the next layers are oriented
 at random, their lowest point a falling distance above the mean height of the layers below, over the hollows, all dropped at
 once. Overlaps at the start: headings of the first layer are drawn again, then chosen; what is left (tips longer than the
-spacing, margins) is pushed apart; hanging units keep the orientation that was drawn and are lifted.
+spacing, margins) is pushed apart; hanging units are turned about the vertical (`hlcs.placement.hanging`).
 """
 
 from dataclasses import dataclass, replace
@@ -38,6 +38,7 @@ class LayerRecord:
     unsolved_steps: int  # steps whose residual stayed above the tolerance
     lifted: int = 0  # units that started higher than the falling distance, so as not to overlap
     mean_lift: float = 0.0  # of those units [m]
+    redrawn: int = 0  # units given another orientation than the one first drawn, so as not to overlap
     pushed: float = 0.0  # how far, at most, a unit of the first layer was pushed aside so as not to overlap [m]
     standing: tuple = ()  # handles of those units that stand in the layer, at rest and carried
 
@@ -52,14 +53,16 @@ class LayerRecord:
             unsolved_steps=self.unsolved_steps + earlier.unsolved_steps,
             lifted=earlier.lifted,
             mean_lift=earlier.mean_lift,
+            redrawn=earlier.redrawn,
             pushed=earlier.pushed,
         )
 
-    def started(self, lifts=(), pushed=0.0):
-        """The same layer, with how its units were freed from overlaps at the start: lifts (n,), pushed [m]."""
+    def started(self, lifts=(), pushed=0.0, redrawn=0):
+        """The same layer, with how its units were freed from overlaps at the start: lifts (n,), pushed [m], redrawn units."""
         lifts = np.asarray(lifts, dtype=float)
         raised = lifts[lifts > 0.0]
-        return replace(self, lifted=len(raised), mean_lift=float(raised.mean()) if len(raised) else 0.0, pushed=float(pushed))
+        mean = float(raised.mean()) if len(raised) else 0.0
+        return replace(self, lifted=len(raised), mean_lift=mean, redrawn=redrawn, pushed=float(pushed))
 
 
 def load_of(unit, test):

@@ -210,8 +210,8 @@ def test_the_grid_of_the_next_layer_is_referred_to_a_unit_that_stands():
 
 
 def test_lifts_and_drift_are_told(small_result):
-    """TPG parts few units by lifting; RPG most. A drift is a length, of the middle of a layer."""
-    rpg = PlacementTest(grid="RPG", layers=2, rows=4, columns=4).run()
+    """Where overlaps are parted by lifting, RPG lifts most units. A drift is a length, of the middle of a layer."""
+    rpg = PlacementTest(grid="RPG", layers=2, rows=4, columns=4, crowding="lift").run()
     rows = rpg.to_dict()["layers"]
     assert rows[0]["lifted_units"] == 0 and rows[0]["mean_lift_over_dn"] == 0.0
     assert rows[1]["lifted_units"] > 0 and rows[1]["mean_lift_over_dn"] > 0.04  # a twentieth of a radius at a time

@@ -157,6 +157,7 @@ def test_a_result_is_a_value_with_the_fields_of_the_contract(small_result):
         "unsupported_readings",
         "lifted_units",
         "mean_lift_over_dn",
+        "redrawn_units",
         "drift_over_dn",
     }
     assert {"achieved_packing_density", "achieved_porosity"} <= set(data)
@@ -184,6 +185,7 @@ def test_a_rough_bed_is_the_bottom_plus_heights_of_the_stated_scatter():
     "change",
     [
         {"sequential_placement": True},
+        {"unit_by_unit": True},
         {"loose_lower_layers": True},
         {"vibration": 0.3},
         {"inertia_factor": 2.06},
