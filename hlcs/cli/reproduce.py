@@ -11,7 +11,7 @@ from hlcs.processes.compilation import compile_engine
 
 @click.command()
 @click.argument("table", type=click.Choice(["table1", "table2", "table3", "blind", "figures", "ladder", "all"]))
-@click.option("--repeats", type=click.IntRange(1, 10_000), help="tests a case; 5, for table1 1, for ladder 8")
+@click.option("--repeats", type=click.IntRange(1, 10_000), help="tests a case; 5, for table1 3, for ladder 8")
 @workers_option
 @click.option("--seed", type=SEED, default=1, show_default=True, help="of the first test; the others follow")
 @click.option("--friction", type=float, help="of a contact; left out: both 0.36, which is what Bullet makes of 0.6, and 0.6")

@@ -51,7 +51,7 @@ def _figures(document):
     """{file name: Figure} of a document."""
     table = document["table"]
     if table == "table1":
-        return {"sensitivity.png": figures.sensitivity_figure(document["rows"])}
+        return {"sensitivity.png": figures.tornado_figure(document["rows"], document["parameters"], document["base"])}
     if table in ("table2", "table3"):
         variants = [(f"model, friction {document['settings']['friction']:g}", document["grids"])]
         variants += [(f"model, friction {other['friction']:g}", other["grids"]) for other in document["other_frictions"]]

@@ -78,26 +78,55 @@ def grid_figure(panels):
     return figure
 
 
-def sensitivity_figure(rows):
-    """eps_R of every parameter value of Table 1 as bars; returns the Figure.
+PAPER_RANGE = 1.9, 7.6  # eps_R of the paper's Table 1, section 3.2.4 [%]
 
-    rows: dictionaries with parameter, value, mean_relative_error (nan where no test left a structure: said so, no bar).
+
+def tornado_figure(rows, parameters, base):
+    """eps_R of every parameter of Table 1 as a tornado plot, the widest range on top; returns the Figure.
+
+    rows: dictionaries with parameter, value and error, error_low, error_high [-] (nan or None where no test left a structure:
+    said so, no point); parameters: dictionaries with parameter, lowest, highest, matters; base: {parameter: its value in all
+    other rows}. Bars reach from the lowest to the highest mean; points are the values, with 95 % intervals.
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8, 0.28 * len(rows) + 1.2), layout="constrained")
+    figure = Figure(figsize=(8, 0.62 * len(parameters) + 1.6), layout="constrained")
     ax = figure.add_subplot()
-    names = [f"{row['parameter'].replace('_', ' ')} = {row['value']:g}" for row in rows]
-    errors = np.array([row["mean_relative_error"] for row in rows], dtype=float)  # None, as JSON has it, is nan
-    ax.barh(names, 100 * np.nan_to_num(errors), color=STYLES["model"][0], height=0.6)
-    for place in np.flatnonzero(np.isnan(errors)):
-        ax.text(0.0, place, " no structure", va="center", fontsize=9)
-    ax.axvspan(1.9, 7.6, color="#eeeae0", zorder=0, label="the paper's range, 1.9 to 7.6 %")
+    ax.axvspan(*PAPER_RANGE, color="#eeeae0", zorder=0, label="the paper's range, {:g} to {:g} %".format(*PAPER_RANGE))
+    for place, of_one in enumerate(parameters):
+        own = [row for row in rows if row["parameter"] == of_one["parameter"]]
+        _tornado_row(ax, place, of_one, own, base[of_one["parameter"]])
+    ax.set_yticks(range(len(parameters)), [_tornado_label(of_one) for of_one in parameters])
     ax.invert_yaxis()
-    ax.set_xlabel("mean relative error of three layers, %")
+    ax.set_xlim(left=0.0)
+    ax.set_xlabel("mean relative error of a test, %; the number at a point is the parameter's value, in bold the calibrated one")
     ax.spines[["top", "right"]].set_visible(False)
-    ax.legend(frameon=False, fontsize=9)
+    ax.legend(frameon=False, fontsize=9, loc="lower right")
     return figure
+
+
+def _tornado_label(of_one):
+    """Name of a parameter, and whether it matters."""
+    verdict = "beyond the scatter" if of_one["matters"] else "within the scatter"
+    return f"{of_one['parameter'].replace('_', ' ')}\n({verdict})"
+
+
+def _tornado_row(ax, place, of_one, rows, base):
+    """One parameter: the bar, its values in order from top to bottom, and those that left no structure in words."""
+    low, high = (float("nan" if of_one[end] is None else of_one[end]) for end in ("lowest", "highest"))
+    ax.barh(place, 100 * np.nan_to_num(high - low), left=100 * np.nan_to_num(low), height=0.8, color="#c9d8ea", zorder=1)
+    heights = place + np.linspace(-0.3, 0.3, len(rows)) if len(rows) > 1 else [place]
+    for height, row in zip(heights, rows, strict=True):
+        numbers = [row[name] for name in ("error", "error_low", "error_high")]
+        error, *ends = (100 * float("nan" if number is None else number) for number in numbers)
+        if np.isnan(error):
+            ax.text(0.0, height, f" {row['value']:g}: no structure", va="center", fontsize=7)
+            continue
+        reach = np.nan_to_num(np.abs(np.array(ends) - error))[:, None]
+        ax.errorbar(error, height, xerr=reach, color=STYLES["model"][0], marker="o", markersize=3, linewidth=0.8)
+        weight = "bold" if row["value"] == base else "normal"
+        ax.annotate(f"{row['value']:g}", (error + reach[1, 0], height), (4, 0), textcoords="offset points",
+                    va="center", fontsize=7, weight=weight)  # fmt: skip
 
 
 def png_bytes(figure, dpi=150):

@@ -4,7 +4,7 @@ The first layer is laid at rest: every unit in its lowest pose with an edge on t
 on a rectangular one, where free headings collide, with its horizontal tip axis along x. Units of the next layers are oriented
 at random, their lowest point a falling distance above the mean height of the layers below, over the hollows, all dropped at
 once. Overlaps at the start: headings of the first layer are drawn again, then chosen; what is left (tips longer than the
-spacing, margins) is pushed apart; hanging units keep the orientation that was drawn and are lifted.
+spacing, margins) is pushed apart; hanging units are turned about the vertical (`hlcs.placement.hanging`).
 """
 
 from dataclasses import dataclass, replace
@@ -38,6 +38,7 @@ class LayerRecord:
     unsolved_steps: int  # steps whose residual stayed above the tolerance
     lifted: int = 0  # units that started higher than the falling distance, so as not to overlap
     mean_lift: float = 0.0  # of those units [m]
+    redrawn: int = 0  # units given another orientation than the one first drawn, so as not to overlap
     pushed: float = 0.0  # how far, at most, a unit of the first layer was pushed aside so as not to overlap [m]
     standing: tuple = ()  # handles of those units that stand in the layer, at rest and carried
 
@@ -52,14 +53,16 @@ class LayerRecord:
             unsolved_steps=self.unsolved_steps + earlier.unsolved_steps,
             lifted=earlier.lifted,
             mean_lift=earlier.mean_lift,
+            redrawn=earlier.redrawn,
             pushed=earlier.pushed,
         )
 
-    def started(self, lifts=(), pushed=0.0):
-        """The same layer, with how its units were freed from overlaps at the start: lifts (n,), pushed [m]."""
+    def started(self, lifts=(), pushed=0.0, redrawn=0):
+        """The same layer, with how its units were freed from overlaps at the start: lifts (n,), pushed [m], redrawn units."""
         lifts = np.asarray(lifts, dtype=float)
         raised = lifts[lifts > 0.0]
-        return replace(self, lifted=len(raised), mean_lift=float(raised.mean()) if len(raised) else 0.0, pushed=float(pushed))
+        mean = float(raised.mean()) if len(raised) else 0.0
+        return replace(self, lifted=len(raised), mean_lift=mean, redrawn=redrawn, pushed=float(pushed))
 
 
 def load_of(unit, test):
@@ -128,36 +131,6 @@ def first_places(unit, centres, bottom, test):
 
 def _first_pose(unit, normal, heading):
     return rotations.product(rotations.between(np.array([0.0, 0.0, 1.0]), normal), unit.first_layer_orientation(heading))
-
-
-def hang_layer(world, layer, load, centres, lowest, generator, first=0):
-    """Units at uniformly random orientations over centres (n, 2), their lowest points at height ``lowest`` (n,) or above [m].
-
-    Returns their handles, and by how much each was lifted (n,) [m]. load: as by `load_of`; first: how many units of the layer
-    stand already, which gives the next ones their names.
-
-    On a close grid about half of such units would overlap a neighbour. Drawing again until none does would prefer the
-    orientations that fit side by side; so the orientation stays as drawn and the later of the two is lifted, a twentieth of
-    its radius at a time, until it is free.
-    """
-    shape, handles = load["shape"], []
-    lifts = np.zeros(len(centres))
-    vertices = np.concatenate([piece.vertices for piece in shape.pieces])
-    for (x, y), z in zip(centres, lowest, strict=True):
-        orientation = rotations.random(generator, 1)[0]
-        depth = -rotations.dot(vertices, rotations.matrix(orientation)[2]).min()
-        name = f"{layer}.{first + len(handles) + 1}"
-        handles.append(world.add(**load, position=(x, y, z + depth), orientation=orientation, name=name))
-    rank = {handle: number for number, handle in enumerate(handles)}
-    rise = np.array([0.0, 0.0, 0.05 * shape.bounding_radius])
-    for _ in range(MOST_DRAWS):
-        later = {max(rank.get(a, -1), rank.get(b, -1)) for a, b, _ in world.overlaps()} - {-1}
-        if not later:
-            return handles, lifts
-        for number in sorted(later):
-            handles[number].position = handles[number].position + rise
-            lifts[number] += rise[2]
-    raise InputError(f"placement: the units of layer {layer} overlap however far they are lifted; widen the grid")
 
 
 def _redrawn(world, handles, redraw):

@@ -140,6 +140,7 @@ class PlacementResult(Result):
                 "unsupported_readings": int(np.isnan(self.readings[j]).sum()),
                 "lifted_units": self.records[j].lifted,
                 "mean_lift_over_dn": self.records[j].mean_lift / dn,
+                "redrawn_units": self.records[j].redrawn,
                 "drift_over_dn": _known(self.drift[j]),
             }
             for j, k in enumerate(self.layer_coefficients)
@@ -180,7 +181,7 @@ class PlacementResult(Result):
 
     def to_dataframe(self):
         """One row a layer: layer, k, readings, cv, units, lost, unsettled, unsupported_readings, lifted_units,
-        mean_lift_over_dn, drift_over_dn; NaN where a layer has no such value."""
+        mean_lift_over_dn, redrawn_units, drift_over_dn; NaN where a layer has no such value."""
         import pandas as pd
 
         return pd.DataFrame(self.layer_rows())

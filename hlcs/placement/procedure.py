@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 import minibullet as mb
-from hlcs.placement import layer_placement, plate_readings, sea_bottom, validation
+from hlcs.placement import hanging, layer_placement, plate_readings, sea_bottom, validation
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.placement_result import PlacementResult
 from hlcs.placement.units import CONCRETE, UNITS
@@ -40,7 +40,7 @@ RANGES = {  # lowest and highest value of every number; where the default is a w
     "bottom_roughness": (0.0, 0.5),
     "inertia_factor": (0.01, 100.0),
 }
-WORDS = {"reference": ("layer", "blind"), "shape": ("pieces", "hull"), "armour": tuple(UNITS)}
+WORDS = {"reference": ("layer", "blind"), "shape": ("pieces", "hull"), "armour": tuple(UNITS), "crowding": hanging.CROWDING}
 
 
 @dataclass(frozen=True)
@@ -53,12 +53,13 @@ class PlacementTest:
     friction: *contact* coefficient [-], 0.36 is what Bullet makes of the paper's 0.6 on each of two bodies; restitution [-];
     linear_damping, angular_damping [-]; margin around each unit [Dn]; falling_distance [Dn]; density [kg/m3]; seed;
     time_step [s], iterations, tolerance, solver: how the engine computes; settle_time: longest wait for a layer [s]; plates
-    per side.
+    per side; crowding: what is done about hanging units that overlap, "turn", "redraw" or "lift" (`hlcs.placement.hanging`).
 
     How the crane really places, all absent by default: placement_scatter, standard deviation of the aims from layer 2 on
     [Dn]; placement_offset_x, placement_offset_y, by which every layer misses its aim more than the one below [Dn];
     yaw_constraint, concentration of the first layer's headings about x on a triangular grid (von Mises) [-]; lost_units,
     fraction left out [-]; sequential_placement: rows of a layer one after another, each at rest before the next;
+    unit_by_unit: so are its units;
     loose_lower_layers: no layer is ever fixed; vibration: peak acceleration to and fro along x after each layer [g].
     What the unit and the bed really are: bottom_roughness, standard deviation of the bed's heights, one every 1.5 Dn
     [Dn];
@@ -90,12 +91,14 @@ class PlacementTest:
     solver: str = "gauss_seidel"
     settle_time: float = 30.0
     plates: int = 3
+    crowding: str = "turn"
     placement_scatter: float = 0.0
     placement_offset_x: float = 0.0
     placement_offset_y: float = 0.0
     yaw_constraint: float = 0.0
     lost_units: float = 0.0
     sequential_placement: bool = False
+    unit_by_unit: bool = False
     loose_lower_layers: bool = False
     vibration: float = 0.0
     bottom_roughness: float = 0.0
@@ -116,6 +119,8 @@ class PlacementTest:
             )
         if self.bottom_roughness and isinstance(self.bottom, sea_bottom.Survey):
             raise InputError("placement: bottom_roughness on a surveyed bottom; its roughness stands in the survey")
+        if self.unit_by_unit and self.sequential_placement:
+            raise InputError("placement: unit_by_unit = true and sequential_placement = true (row by row); give one of the two")
         _ = self.settings  # checked now, not after minutes
         validation.tell_unlikely(self)
 
@@ -214,16 +219,17 @@ class _Site:
         return self._settled(1, handles).started(pushed=pushed)
 
     def _upper_layer(self, layer, aims, centres):
-        """The record of a layer, dropped at once or row after row, and settled."""
-        handles, lifts, record = [], [], None
-        rows = layer_placement.rows_of(aims, centres) if self.test.sequential_placement else ()
+        """The record of a layer, dropped at once, row after row or unit after unit, and settled."""
+        test, handles, lifts, redrawn, record = self.test, [], [], 0, None
+        rows = np.split(aims, len(aims)) if test.unit_by_unit and len(aims) else ()
+        rows = layer_placement.rows_of(aims, centres) if test.sequential_placement else rows
         for row in rows or (aims,):  # a layer may have lost all its units
             ground = -sea_bottom.height_above(self.bed, np.insert(row, 2, 0.0, axis=1))
-            lowest = ground + self.envelope + self.test.falling_distance * self.dn
-            hung, lifted = layer_placement.hang_layer(self.world, layer, self.load, row, lowest, self.generator, len(handles))
-            handles, lifts = handles + hung, [*lifts, *lifted]
+            lowest = ground + self.envelope + test.falling_distance * self.dn
+            hung = hanging.hang_layer(self.world, layer, self.load, row, lowest, self.generator, len(handles), test.crowding)
+            handles, lifts, redrawn = handles + hung.handles, [*lifts, *hung.lifts], redrawn + hung.redrawn
             record = self._settled(layer, handles).after(record)
-        return record.started(lifts)
+        return record.started(lifts, redrawn=redrawn)
 
     def _settled(self, layer, handles):
         """The record of a layer after its units have come to rest."""

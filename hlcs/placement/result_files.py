@@ -17,7 +17,7 @@ from minibullet.files.arrays import ArrayFile
 from minibullet.files.reading import read_text
 
 RECORD_FIELDS = ("reason", "unsettled", "penetration", "transient_penetration", "steps", "unsolved_steps")
-LATER_FIELDS = ("lifted", "mean_lift", "pushed")  # which results of earlier versions lack
+LATER_FIELDS = ("lifted", "mean_lift", "pushed", "redrawn")  # which results of earlier versions lack
 MOST_BYTES = 400_000_000  # of a file of a result, unpacked: seven million poses, more than any machine has placed
 ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
 

@@ -15,9 +15,11 @@ def list_overlaps(scene, tolerance=TOUCH):
     """Rows (index a, index b, depth [m]), deepest first; see ``World.overlaps``."""
     depth, cache = {}, scene.update_pairs(_poses(scene, 0.0))
     scene.past_motion = np.zeros(len(scene.past_motion))
-    for (a, b), gap in zip(cache.bodies, cache.gap, strict=True):
-        if gap < 0.0 and gap < -tolerance * scene.contact_size(np.array([[a, b]]))[0]:
-            depth[a, b] = max(depth.get((a, b), 0.0), -float(gap))
+    deep = np.flatnonzero(cache.gap < 0.0)
+    pairs, gaps = cache.bodies[deep], cache.gap[deep]
+    for (a, b), gap, size in zip(pairs.tolist(), gaps.tolist(), scene.contact_size(pairs), strict=True):
+        if gap < -tolerance * size:
+            depth[a, b] = max(depth.get((a, b), 0.0), -gap)
     return sorted(((*pair, d) for pair, d in depth.items()), key=lambda row: -row[2])
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hlcs.files import folders
-from hlcs.paper import reproduce
+from hlcs.paper import reproduce, sensitivity
 from hlcs.paper.reproduce import Plan
 from hlcs.paper.reproduce_text import text_of
 from hlcs.placement import figures
@@ -115,11 +115,39 @@ def test_units_that_lie_on_their_aim_have_no_miss(small_result):
     assert np.abs(missed[0]).max() < 0.01
 
 
-def test_the_picture_of_table_1_has_a_bar_for_every_value_and_words_for_no_structure():
-    rows = [
-        {"parameter": "friction", "value": 0.36, "mean_relative_error": 0.02},
-        {"parameter": "linear_damping", "value": 1.0, "mean_relative_error": None},
-    ]
-    axes = figures.sensitivity_figure(rows).axes[0]
-    assert [bar.get_width() for bar in axes.patches[:2]] == pytest.approx([2.0, 0.0])
-    assert [text.get_text().strip() for text in axes.texts] == ["no structure"]
+def rows_of(parameter, errors):
+    """Rows of Table 1 of one parameter: {value: errors of its tests}."""
+    found = [{"parameter": parameter, "value": value, "errors": tests} for value, tests in errors.items()]
+    return [row | sensitivity.spread(row["errors"]) for row in found]
+
+
+def test_a_mean_error_has_student_s_interval():
+    """Errors 1, 2, 3 %: mean 2, deviation 1, so half the interval is 4.303 / sqrt(3) (Student, 2 degrees of freedom)."""
+    spread = sensitivity.spread([0.01, 0.02, np.nan, 0.03])
+    assert spread["error"] == pytest.approx(0.02)
+    half = pytest.approx(0.01 * 4.3027 / np.sqrt(3), rel=1e-4)
+    assert spread["error_high"] - 0.02 == half and 0.02 - spread["error_low"] == half
+    assert np.isnan(sensitivity.spread([0.01])["error_high"]) and np.isnan(sensitivity.spread([np.nan])["error"])
+
+
+def test_a_parameter_matters_where_its_values_differ_by_more_than_seeds_do():
+    """Groups (1, 2, 3) and (4, 5, 6): F = 13.5 with 1 and 4 degrees of freedom, p = 0.0213; twice that by Holm of two."""
+    rows = rows_of("margin", {0.0: [0.01, 0.02, 0.03], 0.1: [0.04, 0.05, 0.06]})
+    rows += rows_of("friction", {0.3: [0.01, 0.02, 0.03], 0.6: [0.02, 0.03, 0.01], 9.0: [np.nan, np.nan, np.nan]})
+    first, second = sensitivity.parameters_of(rows)
+    assert (first["parameter"], first["matters"]) == ("margin", True)
+    assert first["p"] == pytest.approx(2 * 0.02131, rel=1e-3)
+    assert (first["lowest"], first["highest"]) == (pytest.approx(0.02), pytest.approx(0.05))
+    assert not second["matters"] and second["no_structure"] == [9.0]
+    single = sensitivity.parameters_of(rows_of("margin", {0.0: [0.01], 0.1: [0.04]}))
+    assert np.isnan(single[0]["p"]) and "--repeats 2" in "".join(sensitivity.text_lines(single))
+
+
+def test_the_tornado_of_table_1_has_a_bar_for_every_parameter_and_words_for_no_structure():
+    rows = rows_of("friction", {0.36: [0.02, 0.03], 0.6: [0.04, 0.05]})
+    rows += rows_of("linear_damping", {0.0: [0.02, 0.03], 1.0: [np.nan, np.nan]})
+    figure = figures.tornado_figure(rows, sensitivity.parameters_of(rows), {"friction": 0.36, "linear_damping": 0.0})
+    bars = [bar for bar in figure.axes[0].patches if bar.get_height() == 0.8]
+    assert [(bar.get_x(), bar.get_width()) for bar in bars] == [pytest.approx((2.5, 2.0)), pytest.approx((2.5, 0.0))]
+    words = [text.get_text().strip() for text in figure.axes[0].texts]
+    assert sorted(words) == ["0", "0.36", "0.6", "1: no structure"]

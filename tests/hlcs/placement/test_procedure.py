@@ -7,7 +7,7 @@ import pytest
 
 import minibullet as mb
 from hlcs import InputError, PlacementResult, PlacementTest
-from hlcs.placement import layer_placement
+from hlcs.placement import hanging, layer_placement
 from hlcs.placement.placement_file import make_placement
 from hlcs.placement.sea_bottom import Slope, Survey
 from hlcs.placement.settings_table import placement_table
@@ -51,7 +51,7 @@ def test_nothing_starts_in_overlap(grid):
     assert not world.overlaps(1e-6)
     world.freeze(first)
     centres = test.grid.centres(5, 5, 2) * dn
-    layer_placement.hang_layer(world, 2, load, centres, np.full(len(centres), 1.55 * dn), generator)
+    hanging.hang_layer(world, 2, load, centres, np.full(len(centres), 1.55 * dn), generator)
     assert not world.overlaps(1e-6)
 
 
@@ -157,6 +157,7 @@ def test_a_result_is_a_value_with_the_fields_of_the_contract(small_result):
         "unsupported_readings",
         "lifted_units",
         "mean_lift_over_dn",
+        "redrawn_units",
         "drift_over_dn",
     }
     assert {"achieved_packing_density", "achieved_porosity"} <= set(data)
@@ -184,6 +185,7 @@ def test_a_rough_bed_is_the_bottom_plus_heights_of_the_stated_scatter():
     "change",
     [
         {"sequential_placement": True},
+        {"unit_by_unit": True},
         {"loose_lower_layers": True},
         {"vibration": 0.3},
         {"inertia_factor": 2.06},
