@@ -27,6 +27,8 @@ HOMES = {
     "compare": "hlcs.compare",
     "diagnose": "hlcs.diagnose",
     "import_measurements": "hlcs.importing.importer",
+    "MeshUnit": "hlcs.placement.mesh_units",
+    "example_unit": "hlcs.placement.example_units",
     "PlacementTest": "hlcs.placement.procedure",
     "RPG": "hlcs.placement.grids",
     "TPG": "hlcs.placement.grids",

@@ -11,8 +11,9 @@ import numpy as np
 import minibullet as mb
 from hlcs.placement import layer_placement, plate_readings, sea_bottom, validation
 from hlcs.placement.grids import TPG, Grid
+from hlcs.placement.mesh_units import parse_armour, unit_of
 from hlcs.placement.placement_result import PlacementResult
-from hlcs.placement.units import CONCRETE, UNITS
+from hlcs.placement.units import CONCRETE
 from minibullet.errors import InputError, is_number, shown_value
 
 ROUGHNESS_LENGTH = 1.5  # distance of the points at which a rough bed has heights of their own [Dn]
@@ -40,7 +41,7 @@ RANGES = {  # lowest and highest value of every number; where the default is a w
     "bottom_roughness": (0.0, 0.5),
     "inertia_factor": (0.01, 100.0),
 }
-WORDS = {"reference": ("layer", "blind"), "shape": ("pieces", "hull"), "armour": tuple(UNITS)}
+WORDS = {"reference": ("layer", "blind"), "shape": ("pieces", "hull")}
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,8 @@ class PlacementTest:
 
     grid: Grid, "TPG", "RPG" or "a,b"; layers; rows, columns of the first layer; bottom: "flat", "slope:0.04", a survey CSV or
     a bottom; reference: "layer" (each layer's grid starts from a unit of the layer below) or "blind" (from one unit of the
-    first layer); armour: "cubipod" or "cube"; shape: "pieces" (the true unit) or "hull"; side of the unit's cube [m];
+    first layer); armour: "cubipod", "cube", a mesh file of the unit or a MeshUnit; shape: "pieces" (the true unit) or "hull";
+    side of the unit's cube [m], or of a unit from a file the metres per unit of its lengths;
     friction: *contact* coefficient [-], 0.36 is what Bullet makes of the paper's 0.6 on each of two bodies; restitution [-];
     linear_damping, angular_damping [-]; margin around each unit [Dn]; falling_distance [Dn]; density [kg/m3]; seed;
     time_step [s], iterations, tolerance, solver: how the engine computes; settle_time: longest wait for a layer [s]; plates
@@ -73,7 +75,7 @@ class PlacementTest:
     columns: int = 8
     bottom: object = "flat"
     reference: str = "layer"
-    armour: str = "cubipod"
+    armour: object = "cubipod"
     shape: str = "pieces"
     side: float = 1.0
     friction: float = 0.36
@@ -106,6 +108,7 @@ class PlacementTest:
         object.__setattr__(self, "grid", Grid.parse(self.grid))
         if isinstance(self.bottom, str):
             object.__setattr__(self, "bottom", sea_bottom.parse_bottom(self.bottom))
+        object.__setattr__(self, "armour", parse_armour(self.armour))
         object.__setattr__(self, "effects", tuple(self.effects))
         for field in fields(self):
             _check(field.name, getattr(self, field.name), type(field.default))
@@ -122,7 +125,7 @@ class PlacementTest:
     @property
     def unit(self):
         """The armour unit of this side."""
-        return UNITS[self.armour](side=self.side)
+        return unit_of(self.armour, self.side)
 
     @property
     def settings(self):

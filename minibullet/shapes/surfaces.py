@@ -24,8 +24,11 @@ def solid(surface, name):
     name: what messages call it. Raises InputError for anything but closed, outward, convex solids that do not overlap.
     """
     pieces = [convex_piece(*part, name, number) for number, part in enumerate(closed_parts(surface, name), 1)]
-    if len(pieces) == 1:
-        return pieces[0]
+    return pieces[0] if len(pieces) == 1 else compound(pieces, name)
+
+
+def compound(pieces, name):
+    """Convex pieces as one Compound; InputError, with what messages call them, where they overlap."""
     try:
         return Compound(tuple(pieces))
     except InputError as error:
