@@ -34,6 +34,7 @@ HOMES = {
     "TPG": "hlcs.placement.grids",
     "Grid": "hlcs.placement.grids",
     "PlacementResult": "hlcs.placement.placement_result",
+    "design_layer_coefficients": "hlcs.placement.printed_tables",
     "laboratory": "hlcs.placement.printed_tables",
     "paper_numerical": "hlcs.placement.printed_tables",
     "InputError": "minibullet.errors",
