@@ -10,6 +10,7 @@ import numpy as np
 
 import minibullet as mb
 from hlcs.placement import layer_placement, plate_readings, sea_bottom, validation
+from hlcs.placement.deep_layers import DeepLayers
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.mesh_units import parse_armour, unit_of
 from hlcs.placement.placement_result import PlacementResult
@@ -186,12 +187,15 @@ class _Site:
         self.generator = np.random.default_rng(test.seed)
         self.world = mb.World([mb.Gravity(9.81), *test.effects], test.settings)
         self.bed.add_to(self.world)
+        self.deep = DeepLayers(self.world)
         self.shift, self.envelope, self.level = np.zeros(2), 0.0, -np.inf
         self.records, self.readings, self.aims, self.loose = [], [], [], []
 
     def place(self, layer):
         """Place, settle, fix and measure one layer."""
         test, dn = self.test, self.dn
+        if not (test.loose_lower_layers or test.vibration):  # what is shaken, or not fixed, is all in motion
+            self.deep.set_aside([below.handles for below in self.records])
         centres = test.grid.centres(test.rows, test.columns, layer) * dn + self.shift
         aims = layer_placement.missed(test, centres, layer)
         record = self._first_layer(aims) if layer == 1 else self._upper_layer(layer, aims, centres)
@@ -205,7 +209,10 @@ class _Site:
         self.aims.append(aims)
         if test.reference == "layer":
             self.shift = self.shift + layer_placement.reference_shift(record, aims)
-        places, layers = plate_readings.plate_centres(centres, dn, test.plates), [below.handles for below in self.records]
+        places, layers = (
+            plate_readings.plate_centres(centres, dn, test.plates),
+            self.deep.at_hand_of([below.handles for below in self.records]),
+        )
         self.readings.append(plate_readings.read_plates(layers, record.standing, self.bed, places, dn, test.settings))
         self.envelope = _envelope(self.readings[-1].heights, record.standing, self.bed, self.envelope)
         self.level = layer_placement.level_of(_heights(record.handles, self.bed), self.level, dn)
@@ -230,7 +237,8 @@ class _Site:
 
     def _settled(self, layer, handles):
         """The record of a layer after its units have come to rest."""
-        return layer_placement.settle_layer(self.world, layer, handles, self.bed, self.level, self.dn, self.test.settle_time)
+        limits = self.level, self.dn, self.test.settle_time
+        return layer_placement.settle_layer(self.world, layer, handles, self.bed, *limits, watched=self.deep.watch)
 
 
 def _check(name, value, kind):
