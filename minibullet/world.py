@@ -102,6 +102,15 @@ class World:
         for first, end in scene.collision.cache.contacts[fixed[scene.collision.cache.bodies].all(axis=1)]:
             self._warm_start.impulse[first:end] = 0.0  # between two fixed bodies nothing would ever change last step's impulse
 
+    def set_aside(self, bodies):
+        """Take fixed bodies out of every step: they touch nothing, and cost nothing, until they are brought back. Their handles
+        keep position and orientation; `World.bodies` does not list them."""
+        self.registry.set_aside(list(bodies))
+
+    def bring_back(self, bodies):
+        """Bodies that were set aside stand where they stood again, fixed, from the next step on."""
+        self.registry.bring_back(list(bodies))
+
     def overlaps(self, tolerance=overlaps.TOUCH):
         """Bodies that overlap where they stand, before any step: rows (handle a, handle b, depth [m]), deepest first.
 

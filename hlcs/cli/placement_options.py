@@ -9,7 +9,6 @@ from hlcs.placement.procedure import PlacementTest
 CHOICES = {
     "reference": ["layer", "blind"],
     "shape": ["pieces", "hull"],
-    "armour": ["cubipod", "cube"],
     "crowding": ["turn", "redraw", "lift"],
     "stacking": ["ABC", "ABA"],
     "solver": ["exact", "gauss_seidel", "sequential_impulse"],
@@ -22,8 +21,8 @@ HELP = {
     "bottom": "flat, slope:0.04, or a survey bed.csv (x_m,y_m,z_m)",
     "reference": "each layer aimed from the layer below, or blindly",
     "shape": "the true unit, or its convex hull",
-    "armour": "kind of unit",
-    "side": "of the unit's cube, m",
+    "armour": "cubipod, cube, or a mesh file of the unit: FILE.stl, FILE.obj (lengths in m, or see --side)",
+    "side": "of the unit's cube, m; of a unit from a file: metres per unit of its lengths",
     "nominal_diameter": "of the unit, m, in place of --side",
     "friction": "of a contact",
     "restitution": "of a contact",

@@ -14,6 +14,7 @@ from hlcs.placement.units import Cubipod
 
 EXTRAS = {
     "sweep": ("distributed",),
+    "units": ("coacd",),
     "notebook": ("jupyter_client", "ipykernel", "nbclient"),
     "docs": ("sphinx", "myst_nb"),
     "test": ("pytest", "hypothesis"),

@@ -6,6 +6,7 @@ layers = 5
 nominal_diameter = 1.07 # m, in place of `side`
 stacking = "ABA"        # of a triangular grid
 bottom = "bed.csv"      # relative to the file
+armour = "unit.obj"     # likewise
 effects = [{ name = "rolling_friction", arm = 0.02 }]   # of the engine's library, beside gravity
 """
 
@@ -17,9 +18,9 @@ import minibullet as mb
 from hlcs.files.toml_files import LARGEST, TomlFile, nearest
 from hlcs.placement import validation
 from hlcs.placement.grids import TPG, Grid
+from hlcs.placement.mesh_units import ENDINGS, parse_armour, unit_of
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.sea_bottom import parse_bottom
-from hlcs.placement.units import UNITS
 from minibullet.effects import library
 from minibullet.effects.contract import parameters
 from minibullet.errors import InputError, shown_value
@@ -61,6 +62,8 @@ def checked_table(file, skipped=()):
         table = {key: value for key, value in table.items() if key not in ("nominal_diameter", "side")}
     if "bottom" not in skipped:
         table = with_bottom(table, file, "placement")
+    if "armour" not in skipped:
+        table = with_armour(table, file, "placement")
     for key in table:  # one by one first, so that the complaint can name the line
         if key not in skipped:
             check_value(file, "placement", key, table[key], _size(table))
@@ -75,6 +78,15 @@ def with_bottom(table, file, section):
     if text.strip().lower().endswith(".csv"):
         file.file_of(text.strip(), "bottom", section)
     return {**table, "bottom": _at(file, "bottom", parse_bottom, text, file.path.parent, section=section)}
+
+
+def with_armour(table, file, section):
+    """A table under `section` of a TomlFile with its armour, where that is a mesh file, read: it lies beside the file."""
+    text = table.get("armour")
+    if not (isinstance(text, str) and text.strip().lower().endswith(ENDINGS)):
+        return table
+    file.file_of(text.strip(), "armour", section)
+    return {**table, "armour": _at(file, "armour", parse_armour, text, file.path.parent, section=section)}
 
 
 def check_value(file, section, key, value, size=None):
@@ -112,7 +124,7 @@ def _made(table):
             table[key] = _effects(value)
         if TYPES[key] in (float, int) and (isinstance(value, bool) or not isinstance(value, int | float)):
             raise InputError(f"placement: {key} = {shown_value(value)}; it must be a number")
-        if key in ("reference", "shape", "armour", "solver") and not isinstance(value, str):
+        if key in ("reference", "shape", "solver") and not isinstance(value, str):
             raise InputError(f"placement: {key} = {shown_value(value)}; it must be text")
     return PlacementTest(**table)
 
@@ -148,11 +160,11 @@ def _effects(entries):
 
 
 def _side(nominal_diameter, armour):
-    """The cube side [m] of a unit of this nominal diameter [m]."""
+    """The side [m] at which a unit of this armour has this nominal diameter [m]."""
     value = nominal_diameter
     if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value) or value <= 0:
         raise InputError(f"placement: nominal_diameter = {shown_value(value)}; it must be a finite number > 0 (metres)")
-    return value / UNITS.get(armour, UNITS["cubipod"])(side=1.0).nominal_diameter
+    return value / unit_of(parse_armour(armour), 1.0).nominal_diameter
 
 
 def _size(table):

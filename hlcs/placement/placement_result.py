@@ -157,6 +157,7 @@ class PlacementResult(Result):
             "seed": test.seed,
             "shape": test.shape,
             "nominal_diameter_m": dn,
+            "unit": test.unit.facts(test.density),
             "layers": self.layer_rows(),
             "height_over_dn": _known(self.height_over_dn),
             "porosity": _known(self.porosity),

@@ -94,6 +94,21 @@ def paper_numerical(table, grid=None, study="numerical"):
     return _layer_table(table, grid, study)
 
 
+def design_layer_coefficients():
+    """Layer coefficients of other units that design manuals tell to use, as a DataFrame: design values, not measurements.
+
+    Columns: unit; armour_layers (1 or 2 on a slope of rock: not the layers of a low-crested structure); layer_coefficient, mean
+    thickness of a layer over Dn [-]; porosity, and porosity_high where a range is given [-]; source; kind, always "design value".
+    NaN where the source gives none. Two rows where two manuals differ.
+    """
+    import pandas
+
+    table = pandas.DataFrame(rows_of("design_layer_coefficients"))
+    numbers = ["armour_layers", "layer_coefficient", "porosity", "porosity_high"]
+    table[numbers] = table[numbers].apply(pandas.to_numeric)
+    return table.assign(kind="design value")
+
+
 def sensitivity_values():
     """The parameter values of Table 1: {parameter: tuple of floats}; `side` in metres, lengths over Dn otherwise."""
     values = {}

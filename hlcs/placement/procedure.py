@@ -10,9 +10,11 @@ import numpy as np
 
 import minibullet as mb
 from hlcs.placement import hanging, layer_placement, plate_readings, sea_bottom, validation
+from hlcs.placement.deep_layers import DeepLayers
 from hlcs.placement.grids import TPG, Grid
+from hlcs.placement.mesh_units import parse_armour, unit_of
 from hlcs.placement.placement_result import PlacementResult
-from hlcs.placement.units import CONCRETE, UNITS
+from hlcs.placement.units import CONCRETE
 from minibullet.errors import InputError, is_number, shown_value
 
 ROUGHNESS_LENGTH = 1.5  # distance of the points at which a rough bed has heights of their own [Dn]
@@ -40,7 +42,7 @@ RANGES = {  # lowest and highest value of every number; where the default is a w
     "bottom_roughness": (0.0, 0.5),
     "inertia_factor": (0.01, 100.0),
 }
-WORDS = {"reference": ("layer", "blind"), "shape": ("pieces", "hull"), "armour": tuple(UNITS), "crowding": hanging.CROWDING}
+WORDS = {"reference": ("layer", "blind"), "shape": ("pieces", "hull"), "crowding": hanging.CROWDING}
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,8 @@ class PlacementTest:
 
     grid: Grid, "TPG", "RPG" or "a,b"; layers; rows, columns of the first layer; bottom: "flat", "slope:0.04", a survey CSV or
     a bottom; reference: "layer" (each layer's grid starts from a unit of the layer below) or "blind" (from one unit of the
-    first layer); armour: "cubipod" or "cube"; shape: "pieces" (the true unit) or "hull"; side of the unit's cube [m];
+    first layer); armour: "cubipod", "cube", a mesh file of the unit or a MeshUnit; shape: "pieces" (the true unit) or "hull";
+    side of the unit's cube [m], or of a unit from a file the metres per unit of its lengths;
     friction: *contact* coefficient [-], 0.36 is what Bullet makes of the paper's 0.6 on each of two bodies; restitution [-];
     linear_damping, angular_damping [-]; margin around each unit [Dn]; falling_distance [Dn]; density [kg/m3]; seed;
     time_step [s], iterations, tolerance, solver: how the engine computes; settle_time: longest wait for a layer [s]; plates
@@ -74,7 +77,7 @@ class PlacementTest:
     columns: int = 8
     bottom: object = "flat"
     reference: str = "layer"
-    armour: str = "cubipod"
+    armour: object = "cubipod"
     shape: str = "pieces"
     side: float = 1.0
     friction: float = 0.36
@@ -109,6 +112,7 @@ class PlacementTest:
         object.__setattr__(self, "grid", Grid.parse(self.grid))
         if isinstance(self.bottom, str):
             object.__setattr__(self, "bottom", sea_bottom.parse_bottom(self.bottom))
+        object.__setattr__(self, "armour", parse_armour(self.armour))
         object.__setattr__(self, "effects", tuple(self.effects))
         for field in fields(self):
             _check(field.name, getattr(self, field.name), type(field.default))
@@ -127,7 +131,7 @@ class PlacementTest:
     @property
     def unit(self):
         """The armour unit of this side."""
-        return UNITS[self.armour](side=self.side)
+        return unit_of(self.armour, self.side)
 
     @property
     def settings(self):
@@ -188,12 +192,15 @@ class _Site:
         self.generator = np.random.default_rng(test.seed)
         self.world = mb.World([mb.Gravity(9.81), *test.effects], test.settings)
         self.bed.add_to(self.world)
+        self.deep = DeepLayers(self.world)
         self.shift, self.envelope, self.level = np.zeros(2), 0.0, -np.inf
         self.records, self.readings, self.aims, self.loose = [], [], [], []
 
     def place(self, layer):
         """Place, settle, fix and measure one layer."""
         test, dn = self.test, self.dn
+        if not (test.loose_lower_layers or test.vibration):  # what is shaken, or not fixed, is all in motion
+            self.deep.set_aside([below.handles for below in self.records])
         centres = test.grid.centres(test.rows, test.columns, layer) * dn + self.shift
         aims = layer_placement.missed(test, centres, layer)
         record = self._first_layer(aims) if layer == 1 else self._upper_layer(layer, aims, centres)
@@ -207,7 +214,10 @@ class _Site:
         self.aims.append(aims)
         if test.reference == "layer":
             self.shift = self.shift + layer_placement.reference_shift(record, aims)
-        places, layers = plate_readings.plate_centres(centres, dn, test.plates), [below.handles for below in self.records]
+        places, layers = (
+            plate_readings.plate_centres(centres, dn, test.plates),
+            self.deep.at_hand_of([below.handles for below in self.records]),
+        )
         self.readings.append(plate_readings.read_plates(layers, record.standing, self.bed, places, dn, test.settings))
         self.envelope = _envelope(self.readings[-1].heights, record.standing, self.bed, self.envelope)
         self.level = layer_placement.level_of(_heights(record.handles, self.bed), self.level, dn)
@@ -233,7 +243,8 @@ class _Site:
 
     def _settled(self, layer, handles):
         """The record of a layer after its units have come to rest."""
-        return layer_placement.settle_layer(self.world, layer, handles, self.bed, self.level, self.dn, self.test.settle_time)
+        limits = self.level, self.dn, self.test.settle_time
+        return layer_placement.settle_layer(self.world, layer, handles, self.bed, *limits, watched=self.deep.watch)
 
 
 def _check(name, value, kind):

@@ -29,6 +29,7 @@ def text(result):
     lines = [
         f"{data['grid']} grid, {len(result.poses)} layers, {sum(len(p) for p in result.poses)} units, shape {data['shape']}, "
         f"contact friction {result.test.friction:g}, seed {data['seed']}",
+        *unit_lines(result.test),
         "layer       k   plates  left out      CV  units  lost  unsettled",
     ]
     lines += [
@@ -44,6 +45,11 @@ def text(result):
         *notes(result),
     ]
     return "\n".join(lines)
+
+
+def unit_lines(test):
+    """What a unit from a mesh file was found to be, lines of text; none for a built-in unit, whose measures are known."""
+    return [] if isinstance(test.armour, str) else test.unit.description(test.density).split("\n")
 
 
 def html(result):

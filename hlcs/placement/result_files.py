@@ -11,7 +11,7 @@ from hlcs.files.spreadsheets import as_columns, csv_text
 from hlcs.placement.layer_placement import LayerRecord
 from hlcs.placement.placement_file import read_placement_file
 from hlcs.placement.placement_result import PlacementResult
-from hlcs.placement.settings_table import SURVEY_FILE, bottom_words, placement_table
+from hlcs.placement.settings_table import SURVEY_FILE, UNIT_FILE, bottom_words, placement_table
 from minibullet.errors import InputError, is_number
 from minibullet.files.arrays import ArrayFile
 from minibullet.files.reading import read_text
@@ -23,7 +23,7 @@ ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
 
 
 def write_numbers(result, folder):
-    """layers.csv, result.json, poses.npz, settings.toml (and the surveyed bed) into an existing folder."""
+    """layers.csv, result.json, poses.npz, settings.toml (and the surveyed bed, the unit's mesh) into an existing folder."""
     folders.write_text(folder / "layers.csv", csv_text(as_columns(result.layer_rows())))
     records = [{name: getattr(record, name) for name in RECORD_FIELDS + LATER_FIELDS} for record in result.records]
     folders.write_text(folder / VALUES, folders.to_json(result.to_dict() | {"records": records}))
@@ -37,6 +37,8 @@ def write_numbers(result, folder):
     folders.write_toml(folder / SETTINGS, {"placement": placement_table(result.test)})
     if bottom_words(result.test.bottom) == SURVEY_FILE:
         folders.write_text(folder / SURVEY_FILE, result.test.bottom.csv_text())
+    if not isinstance(result.test.armour, str):
+        result.test.armour.write(folder / UNIT_FILE)
 
 
 def load_placement(folder):

@@ -8,14 +8,16 @@ from hlcs.placement.sea_bottom import Flat, Slope, Survey
 from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError
 
-SURVEY_FILE = "bottom.csv"
+SURVEY_FILE, UNIT_FILE = "bottom.csv", "unit.obj"
 
 
 def placement_table(test):
-    """The [placement] that gives this very test again: a flat dictionary of every key. A surveyed bed becomes SURVEY_FILE."""
+    """The [placement] that gives this very test again: a flat dictionary of every key. A surveyed bed becomes
+    SURVEY_FILE, a unit from a mesh UNIT_FILE."""
     table = {field.name: getattr(test, field.name) for field in fields(test)}
     table["grid"], table["stacking"] = grid_words(test.grid), test.grid.stacking
     table["bottom"] = bottom_words(test.bottom)
+    table["armour"] = test.armour if isinstance(test.armour, str) else UNIT_FILE
     table["effects"] = tuple(
         {"name": name_of(effect), **{name: getattr(effect, name) for name in parameters(effect)}} for effect in test.effects
     )
@@ -23,8 +25,11 @@ def placement_table(test):
 
 
 def settings_of(test):
-    """What the key of a stored run is made of: every setting, and for a surveyed bed the hash of its points."""
+    """What the key of a stored run is made of: every setting; for a surveyed bed the hash of its points, for a unit from a
+    mesh that of the mesh."""
     table = placement_table(test)
+    if not isinstance(test.armour, str):
+        table["armour"] = "mesh:" + test.armour.digest
     if isinstance(test.bottom, Survey):
         table["bottom"] = "survey:" + hashlib.sha256(test.bottom.csv_text().encode()).hexdigest()
     return table

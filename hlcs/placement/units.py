@@ -40,6 +40,10 @@ class Unit:
         """Mass of the unit [kg] at a density [kg/m3]."""
         return density * self.volume
 
+    def facts(self, density=CONCRETE):
+        """What the unit is, as plain values: its name, volume [m3], and mass at a density [kg/m3]."""
+        return {"name": self.name, "volume_m3": self.volume, "mass_kg": self.mass(density)}
+
     def shape(self, which="pieces"):
         """The solid for the engine: "pieces", the true unit, or "hull", its convex hull."""
         if which == "pieces":

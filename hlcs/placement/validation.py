@@ -12,7 +12,10 @@ MOST_FALL = 0.5  # of its size that a body may fall in a step: beyond that two c
 
 def tell_unlikely(test):
     """Warn of settings of a PlacementTest that are hardly meant."""
-    for name, value in vars(test).items():
+    numbers = dict(vars(test))
+    if not isinstance(test.armour, str):  # its side is a scale; what can be judged is how large the unit is
+        numbers |= {"side": test.unit.side}
+    for name, value in numbers.items():
         if said := unlikely(name, value):
             warnings.warn(f"placement: {name} = {said}", InputWarning, stacklevel=4)  # where the test is made
 
@@ -32,7 +35,7 @@ def check_effort(test):
             f"placement: {test.rows} rows, {test.columns} columns and {test.layers} layers are {units} units; at "
             f"most {MOST_UNITS} are placed: take fewer"
         )
-    size = test.side
+    size = test.unit.side
     speed = sqrt(2 * 9.81 * (test.falling_distance + 1) * size)  # after its fall, and down into a gap of its own size
     if speed * test.time_step > MOST_FALL * size:
         raise InputError(

@@ -67,6 +67,14 @@ class Collision:
         """Be again as at the checkpoint."""
         self.cache, self.travel, self.allowance = checkpoint
 
+    def keep_rows(self, keep, row):
+        """Forget the bodies that ``keep`` (n,) does not choose; row: the new row of each that stays, (n,)."""
+        pairs = keep[self.cache.bodies].all(axis=1)
+        cache = type(self.cache)(*(array[pairs] for array in self.cache))
+        self.cache = cache._replace(bodies=row[cache.bodies])
+        if len(self.travel) == len(keep):
+            self.travel, self.allowance = self.travel[keep], self.allowance[keep]
+
     def _update_list(self, poses, piece_ranges, moving, group):
         """Make the list anew when some body's motion since, and the motion bound of this step, have used up its allowance."""
         bound = poses.motion_bound

@@ -11,6 +11,9 @@ from minibullet.collision.narrow_phase import Collision
 from minibullet.collision.packing import pack
 from minibullet.kernels import leaf
 
+# arrays of a Scene that have a row for each body, beside those of Bodies
+ROWS = ("friction", "restitution", "margin", "frame", "bounding_radius", "past_motion", "group", "piece_ranges")
+
 
 class PlaneShape:
     """The half-space below a plane through the origin of its body; for collision only."""
@@ -46,6 +49,14 @@ class Scene:
     def reference_mass(self):
         """Median mass of the moving bodies [kg]: turns impulses into velocities in residuals."""
         return self._census()[2]
+
+    def keep_rows(self, keep, row):
+        """Leave out the bodies that ``keep`` (n,) does not choose, none of which moves; row: the new row of each, (n,)."""
+        self.bodies = Bodies(*(array[keep] for array in self.bodies))
+        for name in ROWS:
+            setattr(self, name, getattr(self, name)[keep])
+        self.names = [name for name, stays in zip(self.names, keep, strict=True) if stays]
+        self.collision.keep_rows(keep, row)
 
     def _census(self):
         """The masses, who can move, the median mass; found again only when the masses are others."""

@@ -58,7 +58,7 @@ class Registry:
     """Checks what is added, keeps the handles in the order of adding and the scene's arrays."""
 
     def __init__(self):
-        self.handles, self.waiting, self.scene = [], [], Scene()
+        self.handles, self.waiting, self.aside, self.scene = [], [], [], Scene()
         self._pieces, self._piece_ranges = [PlaneShape((0.0, 0.0, 1.0))], {}
 
     # ---- adding
@@ -176,6 +176,34 @@ class Registry:
         scene.past_motion[rows] = 0.0
         for handle in handles:
             handle._record.update(mass=np.inf, fixed=True)
+
+    def set_aside(self, handles):
+        """Take fixed bodies out of the arrays; their handles keep where they are. What is left keeps its order and features."""
+        scene, gone = self.commit(), set(handles)
+        for handle in handles:
+            if handle._registry is not self or handle._row is None or not handle._record["fixed"]:
+                raise InputError(f"set_aside: body {handle.name!r} is not a fixed body of this world; freeze it first")
+        for handle in handles:
+            handle._record.update({name: self.state(handle, name) for name in STATE})
+        keep = np.ones(len(scene.names), dtype=bool)
+        keep[[handle._row for handle in handles]] = False
+        row = np.cumsum(keep) - 1
+        self.handles = [handle for handle in self.handles if handle not in gone]
+        for handle in self.handles:
+            handle._row = int(row[handle._row])
+        for handle in handles:
+            handle._row = None
+        self.aside += handles
+        scene.keep_rows(keep, row)
+
+    def bring_back(self, handles):
+        """Bodies that were set aside wait to enter the arrays again, where they were."""
+        gone = set(handles)
+        if gone - set(self.aside):
+            raise InputError("bring_back: one of the bodies was not set aside")
+        self.aside = [handle for handle in self.aside if handle not in gone]
+        for handle in handles:
+            self.wait(handle)
 
 
 def _place(handle):

@@ -83,6 +83,8 @@ def shape_from_dict(data):
 def save(world, path):
     """Write the world to ``path`` whole or not at all."""
     scene = world.registry.commit()
+    if world.registry.aside:
+        raise InputError(f"world: {len(world.registry.aside)} bodies are set aside and would be lost; bring them back to save it")
     distinct, items = {}, []
     for handle in world.registry.handles:
         shape = handle._record["shape"]

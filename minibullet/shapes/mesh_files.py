@@ -26,6 +26,17 @@ def mesh_file(path, scale=1.0):
     path: .stl, .obj, .ply or .off; scale: metres per unit of the file. Raises InputError for anything but closed,
     outward, convex solids that do not overlap, and beyond 64 MB, 100,000 triangles or 64 solids.
     """
+    surface, name = read_surface(path, scale)
+    # A solid too small or too large to be weighed is refused below; no need to warn of it first.
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        return surfaces.solid(surface, name)
+
+
+def read_surface(path, scale=1.0):
+    """The triangles of a mesh file as they stand in it, in metres, not yet judged: (Surface, what messages call it).
+
+    path, scale and limits: as of `mesh_file`.
+    """
     path = Path(path)
     name = f"mesh '{shown(path.name, 255)}'"
     readers = {".stl": _read_stl, ".obj": _read_obj, ".ply": read_ply, ".off": _read_off}
@@ -37,9 +48,8 @@ def mesh_file(path, scale=1.0):
     surface = reader(read_bytes(path, name, MOST_BYTES, "simplify the mesh"), name)
     if len(surface.corners) == 0:
         raise InputError(f"{name}: no triangles; the file is empty")
-    # A solid too small or too large to be weighed is refused below; no need to warn of it first.
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        return surfaces.solid(surface._replace(corners=surface.corners * scale), name)
+    with np.errstate(over="ignore", under="ignore"):
+        return surface._replace(corners=surface.corners * scale), name
 
 
 # --- STL

@@ -23,6 +23,21 @@ def solid(surface, name):
 
     name: what messages call it. Raises InputError for anything but closed, outward, convex solids that do not overlap.
     """
+    pieces = [convex_piece(*part, name, number) for number, part in enumerate(closed_parts(surface, name), 1)]
+    return pieces[0] if len(pieces) == 1 else compound(pieces, name)
+
+
+def compound(pieces, name):
+    """Convex pieces as one Compound; InputError, with what messages call them, where they overlap."""
+    try:
+        return Compound(tuple(pieces))
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def closed_parts(surface, name):
+    """Every closed solid of the surface, whatever its form: [(vertices (v, 3) [m], triangles (t, 3)), ...], counter-clockwise
+    seen from outside. Raises InputError where the surface is open, inside out or empty, or has too many solids."""
     vertices, triangles, group = _welded(surface)
     if _open_edge(triangles, group) is not None:
         # The named parts are no solids one by one; perhaps they are one solid together.
@@ -40,13 +55,20 @@ def solid(surface, name):
     if count > MOST_PIECES:
         raise InputError(f"{name}: {count} separate solids, at most {MOST_PIECES} are read; use fewer pieces")
     parts = np.split(triangles[np.argsort(label, kind="stable")], np.cumsum(np.bincount(label))[:-1])
-    pieces = [_convex_piece(vertices, part, name, number) for number, part in enumerate(parts, 1)]
-    if len(pieces) == 1:
-        return pieces[0]
-    try:
-        return Compound(tuple(pieces))
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+    return [_closed_part(vertices, part, name, number) for number, part in enumerate(parts, 1)]
+
+
+def _closed_part(vertices, triangles, name, number):
+    """The vertices that one closed solid uses and its triangles, after checking that its faces look outward."""
+    used, index = np.unique(triangles, return_inverse=True)
+    vertices, triangles = vertices[used], index.reshape(-1, 3)
+    volume = polyhedra.mass_properties(vertices, triangles).volume
+    if volume < 0:
+        raise InputError(
+            f"{name}: solid {number} is inside out, volume = {volume:.6g} m3; turn its faces outward "
+            "(hollow solids cannot be read)"
+        )
+    return vertices, triangles
 
 
 def _text(point):
@@ -109,16 +131,9 @@ def _connected(triangles, group):
     return connected_components(graph, directed=False) if len(triangles) else (0, np.zeros(0, dtype=int))
 
 
-def _convex_piece(vertices, triangles, name, number):
-    """The hull of one closed solid, after checking that the hull is the solid."""
-    used, index = np.unique(triangles, return_inverse=True)
-    vertices, triangles = vertices[used], index.reshape(-1, 3)
+def convex_piece(vertices, triangles, name, number):
+    """The hull of one of the `closed_parts`, after checking that the hull is the solid; number: what messages call it."""
     volume = polyhedra.mass_properties(vertices, triangles).volume
-    if volume < 0:
-        raise InputError(
-            f"{name}: solid {number} is inside out, volume = {volume:.6g} m3; turn its faces outward "
-            "(hollow solids cannot be read)"
-        )
     try:
         piece = ConvexPiece(vertices)
     except InputError as error:

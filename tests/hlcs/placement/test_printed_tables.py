@@ -87,3 +87,13 @@ def test_unknown_study_is_refused():
         printed_tables.paper_numerical("table2", "TPG", study="other")
     with pytest.raises(InputError, match="no column 'centi'"):
         printed_tables.paper_numerical("table3", "TPG", study="centi")
+
+
+def test_design_values_of_other_units_are_told_from_measurements():
+    """The paper quotes both tetrapods, each with porosity 50 %: USACE (1984) 1.04, CIRIA, CUR, CETMEF (2007) 1.02."""
+    table = printed_tables.design_layer_coefficients()
+    tetrapods = table[table["unit"] == "tetrapod"]
+    quoted = {source.split(" (")[0]: k for source, k in zip(tetrapods["source"], tetrapods["layer_coefficient"], strict=True)}
+    assert quoted == {"USACE": 1.04, "CIRIA, CUR, CETMEF": 1.02} and set(tetrapods["porosity"]) == {0.5}
+    assert set(table["kind"]) == {"design value"} and (table["source"].str.len() > 0).all()
+    assert "Cubipod" not in set(table["unit"])  # that one is measured: `laboratory`
