@@ -41,6 +41,12 @@ class LayerRecord:
     pushed: float = 0.0  # how far, at most, a unit of the first layer was pushed aside so as not to overlap [m]
     standing: tuple = ()  # handles of those units that stand in the layer, at rest and carried
 
+    @property
+    def stands(self):
+        """Which of the units stand in the layer, boolean (n,)."""
+        standing = set(self.standing)
+        return np.array([handle in standing for handle in self.handles], dtype=bool)
+
     def after(self, earlier):
         """The same layer come to rest again, after an `earlier` record of it or of its first rows (or None)."""
         if earlier is None:
@@ -265,8 +271,7 @@ def reference_shift(record, aims):
 
     Only a unit that stands in its layer can be referred to; where none does, nothing is passed on.
     """
-    standing = set(record.standing)
-    stands = np.array([handle in standing for handle in record.handles])
+    stands = record.stands
     if not stands.any():
         return np.zeros(2)
     distance = ((aims - aims.mean(axis=0)) ** 2).sum(axis=1)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hlcs.files import folders
-from hlcs.placement import figures
+from hlcs.placement import figures, top_view
 from hlcs.placement.comparison import compare_layers, laboratory_for, sample_of
 from hlcs.placement.number_text import or_dash, percent
 from hlcs.placement.printed_tables import paper_numerical
@@ -41,9 +41,20 @@ def text(result):
         f"{result.wall_seconds:.1f} s",
         f"porosity {or_dash(data['achieved_porosity'], '.3f')} achieved, {or_dash(data['porosity'], '.3f')} nominal; packing "
         f"density {or_dash(data['achieved_packing_density'], '.3f')} achieved, {data['packing_density']:.3f} nominal",
+        in_metres(data),
         *notes(result),
     ]
     return "\n".join(lines)
+
+
+def in_metres(data):
+    """The result, a dictionary as the JSON has it, in metres for these units: one sentence."""
+    level, scatter = or_dash(data["crest_level_m"], ".3f"), or_dash(data["crest_level_sd_m"], ".3f")
+    return (
+        f"units of Dn {data['nominal_diameter_m']:.4g} m: crest {level} m above datum (single plates scatter by {scatter} m); "
+        f"{data['concrete_m3']:.4g} m3 of concrete in all, per metre of length {data['units_per_m']:.4g} units and "
+        f"{data['concrete_m3_per_m']:.4g} m3"
+    )
 
 
 def html(result):
@@ -57,8 +68,8 @@ def plot(result, ax=None):
 
 
 def save(result, folder):
-    """Write layers.csv, result.json, poses.npz, settings.toml, scene.glb, structure.png and report.html into a folder, which
-    appears whole; returns its Path."""
+    """Write layers.csv, units.csv, crest_profile.csv, result.json, poses.npz, settings.toml, scene.glb, structure.png,
+    top_view.svg and report.html into a folder, which appears whole; returns its Path."""
     with folders.result_folder(folder) as partial:
         write(result, partial)
     return Path(folder)
@@ -75,6 +86,7 @@ def write(result, folder):
         scene = figures.scene_of(result)
         drawing.draw_scene(scene, place / "structure.png")
         drawing.write_glb(place / "scene.glb", scene)
+        folders.write_text(place / "top_view.svg", top_view.svg(result))
         folders.write_text(place / "report.html", report_page(result))
 
     folders.keep(write_into, folder, folders.to_json(result.to_dict()))
@@ -111,6 +123,7 @@ def report_page(result):
     measured = laboratory_for(test)
     comparison = None if measured is None else compare_layers(result, measured)
     parts = [f"<h1>{markup.escape(title)}</h1>", f"<p>{markup.escape(headline(data, comparison))}</p>"]
+    parts.append(f"<p>In metres: {markup.escape(in_metres(data))}.</p>")
     parts += [f'<p class="note">{markup.escape(note[0].upper() + note[1:])}.</p>' for note in notes(result)]
     samples = [("model", sample_of(result)[1])]
     parts.append(layer_table(data["layers"], comparison))
