@@ -101,6 +101,7 @@ def lay_first_layer(world, unit, load, centres, bottom, test, generator):
     InputError, with the narrowest grid on which they can, where the units cannot stand side by side. Overlaps are redrawn
     where headings are free, then the units take a heading at which they stand side by side, then they are pushed apart.
     """
+    check_covered(centres, unit.nominal_diameter, bottom)
     headings = first_headings(test, centres)
     handles, triangular, concentration = [], test.grid.triangular, test.yaw_constraint
     normals = np.asarray(bottom.normal(*centres.T), dtype=float)
@@ -123,6 +124,12 @@ def lay_first_layer(world, unit, load, centres, bottom, test, generator):
             handle.orientation = _first_pose(unit, normal, headings[0])
     _push_apart(world, handles)
     return handles
+
+
+def check_covered(centres, nominal_diameter, bottom):
+    """InputError, by name, where a survey does not reach half a Dn beyond every centre (n, 2) [m]: units would overhang."""
+    for corner in ((-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5)):
+        bottom.height(*(centres + np.multiply(corner, nominal_diameter)).T)
 
 
 def first_places(unit, centres, bottom, test):

@@ -94,7 +94,13 @@ def write(result, folder):
 
 def notes(result):
     """What a reader must know beside the table: one sentence each."""
-    found, dn = [], result.test.unit.nominal_diameter
+    found, dn, bed = [], result.test.unit.nominal_diameter, result.test.bottom
+    if getattr(bed, "points", None) is not None:
+        off, most = (or_dash(length, ".3g") for length in bed.misfit)
+        found.append(
+            f"bed interpolated from {len(bed.points)} scattered points on a grid of {bed.x[1] - bed.x[0]:.3g} m: at the points "
+            f"it is off by {off} m rms, {most} m at most"
+        )
     if result.fallen_layers:
         layers = ", ".join(map(str, result.fallen_layers))
         found.append(f"no structure: layer {layers} carries no plate, and most of its units fell, move or hang in the air")
