@@ -23,6 +23,7 @@ class CommandModules(UserDict):
 COMMANDS = CommandModules(
     compare="experiments",
     demo="place",
+    design="design",
     diagnose="experiments",
     doctor="doctor",
     **{"import": "importing"},

@@ -113,8 +113,9 @@ def _stated(entry, test, sets):
 class PlacementSimulator:
     """Runs tests that are not yet in the store.
 
-    store: file of finished runs, None = layers.sqlite in the cache (`default_store`); workers: processes; progress: show a bar on a terminal; function:
-    the simulation of one test (must be importable), `layer_coefficients_of` unless tests want something quicker.
+    store: file of finished runs, None = layers.sqlite in the cache (`default_store`); workers: processes; progress: show a bar on
+    a terminal; function: the simulation of one test (must be importable), `layer_coefficients_of` unless tests want something
+    quicker.
     """
 
     def __init__(self, store=None, workers=None, progress=False, function=layer_coefficients_of):

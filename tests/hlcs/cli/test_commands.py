@@ -21,6 +21,7 @@ SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
     [
         ["demo"],
         ["place"],
+        ["design"],
         ["reproduce"],
         ["compare"],
         ["diagnose"],
@@ -84,6 +85,7 @@ def test_place_has_an_option_for_every_setting():
         (["compare", "missing.toml"], "missing.toml"),
         (["diagnose", "missing.toml"], "missing.toml"),
         (["sweep", "missing.toml"], "missing.toml"),
+        (["design", "--height", "5"], "no size of unit; give --nominal-diameter"),
         (["mystery", "reveal", "no-such"], "no-such"),
     ],
 )
