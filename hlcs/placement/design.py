@@ -25,6 +25,7 @@ from hlcs.rendering import Result
 from minibullet.errors import InputError, is_number, shown_value
 
 CAMPAIGNS = (("table2", "TPG"), ("table2", "RPG"), ("table3", "TPG"))  # laboratory tests that the model is judged by
+CAMPAIGN_REPEATS = 20  # runs beside each of them, seeds from 1: the same for every design, so that they are made once
 THIN = 0.92  # least thickness of a layer above the second [Dn]: Table 2 has 0.915 to 0.984
 FIRST_TWO = 1.32 + 1.05 - 2 * THIN  # by which the first two layers are thicker than that [Dn], Table 2, RPG
 RESERVE = 1.06  # how much higher than wanted the highest structure is that is tried
@@ -72,9 +73,7 @@ class Wanted:
         if not (is_number(self.probability) and 0.5 <= self.probability < 1.0):
             raise InputError(f"design: probability = {shown_value(self.probability)}; it must be at least 0.5 and below 1")
         if not LEAST_REPEATS <= self.repeats <= 10_000:
-            raise InputError(
-                f"design: repeats = {self.repeats}; must be {LEAST_REPEATS} to 10000: so many tell scatter and friction"
-            )
+            raise InputError(f"design: repeats = {self.repeats}; must be {LEAST_REPEATS} to 10000 to tell scatter from friction")
 
     @property
     def target(self):
@@ -101,28 +100,31 @@ class Wanted:
         """Whether one run stands for units of every size: on a flat bed all lengths scale with the unit."""
         return isinstance(self.bottom, Flat)
 
-    def frictions(self):
-        """Contact friction of every run: the middles of `repeats` equal parts of FRICTIONS, (n,) [-]."""
-        low, high = FRICTIONS
-        return low + (high - low) * (np.arange(self.repeats) + 0.5) / self.repeats
-
-    def repeated(self, **settings):
-        """The PlacementTests of one case, one a friction, each with a seed of its own."""
-        seeds = range(self.seed, self.seed + self.repeats)
-        return [PlacementTest(friction=float(f), seed=s, **settings) for f, s in zip(self.frictions(), seeds, strict=True)]
-
     def case(self, grid, nominal_diameter):
         """The tests of a grid with units of this size."""
         layers = max(map(self.layers_for, self.nominal_diameters)) if self.any_size else self.layers_for(nominal_diameter)
         size = {"side": 1.0} if self.any_size else {"side": Cubipod(nominal_diameter=nominal_diameter).side}
         rows, columns = (given or max(SECTION, layers + 3) for given in (self.rows, self.columns))
-        return self.repeated(grid=grid, bottom=self.bottom, layers=layers, rows=rows, columns=columns, **size)
+        settings = {"grid": grid, "bottom": self.bottom, "layers": layers, "rows": rows, "columns": columns, **size}
+        return repeated(self.repeats, self.seed, **settings)
 
-    def campaign(self, table, grid):
-        """The tests that stand beside a campaign of the laboratory."""
-        measured = laboratory(table, grid=grid)
-        bottom = Slope(measured.bottom_slope) if measured.bottom_slope else Flat()
-        return self.repeated(grid=grid, bottom=bottom, layers=len(measured.mean), rows=SECTION, columns=SECTION)
+
+def frictions(count):
+    """Contact friction of each of `count` runs: the middles of as many equal parts of FRICTIONS, (n,) [-]."""
+    low, high = FRICTIONS
+    return low + (high - low) * (np.arange(count) + 0.5) / count
+
+
+def repeated(count, seed, **settings):
+    """The PlacementTests of one case, one a friction, each with a seed of its own, from `seed` on."""
+    return [PlacementTest(friction=float(f), seed=seed + k, **settings) for k, f in enumerate(frictions(count))]
+
+
+def campaign_tests(table, grid):
+    """The tests that stand beside a campaign of the laboratory."""
+    measured = laboratory(table, grid=grid)
+    bottom = Slope(measured.bottom_slope) if measured.bottom_slope else Flat()
+    return repeated(CAMPAIGN_REPEATS, 1, grid=grid, bottom=bottom, layers=len(measured.mean), rows=SECTION, columns=SECTION)
 
 
 @dataclass(frozen=True)
@@ -213,7 +215,7 @@ def design(wanted, store_path, workers=None, progress=None):
     ends. InputError where the physics refuses a run, such as one beyond a survey.
     """
     cases = {(grid, size): wanted.case(grid, size) for grid in wanted.grids for size in wanted.nominal_diameters}
-    campaigns = {campaign: wanted.campaign(*campaign) for campaign in CAMPAIGNS}
+    campaigns = {campaign: campaign_tests(*campaign) for campaign in CAMPAIGNS}
     tests = {key_of(settings_of(test)): test for each in (*cases.values(), *campaigns.values()) for test in each}
     with Store(store_path, _row) as store:
         missing = {key: test for key, test in tests.items() if key not in store}

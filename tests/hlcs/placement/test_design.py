@@ -8,12 +8,14 @@ import pytest
 from scipy import stats
 
 from hlcs import RPG, TPG, InputError, PlacementTest, laboratory
+from hlcs.paper.reproduce import run_test
 from hlcs.placement import design as designs
 from hlcs.placement import design_budget
 from hlcs.placement.design import Design, Wanted
 from hlcs.placement.design_budget import ModelRatio, budget_of, line_through, model_ratio
 from hlcs.placement.placement_file import read_placement_file
 from hlcs.placement.run_store import Store
+from hlcs.processes import parallel
 
 FLAT = {"height": 5.0, "nominal_diameters": (1.0,)}
 
@@ -43,7 +45,7 @@ def test_what_one_more_run_reaches_is_promised_as_often_as_it_happens(generator)
     """Heights of twenty runs on a line with normal scatter, and one more run of a friction drawn evenly: it stays below the
     height that is promised with 90 % in 10 % of 1,000 cases; 3.3 standard deviations of that count are 3.1 %."""
     wanted = Wanted(**FLAT, probability=0.9)
-    friction, ratio, below, cases = wanted.frictions(), exact_ratio(), 0, 1000
+    friction, ratio, below, cases = designs.frictions(20), exact_ratio(), 0, 1000
     for _ in range(cases):
         heights = 5.0 + 0.8 * (friction - 0.48) + generator.normal(0.0, 0.1, 20)
         promised = budget_of(wanted, friction, heights, heights, ratio).height_at_probability_m
@@ -116,6 +118,7 @@ def known_run(test):
 @pytest.fixture
 def quick(monkeypatch):
     monkeypatch.setattr(designs, "result_of", known_run)
+    monkeypatch.setattr(designs, "CAMPAIGN_REPEATS", 6)
 
 
 def made(tmp_path, **wanted):
@@ -253,3 +256,32 @@ def test_heights_over_dn_do_not_depend_on_the_size():
     small = PlacementTest(layers=2, rows=3, columns=3, seed=3, side=0.25, time_step=1 / 240, settle_time=10.0)
     large = replace(small, side=1.0, time_step=2 / 240, settle_time=20.0)
     np.testing.assert_allclose(small.run().heights, large.run().heights, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_new_runs_reach_the_height_as_often_as_the_simulation_promises(tmp_path):
+    """Two layers of 5 x 5 units, 20 runs; the height one standard deviation below their mean. Then 100 runs of new seeds and
+    frictions drawn evenly: how many reach it lies within the binomial interval (99.7 %) of the promise, which itself is known
+    only as well as the mean of 20 runs, to two standard errors."""
+    store, size = (
+        tmp_path / "designs.sqlite",
+        {"nominal_diameters": (1.0,), "grids": (TPG,), "layers": 2, "rows": 5, "columns": 5},
+    )
+    first = designs.design(Wanted(height=2.3, **size), store)
+    (option,) = [option for option in first.options if option.layers == 2]
+    share = option.budget.variance_shares
+    deviation = option.budget.height_sd_m / first.ratio.mean * np.sqrt(share["seeds"] + share["friction"])
+    error = 2.0 * deviation / np.sqrt(20)
+    promised = {}
+    for shift in (-error, 0.0, error):
+        again = designs.design(Wanted(height=option.budget.simulated_height_m - deviation + shift, **size), store)
+        promised[shift] = next(o.budget.reaches_simulated for o in again.options if o.layers == 2)
+        assert again.ran == 0
+    target = option.budget.simulated_height_m - deviation
+    frictions = np.random.default_rng(7).uniform(*design_budget.FRICTIONS, 100)
+    tests = [replace(option.test, side=1.0, friction=float(f), seed=1001 + k) for k, f in enumerate(frictions)]
+    heights = np.array([result.height_over_dn for result in parallel.in_order(run_test, tests)])
+    reached = int((heights >= target).sum())
+    least, most = stats.binom.ppf(0.0015, 100, promised[error]), stats.binom.ppf(0.9985, 100, promised[-error])
+    print(f"promised {promised}, {reached} of 100 reached {target:.4f} m")
+    assert least <= reached <= most
