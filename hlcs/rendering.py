@@ -10,6 +10,7 @@ from minibullet.errors import InputError
 
 RENDERERS = {
     "Comparison": "hlcs.report.comparison",
+    "Design": "hlcs.placement.design_report",
     "Diagnosis": "hlcs.report.diagnosis",
     "LayerComparison": "hlcs.placement.comparison_report",
     "PlacementResult": "hlcs.placement.report",

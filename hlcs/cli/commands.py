@@ -24,6 +24,7 @@ COMMANDS = CommandModules(
     compare="experiments",
     course="course",
     demo="place",
+    design="design",
     diagnose="experiments",
     doctor="doctor",
     **{"import": "importing"},

@@ -18,7 +18,7 @@ HELP = {
     "layers": "how many",
     "rows": "of the first layer",
     "columns": "of the first layer",
-    "bottom": "flat, slope:0.04, or a survey bed.csv (x_m,y_m,z_m)",
+    "bottom": "flat, slope:0.04, mound:HEIGHT,CREST,GRADE,LENGTH (m), or a survey bed.csv (x_m,y_m,z_m; on a grid or scattered)",
     "reference": "each layer aimed from the layer below, or blindly",
     "shape": "the true unit, or its convex hull",
     "armour": "cubipod, cube, or a mesh file of the unit: FILE.stl, FILE.obj (lengths in m, or see --side)",

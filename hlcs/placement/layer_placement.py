@@ -42,6 +42,12 @@ class LayerRecord:
     pushed: float = 0.0  # how far, at most, a unit of the first layer was pushed aside so as not to overlap [m]
     standing: tuple = ()  # handles of those units that stand in the layer, at rest and carried
 
+    @property
+    def stands(self):
+        """Which of the units stand in the layer, boolean (n,)."""
+        standing = set(self.standing)
+        return np.array([handle in standing for handle in self.handles], dtype=bool)
+
     def after(self, earlier):
         """The same layer come to rest again, after an `earlier` record of it or of its first rows (or None)."""
         if earlier is None:
@@ -98,6 +104,7 @@ def lay_first_layer(world, unit, load, centres, bottom, test, generator):
     InputError, with the narrowest grid on which they can, where the units cannot stand side by side. Overlaps are redrawn
     where headings are free, then the units take a heading at which they stand side by side, then they are pushed apart.
     """
+    check_covered(centres, unit.nominal_diameter, bottom)
     headings = first_headings(test, centres)
     handles, triangular, concentration = [], test.grid.triangular, test.yaw_constraint
     normals = np.asarray(bottom.normal(*centres.T), dtype=float)
@@ -120,6 +127,12 @@ def lay_first_layer(world, unit, load, centres, bottom, test, generator):
             handle.orientation = _first_pose(unit, normal, headings[0])
     _push_apart(world, handles)
     return handles
+
+
+def check_covered(centres, nominal_diameter, bottom):
+    """InputError, by name, where a survey does not reach half a Dn beyond every centre (n, 2) [m]: units would overhang."""
+    for corner in ((-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5)):
+        bottom.height(*(centres + np.multiply(corner, nominal_diameter)).T)
 
 
 def first_places(unit, centres, bottom, test):
@@ -240,8 +253,7 @@ def reference_shift(record, aims):
 
     Only a unit that stands in its layer can be referred to; where none does, nothing is passed on.
     """
-    standing = set(record.standing)
-    stands = np.array([handle in standing for handle in record.handles])
+    stands = record.stands
     if not stands.any():
         return np.zeros(2)
     distance = ((aims - aims.mean(axis=0)) ** 2).sum(axis=1)

@@ -20,7 +20,9 @@ class PlacementResult(Result):
     test: the PlacementTest; readings: per layer the plates' heights above the bottom [m], NaN where the layer alone does not
     carry the plate at rest; poses: per layer (n, 7) positions [m] and orientations; records: how each layer came to rest;
     wall_seconds; carried_by: per layer and plate, in words, what carries it; aims: per layer (n, 2) where its units were aimed
-    in plan [m]; notices: what the engine had to tell, one line each (the last three empty in results of earlier versions).
+    in plan [m]; notices: what the engine had to tell, one line each; plates: per layer (k, 3) where the middle of each plate's
+    lower face came to rest [m]; standing: per layer, which units stand in it, at rest and carried (n,) (the last five empty in
+    results of earlier versions).
 
     A layer on which no plate finds support has no height: it is NaN, and so is all that is reckoned from it.
     """
@@ -33,6 +35,8 @@ class PlacementResult(Result):
     carried_by: tuple = field(default=(), repr=False)
     aims: tuple = field(default=(), repr=False)
     notices: tuple = field(default=(), repr=False)
+    plates: tuple = field(default=(), repr=False)
+    standing: tuple = field(default=(), repr=False)
 
     @cached_property
     def heights(self):
@@ -68,6 +72,41 @@ class PlacementResult(Result):
     def height_over_dn(self):
         """Total height [Dn], Eq. (14); NaN where no plate found support on the last layer."""
         return float(self.heights[-1])
+
+    @cached_property
+    def plate_levels(self):
+        """Levels of the plates above the datum z = 0, per layer (k,) [m]; NaN where the reading was left out."""
+        pairs = zip(self.plates, self.readings, strict=False)
+        return tuple(np.where(np.isfinite(heights), faces[:, 2], np.nan) for faces, heights in pairs)
+
+    @cached_property
+    def levels(self):
+        """Mean level of the plates on each layer above the datum [m], (M,); NaN where none found support."""
+        known = [levels[np.isfinite(levels)] for levels in self.plate_levels]
+        return np.array([levels.mean() if len(levels) else np.nan for levels in known] or [np.nan] * len(self.poses))
+
+    @property
+    def crest_level(self):
+        """Level of the structure's top above the datum z = 0: mean of the plates on the last layer [m]; NaN where none is."""
+        return float(self.levels[-1])
+
+    @property
+    def crest_level_sd(self):
+        """Standard deviation of single plates about `crest_level` [m]; NaN with fewer than two plates."""
+        levels = self.plate_levels[-1][np.isfinite(self.plate_levels[-1])] if self.plate_levels else ()
+        return float(np.std(levels, ddof=1)) if len(levels) > 1 else np.nan
+
+    @property
+    def concrete(self):
+        """Volume of all units that were placed [m3]."""
+        return sum(len(poses) for poses in self.poses) * self.test.unit.volume
+
+    @property
+    def units_per_metre(self):
+        """Units of one cross-section (across the rows, along y) per metre of length (along the rows, x) [1/m], as planned: what a
+        long structure of this section takes, without the ends of the test section."""
+        rows = sum(self.test.rows - below for below in range(len(self.poses)))
+        return rows / (self.test.grid.spacing_x * self._dn)
 
     @cached_property
     def in_layer(self):
@@ -142,6 +181,7 @@ class PlacementResult(Result):
                 "mean_lift_over_dn": self.records[j].mean_lift / dn,
                 "redrawn_units": self.records[j].redrawn,
                 "drift_over_dn": _known(self.drift[j]),
+                "level_m": _known(self.levels[j]),
             }
             for j, k in enumerate(self.layer_coefficients)
         ]
@@ -164,6 +204,11 @@ class PlacementResult(Result):
             "packing_density": test.grid.packing_density,
             "achieved_porosity": _known(self.achieved_porosity),
             "achieved_packing_density": _known(self.achieved_packing_density),
+            "crest_level_m": _known(self.crest_level),
+            "crest_level_sd_m": _known(self.crest_level_sd),
+            "concrete_m3": self.concrete,
+            "units_per_m": self.units_per_metre,
+            "concrete_m3_per_m": self.units_per_metre * test.unit.volume,
             "structure": self.stands,
             "pushed_over_dn": self.records[0].pushed / dn,
             "max_penetration_over_dn": max(r.penetration for r in self.records) / dn,
@@ -182,7 +227,7 @@ class PlacementResult(Result):
 
     def to_dataframe(self):
         """One row a layer: layer, k, readings, cv, units, lost, unsettled, unsupported_readings, lifted_units,
-        mean_lift_over_dn, redrawn_units, drift_over_dn; NaN where a layer has no such value."""
+        mean_lift_over_dn, redrawn_units, drift_over_dn, level_m; NaN where a layer has no such value."""
         import pandas as pd
 
         return pd.DataFrame(self.layer_rows())

@@ -28,6 +28,7 @@ class Readings(NamedTuple):
 
     heights: np.ndarray  # (k,) above the bottom [m], NaN where the layer alone does not carry the plate at rest
     carried_by: tuple  # (k,) words: what carries each plate, such as "layer 5", and why it is left out if it is
+    faces: np.ndarray  # (k, 3) where the middle of each plate's lower face came to rest, world frame [m]
 
 
 def plate_centres(centres, nominal_diameter, per_side=3):
@@ -82,10 +83,10 @@ def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, m
     kind = {unit.name: f"layer {number}" for number, layer in enumerate(layers, start=1) for unit in layer}
     # units that fell, move or hang in the air
     kind |= {unit.name: f"units out of {own}" for unit in set(layers[-1]) - set(standing)}
-    heights, words = np.full(len(plates), np.nan), []
+    heights, words, faces = np.full(len(plates), np.nan), [], np.empty((len(plates), 3))
     for number, handle in enumerate(plates):
         axis = mb.rotations.rotate(handle.orientation, np.array([0.0, 0.0, 1.0]))
-        face = handle.position - 0.5 * thickness * axis
+        faces[number] = face = handle.position - 0.5 * thickness * axis
         carriers = _carriers(loads.get(handle.name, {}), kind)
         faults = []
         if rest != "at_rest" and np.linalg.norm(handle.velocity) >= 1e-2 * np.sqrt(9.81 * nominal_diameter):
@@ -97,7 +98,7 @@ def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, m
         if carriers == [own] and not faults:
             heights[number] = height_above(bottom, face)
         words.append(", ".join([" and ".join(carriers) or "nothing", *faults]))
-    return Readings(heights, tuple(words))
+    return Readings(heights, tuple(words), faces)
 
 
 def loads_on(step):

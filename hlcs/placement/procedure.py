@@ -176,6 +176,8 @@ class PlacementTest:
             tuple(reading.carried_by for reading in site.readings),
             tuple(site.aims),
             site.world.notices,
+            tuple(reading.faces for reading in site.readings),
+            tuple(record.stands for record in site.records),
         )
 
 

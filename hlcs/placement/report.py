@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hlcs.files import folders
-from hlcs.placement import figures
+from hlcs.placement import figures, top_view
 from hlcs.placement.comparison import compare_layers, laboratory_for, sample_of
 from hlcs.placement.number_text import or_dash, percent
 from hlcs.placement.printed_tables import paper_numerical
@@ -42,6 +42,7 @@ def text(result):
         f"{result.wall_seconds:.1f} s",
         f"porosity {or_dash(data['achieved_porosity'], '.3f')} achieved, {or_dash(data['porosity'], '.3f')} nominal; packing "
         f"density {or_dash(data['achieved_packing_density'], '.3f')} achieved, {data['packing_density']:.3f} nominal",
+        in_metres(data),
         *notes(result),
     ]
     return "\n".join(lines)
@@ -50,6 +51,16 @@ def text(result):
 def unit_lines(test):
     """What a unit from a mesh file was found to be, lines of text; none for a built-in unit, whose measures are known."""
     return [] if isinstance(test.armour, str) else test.unit.description(test.density).split("\n")
+
+
+def in_metres(data):
+    """The result, a dictionary as the JSON has it, in metres for these units: one sentence."""
+    level, scatter = or_dash(data["crest_level_m"], ".3f"), or_dash(data["crest_level_sd_m"], ".3f")
+    return (
+        f"units of Dn {data['nominal_diameter_m']:.4g} m: crest {level} m above datum (single plates scatter by {scatter} m); "
+        f"{data['concrete_m3']:.4g} m3 of concrete in all, per metre of length {data['units_per_m']:.4g} units and "
+        f"{data['concrete_m3_per_m']:.4g} m3"
+    )
 
 
 def html(result):
@@ -63,8 +74,8 @@ def plot(result, ax=None):
 
 
 def save(result, folder):
-    """Write layers.csv, result.json, poses.npz, settings.toml, scene.glb, structure.png and report.html into a folder, which
-    appears whole; returns its Path."""
+    """Write layers.csv, units.csv, crest_profile.csv, result.json, poses.npz, settings.toml, scene.glb, structure.png,
+    top_view.svg and report.html into a folder, which appears whole; returns its Path."""
     with folders.result_folder(folder) as partial:
         write(result, partial)
     return Path(folder)
@@ -81,6 +92,7 @@ def write(result, folder):
         scene = figures.scene_of(result)
         drawing.draw_scene(scene, place / "structure.png")
         drawing.write_glb(place / "scene.glb", scene)
+        folders.write_text(place / "top_view.svg", top_view.svg(result))
         folders.write_text(place / "report.html", report_page(result))
 
     folders.keep(write_into, folder, folders.to_json(result.to_dict()))
@@ -88,7 +100,13 @@ def write(result, folder):
 
 def notes(result):
     """What a reader must know beside the table: one sentence each."""
-    found, dn = [], result.test.unit.nominal_diameter
+    found, dn, bed = [], result.test.unit.nominal_diameter, result.test.bottom
+    if getattr(bed, "points", None) is not None:
+        off, most = (or_dash(length, ".3g") for length in bed.misfit)
+        found.append(
+            f"bed interpolated from {len(bed.points)} scattered points on a grid of {bed.x[1] - bed.x[0]:.3g} m: at the points "
+            f"it is off by {off} m rms, {most} m at most"
+        )
     if result.fallen_layers:
         layers = ", ".join(map(str, result.fallen_layers))
         found.append(f"no structure: layer {layers} carries no plate, and most of its units fell, move or hang in the air")
@@ -117,6 +135,7 @@ def report_page(result):
     measured = laboratory_for(test)
     comparison = None if measured is None else compare_layers(result, measured)
     parts = [f"<h1>{markup.escape(title)}</h1>", f"<p>{markup.escape(headline(data, comparison))}</p>"]
+    parts.append(f"<p>In metres: {markup.escape(in_metres(data))}.</p>")
     parts += [f'<p class="note">{markup.escape(note[0].upper() + note[1:])}.</p>' for note in notes(result)]
     samples = [("model", sample_of(result)[1])]
     parts.append(layer_table(data["layers"], comparison))

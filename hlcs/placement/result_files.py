@@ -8,6 +8,7 @@ import numpy as np
 
 from hlcs.files import folders
 from hlcs.files.spreadsheets import as_columns, csv_text
+from hlcs.placement import metres
 from hlcs.placement.layer_placement import LayerRecord
 from hlcs.placement.placement_file import read_placement_file
 from hlcs.placement.placement_result import PlacementResult
@@ -18,19 +19,28 @@ from minibullet.files.reading import read_text
 
 RECORD_FIELDS = ("reason", "unsettled", "penetration", "transient_penetration", "steps", "unsolved_steps")
 LATER_FIELDS = ("lifted", "mean_lift", "pushed", "redrawn")  # which results of earlier versions lack
+LATER_ARRAYS = {  # of each layer, which results of earlier versions lack: kind and lengths as `ArrayFile.take` wants them
+    "aims": (float, ("units of layer {}", 2)),
+    "plates": (float, ("plates on layer {}", 3)),
+    "standing": (int, ("units of layer {}",)),  # 1: stands
+}
 MOST_BYTES = 400_000_000  # of a file of a result, unpacked: seven million poses, more than any machine has placed
 ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
 
 
 def write_numbers(result, folder):
-    """layers.csv, result.json, poses.npz, settings.toml (and the surveyed bed, the unit's mesh) into an existing folder."""
+    """layers.csv, units.csv, crest_profile.csv, result.json, poses.npz, settings.toml (and the surveyed bed, the unit's mesh)
+    into an existing folder."""
     folders.write_text(folder / "layers.csv", csv_text(as_columns(result.layer_rows())))
+    folders.write_text(folder / "units.csv", csv_text(as_columns(metres.unit_rows(result))))
+    folders.write_text(folder / "crest_profile.csv", csv_text(metres.crest_profile(result)))
     records = [{name: getattr(record, name) for name in RECORD_FIELDS + LATER_FIELDS} for record in result.records]
     folders.write_text(folder / VALUES, folders.to_json(result.to_dict() | {"records": records}))
     layers = range(1, len(result.poses) + 1)
     arrays = {f"poses_{j}": poses for j, poses in zip(layers, result.poses, strict=True)}
     arrays |= {f"readings_{j}": readings for j, readings in zip(layers, result.readings, strict=True)}
-    arrays |= {f"aims_{j}": aims for j, aims in enumerate(result.aims, start=1)}
+    for name, (kind, _) in LATER_ARRAYS.items():
+        arrays |= {f"{name}_{j}": values.astype(kind) for j, values in enumerate(getattr(result, name), start=1)}
     content = io.BytesIO()
     np.savez_compressed(content, **arrays)
     folders.write_bytes(folder / ARRAYS, content.getvalue())
@@ -52,9 +62,12 @@ def load_placement(folder):
     arrays = ArrayFile(folder / ARRAYS, f"folder '{folder}': '{ARRAYS}'", MOST_BYTES, remedy, packed=True)
     poses = tuple(arrays.take(f"poses_{j}", float, (f"units of layer {j}", 7)) for j in range(1, test.layers + 1))
     readings = tuple(arrays.take(f"readings_{j}", float, (f"plates on layer {j}",)) for j in range(1, test.layers + 1))
-    aims = tuple(
-        arrays.take(f"aims_{j}", float, (f"units of layer {j}", 2)) for j in range(1, test.layers + 1) if f"aims_{j}" in arrays
-    )
+    later = {
+        name: tuple(
+            arrays.take(f"{name}_{j}", kind, _of_layer(shape, j)) for j in range(1, test.layers + 1) if f"{name}_{j}" in arrays
+        )
+        for name, (kind, shape) in LATER_ARRAYS.items()
+    }
     for j, layer in enumerate(poses, start=1):
         if not len(layer) or not np.isfinite(layer).all():
             arrays.fail(f"poses_{j} has no rows, or a value that is not finite")
@@ -78,4 +91,10 @@ def load_placement(folder):
             raise ValueError(f"'records' must tell of {test.layers} layers, in numbers")
     except (LookupError, ValueError, TypeError, OverflowError, RecursionError) as problem:
         raise InputError(f"folder '{folder}': not a whole placement result ({problem}); run the test again") from None
-    return PlacementResult(test, readings, poses, records, seconds, carried_by, aims, notices)
+    standing = tuple(stands.astype(bool) for stands in later["standing"])
+    return PlacementResult(test, readings, poses, records, seconds, carried_by, later["aims"], notices, later["plates"], standing)
+
+
+def _of_layer(shape, layer):
+    """Lengths of an array, their words with the number of the layer."""
+    return tuple(length.format(layer) if isinstance(length, str) else length for length in shape)

@@ -13,6 +13,7 @@ import os
 import platform
 import secrets
 import sqlite3
+import tempfile
 import threading
 import time
 from contextlib import closing, contextmanager
@@ -57,6 +58,19 @@ INPUT = (sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_READONLY,
 def key_of(settings):
     """The hash of settings: a dictionary of plain values; the order of its keys does not matter."""
     return hashlib.sha256(json.dumps(settings, sort_keys=True, allow_nan=False).encode()).hexdigest()
+
+
+def default_store(name):
+    """Path of a store of that name where simulations are kept: in $HLCS_CACHE, or in hlcs under the user's cache folder or,
+    failing that, under the temporary one."""
+    chosen = os.environ.get("HLCS_CACHE")
+    folder = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hlcs"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        usable = os.access(folder, os.W_OK)
+    except OSError:
+        usable = False
+    return (folder if usable or chosen else Path(tempfile.gettempdir()) / "hlcs") / name
 
 
 def _dictionary(row):

@@ -5,18 +5,15 @@ known better than the layer coefficients themselves. Finished runs stay in one S
 the code that made them: a second diagnosis of the same tables reads them back.
 """
 
-import os
 import sys
-import tempfile
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from hlcs.kinds.layers.candidates import named
 from hlcs.placement import run_queue
 from hlcs.placement.procedure import PlacementTest
-from hlcs.placement.run_store import Store, key_of
+from hlcs.placement.run_store import Store, default_store, key_of
 from hlcs.placement.settings_table import settings_of
 from hlcs.placement.single_run import layer_coefficients_of
 from hlcs.simulation.model import Term, Terms
@@ -116,12 +113,18 @@ def _stated(entry, test, sets):
 class PlacementSimulator:
     """Runs tests that are not yet in the store.
 
-    store: file of finished runs, None = `default_store()`; workers: processes; progress: show a bar on a terminal; function:
-    the simulation of one test (must be importable), `layer_coefficients_of` unless tests want something quicker.
+    store: file of finished runs, None = layers.sqlite in the cache (`default_store`); workers: processes; progress: show a bar on
+    a terminal; function: the simulation of one test (must be importable), `layer_coefficients_of` unless tests want something
+    quicker.
     """
 
     def __init__(self, store=None, workers=None, progress=False, function=layer_coefficients_of):
-        self.store, self.workers, self.progress, self.function = store or default_store(), workers, progress, function
+        self.store, self.workers, self.progress, self.function = (
+            store or default_store("layers.sqlite"),
+            workers,
+            progress,
+            function,
+        )
         self.ran = 0  # how many tests were run
         self.refused = ""  # why the physics refused the first of the last tests that it refused
 
@@ -153,18 +156,6 @@ class PlacementSimulator:
 def _coefficients(row):
     """A stored row with its layer coefficients as an array, None where the physics refused, and why it did."""
     return {"k": None if "error" in row else np.array(row["k"], dtype=float), "error": row.get("error", "")}
-
-
-def default_store():
-    """Where simulations are kept: $HLCS_CACHE, or hlcs under the user's cache folder or, failing that, the temporary one."""
-    chosen = os.environ.get("HLCS_CACHE")
-    folder = Path(chosen) if chosen else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "hlcs"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        usable = os.access(folder, os.W_OK)
-    except OSError:
-        usable = False
-    return (folder if usable or chosen else Path(tempfile.gettempdir()) / "hlcs") / "layers.sqlite"
 
 
 def coefficients(simulator, models, sets, seeds, label="simulating"):

@@ -21,6 +21,7 @@ SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
     [
         ["demo"],
         ["place"],
+        ["design"],
         ["reproduce"],
         ["compare"],
         ["diagnose"],
@@ -46,7 +47,8 @@ def test_place_prints_the_layers_beside_the_laboratory_and_writes_its_files(hlcs
     assert (status, errors) == (0, "")  # no progress bar in a pipe
     assert "1.298" in text and "laboratory, TPG" in text and "written to out" in text
     names = {path.name for path in (tmp_path / "out").iterdir() if not path.name.startswith(".")}
-    assert {"layers.csv", "result.json", "report.html", "scene.glb", "structure.png", "poses.npz", "settings.toml"} == names
+    tables, pictures = {"layers.csv", "units.csv", "crest_profile.csv"}, {"scene.glb", "structure.png", "top_view.svg"}
+    assert tables | pictures | {"result.json", "report.html", "poses.npz", "settings.toml"} == names
     result = json.loads((tmp_path / "result.json").read_text())
     assert [row["units"] for row in result["layers"]] == [9, 4]
 
@@ -84,6 +86,7 @@ def test_place_has_an_option_for_every_setting():
         (["compare", "missing.toml"], "missing.toml"),
         (["diagnose", "missing.toml"], "missing.toml"),
         (["sweep", "missing.toml"], "missing.toml"),
+        (["design", "--height", "5"], "no size of unit; give --nominal-diameter"),
         (["mystery", "reveal", "no-such"], "no-such"),
     ],
 )

@@ -17,7 +17,8 @@ def folder(small_result, tmp_path_factory):
 
 def test_a_folder_holds_everything_and_no_half_files(folder):
     names = {path.name for path in folder.iterdir() if not path.name.startswith(".")}
-    assert names == {"layers.csv", "result.json", "report.html", "scene.glb", "structure.png", "poses.npz", "settings.toml"}
+    tables, pictures = {"layers.csv", "units.csv", "crest_profile.csv"}, {"scene.glb", "structure.png", "top_view.svg"}
+    assert names == tables | pictures | {"result.json", "report.html", "poses.npz", "settings.toml"}
     assert not list(folder.parent.glob("*.partial"))
 
 

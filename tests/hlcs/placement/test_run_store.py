@@ -14,7 +14,7 @@ import pytest
 
 from hlcs import InputError
 from hlcs.placement import code_hash, parameter_sweep, run_queue, run_store
-from hlcs.placement.run_store import Store, key_of
+from hlcs.placement.run_store import Store, default_store, key_of
 from hlcs.placement.settings_table import settings_of
 from minibullet.errors import RunError
 
@@ -330,3 +330,11 @@ def test_a_sweep_killed_at_its_work_is_gone_on_with_at_once(plan, tmp_path):
         assert all(not ours._taken(key_of(settings_of(test))) for test in plan.tests)
     again = parameter_sweep.run_sweep(plan, tmp_path / "runs.sqlite", workers=1)
     assert again["kept"] >= 1 and again["ran"] + again["kept"] == 6
+
+
+def test_the_store_lies_where_the_user_says_or_in_a_folder_that_can_be_written(tmp_path, monkeypatch):
+    monkeypatch.setenv("HLCS_CACHE", str(tmp_path / "mine"))
+    assert default_store("layers.sqlite") == tmp_path / "mine" / "layers.sqlite"
+    monkeypatch.delenv("HLCS_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assert default_store("layers.sqlite") == tmp_path / "cache" / "hlcs" / "layers.sqlite"

@@ -91,10 +91,14 @@ def test_bottoms_are_read_from_words(survey, tmp_path):
 @pytest.mark.parametrize(
     "text, words",
     [
-        ("hilly", "bottom 'hilly': not understood; give flat, slope:0.04, or a survey"),
+        ("hilly", "bottom 'hilly': not understood; give flat, slope:0.04, mound:1.5,8,0.5,20, or a survey"),
         ("slope:steep", "the slope is not a number"),
         ("slope:nan", "slope = nan"),
         ("slope:4", "slope = 4.0; must be a rise over run"),
+        ("mound:1,2", "a mound has four numbers, its height, crest width, grade of the sides and length"),
+        ("mound:1,8,2,20", "the grade of the mound is 2; it must be above 0 and at most 1"),
+        ("mound:1,8,0.5,-1", "the length of the mound is -1; it must be finite and above 0"),
+        ("mound:1,8,0.5,1e9", "the length of the mound is 1e\\+09"),
         ("gone.csv", r"bottom 'gone.csv': cannot be read \(No such file"),
     ],
 )
@@ -115,11 +119,8 @@ SQUARE = "x_m,y_m,z_m\n0,0,0\n1,0,0\n0,1,0\n1,1,0\n"
         (SQUARE.replace("1,1,0", "1,nan,0"), "row 5, column y_m: 'nan' is not finite"),
         (SQUARE.replace("1,1,0", "1,1"), "row 5: 2 cells for 3 columns"),
         (SQUARE + "1,1,3\n", "row 6: the point x_m = 1, y_m = 1 stands already in row 5"),
-        (
-            SQUARE + "2,1,0\n",
-            r"5 points, but 3 different x_m times 2 different y_m are 6; the first one missing is x_m = 2, y_m = 0",
-        ),
-        ("x_m,y_m,z_m\n0,0,0\n1,0,0\n2,0,0\n3,0,0\n", "4 different x_m and 1 different y_m"),
+        ("x_m,y_m,z_m\n0,0,0\n1,0,0\n2,0,0\n3,0,0\n", "'bed.csv': the 4 points lie on a line, or nearly so"),
+        ("x_m,y_m,z_m\n0,0,0\n1,1,0\n2,2,0\n3,3.01,0\n", "the 4 points lie on a line, or nearly so"),
         ("x_m,y_m,z_m\n0,0,0\n", "1 points; a survey has 4 to"),
         (b"\xff\xfe\x00", "not text in UTF-8"),
     ],
@@ -149,3 +150,81 @@ def test_a_box_comes_to_lie_on_the_bottom(kind, survey):
     gap = (box.position - [0.3, 0.2, bottom.height(0.3, 0.2)]) @ normal
     assert gap == pytest.approx(0.1, abs=1e-5)
     assert np.linalg.norm(box.velocity) < 1e-6
+
+
+@pytest.fixture
+def scattered(tmp_path, generator):
+    """A function that writes a survey of n points scattered over 20 m x 16 m about (1000, 2000), and reads it; keep: which of
+    them (of their coordinates) were surveyed."""
+
+    def write(function, n=900, keep=lambda x, y: x == x):
+        x, y = generator.uniform(990, 1010, n), generator.uniform(1992, 2008, n)
+        there = keep(x, y)
+        rows = [f"{a!r},{b!r},{c!r}" for a, b, c in zip(*(v[there].tolist() for v in (x, y, function(x, y))), strict=True)]
+        path = tmp_path / "bed.csv"
+        path.write_text("\n".join(["x_m,y_m,z_m", *rows]))
+        return Survey.from_csv(path)
+
+    return write
+
+
+def test_scattered_points_of_a_plane_are_the_plane(scattered, generator):
+    """Linear interpolation is exact on a plane; 1e-9 is rounding of coordinates of 2000 m. The rim of the random points lies
+    within half a metre of their rectangle, whose middle moves by as much."""
+    bed = scattered(plane)
+    middle = 0.5 * (bed.points[:, :2].min(axis=0) + bed.points[:, :2].max(axis=0))
+    x, y = generator.uniform(-8.5, 8.5, 200), generator.uniform(-6.5, 6.5, 200)
+    np.testing.assert_allclose(bed.height(x, y), plane(x + middle[0], y + middle[1]), atol=1e-9)
+    assert max(bed.misfit) < 1e-9
+
+
+def test_scattered_points_of_a_wave_are_it_within_the_bound_of_linear_interpolation(scattered, generator):
+    """Twice linear, on triangles and on the grid: the error of each is at most step^2 / 2 times the largest second derivative,
+    0.1 of the wave, on triangles and cells no wider than twice the mean distance of the points, 0.6 m."""
+    bed = scattered(wave)
+    middle = 0.5 * (bed.points[:, :2].min(axis=0) + bed.points[:, :2].max(axis=0))
+    x, y = generator.uniform(-8.5, 8.5, 200), generator.uniform(-6.5, 6.5, 200)
+    error = bed.height(x, y) - wave(x + middle[0], y + middle[1])
+    assert np.abs(error).max() < 2 * 0.5 * 0.1 * 1.2**2 and np.sqrt(np.mean(error**2)) < 0.02
+    assert 0.0 < bed.misfit[0] < bed.misfit[1] < 0.1
+
+
+def test_what_scattered_points_do_not_cover_is_refused_and_nothing_stands_there(scattered):
+    """Points in the left half and in a strip on the right: the hole between them, 6 m wide, is farther than 4 mean distances."""
+    bed = scattered(plane, keep=lambda x, y: (x < 1000) | (x > 1006))
+    with pytest.raises(InputError, match=r"'bed.csv': no point was surveyed near x = 3 m, y = 0 m"):
+        bed.height([-5.0, 3.0], [0.0, 0.0])
+    assert np.isfinite(bed.extended_height(3.0, 0.0))
+    assert not any(p.vertices[:, 0].min() < 3.0 < p.vertices[:, 0].max() and abs(p.centre_of_mass[1]) < 2 for p in bed.prisms)
+    assert len(bed.prisms) == 2 * bed.covered.sum()
+
+
+def test_a_corner_without_points_is_outside_their_outline(scattered):
+    bed = scattered(plane, keep=lambda x, y: (x - 990) + (y - 1992) > 12)
+    with pytest.raises(InputError, match="no point was surveyed near x = -8 m, y = -6 m"):
+        bed.height(-8.0, -6.0)
+
+
+def test_a_scattered_bed_reads_back_to_the_same(scattered, tmp_path):
+    bed = scattered(wave, n=60)
+    (tmp_path / "again.csv").write_text(bed.csv_text())
+    again = Survey.from_csv(tmp_path / "again.csv")
+    for name in ("x", "y", "z", "covered", "points"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(bed, name))
+
+
+def test_a_mound_has_its_height_its_slopes_and_level_ground(tmp_path):
+    bed = parse_bottom("mound:1.5,8,0.5,20")
+    y = np.array([-10.0, -7.0, -5.5, -4.0, 0.0, 4.0, 6.0, 7.0, 14.0])
+    np.testing.assert_allclose(bed.height(np.full(9, 3.3), y), [0.0, 0.0, 0.75, 1.5, 1.5, 1.5, 0.5, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(bed.normal(1.0, 5.0), np.array([0.0, 0.5, 1.0]) / np.sqrt(1.25), atol=1e-12)
+    (tmp_path / "bed.csv").write_text(bed.csv_text())
+    np.testing.assert_array_equal(Survey.from_csv(tmp_path / "bed.csv").z, bed.z)
+
+
+def test_units_on_the_rim_of_a_survey_are_refused_before_they_are_placed(survey):
+    """Three units of 1.07 m side by side need 2 x 1.58 Dn and half a Dn on either side, 4.4 m: this survey is 3 m wide."""
+    from hlcs import PlacementTest
+
+    with pytest.raises(InputError, match=r"bottom 'bed.csv': the point x = -2\.\d+ m, .* lies outside the survey"):
+        PlacementTest(layers=1, rows=3, columns=3, bottom=survey(plane)).run()

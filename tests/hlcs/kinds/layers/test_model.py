@@ -10,7 +10,7 @@ import hlcs
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.kinds.layers import Layers
 from hlcs.kinds.layers.data import read_layers
-from hlcs.kinds.layers.model import LayerModel, coefficients, default_store, model_of
+from hlcs.kinds.layers.model import LayerModel, coefficients, model_of
 from hlcs.kinds.protocol import Options
 
 
@@ -60,11 +60,3 @@ def test_runs_come_back_by_model_set_and_seed_and_refused_ones_as_nan(tmp_path, 
     assert simulator.ran == 12  # read back from the store
     none = coefficients(lambda tests, label: [None] * len(tests), models[:1], sets[:1], [1, 2])
     assert np.isnan(none[0][0]).all() and none[0][0].shape == (2, 5)
-
-
-def test_the_store_lies_where_the_user_says_or_in_a_folder_that_can_be_written(tmp_path, monkeypatch):
-    monkeypatch.setenv("HLCS_CACHE", str(tmp_path / "mine"))
-    assert default_store() == tmp_path / "mine" / "layers.sqlite"
-    monkeypatch.delenv("HLCS_CACHE")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    assert default_store() == tmp_path / "cache" / "hlcs" / "layers.sqlite"
