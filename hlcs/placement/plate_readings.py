@@ -30,23 +30,26 @@ class Readings(NamedTuple):
     carried_by: tuple  # (k,) words: what carries each plate, such as "layer 5", and why it is left out if it is
 
 
-def plate_centres(centres, nominal_diameter, per_side=3):
-    """Where plates are laid on a layer: per_side x per_side places,
-    evenly over the inner part of its units' centres, (k, 2) [m].
+def plate_centres(centres, nominal_diameter, per_row=3, rows=None):
+    """Where plates are laid on a layer: rows (along x) of per_row places each, as many rows as plates in one where left out,
+    evenly over the inner part of its units' centres, (k, 2) [m]. A single one lies in the middle.
 
     The outermost plates reach a quarter of Dn beyond the outermost centres, so that edge units do not tilt them.
     """
     low, high = centres.min(axis=0), centres.max(axis=0)
     inset = np.minimum(0.75 * nominal_diameter, 0.5 * (high - low))
-    x, y = (np.linspace(low[k] + inset[k], high[k] - inset[k], per_side) for k in range(2))
+    counts = per_row, per_row if rows is None else rows
+    alone = 0.5 * (low + high)
+    x, y = (np.linspace(low[k] + inset[k], high[k] - inset[k], n) if n > 1 else alone[k : k + 1] for k, n in enumerate(counts))
     return np.array([(a, b) for b in y for a in x])
 
 
-def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, max_time=4.0):
+def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, margin=0.0, max_time=4.0):
     """Readings of plates laid at ``centres`` (k, 2) [m] on the last of ``layers``: heights of the lower face's centre.
 
     layers: handles of the units of every layer so far, lowest first; standing: those of the last layer's units that stand in
-    it. The plates fall on the units, fixed as they are, from just above them and ignore one another. Left out (NaN) are a
+    it; margin: shell around the plates that their contacts keep open [m]. The plates fall on the units, fixed as they are, from
+    just above them and ignore one another. Left out (NaN) are a
     plate that the standing units of the layer do not carry alone, and one that has not come to rest, leans by more than
     MOST_TILT or slid by more than MOST_SLIDE, as over a hole or an edge.
     """
@@ -69,9 +72,9 @@ def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, m
             world.add(
                 plate,
                 density=PLATE_DENSITY,
-                position=(x, y, start + 0.52 * thickness),
+                position=(x, y, start + margin + 0.52 * thickness),
                 group=number,
-                margin=0.0,
+                margin=margin,
                 name=f"plate {number}",
             )
         )
