@@ -28,6 +28,13 @@ class Readings(NamedTuple):
 
     heights: np.ndarray  # (k,) above the bottom [m], NaN where the layer alone does not carry the plate at rest
     carried_by: tuple  # (k,) words: what carries each plate, such as "layer 5", and why it is left out if it is
+    poses: np.ndarray  # (k, 7) positions [m] and orientations where the plates came to rest
+
+
+def plate_of(nominal_diameter):
+    """The solid of a plate for units of this nominal diameter [m]."""
+    side = PLATE_SIDE * nominal_diameter
+    return mb.Box(side, side, PLATE_THICKNESS * nominal_diameter)
 
 
 def plate_centres(centres, nominal_diameter, per_row=3, rows=None):
@@ -61,7 +68,7 @@ def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, m
             unit.shape, position=unit.position, orientation=unit.orientation, fixed=True, margin=unit.margin, name=unit.name
         )
     side, thickness = PLATE_SIDE * nominal_diameter, PLATE_THICKNESS * nominal_diameter
-    plate = mb.Box(side, side, thickness)
+    plate = plate_of(nominal_diameter)
     tops = np.array([top(unit) for unit in units])
     places = np.array([unit.position[:2] for unit in units])
     plates = []
@@ -100,7 +107,8 @@ def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, m
         if carriers == [own] and not faults:
             heights[number] = height_above(bottom, face)
         words.append(", ".join([" and ".join(carriers) or "nothing", *faults]))
-    return Readings(heights, tuple(words))
+    poses = np.reshape([[*handle.position, *handle.orientation] for handle in plates], (-1, 7))
+    return Readings(heights, tuple(words), poses)
 
 
 def loads_on(step):

@@ -167,11 +167,12 @@ class PlacementTest:
         rows = self.plate_rows[min(layer, len(self.plate_rows)) - 1] if self.plate_rows else self.plates
         return plate_readings.plate_centres(centres, self.unit.nominal_diameter, self.plates, rows)
 
-    def run(self, progress=None):
-        """Place and measure all layers; ``progress(layer)`` is called after each. Returns a PlacementResult."""
+    def run(self, progress=None, watch=None):
+        """Place and measure all layers; ``progress(layer)`` is called after each, ``watch(layer, world)`` after every step while
+        a layer settles. Returns a PlacementResult."""
         started = time.perf_counter()
         validation.check_effort(self)
-        site = _Site(self)
+        site = _Site(self, watch)
         for layer in range(1, self.layers + 1):
             site.place(layer)
             if progress is not None:
@@ -195,7 +196,8 @@ class _Site:
     the centres of the layer below [m].
     """
 
-    def __init__(self, test):
+    def __init__(self, test, watch=None):
+        self.watch = watch
         self.test, self.unit, self.dn, self.bed = test, test.unit, test.unit.nominal_diameter, test.bed
         self.load = layer_placement.load_of(self.unit, test)
         self.generator = np.random.default_rng(test.seed)
@@ -247,7 +249,9 @@ class _Site:
 
     def _settled(self, layer, handles):
         """The record of a layer after its units have come to rest."""
-        return layer_placement.settle_layer(self.world, layer, handles, self.bed, self.level, self.dn, self.test.settle_time)
+        return layer_placement.settle_layer(
+            self.world, layer, handles, self.bed, self.level, self.dn, self.test.settle_time, self.watch
+        )
 
 
 def _check(name, value, kind):
