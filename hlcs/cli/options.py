@@ -12,6 +12,7 @@ from tqdm import tqdm
 
 from hlcs.cli import error_handling
 from hlcs.files import folders
+from hlcs.placement.presets import PRESETS
 from hlcs.processes import interrupts
 
 
@@ -82,6 +83,12 @@ def allow_outside_option(command):
     """--allow-outside."""
     words = "let the file name files outside its own folder"
     return click.option("--allow-outside", is_flag=True, help=words)(command)
+
+
+def preset_option(command):
+    """--preset."""
+    words = "settings by one name: paper, the paper's own (docs/paper.md); options given beside it win"
+    return click.option("--preset", "preset_name", type=click.Choice(list(PRESETS)), help=words)(command)
 
 
 def workers_option(command):

@@ -2,11 +2,12 @@
 
 import click
 
-from hlcs.cli.options import ProgressBar, allow_outside_option, example, out_folder, output_options, publish
+from hlcs.cli.options import ProgressBar, allow_outside_option, example, out_folder, output_options, preset_option, publish
 from hlcs.cli.placement_options import placement_options
 from hlcs.placement import report
 from hlcs.placement.comparison import compare_layers, laboratory_for
 from hlcs.placement.placement_file import make_placement, read_placement_file
+from hlcs.placement.presets import preset
 from hlcs.placement.procedure import PlacementTest
 from hlcs.processes.compilation import compile_engine
 
@@ -28,15 +29,21 @@ def demo(seed, out, json_file, quiet):
 @click.command()
 @click.argument("file", required=False, metavar="[TEST.toml]")
 @placement_options
+@preset_option
 @allow_outside_option
 @output_options
 @example("hlcs place --grid RPG --layers 3 --friction 0.36 --out out", "hlcs place out/settings.toml")
-def place(file, allow_outside, out, json_file, quiet, **settings):
+def place(file, preset_name, allow_outside, out, json_file, quiet, **settings):
     """One placement test, from a file, options, or both.
 
-    TEST.toml has a table [placement] with the names below, such as falling_distance = 0.25. Options win over it.
+    TEST.toml has a table [placement] with the names below, such as falling_distance = 0.25. Options win over it, and both
+    over a preset.
     """
-    test = read_placement_file(file, allow_outside=allow_outside, **settings) if file else make_placement(settings)
+    given = preset(preset_name)
+    if file:
+        test = read_placement_file(file, allow_outside, given, **settings)
+    else:
+        test = make_placement({**given, **settings})
     _place(test, out, json_file, quiet)
 
 

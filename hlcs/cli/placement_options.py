@@ -11,8 +11,10 @@ CHOICES = {
     "shape": ["pieces", "hull"],
     "crowding": ["turn", "redraw", "lift"],
     "stacking": ["ABC", "ABA"],
+    "damping_law": ["bullet", "per_step"],
     "solver": ["exact", "gauss_seidel", "sequential_impulse"],
 }
+KINDS = {"nominal_diameter": float, "plate_rows": str}  # of options whose default does not tell
 HELP = {
     "grid": "TPG, RPG, or two spacings in Dn: A,B or A,B,triangular",
     "layers": "how many",
@@ -28,6 +30,7 @@ HELP = {
     "restitution": "of a contact",
     "linear_damping": "Eq. 6",
     "angular_damping": "Eq. 7",
+    "damping_law": "Bullet's, or Eqs. 6-7 as printed",
     "margin": "round each unit, in Dn",
     "falling_distance": "above the layers below, in Dn",
     "density": "of the units, kg/m3",
@@ -40,6 +43,8 @@ HELP = {
     "settle_time": "longest wait for a layer, s",
     "plates": "measuring plates along each side of a layer",
     "crowding": "of hanging units that overlap: turned about the vertical, drawn again, or lifted",
+    "plate_rows": "rows of plates on each layer, such as 4,3,3,2,1, in place of as many as along x",
+    "plate_margin": "round each plate, in Dn",
     "placement_scatter": "standard deviation of the aims from layer 2 on, in Dn",
     "placement_offset_x": "by which each layer misses its aim more than the one below, in Dn",
     "placement_offset_y": "the same in y",
@@ -69,8 +74,8 @@ def placement_options(command):
         if isinstance(default, bool):
             given = click.option("--" + name.replace("_", "-"), name, is_flag=True, default=None, help=HELP[name])(given)
             continue
-        kind = click.Choice(CHOICES[name]) if name in CHOICES else float if name == "nominal_diameter" else type(default)
+        kind = click.Choice(CHOICES[name]) if name in CHOICES else KINDS.get(name, type(default))
         default = f"{default:.4g}" if isinstance(default, float) else default
-        shown = "" if default is None else f"  [default: {default}]"
+        shown = "" if default in (None, ()) else f"  [default: {default}]"
         given = click.option("--" + name.replace("_", "-"), name, type=kind, help=HELP[name] + shown)(given)
     return given

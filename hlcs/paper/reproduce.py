@@ -4,7 +4,8 @@ Every function takes a Plan and returns a dictionary that is the JSON of `hlcs r
 The same settings serve every table; what is varied is said in each.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from itertools import product
 
 import numpy as np
 
@@ -12,13 +13,15 @@ from hlcs.files.versions import versions
 from hlcs.paper import sensitivity
 from hlcs.placement.comparison import compare_layers, repeated
 from hlcs.placement.grids import RPG, TPG
-from hlcs.placement.printed_tables import laboratory, sensitivity_values
+from hlcs.placement.presets import preset
+from hlcs.placement.printed_tables import laboratory, reference_runs, sensitivity_values
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.sea_bottom import Flat, Slope
 from hlcs.placement.settings_table import placement_table
 from hlcs.processes import parallel
 
 FRICTIONS = (0.36, 0.6)  # what Bullet makes of 0.6 typed on both bodies, because it multiplies the two; the number as typed
+MARGINS = (0.0, 0.008)  # none, as a real unit has; the paper's, on units and plates [Dn]
 TABLES = ("table1", "table2", "table3", "blind", "figures")
 REPEATS = {"table1": 3, "table2": 5, "table3": 5, "blind": 5, "figures": 5}
 SIZE = ("layers", "rows", "columns")  # as chosen, or as the paper has it
@@ -30,13 +33,16 @@ class Plan:
     """What all runs of a reproduction share.
 
     settings: keys of PlacementTest that differ from its defaults; repeats: tests a case, None = the table's own; seed: of the
-    first test, the others follow it; workers: processes, None = as many as processors.
+    first test, the others follow it; workers: processes, None = as many as processors; preset: name of settings that `settings`
+    win over; results: of the tests run so far, so that no table runs another's again.
     """
 
     settings: dict
     repeats: int | None = None
     seed: int = 1
     workers: int | None = None
+    preset: str | None = None
+    results: dict = field(default_factory=dict, repr=False, compare=False)
 
     def seeds(self, table):
         """Seeds of the repeated tests of a table."""
@@ -44,15 +50,19 @@ class Plan:
 
     def test(self, **changes):
         """A PlacementTest of this plan."""
-        return PlacementTest(**{**self.settings, **changes})
+        return PlacementTest(**{**preset(self.preset), **self.settings, **changes})
 
     @property
-    def frictions(self):
-        """Contact friction as chosen; where none was, the default and, beside it, the other reading of the paper's 0.6."""
-        if "friction" in self.settings:
-            return (self.settings["friction"],)
-        default = self.test().friction
-        return (default, *(friction for friction in FRICTIONS if friction != default))
+    def cells(self):
+        """The settings of a table's runs: contact friction x margin, both readings of each unless one was chosen; the first cell
+        is what this plan's tests have. The plates have the units' margin."""
+        pairs = product(self._readings("friction", FRICTIONS), self._readings("margin", MARGINS))
+        return [{"friction": friction, "margin": margin, "plate_margin": margin} for friction, margin in pairs]
+
+    def _readings(self, name, values):
+        """The value of a setting as chosen; where none was, the plan's own and then the other ones of `values`."""
+        own = getattr(self.test(), name)
+        return (own,) if name in self.settings else (own, *(value for value in values if value != own))
 
 
 def table2(plan, progress=None):
@@ -132,19 +142,20 @@ def figures(plan, progress=None):
 
 # -------------------------------------------------------------------------------------------------------------- pieces
 def _table(name, grids, plan, progress):
-    """The document of a table; beside the first friction stands, under "other_frictions", every other one."""
-    tests = [plan.test(friction=friction, **case) for friction in plan.frictions for case in grids.values()]
+    """The document of a table; beside its first cell of settings stands, under "other_settings", every other one, and under
+    "reference" what other engines were measured to give (docs/errata.md)."""
+    tests = [plan.test(**cell, **case) for cell in plan.cells for case in grids.values()]
     runs = iter(_repeated_runs(name, tests, plan, progress))
     first, *others = (
-        {"friction": friction, "grids": {grid: _summary(next(runs), laboratory(name, grid=grid)) for grid in grids}}
-        for friction in plan.frictions
+        {**cell, "grids": {grid: _summary(next(runs), laboratory(name, grid=grid)) for grid in grids}} for cell in plan.cells
     )
-    return _document(name, plan) | {"grids": first["grids"], "other_frictions": others}
+    reference = {grid: reference_runs(name, grid) for grid in grids}
+    return _document(name, plan, **plan.cells[0]) | {"grids": first["grids"], "other_settings": others, "reference": reference}
 
 
-def _document(name, plan):
+def _document(name, plan, **changes):
     seeds = plan.seeds(name)
-    settings = {key: value for key, value in placement_table(plan.test()).items() if key not in VARIED}
+    settings = {key: value for key, value in placement_table(plan.test(**changes)).items() if key not in VARIED}
     return {"format": 1, "table": name, "repeats": len(seeds), "seeds": seeds, "settings": settings, "versions": versions()}
 
 
@@ -208,7 +219,9 @@ def _repeated_runs(name, cases, plan, progress):
     """The results of each case, a PlacementTest, with all seeds of a table; ``progress(total)`` gives the function to be called
     as each run ends."""
     tests = [replace(case, seed=seed) for case in cases for seed in plan.seeds(name)]
-    unique = list(dict.fromkeys(tests))  # the calibrated values stand once in every parameter of Table 1
+    # the calibrated values stand once in every parameter of Table 1, and in other tables too
+    unique = [test for test in dict.fromkeys(tests) if test not in plan.results]
     results = parallel.in_order(run_test, unique, plan.workers, progress(len(unique)) if progress else None)
-    found = dict(zip(unique, results, strict=True))
+    plan.results.update(zip(unique, results, strict=True))
+    found = plan.results
     return [[found[replace(case, seed=seed)] for seed in plan.seeds(name)] for case in cases]

@@ -8,7 +8,7 @@ import numpy as np
 
 from hlcs.files import folders
 from hlcs.paper import ladder, reproduce
-from hlcs.paper.reproduce_text import text_of
+from hlcs.paper.reproduce_text import text_of, variants_of
 from hlcs.placement import figures
 from hlcs.placement.comparison import sample_of
 from hlcs.placement.number_text import percent
@@ -53,8 +53,7 @@ def _figures(document):
     if table == "table1":
         return {"sensitivity.png": figures.tornado_figure(document["rows"], document["parameters"], document["base"])}
     if table in ("table2", "table3"):
-        variants = [(f"model, friction {document['settings']['friction']:g}", document["grids"])]
-        variants += [(f"model, friction {other['friction']:g}", other["grids"]) for other in document["other_frictions"]]
+        variants = [(f"model, {words}", grids) for words, grids in variants_of(document).items()]
         return {f"{table}.png": _panels(table, variants)}
     if table == "figures":
         names = {"pieces": "model, seven pieces (true unit)", "hull": "model, convex hull"}

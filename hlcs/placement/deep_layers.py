@@ -37,8 +37,8 @@ class DeepLayers:
         known = set(self.aside)
         return [tuple(handle for handle in layer if handle not in known) for layer in layers]
 
-    def watch(self, world):
-        """Bring back what a moving unit has come near to; to be called after every step."""
+    def watch(self, layer, world):
+        """Bring back what a moving unit has come near to; to be called after every step, whatever layer settles."""
         if not self.aside:
             return
         bodies = world.last_step.after

@@ -18,6 +18,8 @@ STYLES = {
     "pieces": ("#2f6db3", "o"),
     "model": ("#2f6db3", "o"),
 }
+# of further series that the same word names
+OTHER_STYLES = (("#cf8f2f", "v"), ("#3c8f63", "P"), ("#8a63b0", "X"), ("#2d9aa6", "<"), ("#b0476d", ">"))
 
 
 def layer_axes(samples, ax=None, title=None):
@@ -27,8 +29,8 @@ def layer_axes(samples, ax=None, title=None):
 
         ax = Figure(figsize=(6, 4), layout="constrained").add_subplot()
     spread = np.linspace(-0.12, 0.12, len(samples)) if len(samples) > 1 else [0.0]
-    for (label, sample), shift in zip(samples, spread, strict=True):
-        colour, marker = next((style for word, style in STYLES.items() if word in label), (None, "o"))
+    styles = _styles([label for label, _ in samples])
+    for (label, sample), shift, (colour, marker) in zip(samples, spread, styles, strict=True):
         line = "none" if "laboratory" in label or "measured" in label else "-"
         layers = np.arange(1, len(sample.mean) + 1)
         half = _half_interval(sample)
@@ -52,6 +54,15 @@ def layer_axes(samples, ax=None, title=None):
     ax.spines[["top", "right"]].set_visible(False)
     ax.legend(frameon=False, fontsize=9)
     return ax
+
+
+def _styles(labels):
+    """A (colour, marker) for each label, no two the same: by the first word known, then the others in their order."""
+    found, others = [], iter(OTHER_STYLES)
+    for label in labels:
+        own = next((style for word, style in STYLES.items() if word in label), None)
+        found.append(own if own and own not in found else next(others))
+    return found
 
 
 def _half_interval(sample):

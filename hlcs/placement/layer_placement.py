@@ -176,24 +176,24 @@ def _push_apart(world, handles):
         )
 
 
-def settle_layer(world, layer, handles, bottom, level, nominal_diameter, max_time, watched=None):
+def settle_layer(world, layer, handles, bottom, level, nominal_diameter, max_time, watchers=()):
     """Run until the layer is at rest or the time is up, and say how it went.
 
     level: `level_of` the layer below [m]. Units that have sunk below it are lost: they may roll on without the layer waiting
     for them. Of the units that are still in the layer, unsettled are those that move and those that no contact carries: a
-    damping that stops all motion leaves units in the air. watched(world): called after every step.
+    damping that stops all motion leaves units in the air. Each watcher(layer, world) is called after every step.
     """
     first, unsolved, deepest = world.steps, world.unsolved_steps, [0.0]
 
-    def watch(world):
+    def look(world):
         deepest[0] = max(deepest[0], world.last_step.penetration)
-        if watched is not None:
-            watched(world)
+        for watcher in watchers:
+            watcher(layer, world)
 
     def in_layer(bodies):
         return height_above(bottom, bodies.position) > level
 
-    reason = world.settle(max_time, watch=watch, select=in_layer)
+    reason = world.settle(max_time, watch=look, select=in_layer)
     rest, loads, standing, unsettled = world.last_step.penetration, loads_on(world.last_step), [], 0
     heights = height_above(bottom, np.reshape([handle.position for handle in handles], (-1, 3)))
     inside = in_place(heights, level, nominal_diameter)

@@ -32,21 +32,21 @@ SECTIONS = {"": ["title", "placement"], "placement": list(KEYS)}
 EXAMPLE = '[{ name = "rolling_friction", arm = 0.02 }]'
 
 
-def read_placement_file(path, allow_outside=False, **overrides):
+def read_placement_file(path, allow_outside=False, defaults=None, **overrides):
     """The PlacementTest of a TOML file; overrides (keys as in the file) win. InputError names file, line, key and remedy.
 
-    allow_outside: let it name a survey outside its own folder.
+    allow_outside: let it name a survey outside its own folder; defaults: settings of what neither states, such as a preset's.
     """
     file = TomlFile(path, SECTIONS, allow_outside)
     file.known(file.values, "")
     if "placement" not in file.values:
         raise InputError(f"{file.path}: [placement] is missing; write the settings of the test under it")
-    return placement_of(file, **overrides)
+    return placement_of(file, defaults, **overrides)
 
 
-def placement_of(file, **overrides):
-    """The PlacementTest of the [placement] table of a TomlFile; overrides (keys as in the file) win."""
-    table = checked_table(file, overrides)
+def placement_of(file, defaults=None, **overrides):
+    """The PlacementTest of the [placement] table of a TomlFile over `defaults`; overrides (keys as in the file) win."""
+    table = {**(defaults or {}), **checked_table(file, overrides)}
     return make_placement({**table, **overrides}) if overrides else _at(file, None, make_placement, table)
 
 
@@ -124,7 +124,7 @@ def _made(table):
             table[key] = _effects(value)
         if TYPES[key] in (float, int) and (isinstance(value, bool) or not isinstance(value, int | float)):
             raise InputError(f"placement: {key} = {shown_value(value)}; it must be a number")
-        if key in ("reference", "shape", "solver") and not isinstance(value, str):
+        if key in ("reference", "shape", "solver", "damping_law") and not isinstance(value, str):
             raise InputError(f"placement: {key} = {shown_value(value)}; it must be text")
     return PlacementTest(**table)
 

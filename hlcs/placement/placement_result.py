@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from hlcs.files.versions import versions
+from hlcs.placement import layer_equations
 from hlcs.placement.grids import interior_density
 from hlcs.placement.layer_placement import in_place, level_of
 from hlcs.placement.sea_bottom import height_above
@@ -46,7 +47,7 @@ class PlacementResult(Result):
     @cached_property
     def layer_coefficients(self):
         """k_j = (h_j - h_(j-1)) / Dn, Eq. (3), (M,); NaN where either height is."""
-        return np.diff(self.heights, prepend=0.0)
+        return layer_equations.layer_coefficients(self.heights)
 
     @cached_property
     def cv(self):
@@ -157,8 +158,7 @@ class PlacementResult(Result):
 
     def _porosity(self, packing_density):
         """1 - M phi / height of M layers [-]."""
-        height = self.height_over_dn
-        return float(1.0 - len(self.poses) * packing_density / height) if height > 0.0 else np.nan
+        return layer_equations.nominal_porosity(len(self.poses), self.height_over_dn, packing_density)
 
     @property
     def _dn(self):

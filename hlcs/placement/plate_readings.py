@@ -29,25 +29,35 @@ class Readings(NamedTuple):
     heights: np.ndarray  # (k,) above the bottom [m], NaN where the layer alone does not carry the plate at rest
     carried_by: tuple  # (k,) words: what carries each plate, such as "layer 5", and why it is left out if it is
     faces: np.ndarray  # (k, 3) where the middle of each plate's lower face came to rest, world frame [m]
+    poses: np.ndarray  # (k, 7) positions [m] and orientations where the plates came to rest
 
 
-def plate_centres(centres, nominal_diameter, per_side=3):
-    """Where plates are laid on a layer: per_side x per_side places,
-    evenly over the inner part of its units' centres, (k, 2) [m].
+def plate_of(nominal_diameter):
+    """The solid of a plate for units of this nominal diameter [m]."""
+    side = PLATE_SIDE * nominal_diameter
+    return mb.Box(side, side, PLATE_THICKNESS * nominal_diameter)
+
+
+def plate_centres(centres, nominal_diameter, per_row=3, rows=None):
+    """Where plates are laid on a layer: rows (along x) of per_row places each, as many rows as plates in one where left out,
+    evenly over the inner part of its units' centres, (k, 2) [m]. A single one lies in the middle.
 
     The outermost plates reach a quarter of Dn beyond the outermost centres, so that edge units do not tilt them.
     """
     low, high = centres.min(axis=0), centres.max(axis=0)
     inset = np.minimum(0.75 * nominal_diameter, 0.5 * (high - low))
-    x, y = (np.linspace(low[k] + inset[k], high[k] - inset[k], per_side) for k in range(2))
+    counts = per_row, per_row if rows is None else rows
+    alone = 0.5 * (low + high)
+    x, y = (np.linspace(low[k] + inset[k], high[k] - inset[k], n) if n > 1 else alone[k : k + 1] for k, n in enumerate(counts))
     return np.array([(a, b) for b in y for a in x])
 
 
-def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, max_time=4.0):
+def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, margin=0.0, max_time=4.0):
     """Readings of plates laid at ``centres`` (k, 2) [m] on the last of ``layers``: heights of the lower face's centre.
 
     layers: handles of the units of every layer so far, lowest first; standing: those of the last layer's units that stand in
-    it. The plates fall on the units, fixed as they are, from just above them and ignore one another. Left out (NaN) are a
+    it; margin: shell around the plates that their contacts keep open [m]. The plates fall on the units, fixed as they are, from
+    just above them and ignore one another. Left out (NaN) are a
     plate that the standing units of the layer do not carry alone, and one that has not come to rest, leans by more than
     MOST_TILT or slid by more than MOST_SLIDE, as over a hole or an edge.
     """
@@ -59,7 +69,7 @@ def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, m
             unit.shape, position=unit.position, orientation=unit.orientation, fixed=True, margin=unit.margin, name=unit.name
         )
     side, thickness = PLATE_SIDE * nominal_diameter, PLATE_THICKNESS * nominal_diameter
-    plate = mb.Box(side, side, thickness)
+    plate = plate_of(nominal_diameter)
     tops = np.array([top(unit) for unit in units])
     places = np.array([unit.position[:2] for unit in units])
     plates = []
@@ -70,9 +80,9 @@ def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, m
             world.add(
                 plate,
                 density=PLATE_DENSITY,
-                position=(x, y, start + 0.52 * thickness),
+                position=(x, y, start + margin + 0.52 * thickness),
                 group=number,
-                margin=0.0,
+                margin=margin,
                 name=f"plate {number}",
             )
         )
@@ -98,7 +108,8 @@ def read_plates(layers, standing, bottom, centres, nominal_diameter, settings, m
         if carriers == [own] and not faults:
             heights[number] = height_above(bottom, face)
         words.append(", ".join([" and ".join(carriers) or "nothing", *faults]))
-    return Readings(heights, tuple(words), faces)
+    poses = np.reshape([[*handle.position, *handle.orientation] for handle in plates], (-1, 7))
+    return Readings(heights, tuple(words), faces, poses)
 
 
 def loads_on(step):

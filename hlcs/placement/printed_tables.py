@@ -117,6 +117,32 @@ def sensitivity_values():
     return {name: tuple(numbers) for name, numbers in values.items()}
 
 
+def reference_runs(table, grid):
+    """What other engines were measured to give on the paper's procedure, for "table2" or "table3" and a grid: dictionaries with
+    run, engine, version, shape, friction, margin, layers (5 numbers, or none), mean_relative_error and to_paper [-] and fallen
+    (units in all its tests), None where not known. Sources: docs/errata.md.
+    """
+    slope = {"table2": 0.0, "table3": 0.04}[table]
+    rows = [row for row in rows_of("reference") if row["grid"] == grid and float(row["bottom_slope"]) == slope]
+    return [
+        {
+            **{name: row[name] for name in ("run", "engine", "version", "shape")},
+            "friction": float(row["contact_friction"]),
+            "margin": float(row["margin"]),
+            "layers": [float(row[f"k{j}"]) for j in range(1, 6) if row[f"k{j}"]],
+            "mean_relative_error": _share(row["eps_physical_percent"]),
+            "to_paper": _share(row["eps_numerical_percent"]),
+            "fallen": int(row["fallen"]) if row["fallen"] else None,
+        }
+        for row in rows
+    ]
+
+
+def _share(percent):
+    """A printed percentage as a number, None where none is printed."""
+    return float(percent) / 100.0 if percent else None
+
+
 @cache
 def rows_of(name):
     """All rows of `printed/NAME.csv` as a tuple of dictionaries of strings, the digits as they stand in the file."""

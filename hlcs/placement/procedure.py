@@ -24,6 +24,7 @@ RANGES = {  # lowest and highest value of every number; where the default is a w
     "rows": (1, 1000),
     "columns": (1, 1000),
     "plates": (1, 20),
+    "plate_margin": (0.0, 0.5),
     "iterations": (1, 10**6),
     "seed": (0, 2**63 - 1),
     "side": (POSITIVE, 1e6),
@@ -42,7 +43,13 @@ RANGES = {  # lowest and highest value of every number; where the default is a w
     "bottom_roughness": (0.0, 0.5),
     "inertia_factor": (0.01, 100.0),
 }
-WORDS = {"reference": ("layer", "blind"), "shape": ("pieces", "hull"), "crowding": hanging.CROWDING}
+WORDS = {
+    "reference": ("layer", "blind"),
+    "shape": ("pieces", "hull"),
+    "crowding": hanging.CROWDING,
+    "damping_law": ("bullet", "per_step"),
+}
+MOST_ROWS = 20  # of plates on a layer
 
 
 @dataclass(frozen=True)
@@ -54,9 +61,11 @@ class PlacementTest:
     first layer); armour: "cubipod", "cube", a mesh file of the unit or a MeshUnit; shape: "pieces" (the true unit) or "hull";
     side of the unit's cube [m], or of a unit from a file the metres per unit of its lengths;
     friction: *contact* coefficient [-], 0.36 is what Bullet makes of the paper's 0.6 on each of two bodies; restitution [-];
-    linear_damping, angular_damping [-]; margin around each unit [Dn]; falling_distance [Dn]; density [kg/m3]; seed;
-    time_step [s], iterations, tolerance, solver: how the engine computes; settle_time: longest wait for a layer [s]; plates
-    per side; crowding: what is done about hanging units that overlap, "turn", "redraw" or "lift" (`hlcs.placement.hanging`).
+    linear_damping, angular_damping [-] by damping_law, "bullet" or "per_step" (Eqs. 6-7 as printed); margin around each unit
+    [Dn]; falling_distance [Dn]; density [kg/m3]; seed; time_step [s], iterations, tolerance, solver: how the engine computes;
+    settle_time: longest wait for a layer [s]; plates per side; plate_rows: how many rows of plates on each layer in place of
+    that, such as (4, 3, 3, 2, 1) or "4,3,3,2,1", layers above the last one like it; plate_margin around each plate [Dn];
+    crowding: what is done about hanging units that overlap, "turn", "redraw" or "lift" (`hlcs.placement.hanging`).
 
     How the crane really places, all absent by default: placement_scatter, standard deviation of the aims from layer 2 on
     [Dn]; placement_offset_x, placement_offset_y, by which every layer misses its aim more than the one below [Dn];
@@ -84,6 +93,7 @@ class PlacementTest:
     restitution: float = 0.0
     linear_damping: float = 0.0
     angular_damping: float = 0.0
+    damping_law: str = "bullet"
     margin: float = 0.0
     falling_distance: float = 0.25
     density: float = CONCRETE
@@ -94,6 +104,8 @@ class PlacementTest:
     solver: str = "gauss_seidel"
     settle_time: float = 30.0
     plates: int = 3
+    plate_rows: tuple = ()
+    plate_margin: float = 0.0
     crowding: str = "turn"
     placement_scatter: float = 0.0
     placement_offset_x: float = 0.0
@@ -114,6 +126,7 @@ class PlacementTest:
             object.__setattr__(self, "bottom", sea_bottom.parse_bottom(self.bottom))
         object.__setattr__(self, "armour", parse_armour(self.armour))
         object.__setattr__(self, "effects", tuple(self.effects))
+        object.__setattr__(self, "plate_rows", _rows_of_plates(self.plate_rows))
         for field in fields(self):
             _check(field.name, getattr(self, field.name), type(field.default))
         if self.layers > min(self.rows, self.columns):
@@ -142,6 +155,7 @@ class PlacementTest:
             restitution=self.restitution,
             linear_damping=self.linear_damping,
             angular_damping=self.angular_damping,
+            damping_law=self.damping_law,
             margin=self.margin * self.unit.nominal_diameter,
             solver=self.solver,
             iterations=self.iterations,
@@ -158,11 +172,17 @@ class PlacementTest:
         generator = np.random.default_rng([self.seed, 0])  # a stream of its own: other draws are the same with and without
         return sea_bottom.roughened(self.bottom, self.bottom_roughness * dn, ROUGHNESS_LENGTH * dn, half * dn, generator)
 
-    def run(self, progress=None):
-        """Place and measure all layers; ``progress(layer)`` is called after each. Returns a PlacementResult."""
+    def plate_places(self, layer, centres):
+        """Where plates are laid on a layer (numbered from 1) whose units were meant for centres (n, 2) [m]: (k, 2) [m]."""
+        rows = self.plate_rows[min(layer, len(self.plate_rows)) - 1] if self.plate_rows else self.plates
+        return plate_readings.plate_centres(centres, self.unit.nominal_diameter, self.plates, rows)
+
+    def run(self, progress=None, watch=None):
+        """Place and measure all layers; ``progress(layer)`` is called after each, ``watch(layer, world)`` after every step while
+        a layer settles. Returns a PlacementResult."""
         started = time.perf_counter()
         validation.check_effort(self)
-        site = _Site(self)
+        site = _Site(self, watch)
         for layer in range(1, self.layers + 1):
             site.place(layer)
             if progress is not None:
@@ -188,13 +208,14 @@ class _Site:
     the centres of the layer below [m].
     """
 
-    def __init__(self, test):
+    def __init__(self, test, watch=None):
         self.test, self.unit, self.dn, self.bed = test, test.unit, test.unit.nominal_diameter, test.bed
         self.load = layer_placement.load_of(self.unit, test)
         self.generator = np.random.default_rng(test.seed)
         self.world = mb.World([mb.Gravity(9.81), *test.effects], test.settings)
         self.bed.add_to(self.world)
         self.deep = DeepLayers(self.world)
+        self.watchers = (self.deep.watch,) if watch is None else (self.deep.watch, watch)
         self.shift, self.envelope, self.level = np.zeros(2), 0.0, -np.inf
         self.records, self.readings, self.aims, self.loose = [], [], [], []
 
@@ -216,11 +237,10 @@ class _Site:
         self.aims.append(aims)
         if test.reference == "layer":
             self.shift = self.shift + layer_placement.reference_shift(record, aims)
-        places, layers = (
-            plate_readings.plate_centres(centres, dn, test.plates),
-            self.deep.at_hand_of([below.handles for below in self.records]),
+        places, layers = test.plate_places(layer, centres), self.deep.at_hand_of([below.handles for below in self.records])
+        self.readings.append(
+            plate_readings.read_plates(layers, record.standing, self.bed, places, dn, test.settings, test.plate_margin * dn)
         )
-        self.readings.append(plate_readings.read_plates(layers, record.standing, self.bed, places, dn, test.settings))
         self.envelope = _envelope(self.readings[-1].heights, record.standing, self.bed, self.envelope)
         self.level = layer_placement.level_of(_heights(record.handles, self.bed), self.level, dn)
 
@@ -246,7 +266,7 @@ class _Site:
     def _settled(self, layer, handles):
         """The record of a layer after its units have come to rest."""
         limits = self.level, self.dn, self.test.settle_time
-        return layer_placement.settle_layer(self.world, layer, handles, self.bed, *limits, watched=self.deep.watch)
+        return layer_placement.settle_layer(self.world, layer, handles, self.bed, *limits, watchers=self.watchers)
 
 
 def _check(name, value, kind):
@@ -269,6 +289,21 @@ def _check(name, value, kind):
         raise InputError(f"placement: {name} = {value!r}; it must be one of {', '.join(WORDS[name])}")
     elif name == "effects" and not all(isinstance(effect, mb.Effect) for effect in value):
         raise InputError(f"placement: effects = {value!r}; each must be a value of minibullet.Effect")
+
+
+def _rows_of_plates(value):
+    """The rows of plates of each layer as a tuple, from numbers or text such as "4,3,3,2,1"; InputError where it is none."""
+    given = value.split(",") if isinstance(value, str) else value
+    try:
+        rows = tuple(int(row) if isinstance(row, str) else row for row in given)
+    except (TypeError, ValueError):
+        rows = (None,)
+    if not all(isinstance(row, int | np.integer) and not isinstance(row, bool) and 1 <= row <= MOST_ROWS for row in rows):
+        raise InputError(
+            f"placement: plate_rows = {shown_value(value)}; it must be whole numbers from 1 to {MOST_ROWS}, one a layer from the "
+            "first on, such as 4,3,3,2,1"
+        )
+    return tuple(map(int, rows))
 
 
 def _envelope(readings, standing, bottom, below):

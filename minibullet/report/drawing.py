@@ -14,7 +14,7 @@ import numpy as np
 from minibullet import rotations
 from minibullet.errors import InputError
 from minibullet.files.writing import whole
-from minibullet.report.rendering import Solid, render
+from minibullet.report.rendering import FAR, FILLED, Solid, extent_seen, render
 from minibullet.shapes import polyhedra
 from minibullet.shapes.convex import ConvexPiece
 
@@ -52,6 +52,22 @@ def draw_scene(scene, path=None, ax=None, *, colours=None, azimuth=-60.0, elevat
     ax.imshow(image, interpolation="lanczos")
     ax.set_axis_off()
     return ax
+
+
+def parallel_view(scene, azimuth, elevation, *, colours=None, width=1200, supersample=2):
+    """A view without perspective, in which lengths can be measured, from azimuth, elevation [degrees].
+
+    Returns the image (height, width, 4), as high as the scene asks for, and the (left, right, bottom, top) of its edges, to the
+    right and upwards in the view [m], the world's origin at (0, 0). From azimuth -90 it is x to the right, from 0 it is y; from
+    elevation 0 z is upwards, from 90 (above, azimuth -90) y is.
+    """
+    solids = _solids(_items(scene, colours))
+    left, right, bottom, top = extent_seen(solids, azimuth, elevation)
+    height = max(1, round(width * (top - bottom) / (right - left)))
+    image = render(solids, width, height, azimuth, elevation, supersample, FAR)
+    metre = max((right - left) / width, (top - bottom) / height) / FILLED  # of one pixel
+    x, y, half_x, half_y = 0.5 * (left + right), 0.5 * (bottom + top), 0.5 * width * metre, 0.5 * height * metre
+    return image, (x - half_x, x + half_x, y - half_y, y + half_y)
 
 
 def write_page(path, scene, *, title="minibullet", colours=None):

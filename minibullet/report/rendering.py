@@ -12,6 +12,8 @@ from scipy.ndimage import uniform_filter
 
 SUN = np.array([-0.45, -0.35, 0.82]) / np.linalg.norm([-0.45, -0.35, 0.82])
 DISTANCE = 3.2  # of the eye from the middle of the scene, in radii of the scene
+FAR = 1000.0  # so far away parallel lines stay parallel, and lengths alike, to a thousandth
+FILLED = 0.94  # of the width or height of an image, whichever is filled first
 
 
 class Solid(NamedTuple):
@@ -32,10 +34,11 @@ class Faces(NamedTuple):
     solid: np.ndarray  # (f,) which solid
 
 
-def render(solids, width=1200, height=800, azimuth=-60.0, elevation=28.0, supersample=2):
-    """An image (height, width, 4), red green blue alpha from 0 to 1, of solids seen from azimuth, elevation [degrees]."""
+def render(solids, width=1200, height=800, azimuth=-60.0, elevation=28.0, supersample=2, distance=DISTANCE):
+    """An image (height, width, 4), red green blue alpha from 0 to 1, of solids seen from azimuth, elevation [degrees]; distance:
+    of the eye from the middle of the scene, in radii of the scene."""
     width, height = supersample * width, supersample * height
-    faces = _visible(solids, width, height, np.radians(azimuth), np.radians(elevation))
+    faces = _visible(solids, width, height, np.radians(azimuth), np.radians(elevation), distance)
     inverse_depth, number = _fill(faces, width, height)
     return _shaded(faces, inverse_depth, number, max(3, height // 25), supersample)
 
@@ -47,18 +50,27 @@ def view_axes(azimuth, elevation):
     return np.array([right, np.cross(right, back), -back])
 
 
-def _visible(solids, width, height, azimuth, elevation):
+def extent_seen(solids, azimuth, elevation):
+    """What solids take up in a view from azimuth, elevation [degrees] so far away that lines stay parallel: lowest and highest
+    place to the right and upwards, (left, right, bottom, top) [m]; the world's origin is at (0, 0)."""
+    right, down, _ = view_axes(np.radians(azimuth), np.radians(elevation))
+    points = np.concatenate([solid.vertices for solid in solids])
+    x, y = points @ right, -(points @ down)
+    return x.min(), x.max(), y.min(), y.max()
+
+
+def _visible(solids, width, height, azimuth, elevation, distance):
     points = np.concatenate([solid.vertices for solid in solids])
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     radius = np.sqrt(np.max(np.sum(np.square(points - middle), axis=1)))
     axes = view_axes(azimuth, elevation)
-    eye = middle - DISTANCE * radius * axes[2]
+    eye = middle - distance * radius * axes[2]
 
     # Fit everything into the image with a margin of 3 %.
     seen = (points - eye) @ axes.T
     plan = seen[:, :2] / seen[:, 2:]
     low, high = plan.min(axis=0), plan.max(axis=0)
-    scale = 0.94 * min(width / (high[0] - low[0]), height / (high[1] - low[1]))
+    scale = FILLED * min(width / (high[0] - low[0]), height / (high[1] - low[1]))
     shift = 0.5 * np.array([width, height]) - scale * 0.5 * (low + high)
 
     corners, planes, normals, colours, owners = [], [], [], [], []

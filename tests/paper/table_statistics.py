@@ -112,14 +112,6 @@ def printed_errors(table, grid=None, study="numerical"):
     return layers, overall[0] if overall else float("nan")
 
 
-def design_coefficients(grid):
-    """The rounded layer coefficients of Eq. 13 for five layers on "RPG" or "TPG", (5,) [-]."""
-    rows = [float(row["k"]) for row in printed_tables.rows_of("equation13") if row["grid"] == grid]
-    if not rows:
-        raise InputError(f"grid = {grid!r}; Eq. 13 knows 'RPG' and 'TPG'")
-    return np.array(rows)
-
-
 def reference_runs():
     """What Blender's Bullet and pybullet gave on the same procedure, measured by this project: a DataFrame, one row a run."""
     with resources.files("hlcs.placement").joinpath("printed", "reference.csv").open(encoding="utf-8") as file:

@@ -83,6 +83,7 @@ def test_place_has_an_option_for_every_setting():
         (["plcae"], "'place'"),
         (["reproduce", "table9"], "table9"),
         (["reproduce", "table2", "--workers", "0"], "workers"),
+        (["reproduce", "ladder", "--preset", "paper"], "it takes no --preset"),
         (["compare", "missing.toml"], "missing.toml"),
         (["diagnose", "missing.toml"], "missing.toml"),
         (["sweep", "missing.toml"], "missing.toml"),

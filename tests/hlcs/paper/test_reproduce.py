@@ -8,6 +8,8 @@ from hlcs.paper import reproduce, sensitivity
 from hlcs.paper.reproduce import Plan
 from hlcs.paper.reproduce_text import text_of
 from hlcs.placement import figures
+from hlcs.placement.printed_tables import reference_runs
+from hlcs.placement.statistics import Sample
 
 SMALL = {"rows": 3, "columns": 3, "layers": 2}
 
@@ -21,7 +23,7 @@ def without_time(value):
 
 @pytest.fixture(scope="module")
 def table2():
-    return reproduce.table2(Plan(SMALL | {"friction": 0.36}, repeats=2, workers=1))
+    return reproduce.table2(Plan(SMALL | {"friction": 0.36, "margin": 0.0}, repeats=2, workers=1))
 
 
 def test_table2_has_the_fields_of_the_contract(table2):
@@ -55,19 +57,54 @@ def test_the_printed_table_stands_beside_the_paper_s_columns(table2):
         assert word in text
 
 
-def test_two_frictions_stand_side_by_side_unless_one_is_chosen():
-    assert Plan({}).frictions == (Plan({}).test().friction, *(f for f in (0.36, 0.6) if f != Plan({}).test().friction))
-    assert Plan({"friction": 0.5}).frictions == (0.5,)
-    document = reproduce.table3(Plan({"rows": 2, "columns": 2, "layers": 1}, repeats=1, workers=1))
-    assert [other["friction"] for other in document["other_frictions"]] == [
-        f for f in (0.36, 0.6) if f != document["settings"]["friction"]
-    ]
-    assert "Bullet multiplies" in text_of(document)
-    assert document["grids"]["TPG"]["layers"][0]["cv"] is not None  # NaN here, null in the file
+def test_two_frictions_and_two_margins_stand_side_by_side_unless_one_is_chosen():
+    four = [(0.36, 0.0), (0.36, 0.008), (0.6, 0.0), (0.6, 0.008)]
+    pairs = [[(cell["friction"], cell["margin"]) for cell in plan.cells] for plan in (Plan({}), Plan({}, preset="paper"))]
+    assert pairs[0] == four and pairs[1] == [four[1], four[0], four[3], four[2]]  # the plan's own settings come first
+    assert [tuple(cell.values()) for cell in Plan({"friction": 0.5, "margin": 0.01}).cells] == [(0.5, 0.01, 0.01)]
+    one = Plan({"friction": 0.5}, preset="paper")
+    assert [(cell["friction"], cell["margin"]) for cell in one.cells] == [(0.5, 0.008), (0.5, 0.0)]
+    assert one.test().plate_rows == (4, 3, 3, 2, 1)
+
+
+@pytest.fixture(scope="module")
+def table3():
+    return reproduce.table3(Plan({"rows": 2, "columns": 2, "layers": 1}, repeats=1, workers=1))
+
+
+def test_a_table_prints_the_two_by_two_with_the_plates_of_the_same_margin(table3):
+    """k1 of a single layer: three margins more where units and plates have one (2e-3: four units carry the plate)."""
+    text = text_of(table3)
+    means = {(cell["friction"], cell["margin"]): cell["grids"]["TPG"]["layers"][0] for cell in table3["other_settings"]}
+    assert list(means) == [(0.36, 0.008), (0.6, 0.0), (0.6, 0.008)]
+    assert means[0.36, 0.008]["mean"] - means[0.6, 0.0]["mean"] == pytest.approx(3 * 0.008, abs=2e-3)
+    assert text.count("ours, seven pieces") == 4 and "is an inference" in text and "no shell round it" in text
+    assert means[0.6, 0.0]["cv"] is not None  # NaN here, null in the file
+    folders.to_json(table3)
+
+
+def test_blender_s_own_figures_stand_as_rows_beside_five_layers(table3):
+    """The rows of reference.csv: on TPG Blender's seven pieces gave k2 = 1.089 and 1.50 %, on RPG 1.071 and 3.09 %."""
+    flat = {grid: reference_runs("table2", grid) for grid in ("RPG", "TPG")}
+    assert {run["run"]: run["layers"] for run in flat["TPG"]}["Blender, seven pieces"][1] == 1.089
+    assert {run["run"]: run["mean_relative_error"] for run in flat["RPG"]}["Blender, seven pieces"] == pytest.approx(0.0309)
+    assert [run["engine"] for run in reference_runs("table3", "TPG")] == ["Blender"]
+    row = {"mean": 1.0, "cv": 0.01, "tests": 5}
+    five = {**table3["grids"]["TPG"], "layers": [{"layer": j, **row, "relative_error": 0.1} for j in range(1, 6)]}
+    document = table3 | {"grids": {"TPG": five}, "other_settings": []}
+    assert "1.323  1.095  0.994  0.979  0.983" in text_of(document) and "Blender" not in text_of(table3)
+
+
+def test_no_two_series_of_a_picture_look_the_same():
+    """Two frictions of one model were two equal blue circles once."""
+    names = ["laboratory", "paper's numerical model", *(f"model, friction {f}, margin {m}" for f in (0.36, 0.6) for m in (0, 1))]
+    axes = figures.layer_axes([(name, Sample(np.ones(2), np.full(2, 0.1), 5)) for name in names])
+    looks = [(bars[0].get_color(), bars[0].get_marker()) for bars in axes.containers]
+    assert len(looks) == len(names) == len(set(looks)) == len({colour for colour, _ in looks})
 
 
 def test_workers_change_nothing_but_the_clock(table2):
-    other = reproduce.table2(Plan(SMALL | {"friction": 0.36}, repeats=2, workers=2))
+    other = reproduce.table2(Plan(SMALL | {"friction": 0.36, "margin": 0.0}, repeats=2, workers=2))
     assert without_time(other) == without_time(table2)
 
 

@@ -13,10 +13,12 @@ from hlcs.paper import reproduce
 from hlcs.paper.reproduce_text import text_of
 from hlcs.placement import plate_readings
 from hlcs.placement.comparison import compare_layers, repeated
+from hlcs.placement.grids import TPG
 from hlcs.placement.printed_tables import laboratory
 from hlcs.placement.sea_bottom import Flat
 from hlcs.placement.single_run import layer_coefficients_of
 from hlcs.placement.units import Cube
+from minibullet.errors import InputError
 
 CUBE = Cube(side=1.0)
 
@@ -216,3 +218,32 @@ def test_lifts_and_drift_are_told(small_result):
     assert rows[1]["lifted_units"] > 0 and rows[1]["mean_lift_over_dn"] > 0.04  # a twentieth of a radius at a time
     mean = (small_result.poses[1][:, :2] - small_result.aims[1]).mean(axis=0) / small_result.test.unit.nominal_diameter
     assert small_result.to_dict()["layers"][1]["drift_over_dn"] == pytest.approx(np.hypot(*mean), rel=1e-12)
+
+
+def test_plates_lie_in_rows_evenly_and_a_single_row_in_the_middle():
+    """The paper's plates of section 4: rows of three, 12, 9, 9, 6 and 3 of them; the outermost lie 0.75 Dn inside."""
+    centres = TPG.centres(8, 8, 1)
+    low, high = centres.min(axis=0), centres.max(axis=0)
+    for rows, count in zip((4, 3, 3, 2, 1), (12, 9, 9, 6, 3), strict=True):
+        places = plate_readings.plate_centres(centres, 1.0, 3, rows)
+        assert len(places) == count and len(np.unique(places[:, 1])) == rows
+        np.testing.assert_allclose(places.mean(axis=0), 0.5 * (low + high), atol=1e-12)
+        assert np.abs(places - places.mean(axis=0)).max() <= np.abs(centres - centres.mean(axis=0)).max() - 0.75 + 1e-12
+    np.testing.assert_allclose(plate_readings.plate_centres(centres, 1.0, 1), [0.5 * (low + high)])
+
+
+def test_a_margin_on_the_plates_raises_every_reading_by_itself():
+    """Contacts keep the margin open: a plate on units without one rests that much higher; 1e-3 is the engine's overlap."""
+    layers = tower(square(0, 0, 0.5))
+    settings = mb.Settings(friction=0.6)
+    found = plate_readings.read_plates(layers, layers[-1], Flat(), np.zeros((1, 2)), 1.0, settings, margin=0.05)
+    assert found.heights[0] == pytest.approx(1.05, abs=1e-3)
+
+
+def test_a_test_lays_the_rows_of_plates_that_it_was_given():
+    test = PlacementTest(plate_rows="4,3", rows=3, columns=3, layers=3)
+    assert test.plate_rows == (4, 3)
+    assert [len(test.plate_places(layer, TPG.centres(3, 3, 1))) for layer in (1, 2, 3)] == [12, 9, 9]
+    for wrong in ("4,x", "0", (2.5,), (True,), 7):
+        with pytest.raises(InputError, match="plate_rows.*such as 4,3,3,2,1"):
+            PlacementTest(plate_rows=wrong)

@@ -140,3 +140,21 @@ def test_still_picture_into_a_file_and_onto_axes(world, tmp_path):
 def test_what_cannot_be_drawn_is_refused(call, words, world):
     with pytest.raises(InputError, match=words):
         call(world)
+
+
+@pytest.mark.parametrize(("azimuth", "elevation", "axes"), [(-90, 0, (0, 2)), (0, 0, (1, 2)), (-90, 90, (0, 1))])
+def test_lengths_can_be_measured_in_a_parallel_view(azimuth, elevation, axes):
+    """A near and a far cube are drawn as large, and where they stand: the middle of each colour is its place to half a pixel,
+    here 0.01 m, and a thousandth of their distance to the middle for what perspective is left."""
+    box = mb.Box(1.0, 1.0, 1.0)
+    places = np.array([(0.0, -2.0, 4.0), (3.0, 5.0, 0.0)])
+    scene = [(box, place, (1, 0, 0, 0), colour) for place, colour in zip(places, ("#ff0000", "#0000ff"), strict=True)]
+    image, (left, right, bottom, top) = drawing.parallel_view(scene, azimuth, elevation, width=400)
+    assert (right - left) / image.shape[1] == pytest.approx((top - bottom) / image.shape[0], rel=0.01)
+    for place, channel in zip(places, (0, 2), strict=True):
+        mask = (image[..., 3] > 0.5) & (image[..., channel] > 2 * image[..., 2 - channel])
+        row, column = (0.5 * (where.min() + where.max() + 1) for where in np.nonzero(mask))
+        assert left + column * (right - left) / image.shape[1] == pytest.approx(place[axes[0]], abs=0.02)
+        assert top - row * (top - bottom) / image.shape[0] == pytest.approx(place[axes[1]], abs=0.02)
+        width = (np.ptp(np.nonzero(mask)[1]) + 1) * (right - left) / image.shape[1]
+        assert width == pytest.approx(1.0, abs=0.03)
