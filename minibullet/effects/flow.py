@@ -15,7 +15,8 @@ import numpy as np
 from minibullet.bodies import Bodies
 from minibullet.effects.body import TiltedGravity, force_only, unit_vector
 from minibullet.effects.contract import Effect, Need, name_of, parameter, parameters
-from minibullet.effects.fluid import Buoyancy, Drag, FluidForce, length_of
+from minibullet.effects.fluid import Drag, FluidForce, length_of
+from minibullet.effects.fluid_forces import Buoyancy
 from minibullet.errors import InputError
 from minibullet.rotations import conjugate, dot, rotate
 
