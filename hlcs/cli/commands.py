@@ -25,6 +25,7 @@ COMMANDS = CommandModules(
     demo="place",
     diagnose="experiments",
     doctor="doctor",
+    effects="effects",
     **{"import": "importing"},
     mystery="mystery",
     place="place",

@@ -1,5 +1,4 @@
-"""Drag, and what all forces of a fluid share. Notation: w = velocity relative to the fluid, A = mean projected area,
-r = radius of the sphere of equal volume V, rho = density and eta = viscosity of the fluid, m = mass of the body.
+"""Drag, and what all forces of a fluid share. The letters of the formulas: `SYMBOLS` in contract.py.
 
 The fluid is at rest unless UniformFlow moves it. Coefficients refer to the mean projected area: for a sphere pi r2, for a
 tumbling cube of side L 1.5 L2.
@@ -18,6 +17,16 @@ AIR_DENSITY = 1.2  # dry air at 20 degrees Celsius and 101 kPa [kg/m3]
 AIR_VISCOSITY = 1.8e-5  # the same air [Pa s]
 WATER_DENSITY = 1000.0  # fresh water [kg/m3]
 WATER_VISCOSITY = 1.0e-3  # fresh water at 20 degrees Celsius [Pa s]
+
+
+def density(default):
+    """The density of a fluid, as a number of an effect that the surroundings give."""
+    return parameter(default, unit="kg/m3", given=True, symbol="rho", about="density of the fluid")
+
+
+def viscosity_of(default):
+    """The viscosity of a fluid, likewise."""
+    return parameter(default, unit="Pa s", given=True, symbol="eta", about="viscosity of the fluid")
 
 
 def length_of(vectors) -> np.ndarray:
@@ -54,14 +63,28 @@ class ViscousDrag(Drag):
 
 @dataclass(frozen=True)
 class LinearDrag(ViscousDrag):
-    """Drag proportional to speed, F = -rate m w.
+    """Drag proportional to speed.
 
     Of a sphere in creeping flow the rate is 6 pi eta r/m, and StokesDrag finds the viscosity eta itself.
     """
 
     # as much as a drag coefficient of 2.5 at 10 m/s
-    rate: float = parameter(0.0, unit="1/s", low=0.0, high=25.0, null=0.0, bounds_in="drag")
+    rate: float = parameter(
+        0.0,
+        unit="1/s",
+        low=0.0,
+        high=25.0,
+        null=0.0,
+        bounds_in="drag",
+        about="force over momentum",
+        typical=((0.037, "a tennis ball in air at 2 m/s, as much as drag coefficient 0.5 there"),),
+    )
     plain = "{fluid} resistance in proportion to the speed"
+    formula = "F = -rate m w"
+    looks_like = (
+        "Too slow from the first moment on: the gap to the model grows with the way that was travelled, in slow throws as "
+        "much as in fast ones."
+    )
 
     def resistance(self, bodies):
         return self.rate * bodies.mass
@@ -69,15 +92,31 @@ class LinearDrag(ViscousDrag):
 
 @dataclass(frozen=True)
 class StokesDrag(ViscousDrag):
-    """Drag of a small or slow body in a viscous fluid, F = -6 pi eta r w.
+    """Drag of a small or slow body in a viscous fluid.
 
     Exact for a sphere where inertia of the fluid counts for nothing: the force is 2 % too small at Re = 2 r rho |w|/eta = 0.1 and
     15 % at 1. G. G. Stokes, Trans. Camb. Phil. Soc. 9 (1851); the next term, 1 + 3/16 Re: C. W. Oseen, Ark. Mat. Astron. Fys. 6
     (1910). Of other bodies r is the radius of the sphere of equal volume, which is right to some ten per cent.
     """
 
-    viscosity: float = parameter(0.0, unit="Pa s", low=0.0, high=20.0, null=0.0, source="castor oil 1, glycerine 1.4, honey 10")
+    viscosity: float = parameter(
+        0.0,
+        unit="Pa s",
+        low=0.0,
+        high=20.0,
+        null=0.0,
+        source="castor oil 1, glycerine 1.4, honey 10",
+        symbol="eta",
+        about="viscosity of the fluid",
+        typical=((0.001, "water at 20 degrees Celsius"), (1.4, "glycerine"), (1.0, "castor oil"), (10.0, "honey")),
+    )
     plain = "{fluid} resistance by viscosity"
+    formula = "F = -6 pi eta r w"
+    looks_like = (
+        "Speed comes near to a constant final value soon and exponentially; in a slow fall nearly all of the way is "
+        "travelled at it."
+    )
+    confused_with = ("history_force", "wall_drag")
     needs = (Need.MASS_AND_SIZE,)
     reynolds = (0.0, 1.0)
 
@@ -87,17 +126,43 @@ class StokesDrag(ViscousDrag):
 
 @dataclass(frozen=True)
 class QuadraticDrag(Drag):
-    """Drag proportional to speed squared, F = -(rho C A/2 + k m) |w| w.
+    """Drag proportional to speed squared.
 
     Give the drag coefficient C of a body of known size, or for a body without size drag_per_metre k. I. Newton, Principia
     II; C = 0.47 for a smooth sphere, 1.05 for a cube face on: S. F. Hoerner, Fluid-Dynamic Drag (1965), ch. 3.
     """
 
-    drag_coefficient: float = parameter(0.0, unit="-", low=0.0, high=2.5, null=0.0, source="Hoerner (1965)", body_known=True)
-    fluid_density: float = parameter(AIR_DENSITY, unit="kg/m3", given=True)
+    drag_coefficient: float = parameter(
+        0.0,
+        unit="-",
+        low=0.0,
+        high=2.5,
+        null=0.0,
+        source="Hoerner (1965)",
+        body_known=True,
+        symbol="C",
+        about="of the mean projected area",
+        typical=((0.47, "smooth sphere"), (1.05, "cube, face on")),
+    )
+    fluid_density: float = density(AIR_DENSITY)
     # light bodies (coffee filters, balloons) reach their final speed within a thirtieth of the height that they fall
-    drag_per_metre: float = parameter(0.0, unit="1/m", low=0.0, high=60.0, null=0.0, body_known=False, bounds_in="per extent")
+    drag_per_metre: float = parameter(
+        0.0,
+        unit="1/m",
+        low=0.0,
+        high=60.0,
+        null=0.0,
+        body_known=False,
+        bounds_in="per extent",
+        symbol="k",
+        about="deceleration over speed squared, for a body whose size is not known",
+    )
     plain = "{fluid} resistance"
+    formula = "F = -(rho C A/2 + k m) |w| w"
+    looks_like = (
+        "Falls too slowly, and the more so the faster it is: nothing at first, then a gap that grows as the fourth power of time."
+    )
+    confused_with = ("buoyancy", "length_scale", "time_scale", "mass_offset", "history_force")
     form_of = "drag_form"
 
     def forces(self, bodies, time):
@@ -108,18 +173,52 @@ class QuadraticDrag(Drag):
 
 @dataclass(frozen=True)
 class DragCrisis(Drag):
-    """Quadratic drag whose coefficient falls where the boundary layer turns turbulent, F = -rho C(Re) A/2 |w| w.
+    """Quadratic drag whose coefficient falls where the boundary layer turns turbulent.
 
-    C = sup + (sub - sup)/(1 + (Re/Re_c)^4), Re = 2 r rho |w|/eta: a smooth curve through the sphere data of
-    E. Achenbach, J. Fluid Mech. 54 (1972) 565-575. A whole drag law, not an addition to QuadraticDrag.
+    A smooth curve through the sphere data of E. Achenbach, J. Fluid Mech. 54 (1972) 565-575. A whole drag law, not an
+    addition to QuadraticDrag.
     """
 
-    subcritical: float = parameter(0.47, unit="-", low=0.2, high=1.2, source="Achenbach (1972)")
-    supercritical: float = parameter(0.1, unit="-", low=0.0, high=0.5, source="Achenbach (1972)")
-    critical_reynolds: float = parameter(2e5, unit="-", low=5e4, high=5e5, source="Achenbach (1972)", starts=(1e5, 2e5, 4e5))
-    fluid_density: float = parameter(AIR_DENSITY, unit="kg/m3", given=True)
-    fluid_viscosity: float = parameter(AIR_VISCOSITY, unit="Pa s", given=True)
+    subcritical: float = parameter(
+        0.47,
+        unit="-",
+        low=0.2,
+        high=1.2,
+        source="Achenbach (1972)",
+        symbol="sub",
+        about="drag coefficient well below the critical Reynolds number",
+        typical=((0.47, "smooth sphere"),),
+    )
+    supercritical: float = parameter(
+        0.1,
+        unit="-",
+        low=0.0,
+        high=0.5,
+        source="Achenbach (1972)",
+        symbol="sup",
+        about="the same well above it",
+        typical=((0.1, "smooth sphere"),),
+    )
+    critical_reynolds: float = parameter(
+        2e5,
+        unit="-",
+        low=5e4,
+        high=5e5,
+        source="Achenbach (1972)",
+        starts=(1e5, 2e5, 4e5),
+        symbol="Re_c",
+        about="Reynolds number in the middle of the fall",
+        typical=((2e5, "rough sphere"), (300000.0, "smooth sphere")),
+    )
+    fluid_density: float = density(AIR_DENSITY)
+    fluid_viscosity: float = viscosity_of(AIR_VISCOSITY)
     plain = "{fluid} resistance that drops at high speed"
+    formula = "F = -rho C(Re) A/2 |w| w, C(Re) = sup + (sub - sup)/(1 + (Re/Re_c)^4), Re = 2 r rho |w|/eta"
+    symbols = {"C": "drag coefficient at this Reynolds number", "Re": "Reynolds number"}
+    looks_like = (
+        "Fast bodies are slowed less than slow ones foretell: a drag coefficient that was found at low speed is too large "
+        "at high speed."
+    )
     form_of = "drag_form"
     contains = (QuadraticDrag,)
     needs = (Need.MASS_AND_SIZE,)
