@@ -27,6 +27,7 @@ COMMANDS = CommandModules(
     design="design",
     diagnose="experiments",
     doctor="doctor",
+    effects="effects",
     **{"import": "importing"},
     mystery="mystery",
     place="place",

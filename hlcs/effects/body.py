@@ -9,10 +9,26 @@ from minibullet.effects.contract import Need, parameter
 
 @dataclass(frozen=True)
 class MassOffset(Change):
-    """True mass = (1 + relative) stated mass; the size is right."""
+    """The mass is not the one that was stated; the size is right."""
 
-    relative: float = parameter(0.0, unit="-", low=-0.05, high=0.05, null=0.0, least=-0.9)
+    relative: float = parameter(
+        0.0,
+        unit="-",
+        low=-0.05,
+        high=0.05,
+        null=0.0,
+        least=-0.9,
+        about="true over stated mass, less one",
+        typical=((0.01, "balance that shows whole grams, body of 50 g"),),
+    )
     plain = "a mass other than stated"
+    formula = "m_true = (1 + relative) m"
+    symbols = {"m_true": "mass as it is [kg]"}
+    looks_like = (
+        "Seen only beside forces that do not grow with mass: drag and buoyancy are too weak or too strong by one and the "
+        "same factor."
+    )
+    confused_with = ("quadratic_drag", "buoyancy")
     group = "body"
     needs = (Need.MASS_AND_SIZE,)
 
@@ -25,10 +41,25 @@ class MassOffset(Change):
 
 @dataclass(frozen=True)
 class SizeError(Change):
-    """True lengths of the body = (1 + relative) stated lengths; the mass is right."""
+    """The lengths of the body are not those that were stated; the mass is right."""
 
-    relative: float = parameter(0.0, unit="-", low=-0.02, high=0.02, null=0.0, least=-0.9)
+    relative: float = parameter(
+        0.0,
+        unit="-",
+        low=-0.02,
+        high=0.02,
+        null=0.0,
+        least=-0.9,
+        about="true over stated lengths, less one",
+        typical=((0.005, "ruler with millimetres, body of 100 mm"),),
+    )
     plain = "a size other than stated"
+    formula = "L_true = (1 + relative) L"
+    symbols = {"L_true": "length as it is [m]"}
+    looks_like = (
+        "At rest on the floor the centre is too high or too low, always by the same; drag is wrong by twice the relative error."
+    )
+    confused_with = ("mass_offset",)
     group = "body"
     alike = "rest_height"
     needs = (Need.MASS_AND_SIZE,)
@@ -49,12 +80,16 @@ class SizeError(Change):
 
 @dataclass(frozen=True)
 class CentreOfMassOffset(Change):
-    """The centre of mass lies off the centre of the shape, in multiples of its size (side of the cube of equal volume)."""
+    """The centre of mass lies off the centre of the shape."""
 
-    x: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0)
-    y: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0)
-    z: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0)
+    x: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0, about="along the body's x axis")
+    y: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0, about="along the body's y axis")
+    z: float = parameter(0.0, unit="L", low=-0.05, high=0.05, null=0.0, about="along the body's z axis")
     plain = "a centre of mass off the middle of the shape"
+    formula = "d = (x, y, z) L"
+    symbols = {"d": "from the centre of the shape to the centre of mass, body axes [m]"}
+    looks_like = "A tumbling body wobbles: its middle goes round the smooth path once each turn; it tips to one side more easily."
+    confused_with = ("inertia_error", "bottom_slope")
     group = "body"
     needs = (DataNeed.LEANING,)
 
@@ -66,12 +101,30 @@ class CentreOfMassOffset(Change):
 
 @dataclass(frozen=True)
 class InertiaError(Change):
-    """True principal moments = factors times the model's; what turns freely or tips tells."""
+    """The principal moments are not those of the shape; what turns freely or tips tells."""
 
-    factor_x: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0)
-    factor_y: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0)
-    factor_z: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0)
+    factor_x: float = parameter(
+        1.0,
+        unit="-",
+        low=0.5,
+        high=4.0,
+        null=1.0,
+        symbol="f_x",
+        about="of the moment about the body's x axis",
+        typical=((1.67, "hollow in place of solid sphere: thin shell 2/3, solid 2/5"),),
+    )
+    factor_y: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0, symbol="f_y", about="about its y axis")
+    factor_z: float = parameter(1.0, unit="-", low=0.5, high=4.0, null=1.0, symbol="f_z", about="about its z axis")
     plain = "an inertia other than stated"
+    formula = "I_true = (f_x I_x, f_y I_y, f_z I_z)"
+    symbols = {
+        "I_true": "principal moments as they are [kg m2]",
+        "I_x": "the model's about x",
+        "I_y": "about y",
+        "I_z": "about z",
+    }
+    looks_like = "Free turning wobbles at another rate than foretold, and a hit off the middle turns the body more or less."
+    confused_with = ("spin_decay",)
     group = "body"
     needs = (DataNeed.TURNING,)
 

@@ -14,11 +14,32 @@ _NODES, _WEIGHTS = (0.5 * half for half in np.polynomial.legendre.leggauss(5))
 
 @dataclass(frozen=True)
 class TiltedFrame(Change):
-    """The camera's axes lean about its origin: recorded = R_y(angle_y) R_x(angle_x) true; in flight like tilted gravity."""
+    """The camera's axes lean about its origin; in flight like tilted gravity."""
 
-    angle_x: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
-    angle_y: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
+    angle_x: float = parameter(
+        0.0,
+        unit="rad",
+        low=-0.05,
+        high=0.05,
+        null=0.0,
+        source="levelling by eye: within 3 degrees",
+        about="of the camera about its x axis",
+        typical=((0.0087, "half a degree, hardly seen by eye"),),
+    )
+    angle_y: float = parameter(
+        0.0,
+        unit="rad",
+        low=-0.05,
+        high=0.05,
+        null=0.0,
+        source="levelling by eye: within 3 degrees",
+        about="of the camera about its y axis, after the first",
+    )
     plain = "a camera that leans"
+    formula = "seen = R_y(angle_y) R_x(angle_x) true"
+    symbols = {"R_x": "turn about the x axis", "R_y": "turn about the y axis"}
+    looks_like = "A fall that leans to one side, as if gravity did; unlike with tilted gravity, a floor looks tilted too."
+    confused_with = ("bottom_slope",)
     group = "measurement"
     by_session = True
     alike = "tilt"
@@ -38,13 +59,27 @@ class TiltedFrame(Change):
 
 @dataclass(frozen=True)
 class LengthScale(Change):
-    """Wrong scale of the picture: recorded = factor times true coordinates, about the origin of the file's frame.
+    """Wrong scale of the picture, about the origin of the file's frame.
 
     In a table the recorded length is the outcome or, where the outcome is a time, the way that was measured beforehand.
     """
 
-    factor: float = parameter(1.0, unit="-", low=0.9, high=1.1, null=1.0)
+    factor: float = parameter(
+        1.0,
+        unit="-",
+        low=0.9,
+        high=1.1,
+        null=1.0,
+        about="recorded over true length",
+        typical=((1.02, "ruler 2 % nearer to the camera than the motion, at 2 m by 40 mm"),),
+    )
     plain = "a wrong scale of length"
+    formula = "seen = factor true"
+    looks_like = (
+        "Every acceleration, and every known length, is wrong by the same factor; a free fall is too slow or too fast as "
+        "1/2 g t^2."
+    )
+    confused_with = ("calibration_curve",)
     group = "measurement"
     by_session = True
     alike = "effective_gravity"
@@ -66,10 +101,23 @@ class LengthScale(Change):
 
 @dataclass(frozen=True)
 class TimeScale(Change):
-    """Wrong frame rate: true time = factor times stamped time since the start, so apparent accelerations scale with factor^2."""
+    """Wrong frame rate, so that apparent accelerations scale with the square of the factor."""
 
-    factor: float = parameter(1.0, unit="-", low=0.95, high=1.05, null=1.0)
+    factor: float = parameter(
+        1.0,
+        unit="-",
+        low=0.95,
+        high=1.05,
+        null=1.0,
+        about="true over stamped time since the start",
+        typical=((1.001, "30 frames a second for 29.97: NTSC video"),),
+    )
     plain = "a clock at a wrong rate"
+    formula = "seen(t) = true(factor t)"
+    looks_like = (
+        "Speeds are wrong by one factor and accelerations by its square, while all lengths (a known height, the floor) are right."
+    )
+    confused_with = ("clock_offset",)
     group = "measurement"
     by_session = True
     alike = "effective_gravity"
@@ -85,8 +133,22 @@ class TimeScale(Change):
 class ClockOffset(Change):
     """Late release or early trigger: the motion starts `offset` after its stamp; a body known to rest waits until then."""
 
-    offset: float = parameter(0.0, unit="s", low=-0.3, high=0.3, null=0.0)
+    offset: float = parameter(
+        0.0,
+        unit="s",
+        low=-0.3,
+        high=0.3,
+        null=0.0,
+        about="from the stamp of the release to the release",
+        typical=((0.033, "one frame at 30 frames a second"),),
+    )
     plain = "a release that is stamped too early or too late"
+    formula = "seen(t) = true(t - offset)"
+    looks_like = (
+        "The whole motion comes too late or too early by the same time: the gap to the model is offset times speed, "
+        "largest where it is fast."
+    )
+    confused_with = ("tracker_smoothing",)
     group = "measurement"
     by_session = True
     needs = (Need.RELEASE,)
@@ -104,17 +166,39 @@ class ClockOffset(Change):
 
 @dataclass(frozen=True)
 class CalibrationCurve(Change):
-    """The scale of height is not uniform: recorded z = z + sum c_k T_k(u), T_k the Chebyshev polynomials.
+    """The scale of height is not uniform.
 
     u runs from -1 at the lowest to 1 at the highest recorded height, so c_1 .. c_5 are amplitudes in metres.
     """
 
-    c_1: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
-    c_2: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
-    c_3: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
-    c_4: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
-    c_5: float = parameter(0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent")
+    c_1: float = parameter(
+        0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent", about="amplitude of the polynomial of degree 1"
+    )
+    c_2: float = parameter(
+        0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent", about="amplitude of the polynomial of degree 2"
+    )
+    c_3: float = parameter(
+        0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent", about="amplitude of the polynomial of degree 3"
+    )
+    c_4: float = parameter(
+        0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent", about="amplitude of the polynomial of degree 4"
+    )
+    c_5: float = parameter(
+        0.0, unit="m", low=-0.05, high=0.05, null=0.0, bounds_in="extent", about="amplitude of the polynomial of degree 5"
+    )
     plain = "a scale of height that is not uniform"
+    formula = "seen_z = z + c_1 T_1(u) + c_2 T_2(u) + .. + c_5 T_5(u)"
+    symbols = {
+        "seen_z": "height as recorded [m]",
+        "u": "height from -1, lowest recorded, to 1, highest",
+        "T_1": "Chebyshev polynomial of degree 1",
+        "T_2": "Chebyshev polynomial of degree 2",
+        "T_5": "Chebyshev polynomial of degree 5",
+    }
+    looks_like = (
+        "The gap depends on height alone: the same at the same height on the way up and on the way down, in fast and slow throws."
+    )
+    confused_with = ("quadratic_drag",)
     group = "measurement"
     needs = (DataNeed.HEIGHT, DataNeed.UNLIKE_HEIGHTS)
 
@@ -134,10 +218,21 @@ class CalibrationCurve(Change):
 
 @dataclass(frozen=True)
 class TrackerSmoothing(Change):
-    """The tracker averages over a window: recorded = mean of the motion over [t - window/2, t + window/2]."""
+    """The tracker averages the motion over a window."""
 
-    window: float = parameter(0.0, unit="s", low=0.0, high=0.2, null=0.0)
+    window: float = parameter(
+        0.0,
+        unit="s",
+        low=0.0,
+        high=0.2,
+        null=0.0,
+        about="time over which is averaged",
+        typical=((0.17, "five frames at 30 frames a second"),),
+    )
     plain = "a tracker that smooths the motion"
+    formula = "seen(t) = integral(true, t - window/2, t + window/2)/window"
+    looks_like = "Corners are rounded: at each bounce or stop the gap is a spike as wide as the window, with nothing between."
+    confused_with = ("clock_offset", "restitution")
     group = "measurement"
     needs = (Need.FLOOR,)
 

@@ -9,10 +9,22 @@ from minibullet.effects.contract import Need, parameter
 
 @dataclass(frozen=True)
 class MarginOffset(Change):
-    """Contacts keep a gap of offset Dn open, Dn the side of the cube of equal volume."""
+    """Contacts keep a gap open."""
 
-    offset: float = parameter(0.0, unit="Dn", low=0.0, high=0.02, null=0.0, source="collision margin of common engines: 0.008 Dn")
+    offset: float = parameter(
+        0.0,
+        unit="Dn",
+        low=0.0,
+        high=0.02,
+        null=0.0,
+        source="collision margin of common engines: 0.008 Dn",
+        about="gap over the side of the cube of equal volume, Dn",
+        typical=((0.008, "collision margin of common engines"),),
+    )
     plain = "a gap that contacts keep open"
+    formula = "gap = offset L"
+    looks_like = "All that rests stands a little too high, each layer of a stack by the same; flights show nothing."
+    confused_with = ("bottom_slope",)
     group = "contact_normal"
     alike = "rest_height"
     needs = (Need.CONTACT,)

@@ -34,20 +34,8 @@ from minibullet.effects.contract import (
     wrenches,
 )
 from minibullet.effects.flow import DragModifier, OrientationDrag, UniformFlow, WallDrag, compose
-from minibullet.effects.fluid import (
-    AddedMass,
-    Buoyancy,
-    Drag,
-    DragCrisis,
-    FluidForce,
-    GroundCushion,
-    HistoryForce,
-    LinearDrag,
-    Magnus,
-    QuadraticDrag,
-    SpinDecay,
-    StokesDrag,
-)
+from minibullet.effects.fluid import Drag, DragCrisis, FluidForce, LinearDrag, QuadraticDrag, StokesDrag
+from minibullet.effects.fluid_forces import AddedMass, Buoyancy, GroundCushion, HistoryForce, Magnus, SpinDecay
 
 # what `minibullet` offers to its users; the rest of the names above is for the engine and for who looks after laws
 __all__ = [

@@ -39,12 +39,22 @@ class ConstantForce(Effect):
 
 @dataclass(frozen=True)
 class Gravity(ConstantForce):
-    """Uniform gravity, F = m g d. Newton's law of gravitation near the ground."""
+    """Uniform gravity. Newton's law of gravitation near the ground."""
 
     acceleration: float = parameter(
-        STANDARD_GRAVITY, unit="m/s2", low=9.78, high=9.83, null=0.0, given=True, source="9.78 (equator) to 9.83 (pole): WGS 84"
+        STANDARD_GRAVITY,
+        unit="m/s2",
+        low=9.78,
+        high=9.83,
+        null=0.0,
+        given=True,
+        source="9.78 (equator) to 9.83 (pole): WGS 84",
+        symbol="g",
+        about="acceleration of gravity",
+        typical=((9.81, "middle latitudes, at sea level"),),
     )
     direction: tuple = (0.0, 0.0, -1.0)  # where things fall to, any length, world frame (3,)
+    formula = "F = m g d"
     isotropic = False
 
     @property
@@ -60,14 +70,35 @@ class Gravity(ConstantForce):
 class TiltedGravity(ConstantForce):
     """The world is level but the world's z axis is not: what is to be added to Gravity downwards.
 
-    F = m g (R_y(angle_y) R_x(angle_x) e - e), e = (0, 0, -1): gravity is turned about the x axis, then about the y axis.
+    Gravity is turned about the x axis, then about the y axis.
     For small angles the acceleration is g (-angle_y, angle_x, 0), the same for all bodies.
     """
 
-    angle_x: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
-    angle_y: float = parameter(0.0, unit="rad", low=-0.05, high=0.05, null=0.0, source="levelling by eye: within 3 degrees")
-    acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True)
+    angle_x: float = parameter(
+        0.0,
+        unit="rad",
+        low=-0.05,
+        high=0.05,
+        null=0.0,
+        source="levelling by eye: within 3 degrees",
+        about="of the world about its x axis",
+        typical=((0.0087, "half a degree, hardly seen by eye"),),
+    )
+    angle_y: float = parameter(
+        0.0,
+        unit="rad",
+        low=-0.05,
+        high=0.05,
+        null=0.0,
+        source="levelling by eye: within 3 degrees",
+        about="of the world about its y axis, after the first",
+    )
+    acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True, symbol="g", about="acceleration of gravity")
     plain = "a z axis that is not vertical"
+    formula = "F = m g (R_y(angle_y) R_x(angle_x) e - e), e = (0, 0, -1)"
+    symbols = {"R_x": "turn about the x axis", "R_y": "turn about the y axis", "e": "direction of gravity in a level world"}
+    looks_like = "A body drifts sideways in free flight, as 1/2 g angle t^2, the same way for all bodies and in all throws."
+    confused_with = ("bottom_slope",)
     isotropic = False
     group = "measurement"
     alike = "tilt"

@@ -46,13 +46,31 @@ class ContactEffect(Effect):
 
 @dataclass(frozen=True)
 class Friction(ContactEffect):
-    """Coulomb friction of one coefficient at every contact, |F_t| <= coefficient F_n. C. A. Coulomb (1785).
+    """Coulomb friction of one coefficient at every contact. C. A. Coulomb (1785).
 
     It replaces the coefficients of settings and bodies; to keep those, leave it out.
     """
 
-    coefficient: float = parameter(0.5, unit="-", low=0.0, high=1.5)
+    coefficient: float = parameter(
+        0.5,
+        unit="-",
+        low=0.0,
+        high=1.5,
+        symbol="mu",
+        about="tangential over normal force",
+        typical=(
+            (0.04, "PTFE on steel: Bowden and Tabor (1950)"),
+            (0.6, "concrete on concrete, smooth: EN 1992-1-1, 6.2.5"),
+            (0.7, "the same, rough"),
+        ),
+    )
     plain = "friction"
+    formula = "|F_t| <= mu F_n"
+    looks_like = (
+        "What slides stops too late or too early, by a factor that is the same at all speeds and weights; on a slope it "
+        "starts at another angle."
+    )
+    confused_with = ("bottom_slope", "viscous_friction", "stribeck_friction", "load_dependent_friction")
     replaces = True
 
     def __post_init__(self):
@@ -72,8 +90,24 @@ class Restitution(ContactEffect):
     It replaces the coefficients of settings and bodies; to keep those, leave it out.
     """
 
-    coefficient: float = parameter(0.0, unit="-", low=0.0, high=1.0, most=1.0)
+    coefficient: float = parameter(
+        0.0,
+        unit="-",
+        low=0.0,
+        high=1.0,
+        most=1.0,
+        symbol="e",
+        about="normal speed after over before the impact",
+        typical=(
+            (0.74, "tennis ball on concrete: from 2.54 m to 1.35 to 1.47 m, Rules of Tennis"),
+            (0.9, "table tennis ball on steel: from 0.305 m to 0.24 to 0.26 m, ITTF"),
+        ),
+    )
     plain = "restitution"
+    formula = "v_after = e v_n"
+    symbols = {"v_after": "speed of separation along the normal [m/s]"}
+    looks_like = "Every rebound is too high or too low by the same factor e^2, at all speeds of impact."
+    confused_with = ("velocity_dependent_restitution", "ground_cushion")
     group = "contact_normal"
     replaces = True
 
@@ -88,17 +122,36 @@ class Restitution(ContactEffect):
 
 @dataclass(frozen=True)
 class VelocityDependentRestitution(ContactEffect):
-    """Faster impacts rebound less, e = e_1 (v_n/reference_speed)^-exponent, at most 1; and no rebound below the threshold.
+    """Faster impacts rebound less, at most as fast as they came; and no rebound below the threshold.
 
     e_1 is the restitution that holds without this effect. Exponent 1/4 where the impact is plastic: K. L. Johnson, Contact
     Mechanics (1985), ch. 11; 1/5 (the leading term) where it is viscous: R. Ramirez et al., Phys. Rev. E 60 (1999)
     4465.
     """
 
-    exponent: float = parameter(0.0, unit="-", low=0.0, high=0.3, null=0.0, source="Johnson (1985): 1/4")
-    threshold: float = parameter(0.0, unit="m/s", low=0.0, high=0.5, null=0.0)
-    reference_speed: float = parameter(1.0, unit="m/s", given=True)
+    exponent: float = parameter(
+        0.0,
+        unit="-",
+        low=0.0,
+        high=0.3,
+        null=0.0,
+        source="Johnson (1985): 1/4",
+        symbol="k",
+        about="how steeply restitution falls with speed",
+        typical=((0.25, "plastic impact: Johnson (1985)"), (0.2, "viscous impact: Ramirez et al. (1999)")),
+    )
+    threshold: float = parameter(
+        0.0, unit="m/s", low=0.0, high=0.5, null=0.0, about="speed of impact below which nothing rebounds"
+    )
+    reference_speed: float = parameter(1.0, unit="m/s", given=True, symbol="v_1", about="speed of impact at which e_1 holds")
     plain = "a rebound that depends on the speed of the impact"
+    formula = "e = e_1 (v_n/v_1)^-k"
+    symbols = {"e": "restitution at this speed of impact", "e_1": "restitution without this effect"}
+    looks_like = (
+        "High drops rebound too little and low ones too much, though one coefficient fits the middle; the last small "
+        "bounces are missing."
+    )
+    confused_with = ("ground_cushion",)
     group = "contact_normal"
 
     def contact_law(self, contacts, bodies, law):
@@ -111,15 +164,20 @@ class VelocityDependentRestitution(ContactEffect):
 
 @dataclass(frozen=True)
 class Adhesion(ContactEffect):
-    """A pair of bodies bears a pull of pull_off_force weights of the lighter body before it parts, shared by its contact points.
+    """A pair of bodies bears a pull before it parts, shared by its contact points.
 
     The constant pull-off force of a small contact: B. V. Derjaguin,
     V. M. Muller, Yu. P. Toporov, J. Colloid Interface Sci. 53 (1975).
     """
 
-    pull_off_force: float = parameter(0.0, unit="weights", low=0.0, high=1.0, null=0.0)
-    acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True)
+    pull_off_force: float = parameter(
+        0.0, unit="weights", low=0.0, high=1.0, null=0.0, symbol="c", about="largest pull, in weights of the lighter body"
+    )
+    acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True, symbol="g", about="acceleration of gravity")
     plain = "a pull that holds touching bodies together"
+    formula = "F_n >= -c m g"
+    looks_like = "A body stays where it should have lifted off or rebounded, and all below some speed of impact do so."
+    confused_with = ("velocity_dependent_restitution", "restitution")
     group = "contact_normal"
 
     def contact_law(self, contacts, bodies, law):
@@ -131,15 +189,28 @@ class Adhesion(ContactEffect):
 
 @dataclass(frozen=True)
 class StaticFriction(ContactEffect):
-    """A contact at rest holds more than a sliding one, mu ratio. C. A. Coulomb (1785); E. Rabinowicz, Friction and Wear (1965).
+    """A contact at rest holds more than a sliding one. C. A. Coulomb (1785); E. Rabinowicz, Friction and Wear (1965).
 
     A contact is at rest while v_t^2 <= (rest_speed)^2 (load/m) r, with m and r of the lighter body: v_t below the fraction
     rest_speed of sqrt(g r) under a body's own weight. A new contact bears no load yet, so it slides unless v_t = 0.
     """
 
-    ratio: float = parameter(1.0, unit="-", low=1.0, high=2.0, null=1.0)
-    rest_speed: float = parameter(1e-3, unit="-", given=True)
+    ratio: float = parameter(
+        1.0,
+        unit="-",
+        low=1.0,
+        high=2.0,
+        null=1.0,
+        source="Marks' Standard Handbook for Mechanical Engineers, section 3.2",
+        about="friction at rest over friction in motion",
+        typical=((1.3, "oak on oak along the grain, 0.62 over 0.48"), (1.9, "hard steel, 0.78 over 0.42")),
+    )
+    rest_speed: float = parameter(1e-3, unit="-", given=True, about="share of sqrt(g r) below which a contact counts as at rest")
     plain = "more friction at rest than in motion"
+    formula = "mu_rest = ratio mu"
+    symbols = {"mu_rest": "friction coefficient at rest"}
+    looks_like = "On a slope it holds to a steeper angle than the way of sliding foretells, and then goes off with a jerk."
+    confused_with = ("stribeck_friction",)
 
     def contact_law(self, contacts, bodies, law):
         body = lighter(contacts, bodies)
@@ -149,15 +220,29 @@ class StaticFriction(ContactEffect):
 
 @dataclass(frozen=True)
 class StribeckFriction(ContactEffect):
-    """Friction falls with slip speed from mu ratio to mu, mu (1 + (ratio - 1) exp(-(v_t/speed)^2)).
+    """Friction falls with slip speed, from ratio times its value to that value.
 
     R. Stribeck, Z. VDI 46 (1902); Gaussian form: B. Armstrong-Helouvry,
     P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083-1138.
     """
 
-    ratio: float = parameter(1.0, unit="-", low=1.0, high=2.0, null=1.0)
-    speed: float = parameter(0.1, unit="m/s", low=0.001, high=0.5, starts=(0.05, 0.1, 0.2, 0.4))
+    ratio: float = parameter(
+        1.0,
+        unit="-",
+        low=1.0,
+        high=2.0,
+        null=1.0,
+        about="friction as slip begins over friction at speed",
+        typical=((1.3, "oak on oak along the grain, as for static_friction"),),
+    )
+    speed: float = parameter(
+        0.1, unit="m/s", low=0.001, high=0.5, starts=(0.05, 0.1, 0.2, 0.4), about="slip speed within which friction falls"
+    )
     plain = "friction that falls as slip begins"
+    formula = "mu_v = mu (1 + (ratio - 1) exp(-(v_t/speed)^2))"
+    symbols = {"mu_v": "friction coefficient at this slip speed"}
+    looks_like = "The last part of a slide is shorter than one coefficient foretells: it brakes hardest just before it stops."
+    confused_with = ("viscous_friction",)
 
     def contact_law(self, contacts, bodies, law):
         factor = 1.0 + (self.ratio - 1.0) * np.exp(-slip_squared(contacts) / self.speed**2)
@@ -166,12 +251,14 @@ class StribeckFriction(ContactEffect):
 
 @dataclass(frozen=True)
 class ViscousFriction(ContactEffect):
-    """Friction changes linearly with slip speed, mu + slope v_t,
-    never below 0. Armstrong-Helouvry et al., Automatica 30 (1994).
-    """
+    """Friction changes linearly with slip speed, never below 0. Armstrong-Helouvry et al., Automatica 30 (1994)."""
 
-    slope: float = parameter(0.0, unit="s/m", low=-0.5, high=1.0, null=0.0)
+    slope: float = parameter(0.0, unit="s/m", low=-0.5, high=1.0, null=0.0, about="change of the coefficient with slip speed")
     plain = "friction that changes with the speed of slip"
+    formula = "mu_v = mu + slope v_t"
+    symbols = {"mu_v": "friction coefficient at this slip speed"}
+    looks_like = "Fast slides stop too early and slow ones too late, or the reverse, where one coefficient fits the middle."
+    confused_with = ("load_dependent_friction", "linear_drag")
 
     def contact_law(self, contacts, bodies, law):
         return law._replace(friction=np.maximum(law.friction + self.slope * np.sqrt(slip_squared(contacts)), 0.0))
@@ -179,16 +266,30 @@ class ViscousFriction(ContactEffect):
 
 @dataclass(frozen=True)
 class LoadDependentFriction(ContactEffect):
-    """Friction coefficient as a power of the normal force at the point, mu (load/reference_load)^exponent; a new contact has mu.
+    """Friction coefficient as a power of the normal force at the point; a new contact has mu.
 
     Exponent -1/3 for one elastic round contact: F. P. Bowden and D. Tabor, The Friction and Lubrication of Solids (1950).
     The load is taken between a millionth and a million of the reference, beyond which no such power was ever
     measured.
     """
 
-    exponent: float = parameter(0.0, unit="-", low=-0.3, high=0.3, null=0.0, source="Bowden and Tabor (1950): -1/3 to 0")
-    reference_load: float = parameter(1.0, unit="N", given=True)
+    exponent: float = parameter(
+        0.0,
+        unit="-",
+        low=-0.3,
+        high=0.3,
+        null=0.0,
+        source="Bowden and Tabor (1950): -1/3 to 0",
+        symbol="k",
+        about="power of the normal force",
+        typical=((-0.33, "one elastic round contact"),),
+    )
+    reference_load: float = parameter(1.0, unit="N", given=True, symbol="load_1", about="normal force at which mu holds")
     plain = "friction that depends on the load"
+    formula = "mu_load = mu (load/load_1)^k"
+    symbols = {"mu_load": "friction coefficient under this load"}
+    looks_like = "Heavy bodies slide farther than light ones of the same surface, or less far."
+    confused_with = ("mass_offset",)
 
     def contact_law(self, contacts, bodies, law):
         ratio = np.clip(contacts.load / self.reference_load, 1e-6, 1e6)
@@ -197,17 +298,37 @@ class LoadDependentFriction(ContactEffect):
 
 @dataclass(frozen=True)
 class AnisotropicFriction(ContactEffect):
-    """Friction along one horizontal direction is ratio times that
-    across, mu sqrt(1 + (ratio^2 - 1) cos^2 phi), the same both ways.
+    """Friction along one horizontal direction is another one than across, the same both ways.
 
     phi lies between slip and the direction (cos angle, sin angle, 0) laid into the tangent plane; without slip cos^2 phi
     counts as 1/2. An ellipse of friction forces: A. Zmitrowicz (1981); its force is taken straight
     against the slip.
     """
 
-    ratio: float = parameter(1.0, unit="-", low=0.5, high=2.0, null=1.0)
-    angle: float = parameter(0.0, unit="rad", low=0.0, high=pi, period=pi, starts=tuple(pi * quarter / 4 for quarter in range(4)))
+    ratio: float = parameter(
+        1.0,
+        unit="-",
+        low=0.5,
+        high=2.0,
+        null=1.0,
+        source="Marks' Standard Handbook for Mechanical Engineers, section 3.2",
+        about="friction along the direction over friction across",
+        typical=((1.5, "oak on oak, 0.48 along the grain, 0.32 across"),),
+    )
+    angle: float = parameter(
+        0.0,
+        unit="rad",
+        low=0.0,
+        high=pi,
+        period=pi,
+        starts=tuple(pi * quarter / 4 for quarter in range(4)),
+        about="of the direction from the x axis",
+    )
     plain = "friction that depends on the direction"
+    formula = "mu_phi = mu sqrt(1 + (ratio^2 - 1) cos^2 phi)"
+    symbols = {"mu_phi": "friction coefficient in this direction of slip", "phi": "between slip and the direction at angle"}
+    looks_like = "Slides in one heading are longer than in another, the same both ways along it; slides askew bend."
+    confused_with = ("bottom_slope",)
     isotropic = False
 
     def contact_law(self, contacts, bodies, law):
@@ -221,13 +342,26 @@ class AnisotropicFriction(ContactEffect):
 
 @dataclass(frozen=True)
 class RollingFriction(ContactEffect):
-    """Moment against rolling of at most arm times the normal force; a solid sphere rolls down by (5/7) g arm/r a second.
+    """Moment against rolling; a solid sphere rolls down by (5/7) g arm/r a second.
 
     O. Reynolds, Phil. Trans. R. Soc. 166 (1876) 155-174; as a contact law: Contact Mechanics (K. L. Johnson, 1985), ch. 9.
     """
 
-    arm: float = parameter(0.0, unit="m", low=0.0, high=0.1, null=0.0, bounds_in="radius")
+    arm: float = parameter(
+        0.0,
+        unit="m",
+        low=0.0,
+        high=0.1,
+        null=0.0,
+        bounds_in="radius",
+        about="lever arm of the normal force",
+        typical=((0.0003, "billiard ball on cloth, 0.01 of its radius: D. Alciatore, billiards.colostate.edu"),),
+    )
     plain = "resistance to rolling"
+    formula = "|M_roll| <= arm F_n"
+    symbols = {"M_roll": "moment about the tangents [N m]"}
+    looks_like = "A ball that should roll on slows down evenly and stops; boxes and cubes show nothing of it but in tipping."
+    confused_with = ("friction", "bottom_slope", "linear_drag")
 
     def contact_law(self, contacts, bodies, law):
         return law._replace(rolling_arm=law.rolling_arm + self.arm)
@@ -235,14 +369,27 @@ class RollingFriction(ContactEffect):
 
 @dataclass(frozen=True)
 class SpinningFriction(ContactEffect):
-    """Moment about the normal against spinning of at most arm times the normal force.
+    """Moment about the normal against spinning on the spot.
 
     For a uniformly loaded round patch of radius a the arm is (2/3) mu a:
     P. Contensou (1963); K. L. Johnson, Contact Mechanics (1985).
     """
 
-    arm: float = parameter(0.0, unit="m", low=0.0, high=0.5, null=0.0, bounds_in="radius")
+    arm: float = parameter(
+        0.0,
+        unit="m",
+        low=0.0,
+        high=0.5,
+        null=0.0,
+        bounds_in="radius",
+        about="lever arm of the normal force",
+        typical=((0.0003, "billiard ball on cloth, from 10 rad/s2: D. Alciatore, billiards.colostate.edu"),),
+    )
     plain = "resistance to spinning on the spot"
+    formula = "|M_n| <= arm F_n"
+    symbols = {"M_n": "moment about the normal [N m]"}
+    looks_like = "A body that spins on the spot slows down evenly and stops; its path hardly changes."
+    confused_with = ("spin_decay", "rolling_friction")
 
     def contact_law(self, contacts, bodies, law):
         return law._replace(spinning_arm=law.spinning_arm + self.arm)

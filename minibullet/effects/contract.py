@@ -32,6 +32,40 @@ import numpy as np
 from minibullet.bodies import Bodies, ContactLaw, Contacts, moving
 from minibullet.errors import InputError, is_number, shown
 
+# letters of formulas that mean the same in all laws; an effect states the others in `symbols`, and those of its numbers with them
+SYMBOLS = {
+    "F": "force on the body [N]",
+    "M": "moment on the body [N m]",
+    "F_n": "normal force at a contact [N]",
+    "F_t": "tangential force at a contact [N]",
+    "m": "mass of the body [kg]",
+    "I": "inertia of the body [kg m2]",
+    "L": "size of the body: side of the cube of equal volume [m]",
+    "r": "radius of the sphere of equal volume [m]",
+    "A": "mean projected area [m2]",
+    "V": "volume [m3]",
+    "h": "distance of the centre from the plane, at least r [m]",
+    "t": "time [s]",
+    "x": "position along x [m]",
+    "y": "position along y [m]",
+    "z": "position along z, upwards [m]",
+    "v": "velocity [m/s]",
+    "w": "velocity relative to the fluid [m/s]",
+    "w_n": "speed of approach to the plane, 0 where it parts [m/s]",
+    "v_n": "speed of approach along the normal of a contact [m/s]",
+    "v_t": "slip speed in the tangent plane [m/s]",
+    "omega": "angular velocity [rad/s]",
+    "g": "acceleration of gravity [m/s2]",
+    "d": "direction of gravity, of length 1",
+    "D": "force of the fluid without this effect [N]",
+    "mu": "friction coefficient without this effect",
+    "load": "normal force at the contact [N]",
+    "true": "position of the body as it is [m]",
+    "seen": "position of the body as recorded [m]",
+    "gap": "distance of two surfaces in contact [m]",
+}
+LETTERS = re.compile(r"[A-Za-z]\w*")
+
 
 class EffectError(InputError):
     """An effect breaks a rule of the contract; `effect` is its name, `rule` the rule's name, the message says what to do."""
@@ -63,6 +97,9 @@ class Parameter(NamedTuple):
     starts: tuple[float, ...] = ()  # from where a fit begins, where the null value or the default does not do alone [unit]
     in_liquid: tuple[float, float] | None = None  # usual value and its error in a liquid, where the effect is there for certain
     body_known: bool | None = None  # True, False: for bodies whose mass and size are known, unknown; None: for all
+    symbol: str = ""  # letter that stands for it in the formula, "" = its name does
+    about: str = ""  # what it is, in a few words
+    typical: tuple[tuple[float, str], ...] = ()  # (value [unit], of what, with a source of its own where `source` is another)
 
 
 def parameter(default, *, unit, low=None, high=None, null=None, source="", **more):
@@ -86,9 +123,22 @@ def name_of(effect) -> str:
 
 
 def law_of(effect) -> str:
-    """The law of an effect, or of an effect class, in a sentence: the first of its docstring, without the point."""
-    text = " ".join((_class_of(effect).__doc__ or "").split("\n\n")[0].split())
-    return re.split(r"\.(?:\s|$)", text, maxsplit=1)[0]
+    """The law of an effect, or of an effect class, the first sentence of its docstring and its formula."""
+    kind = _class_of(effect)
+    text = " ".join((kind.__doc__ or "").split("\n\n")[0].split())
+    sentence = re.split(r"\.(?:\s|$)", text, maxsplit=1)[0]
+    return f"{sentence}: {kind.formula}" if kind.formula else sentence
+
+
+def symbols_of(effect) -> dict[str, str]:
+    """Letter -> meaning [unit] of the formula of an effect, or of an effect class; its own numbers are not among them.
+
+    A letter that nobody explains is left out; of the shipped effects a test asks for all.
+    """
+    kind = _class_of(effect)
+    known, numbers = SYMBOLS | kind.symbols, {number.symbol or name for name, number in parameters(kind).items()}
+    letters = dict.fromkeys(LETTERS.findall(kind.formula))
+    return {letter: known[letter] for letter in letters if letter in known and letter not in numbers}
 
 
 def _class_of(effect):
@@ -112,6 +162,12 @@ class Facts:
     """What is known of a law, or of anything else that may be missing from a model, besides its numbers: class attributes."""
 
     plain: ClassVar[str] = ""  # in plain words, after "the data show": "{fluid} resistance", with {fluid} to be filled in
+    formula: ClassVar[str] = ""  # the law in letters, one line of plain text
+    symbols: ClassVar[dict[str, str]] = {}  # letters of the formula that SYMBOLS does not know: {letter: meaning [unit]}
+    looks_like: ClassVar[str] = ""  # what it leaves in data where the model lacks it, a sentence
+    confused_with: ClassVar[
+        tuple[str, ...]
+    ] = ()  # names of effects that look like it, beside those of its set; said by one of two
     group: ClassVar[str] = ""  # heading in lists of candidates: fluid, contact_normal, contact_tangential, measurement, ...
     needs: ClassVar[tuple[Enum, ...]] = ()  # what it needs, the first to be named where it is missing
     alike: ClassVar[str] = ""  # label of the set whose members may turn out to be one and the same for given data

@@ -15,7 +15,8 @@ import numpy as np
 from minibullet.bodies import Bodies
 from minibullet.effects.body import TiltedGravity, force_only, unit_vector
 from minibullet.effects.contract import Effect, Need, name_of, parameter, parameters
-from minibullet.effects.fluid import Buoyancy, Drag, FluidForce, length_of
+from minibullet.effects.fluid import Drag, FluidForce, length_of
+from minibullet.effects.fluid_forces import Buoyancy
 from minibullet.errors import InputError
 from minibullet.rotations import conjugate, dot, rotate
 
@@ -30,13 +31,30 @@ class DragModifier(FluidForce):
 
 @dataclass(frozen=True)
 class UniformFlow(DragModifier):
-    """The fluid moves with velocity u: every force of the fluid takes w = v - u for v, F = F(v - u) - F(v)."""
+    """The fluid moves with velocity u: every force of the fluid takes w = v - u for v."""
 
-    velocity_x: float = parameter(0.0, unit="m/s", low=-3.0, high=3.0, null=0.0)
-    velocity_y: float = parameter(0.0, unit="m/s", low=-3.0, high=3.0, null=0.0)
-    velocity_z: float = parameter(0.0, unit="m/s", low=-3.0, high=3.0, null=0.0)
+    velocity_x: float = parameter(
+        0.0,
+        unit="m/s",
+        low=-3.0,
+        high=3.0,
+        null=0.0,
+        source="scale of winds: World Meteorological Organization",
+        symbol="u_x",
+        about="of the fluid along x",
+        typical=((1.5, "wind of Beaufort 1, at most"), (3.3, "wind of Beaufort 2, at most")),
+    )
+    velocity_y: float = parameter(0.0, unit="m/s", low=-3.0, high=3.0, null=0.0, symbol="u_y", about="of the fluid along y")
+    velocity_z: float = parameter(0.0, unit="m/s", low=-3.0, high=3.0, null=0.0, symbol="u_z", about="of the fluid along z")
     through: tuple = ()  # the effects that feel the flow
     plain = "a steady flow of the {fluid}"
+    formula = "F = D(v - u) - D(v), u = (u_x, u_y, u_z)"
+    symbols = {"u": "velocity of the fluid [m/s]"}
+    looks_like = (
+        "A drift to one side that grows with time, larger for light bodies than for heavy ones, and the same way in every "
+        "throw of a day."
+    )
+    confused_with = ("tilted_gravity",)
     isotropic = False
     alike = "tilt"
     needs = (Need.SIDEWAYS,)
@@ -50,15 +68,28 @@ class UniformFlow(DragModifier):
 class OrientationDrag(DragModifier):
     """Drag that depends on the attitude of a body with the symmetry of a cube; also a side force where the flow comes askew.
 
-    With c the direction of the drag F in body axes, the drag becomes |F| ((1 - 3/5 b) c + b c^3), c^3 by component: the
-    lowest power that tells faces from edges, with the mean over all directions unchanged (the mean of sum c^4 is 3/5).
-    Along c it is 1 - 3/5 b + b sum c^4, so that face_edge_ratio = face on/edge on = (1 + 2/5 b)/(1 - 1/10 b). The moment is
+    c^3, by component, is the lowest power that tells faces from edges; the mean over all directions is unchanged (the mean of sum
+    c^4 is 3/5). Along c the drag is 1 - 3/5 b + b sum c^4 times what it was, from which the ratio follows. The moment is
     left out. Values for cubes, 1.05 face on and 0.80 edge on: S. F. Hoerner, Fluid-Dynamic Drag (1965), ch. 3.
     """
 
-    face_edge_ratio: float = parameter(1.0, unit="-", low=0.3, high=3.0, null=1.0, source="Hoerner (1965)")
+    face_edge_ratio: float = parameter(
+        1.0,
+        unit="-",
+        low=0.3,
+        high=3.0,
+        null=1.0,
+        source="Hoerner (1965)",
+        symbol="ratio",
+        about="drag face on over drag edge on",
+        typical=((1.31, "cube, 1.05 over 0.80"),),
+    )
     through: tuple = ()  # the drags that depend on attitude
     plain = "{fluid} resistance that depends on how the body is turned"
+    formula = "F = |D| ((1 - 3/5 b) c + b c^3) - D, ratio = (1 + 2/5 b)/(1 - 1/10 b)"
+    symbols = {"c": "direction of the drag in body axes", "b": "number that follows from the ratio"}
+    looks_like = "A drag that rises and falls as the body tumbles, and a push to the side while it falls on an edge."
+    confused_with = ("magnus", "quadratic_drag")
     needs = (Need.SPIN,)
 
     def forces(self, bodies, time):
@@ -71,18 +102,30 @@ class OrientationDrag(DragModifier):
 
 @dataclass(frozen=True)
 class WallDrag(DragModifier):
-    """Drag grows near a plane wall: by multiplier (9/16) r/h along it and (9/8) r/h towards it, h the distance of the
-    centre, at least r.
+    """Drag grows near a plane wall, twice as much towards it as along it.
 
     Multiplier 1 is the first order for a sphere in creeping flow: H. Faxen (1922) and H. A. Lorentz (1907), in J. Happel
     and H. Brenner, Low Reynolds Number Hydrodynamics (1983), ch. 7.
     """
 
-    multiplier: float = parameter(0.0, unit="-", low=0.0, high=2.0, null=0.0, source="1: Happel and Brenner (1983) ch. 7")
-    wall_height: float = parameter(0.0, unit="m", given=True)
+    multiplier: float = parameter(
+        0.0,
+        unit="-",
+        low=0.0,
+        high=2.0,
+        null=0.0,
+        source="1: Happel and Brenner (1983) ch. 7",
+        about="times the first order of creeping flow",
+        typical=((1.0, "sphere in creeping flow"),),
+    )
+    wall_height: float = parameter(0.0, unit="m", given=True, about="of the wall, along its normal")
     wall_normal: tuple = (0.0, 0.0, 1.0)  # out of the wall, where normal . x = wall_height, world frame (3,)
     through: tuple = ()  # the drags that feel the wall
     plain = "more {fluid} resistance near a wall or a floor"
+    formula = "F = multiplier (9/16) (r/h) (D + D_n)"
+    symbols = {"D_n": "part of the drag along the normal of the wall [N]"}
+    looks_like = "Slowed more and more over the last radii above the floor, or along a wall; what is far from it moves as before."
+    confused_with = ("ground_cushion",)
     isotropic = False
     dissipative = True
     needs = (Need.FLOOR,)

@@ -47,6 +47,17 @@ WORDS = {
     "friction_combination": "friction coefficients that are multiplied in a contact",
     "friction_pyramid": "friction that is limited along two axes, not around",
 }
+# what it leaves in layer coefficients where the model lacks it, of those whose answer is a formula; all others are simulated
+LOOKS_LIKE = {
+    "settlement": "The first layer alone is thinner, by the same in all tests.",
+    "ground_softness": "All layers are thinner by the same length.",
+    "contact_compliance": "Layers are thinner, each by more than the one below.",
+    "orientation_bias": "The first layer alone is thinner where units of it that stood on a tip have fallen over.",
+    "plate_bias": "The first layer alone is too thick or too thin, by the same in all tests.",
+    "campaign_offset": "All layers of one campaign are thicker by the same factor than those of another.",
+    "time_step": "The misfit goes away when the time step of the model is halved.",
+    "iterations": "The misfit goes away when the solver of the model is allowed more iterations.",
+}
 STATED = {"restitution", "friction", "falling_distance"}  # numbers of the model under test that are called by their own name
 
 
