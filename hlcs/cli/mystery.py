@@ -4,7 +4,7 @@ import click
 
 import hlcs.mystery as mystery_sets
 from hlcs.cli import error_handling
-from hlcs.cli.options import example, json_option, path_option, publish, quiet_option
+from hlcs.cli.options import SEED, example, json_option, path_option, publish, quiet_option
 
 
 @click.group()
@@ -17,9 +17,10 @@ def mystery():
 @quiet_option
 @example("hlcs mystery list")
 def mystery_list(json_file, quiet):
-    """One name a line with its title."""
+    """One name a line with its room and its title."""
     titles = {name: mystery_sets.title(name) for name in mystery_sets.names()}
-    publish(titles, "\n".join(f"{name:18} {title}" for name, title in titles.items()), json_file, None, quiet)
+    lines = [f"{name:18} {room:17} {titles[name]}" for room, sets in mystery_sets.rooms().items() for name in sets]
+    publish(titles, "\n".join(lines), json_file, None, quiet)
 
 
 @mystery.command("copy")
@@ -32,6 +33,22 @@ def mystery_copy(name, out, quiet):
     file = mystery_sets.copy(name, out or name)
     if not quiet:
         error_handling.say(f"now: hlcs diagnose {file}")
+
+
+@mystery.command("make")
+@click.option("--effect", required=True, help="what is hidden: a name of `hlcs effects`; a wrong one is told which there are")
+@click.option("--strength", type=float, required=True, help="what it changes, in standard deviations of the noise; 0: nothing")
+@click.option("--seed", type=SEED, default=0, show_default=True, help="another seed, another data set")
+@path_option("--out", metavar="DIR", required=True, help="new folder for the data set and its sealed answer")
+@json_option
+@quiet_option
+@example("hlcs mystery make --effect restitution --strength 8 --seed 3 --out case")
+def mystery_make(effect, strength, seed, out, json_file, quiet):
+    """Make a new data set with a hidden effect."""
+    file = mystery_sets.make(effect, strength, seed, out)
+    written = sorted(path.name for path in file.parent.iterdir() if not path.name.startswith("."))
+    words = f"for students, without the answer: hlcs mystery copy {out} --out DIR\nthe answer: hlcs mystery reveal {out}"
+    publish({"format": 1, "experiment": str(file), "files": written}, words, json_file, out, quiet)
 
 
 @mystery.command("reveal")

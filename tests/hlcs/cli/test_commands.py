@@ -30,6 +30,7 @@ SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
         ["doctor"],
         ["mystery", "list"],
         ["mystery", "copy"],
+        ["mystery", "make"],
         ["mystery", "reveal"],
     ],
 )
@@ -84,6 +85,8 @@ def test_place_has_an_option_for_every_setting():
         (["diagnose", "missing.toml"], "missing.toml"),
         (["sweep", "missing.toml"], "missing.toml"),
         (["mystery", "reveal", "no-such"], "no-such"),
+        (["mystery", "make", "--effect", "magnos", "--strength", "8", "--out", "case"], "did you mean 'magnus'?"),
+        (["mystery", "make", "--effect", "magnus", "--strength", "-8", "--out", "case"], "strength = -8.0: must be"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(hlcs, arguments, words):
@@ -145,6 +148,16 @@ def test_a_mystery_is_listed_copied_and_told(hlcs, tmp_path):
     assert status == 0 and (tmp_path / "case" / "experiment.toml").is_file() and "hlcs diagnose" in text
     status, text, _ = hlcs("mystery", "reveal", name)
     assert status == 0 and text.strip()
+
+
+def test_a_mystery_is_made_and_told(hlcs, tmp_path):
+    request = ["--effect", "rolling_friction", "--strength", "8", "--seed", "3"]
+    status, text, _ = hlcs("mystery", "make", *request, "--out", "case", "--json", "made.json")
+    assert status == 0 and "hlcs mystery copy case --out DIR" in text and "hlcs mystery reveal case" in text
+    files = json.loads((tmp_path / "made.json").read_text())["files"]
+    assert {"experiment.toml", "rest.csv", "recording_01.csv", "answer.sealed"} <= set(files)
+    status, text, errors = hlcs("mystery", "make", *request, "--out", "made.json")
+    assert status == 2 and "made.json" in errors and errors.count("\n") == 1
 
 
 def test_ctrl_c_ends_with_one_line_and_leaves_nothing(tmp_path):
