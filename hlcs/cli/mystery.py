@@ -5,6 +5,7 @@ import click
 import hlcs.mystery as mystery_sets
 from hlcs.cli import error_handling
 from hlcs.cli.options import SEED, example, json_option, path_option, publish, quiet_option
+from hlcs.files import folders
 
 
 @click.group()
@@ -53,9 +54,21 @@ def mystery_make(effect, strength, seed, out, json_file, quiet):
 
 @mystery.command("reveal")
 @click.argument("name")
+@click.option("--no-fit", is_flag=True, help="tell what is hidden, at once, without fitting it to the data")
+@path_option("--out", metavar="DIR", help="folder for the text and the picture before and after")
 @json_option
 @quiet_option
-@example("hlcs mystery reveal north-window")
-def mystery_reveal(name, json_file, quiet):
-    """Tell the hidden effect."""
-    publish({"name": name, **mystery_sets.answer(name)}, mystery_sets.reveal(name), json_file, None, quiet)
+@example("hlcs mystery reveal north-window", "hlcs mystery reveal gym-floor --out answer")
+def mystery_reveal(name, no_fit, out, json_file, quiet):
+    """Tell the hidden effect, its true number, and the number that the data give.
+
+    NAME: a packaged set, or the folder of one that was made.
+    """
+    from hlcs.cli.reveal import revealed, save  # the whole diagnosis: `list` and `copy` start without it
+
+    if out:
+        folders.check_folder(out)  # refused now, not after the fit
+    document, text, diagnosis = revealed(name, not no_fit, progress=not quiet)
+    if out:
+        save(document, text, diagnosis, out)
+    publish(document, text, json_file, out, quiet)

@@ -146,8 +146,24 @@ def test_a_mystery_is_listed_copied_and_told(hlcs, tmp_path):
     name = text.split()[0]
     status, text, _ = hlcs("mystery", "copy", name, "--out", "case")
     assert status == 0 and (tmp_path / "case" / "experiment.toml").is_file() and "hlcs diagnose" in text
-    status, text, _ = hlcs("mystery", "reveal", name)
-    assert status == 0 and text.strip()
+    status, text, _ = hlcs("mystery", "reveal", name, "--no-fit")
+    assert status == 0 and "quadratic_drag" in text and "expected from the data" not in text
+
+
+def test_a_reveal_shows_the_true_number_inside_what_the_data_give(hlcs, tmp_path):
+    """tower-drop was made by another integration: its number lies in the interval of the fit; the error falls to the noise."""
+    status, text, _ = hlcs("mystery", "reveal", "tower-drop", "--out", "answer", "--json", "a.json")
+    told = json.loads((tmp_path / "a.json").read_text())
+    number, error = told["found"]["parameters"]["quadratic_drag"]["drag_coefficient"], told["found"]["error"]["fitted"]
+    assert status == 0 and "F = -(rho C A/2 + k m) |w| w" in text and "expected from the data" in text
+    assert number["low"] < told["parameters"]["quadratic_drag"]["drag_coefficient"] < number["high"]
+    assert error["after"] < 1.1 * error["noise"] < 0.1 * error["before"]
+    assert {path.name for path in (tmp_path / "answer").iterdir()} == {
+        ".hlcs",
+        "reveal.json",
+        "reveal.txt",
+        "before_and_after.png",
+    }
 
 
 def test_a_mystery_is_made_and_told(hlcs, tmp_path):
