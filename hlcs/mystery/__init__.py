@@ -1,26 +1,31 @@
 """Data sets with something missing from their model, to find with `compare` and `diagnose`; answers stay sealed until `reveal`.
 
-Each set is a folder as a user would write it: experiment.toml, the recordings, and rest.csv for the noise. The data come from
-closed forms and a Runge-Kutta integration that share no code with the engine; `tests/blind/remake_mysteries.py` makes them again.
+Each set is a folder as a user would write it: experiment.toml and CSV files. No data come from the engine: the packaged sets are
+made by `tests/blind/remake_mysteries.py`, new ones by `make`, each by an integration of its own. Where a function takes a name,
+the folder of a set that `make` wrote does as well.
 """
 
-import base64
 import difflib
 import json
 import tomllib
 from pathlib import Path
 
-from hlcs.files.folders import write_bytes
+from hlcs.files.folders import result_folder, write_bytes, write_text
+from hlcs.mystery.seal import SEALED, opened
 from minibullet.errors import InputError
 
 FOLDER = Path(__file__).resolve().parent / "data"
-SEALED = "answer.sealed"  # base64 of JSON: not a secret, only out of sight
+
+
+def rooms():
+    """{room: names of its sets, from easy to hard}."""
+    order = json.loads((FOLDER / "order.json").read_text(encoding="utf-8"))
+    return {room: tuple(sets) for room, sets in order.items()}
 
 
 def names():
-    """Names of all sets, from easy to hard."""
-    order = json.loads((FOLDER / "order.json").read_text(encoding="utf-8"))
-    return tuple(order)
+    """Names of all packaged sets, room by room, in each from easy to hard."""
+    return tuple(name for sets in rooms().values() for name in sets)
 
 
 def title(name):
@@ -48,7 +53,13 @@ def copy(name, out):
 
 def answer(name):
     """The sealed answer as a dictionary: effects, parameters (as an ideal fit of the library's law gives them), look-alikes."""
-    return json.loads(base64.b64decode((_folder(name) / SEALED).read_bytes()))
+    file = _folder(name) / SEALED
+    try:
+        return opened(file.read_bytes())
+    except (OSError, ValueError) as problem:
+        raise InputError(
+            f"{file}: is no sealed answer ({problem}); take it from the folder that `hlcs mystery make` wrote"
+        ) from None
 
 
 def reveal(name):
@@ -56,10 +67,33 @@ def reveal(name):
     return answer(name)["text"]
 
 
+def make(effect, strength, seed, out):
+    """Write a new data set with a hidden effect and its sealed answer into the new folder `out`; the path of experiment.toml.
+
+    effect: one of `hlcs.mystery.making.OFFERS`; strength: how much it changes the recordings, in standard deviations of their
+    noise, 0 = nothing is hidden; seed: a whole number. InputError for an effect or a strength that cannot be had.
+    """
+    from hlcs.mystery.making import made  # it needs SciPy's integrators, which take a while to load
+
+    with result_folder(out) as partial:
+        for file, text in made(effect, strength, seed).items():
+            write_text(partial / file, text)
+    return Path(out) / "experiment.toml"
+
+
+def experiment(name):
+    """Path of the experiment file of a set, to be read where it stands."""
+    return _folder(name) / "experiment.toml"
+
+
 def _folder(name):
-    """Folder of a set; unknown names are refused with the nearest one."""
+    """Folder of a set; what is neither a name nor a folder with a sealed answer is refused with the nearest name."""
     known = names()
-    if name not in known:
-        near = difflib.get_close_matches(str(name), known, n=1, cutoff=0.0)
-        raise InputError(f"mystery '{name}': unknown; the nearest name is '{near[0]}' (all: {', '.join(known)})")
-    return FOLDER / name
+    if name in known:
+        return FOLDER / name
+    if (Path(name) / SEALED).is_file():
+        return Path(name)
+    near = difflib.get_close_matches(str(name), known, n=1, cutoff=0.0)
+    raise InputError(
+        f"mystery '{name}': unknown, and no folder with {SEALED}; the nearest name is '{near[0]}' (all: {', '.join(known)})"
+    )

@@ -4,7 +4,6 @@ The recipes below say what is hidden; do not read on if you want to find out for
 """
 
 import argparse
-import base64
 import json
 import re
 from pathlib import Path
@@ -12,6 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hlcs.mystery.seal import SEALED, sealed
+
+from . import tall_tank
 from .generate import plain
 from .generator import deck
 from .generator.build import Deal, Redraw, trajectory
@@ -24,85 +26,110 @@ class Recipe(NamedTuple):
     """One set: its name and title, what is hidden and how strongly, and what is said at the end."""
 
     name: str
+    room: str
     title: str
-    deal: Deal
+    deal: Deal | None  # None: a table of `tall_tank`
     story: str
 
 
+AIR, FLOOR, WATER = "air", "floor", "water"  # the rooms; in each the sets go from easy to hard
 RECIPES = (
     Recipe(
         "tower-drop",
+        AIR,
         "Light balls let go from the landings of a stair tower, filmed from the side",
         Deal("flight", "single", ("quadratic_drag",), "drops", (45.0,), "white", 30),
         "Air resistance. The balls fall behind g t^2 / 2 the more, the faster they are.",
     ),
     Recipe(
         "long-hallway",
-        "A wooden block launched along a waxed hallway, both ways and across",
+        FLOOR,
+        "A plastic block launched along a waxed hallway, both ways and across",
         Deal("slide", "single", ("friction",), "launched", (12.0,), "white", 60),
         "The coefficient of friction in the model is not that of this floor. All headings stop short or long alike.",
     ),
     Recipe(
         "gym-floor",
+        FLOOR,
         "A ball dropped in a gymnasium, followed over its first bounces",
         Deal("bounce", "single", ("restitution",), "drops", (8.0,), "white", 60),
         "The floor gives back another share of the speed than the catalogue says.",
     ),
     Recipe(
         "empty-gallery",
+        AIR,
         "Balls thrown the length of an empty gallery",
         Deal("flight", "null", (), "throws", (), "ar6", 60),
         "Nothing. The model is complete at the precision of this camera, and saying so is the right answer.",
     ),
     Recipe(
         "marble-run",
+        FLOOR,
         "A ball let go on gently inclined boards in four directions",
         Deal("roll", "single", ("rolling_friction",), "boards", (5.0,), "ar6", 60),
         "The ball sinks a hair into the board and pays for it: a rolling resistance, the same in all four directions.",
     ),
     Recipe(
         "harbour-tank",
-        "Glass beads pushed into a tank beside the harbour",
+        WATER,
+        "Plastic beads pushed into a tank beside the harbour",
         Deal("sinking", "single", ("uniform_flow",), "pushed", (3.0,), "white", 60),
         "The water was not at rest. The drag in the model vanishes at the speed of the current, not at rest.",
     ),
     Recipe(
         "park-bench",
-        "Balls thrown across a park, filmed from a bench with a borrowed camera",
+        AIR,
+        "Iron balls put across a park, filmed from a bench with a borrowed camera",
         Deal("flight", "degenerate", ("time_scale",), "throws", (4.0,), "white", 30),
         "The clock of the camera runs wrong. In such a flight nobody can tell that from a wrong ruler: the right verdict is a "
         "set, and the next experiment films a clock or a ruler.",
     ),
     Recipe(
         "workshop-slab",
+        FLOOR,
         "A slab held on its edge in a workshop and let go",
         Deal("topple", "single", ("centre_of_mass_offset",), "falls", (3.0,), "white", 60),
         "The slab is denser on one side: its centre of mass is not in the middle.",
     ),
     Recipe(
         "practice-night",
-        "Spin bowling at night, every second ball with the opposite spin",
+        AIR,
+        "Footballs kicked with spin at night, every second one with the opposite spin",
         Deal("flight", "double", ("magnus", "spin_decay"), "spinning", (3.0, 8.0), "white", 60),
         "Two effects: the spin bends the flight (the side changes with the spin), and the spin itself dies away in the air.",
     ),
     Recipe(
         "attic-boards",
-        "A toolbox let go on a tilted attic board, timed by a trigger",
+        FLOOR,
+        "A small block of oak let go on a tilted attic board, timed by a trigger",
         Deal("slide", "double", ("friction", "clock_offset"), "incline", (3.0, 2.0), "ar6", 60),
-        "Two effects: another friction than assumed, and a trigger that fires before the box is free.",
+        "Two effects: another friction than assumed, and a trigger that fires before the block is free.",
     ),
     Recipe(
         "north-window",
+        AIR,
         "Balls thrown past an open window, filmed from a tripod on the floorboards",
         Deal("flight", "mixed", ("quadratic_drag", "camera_shake"), "throws", (40.0, 1.5), "white", 60),
         "Two effects: air resistance, which the library knows, and a tripod that shakes, which it does not. Drag must be "
         "found, and the verdict must still be that something is unexplained.",
+    ),
+    Recipe(
+        "tall-tank",
+        WATER,
+        "Glass marbles timed by hand as they sink in a tall tank",
+        None,
+        "The depths were read along a glass that leans by 15 degrees, so every one is 3.5 % too long. A slow watch, a heavier or "
+        "a smaller marble would give the same times: the right verdict is a set, and a calliper, another ruler and a second "
+        "watch decide.",
     ),
 )
 
 
 def make(recipe, number):
     """{file name: text} of one set, answer included."""
+    if recipe.deal is None:
+        files, answer = tall_tank.table(recipe.title)
+        return files | {SEALED: hidden(recipe, answer)}
     for attempt in range(60):
         rng = np.random.default_rng([19_09_2021, number, attempt])
         try:
@@ -123,24 +150,31 @@ def make(recipe, number):
         files["rest.csv"] = "\n".join([header, *rows[:300]]) + "\n"
         if sum(map(len, files.values())) > 60_000:
             continue
-        wanted = ("effects", "parameters", "hidden_laws", "strengths", "tied", "possible", "outside", "noise")
-        kept = {key: answer[key] for key in wanted}
-        text = json.dumps({**plain(kept), "text": told(recipe, answer)}, sort_keys=True)
-        files["answer.sealed"] = base64.encodebytes(text.encode("utf-8")).decode("ascii")
-        return files
+        return files | {SEALED: hidden(recipe, answer)}
     raise RuntimeError(f"{recipe.name} could not be made")
+
+
+def hidden(recipe, answer):
+    """The text of the sealed answer."""
+    wanted = ("effects", "parameters", "hidden_laws", "strengths", "tied", "possible", "outside", "noise")
+    return sealed({**plain({key: answer[key] for key in wanted}), "text": told(recipe, answer)})
 
 
 def told(recipe, answer):
     """The text that `reveal` prints."""
     lines = [f"{recipe.name}: {recipe.title}.", "", recipe.story, ""]
-    for name, strength in answer["strengths"].items():
+    for name in answer["effects"]:
+        strength = answer["strengths"][name]
         law = answer["parameters"].get(name) or {}
         value = ", ".join(f"{key} = {number:.4g}" for key, number in law.items())
         lines.append(f"  {name}: strength {strength:.1f} sigma" + (f"; as the library writes it: {value}" if value else ""))
     if answer["tied"]:
         lines.append(f"  These data cannot tell it from: {', '.join(sorted(answer['tied']))}.")
-    lines.append(f"  Noise of the tracker: {1000 * answer['noise']['position']:.2g} mm.")
+    noise = answer["noise"]
+    if "time" in noise:
+        lines.append(f"  Noise of a timing by hand: {1000 * noise['time']:.2g} ms.")
+    else:
+        lines.append(f"  Noise of the tracker: {1000 * noise['position']:.2g} mm.")
     return "\n".join(lines) + "\n"
 
 
@@ -152,7 +186,12 @@ def main(arguments=None):
         for old in (out / recipe.name).glob("*"):  # another number of recordings must leave no strays
             old.unlink()
         write_case(out / recipe.name, make(recipe, number))
-    (out / "order.json").write_text(json.dumps([recipe.name for recipe in RECIPES], indent=1) + "\n", encoding="utf-8")
+    (out / "order.json").write_text(json.dumps(by_room(), indent=1) + "\n", encoding="utf-8")
+
+
+def by_room():
+    """{room: names of its sets}, in the order in which they are to be listed."""
+    return {room: [recipe.name for recipe in RECIPES if recipe.room == room] for room in (AIR, FLOOR, WATER)}
 
 
 if __name__ == "__main__":

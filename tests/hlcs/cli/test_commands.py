@@ -32,6 +32,7 @@ SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
         ["course", "copy"],
         ["mystery", "list"],
         ["mystery", "copy"],
+        ["mystery", "make"],
         ["mystery", "reveal"],
     ],
 )
@@ -89,6 +90,8 @@ def test_place_has_an_option_for_every_setting():
         (["sweep", "missing.toml"], "missing.toml"),
         (["design", "--height", "5"], "no size of unit; give --nominal-diameter"),
         (["mystery", "reveal", "no-such"], "no-such"),
+        (["mystery", "make", "--effect", "magnos", "--strength", "8", "--out", "case"], "did you mean 'magnus'?"),
+        (["mystery", "make", "--effect", "magnus", "--strength", "-8", "--out", "case"], "strength = -8.0: must be"),
     ],
 )
 def test_bad_input_is_one_line_and_status_2(hlcs, arguments, words):
@@ -148,8 +151,34 @@ def test_a_mystery_is_listed_copied_and_told(hlcs, tmp_path):
     name = text.split()[0]
     status, text, _ = hlcs("mystery", "copy", name, "--out", "case")
     assert status == 0 and (tmp_path / "case" / "experiment.toml").is_file() and "hlcs diagnose" in text
-    status, text, _ = hlcs("mystery", "reveal", name)
-    assert status == 0 and text.strip()
+    status, text, _ = hlcs("mystery", "reveal", name, "--no-fit")
+    assert status == 0 and "quadratic_drag" in text and "expected from the data" not in text
+
+
+def test_a_reveal_shows_the_true_number_inside_what_the_data_give(hlcs, tmp_path):
+    """tower-drop was made by another integration: its number lies in the interval of the fit; the error falls to the noise."""
+    status, text, _ = hlcs("mystery", "reveal", "tower-drop", "--out", "answer", "--json", "a.json")
+    told = json.loads((tmp_path / "a.json").read_text())
+    number, error = told["found"]["parameters"]["quadratic_drag"]["drag_coefficient"], told["found"]["error"]["fitted"]
+    assert status == 0 and "F = -(rho C A/2 + k m) |w| w" in text and "expected from the data" in text
+    assert number["low"] < told["parameters"]["quadratic_drag"]["drag_coefficient"] < number["high"]
+    assert error["after"] < 1.1 * error["noise"] < 0.1 * error["before"]
+    assert {path.name for path in (tmp_path / "answer").iterdir()} == {
+        ".hlcs",
+        "reveal.json",
+        "reveal.txt",
+        "before_and_after.png",
+    }
+
+
+def test_a_mystery_is_made_and_told(hlcs, tmp_path):
+    request = ["--effect", "rolling_friction", "--strength", "8", "--seed", "3"]
+    status, text, _ = hlcs("mystery", "make", *request, "--out", "case", "--json", "made.json")
+    assert status == 0 and "hlcs mystery copy case --out DIR" in text and "hlcs mystery reveal case" in text
+    files = json.loads((tmp_path / "made.json").read_text())["files"]
+    assert {"experiment.toml", "rest.csv", "recording_01.csv", "answer.sealed"} <= set(files)
+    status, text, errors = hlcs("mystery", "make", *request, "--out", "made.json")
+    assert status == 2 and "made.json" in errors and errors.count("\n") == 1
 
 
 def test_the_course_is_copied_with_its_titles(hlcs, tmp_path):

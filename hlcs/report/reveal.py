@@ -1,0 +1,66 @@
+"""What the answer of a mystery says beside what its data can tell: words, a table, and the picture before and after."""
+
+from textwrap import fill
+
+from hlcs.report.diagnosis_figures import fit_panel, residual_panels
+from hlcs.report.document import WIDTH, Section, Table, as_text
+from hlcs.report.figures import new_axes
+from hlcs.report.words import interval, joined, number, size
+from hlcs.report.words import value as written
+
+HEAD = ("law", "number", "true", "expected from the data", "90 % interval")
+SHEET = (13.5, 4.2)  # of three panels in a row [inch]
+
+
+def told(answer, laws, diagnosis):
+    """The text of a reveal.
+
+    answer: what was sealed; laws: {effect: its formula in words}, without those that no library has; diagnosis: of the data with
+    the hidden effects as candidates, or None.
+    """
+    parts = [Section("", (f"{name}: {law}",)) for name, law in laws.items()]
+    if diagnosis:
+        rows = rows_of(answer, diagnosis)
+        parts += [Section("The numbers", (Table(HEAD, rows, texts=2),))] if rows else []
+        parts.append(Section("The error", (_error(diagnosis),)))
+    lines = answer["text"].strip().splitlines()
+    return as_text("\n".join(fill(line, WIDTH, break_on_hyphens=False) for line in lines), parts)
+
+
+def rows_of(answer, diagnosis):
+    """A row for every number of every hidden law, and of the look-alikes that the data cannot tell from it."""
+    return tuple(
+        (law, name, number(truth, digits=4), *_found(diagnosis.parameters.get(law, {}).get(name)))
+        for law in (*answer["effects"], *answer["tied"])
+        for name, truth in _numbers(answer, law, diagnosis).items()
+    )
+
+
+def _numbers(answer, law, diagnosis):
+    """{name: true number, None for a look-alike}: as the library writes the law, else as it was hidden."""
+    true = answer["parameters"].get(law) or answer["hidden_laws"].get(law, {})
+    scalars = {name: entry for name, entry in true.items() if isinstance(entry, int | float) and name != "form"}
+    return scalars or dict.fromkeys(diagnosis.parameters.get(law, {}))
+
+
+def _found(entry):
+    """A number and its interval as these data give them."""
+    if entry is None or entry["value"] is None:
+        return "not to be had", "-"
+    return written(entry), interval(entry)
+
+
+def _error(diagnosis):
+    error, unit = diagnosis.error["fitted"], diagnosis.error["unit"]
+    noise = f"the noise is {size(error['noise'], unit)}"
+    if not diagnosis.effects:
+        return f"{size(error['before'], unit)} with the model as it is; {noise}."
+    return f"{size(error['before'], unit)} before, {size(error['after'], unit)} with {joined(diagnosis.effects)}; {noise}."
+
+
+def before_and_after(diagnosis):
+    """Measured and modelled, and the residuals before and after, in one row; the Axes: two where nothing is to be added."""
+    axes = new_axes(1, 3 if diagnosis.effects else 2, SHEET if diagnosis.effects else (9.0, 4.2))
+    fit_panel(diagnosis, axes[0])
+    residual_panels(diagnosis, diagnosis.pictures.over, axes[1:])
+    return axes
