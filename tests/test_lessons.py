@@ -16,6 +16,7 @@ from hlcs.course import lesson_text
 ROOT = Path(__file__).resolve().parent.parent
 SLOW = {"02_engine_on_one_page", "06_what_is_missing", "08_write_your_own_effect", "09_cubipod_to_layers"}  # above 5 s idle
 LESSONS = [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in course.names()]
+WIDEST = 110  # characters of a line of code: what a page of 1300 px shows without scrolling
 EXECUTE = """
 import pathlib, sys, time, nbformat, nbclient
 path = pathlib.Path(sys.argv[1])
@@ -41,6 +42,12 @@ def test_a_lesson_has_a_goal_an_idea_a_picture_and_two_exercises_with_solutions(
     assert len(re.findall(r"^##+ Exercise \d: ", text, re.MULTILINE)) == 2
     solutions = [cell.text for cell in cells if cell.is_solution]
     assert len(solutions) == 2 and all("assert " in solution for solution in solutions)
+
+
+@pytest.mark.parametrize("name", course.names())
+def test_the_code_of_a_lesson_fits_a_page(name):
+    lines = [line for cell in lesson_text.cells(text_of(name)) if cell.is_code for line in cell.text.splitlines()]
+    assert not [line for line in lines if len(line) > WIDEST]
 
 
 @pytest.mark.parametrize("name", LESSONS)
