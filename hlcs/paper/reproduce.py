@@ -113,7 +113,7 @@ def table1(plan, progress=None):
         "lowest_error": min(known),
         "highest_error": max(known),
         "base": {name: getattr(base, name) for name in values},
-        "units": sum(base.grid.units(base.rows, base.columns, layer) for layer in range(1, base.layers + 1)),
+        "units": sum(len(base.centres(layer)) for layer in range(1, base.layers + 1)),
     }
 
 

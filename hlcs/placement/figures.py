@@ -90,7 +90,7 @@ def tornado_figure(rows, parameters, base):
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8, 0.62 * len(parameters) + 1.6), layout="constrained")
+    figure = Figure(figsize=(8, 0.8 * len(parameters) + 1.6), layout="constrained")
     ax = figure.add_subplot()
     ax.axvspan(*PAPER_RANGE, color="#eeeae0", zorder=0, label="the paper's range, {:g} to {:g} %".format(*PAPER_RANGE))
     for place, of_one in enumerate(parameters):
@@ -99,9 +99,9 @@ def tornado_figure(rows, parameters, base):
     ax.set_yticks(range(len(parameters)), [_tornado_label(of_one) for of_one in parameters])
     ax.invert_yaxis()
     ax.set_xlim(left=0.0)
-    ax.set_xlabel("mean relative error of a test, %; the number at a point is the parameter's value, in bold the calibrated one")
+    ax.set_xlabel("mean relative error of a test, %   (beside each point its value, the calibrated one in bold)")
     ax.spines[["top", "right"]].set_visible(False)
-    ax.legend(frameon=False, fontsize=9, loc="lower right")
+    ax.legend(frameon=False, fontsize=9, loc="lower right", bbox_to_anchor=(1.0, 1.0))
     return figure
 
 
