@@ -129,6 +129,35 @@ def _tornado_row(ax, place, of_one, rows, base):
                     va="center", fontsize=7, weight=weight)  # fmt: skip
 
 
+def workability_figure(cases):
+    """Lost and misplaced units of a structure, in percent, over grid spacing and placement error; returns the Figure.
+
+    cases: dictionaries with spacing_x, spacing_y, placement_scatter, units and lost, misplaced: {"mean", "low", "high"}.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.5, 4.0), layout="constrained")
+    spacings = sorted({(case["spacing_x"], case["spacing_y"]) for case in cases})
+    scatters = sorted({case["placement_scatter"] for case in cases})
+    for ax, name in zip(figure.subplots(1, 2), ("lost", "misplaced"), strict=True):
+        share = np.full((len(scatters), len(spacings)), np.nan)
+        for case in cases:
+            place = scatters.index(case["placement_scatter"]), spacings.index((case["spacing_x"], case["spacing_y"]))
+            share[place], ends = (
+                100.0 * np.array(case[name]["mean"]) / case["units"],
+                [case[name][end] for end in ("low", "high")],
+            )
+            words = f"{share[place]:.1f} %"
+            if all(end is not None and np.isfinite(end) for end in ends):
+                words += "\n[{:.1f}, {:.1f}]".format(*(max(100.0 * end / case["units"], 0.0) for end in ends))
+            ax.text(place[1], place[0], words, ha="center", va="center", fontsize=9)
+        ax.imshow(share, cmap="YlOrRd", vmin=0.0, vmax=max(10.0, 1.6 * np.nanmax(share)), aspect="auto", origin="lower")
+        ax.set_xticks(range(len(spacings)), [f"{x:.2f} x {y:.2f}" for x, y in spacings])
+        ax.set_yticks(range(len(scatters)), [f"{scatter:g}" for scatter in scatters])
+        ax.set(xlabel="grid spacing a x b [Dn]", ylabel="placement error, one sigma [Dn]", title=f"{name} units, blind reference")
+    return figure
+
+
 def png_bytes(figure, dpi=150):
     """The Figure as the bytes of a PNG file."""
     buffer = io.BytesIO()
