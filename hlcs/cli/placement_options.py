@@ -56,6 +56,9 @@ HELP = {
     "vibration": "shaking along x after each layer, in g",
     "bottom_roughness": "standard deviation of the bed's heights, in Dn",
     "inertia_factor": "moments of inertia over the true ones",
+    "tip_share": "of the first layer's units that stand on a tip",
+    "set_back": "least distance of a layer's edge from that of the layer below, in spacings",
+    "walls": "side walls of a flume, half a spacing beyond the first layer",
 }
 
 

@@ -11,8 +11,11 @@ from minibullet.errors import InputError
 
 
 @click.command()
-@click.argument("table", type=click.Choice(["table1", "table2", "table3", "blind", "figures", "ladder", "all"]))
-@click.option("--repeats", type=click.IntRange(1, 10_000), help="tests a case; 5, for table1 3, for ladder 8")
+@click.argument(
+    "table",
+    type=click.Choice(["table1", "table2", "table3", "blind", "figures", "ladder", "slope", "set_back", "workability", "all"]),
+)
+@click.option("--repeats", type=click.IntRange(1, 10_000), help="tests a case; 5, for table1 and workability 3, for ladder 8")
 @workers_option
 @click.option("--seed", type=SEED, default=1, show_default=True, help="of the first test; the others follow")
 @click.option("--friction", type=float, help="of a contact; left out: both 0.36, which is what Bullet makes of 0.6, and 0.6")
@@ -31,7 +34,10 @@ def reproduce(table, repeats, workers, seed, preset_name, out, json_file, quiet,
 
     table1: sensitivity, three layers, one parameter at a time. table2: RPG and TPG on a flat bottom. table3: TPG on a 4 % slope.
     blind: layer against blind reference. figures: the true unit beside its hull, the plot and the picture of the README.
-    ladder (not part of all): the naive model, one hull a unit, diagnosed on table2 with table3 held out.
+
+    Not part of all: slope: side walls, the flume's rows and columns, units on a tip. set_back: layers that keep back from the
+    edge. workability: lost and misplaced units over grid spacing and placement error. ladder: the naive model, one hull a unit,
+    diagnosed on table2 with table3 held out.
     """
     if table == "ladder" and preset_name:
         raise InputError("reproduce ladder: it starts from the naive model, so it takes no --preset; leave that out")

@@ -7,7 +7,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from hlcs.files import folders
-from hlcs.paper import ladder, reproduce
+from hlcs.paper import ladder, reproduce, slope, workability
 from hlcs.paper.reproduce_text import text_of, variants_of
 from hlcs.placement import figures
 from hlcs.placement.comparison import sample_of
@@ -21,7 +21,8 @@ def run(name, plan, folder=None, progress=None):
     """(document, text) of table `name`; its files go into `folder` where one is given."""
     if name == "ladder":
         return _ladder(plan, folder, progress)
-    document, first = getattr(reproduce, name)(plan, progress), None
+    make = {"slope": slope.slope, "set_back": workability.set_back, "workability": workability.workability}
+    document, first = (make.get(name) or getattr(reproduce, name))(plan, progress), None
     if name == "figures":
         document, first = document
     text = text_of(document)
@@ -52,6 +53,8 @@ def _figures(document):
     table = document["table"]
     if table == "table1":
         return {"sensitivity.png": figures.tornado_figure(document["rows"], document["parameters"], document["base"])}
+    if table == "workability":
+        return {"workability.png": figures.workability_figure(document["cases"])}
     if table in ("table2", "table3"):
         variants = [(f"model, {words}", grids) for words, grids in variants_of(document).items()]
         return {f"{table}.png": _panels(table, variants)}

@@ -3,6 +3,8 @@
 import numpy as np
 
 from hlcs.paper import sensitivity
+from hlcs.paper.slope import slope_text
+from hlcs.paper.workability import set_back_text, with_interval, workability_text
 from hlcs.placement import statistics
 from hlcs.placement.comparison import compare_layers
 from hlcs.placement.number_text import or_dash, percent
@@ -22,9 +24,9 @@ left out of means and ranges (lost and moving units are of all tests)."""
 
 def text_of(document):
     """The printed form of any document of `hlcs.paper.reproduce`."""
-    return {"table1": table1_text, "table2": table_text, "table3": table_text, "blind": blind_text, "figures": figures_text}[
-        document["table"]
-    ](document)
+    texts = {"table1": table1_text, "table2": table_text, "table3": table_text, "blind": blind_text, "figures": figures_text}
+    texts |= {"slope": slope_text, "set_back": set_back_text, "workability": workability_text}
+    return texts[document["table"]](document)
 
 
 def table_text(document):
@@ -122,7 +124,7 @@ def figures_text(document):
 def blind_text(document):
     """Layer reference against blind reference."""
     head = f"{'bottom':>8} {'reference':>10} {'height/Dn':>10} {'lost':>5} {'misplaced':>10}  drift of layers 1 .. M [Dn]"
-    lines = [f"Blind placement on TPG, {document['repeats']} tests each", head]
+    lines = [f"Blind placement on TPG, {document['repeats']} structures each", head]
     for row in document["cases"]:
         bottom = f"{row['bottom_slope']:.0%}" if row["bottom_slope"] else "flat"
         drift = " ".join(or_dash(value, ".2f") for value in row["drift_over_dn"])
@@ -140,17 +142,13 @@ def blind_text(document):
 
 
 def _blind_findings(document):
-    """One line a bottom: what blind reference changes against layer reference."""
-    rows = {(row["bottom_slope"], row["reference"]): row for row in document["cases"]}
-    lines = []
-    for slope in dict.fromkeys(row["bottom_slope"] for row in document["cases"]):
-        before, after = rows[slope, "layer"], rows[slope, "blind"]
-        drift = [or_dash(row["drift_over_dn"][-1], ".2f") for row in (before, after)]
-        lines.append(
-            f"{f'{slope:.0%}' if slope else 'flat'}, from layer to blind reference: misplaced "
-            f"{before['misplaced_units']} -> {after['misplaced_units']}, lost {before['lost_units']} -> "
-            f"{after['lost_units']}, drift of the last layer {drift[0]} -> {drift[1]} Dn"
-        )
+    """One line a bottom: what blind reference changes against layer reference, structure by structure."""
+    lines = ["", "What blind reference adds to a structure of the same seed, mean [95 % interval over the structures]:"]
+    for row in document["differences"]:
+        place = f"{row['bottom_slope']:.0%}" if row["bottom_slope"] else "flat"
+        lost, far = (with_interval(row[name], "+.1f") for name in ("lost", "misplaced"))
+        drift = with_interval(row["last_drift"], "+.2f")
+        lines.append(f"{place:>8}: lost {lost}, misplaced {far} units, drift of the last layer {drift} Dn")
     return lines
 
 

@@ -22,10 +22,8 @@ def errors_of(results, measured):
 def spread(errors):
     """Mean of the errors of single tests and its 95 % interval (Student): {"error", "error_low", "error_high"} [-]; nan where
     there are too few tests."""
-    found = np.asarray(errors)[np.isfinite(errors)]
-    mean = float(found.mean()) if len(found) else np.nan
-    half = float(stats.t.ppf(0.975, len(found) - 1) * found.std(ddof=1) / np.sqrt(len(found))) if len(found) > 1 else np.nan
-    return {"error": mean, "error_low": mean - half, "error_high": mean + half}
+    mean, low, high = statistics.mean_interval(errors)
+    return {"error": mean, "error_low": low, "error_high": high}
 
 
 def parameters_of(rows):

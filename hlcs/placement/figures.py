@@ -101,7 +101,7 @@ def tornado_figure(rows, parameters, base):
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8, 0.62 * len(parameters) + 1.6), layout="constrained")
+    figure = Figure(figsize=(8, 0.8 * len(parameters) + 1.6), layout="constrained")
     ax = figure.add_subplot()
     ax.axvspan(*PAPER_RANGE, color="#eeeae0", zorder=0, label="the paper's range, {:g} to {:g} %".format(*PAPER_RANGE))
     for place, of_one in enumerate(parameters):
@@ -110,9 +110,9 @@ def tornado_figure(rows, parameters, base):
     ax.set_yticks(range(len(parameters)), [_tornado_label(of_one) for of_one in parameters])
     ax.invert_yaxis()
     ax.set_xlim(left=0.0)
-    ax.set_xlabel("mean relative error of a test, %; the number at a point is the parameter's value, in bold the calibrated one")
+    ax.set_xlabel("mean relative error of a test, %   (beside each point its value, the calibrated one in bold)")
     ax.spines[["top", "right"]].set_visible(False)
-    ax.legend(frameon=False, fontsize=9, loc="lower right")
+    ax.legend(frameon=False, fontsize=9, loc="lower right", bbox_to_anchor=(1.0, 1.0))
     return figure
 
 
@@ -138,6 +138,35 @@ def _tornado_row(ax, place, of_one, rows, base):
         weight = "bold" if row["value"] == base else "normal"
         ax.annotate(f"{row['value']:g}", (error + reach[1, 0], height), (4, 0), textcoords="offset points",
                     va="center", fontsize=7, weight=weight)  # fmt: skip
+
+
+def workability_figure(cases):
+    """Lost and misplaced units of a structure, in percent, over grid spacing and placement error; returns the Figure.
+
+    cases: dictionaries with spacing_x, spacing_y, placement_scatter, units and lost, misplaced: {"mean", "low", "high"}.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.5, 4.0), layout="constrained")
+    spacings = sorted({(case["spacing_x"], case["spacing_y"]) for case in cases})
+    scatters = sorted({case["placement_scatter"] for case in cases})
+    for ax, name in zip(figure.subplots(1, 2), ("lost", "misplaced"), strict=True):
+        share = np.full((len(scatters), len(spacings)), np.nan)
+        for case in cases:
+            place = scatters.index(case["placement_scatter"]), spacings.index((case["spacing_x"], case["spacing_y"]))
+            share[place], ends = (
+                100.0 * np.array(case[name]["mean"]) / case["units"],
+                [case[name][end] for end in ("low", "high")],
+            )
+            words = f"{share[place]:.1f} %"
+            if all(end is not None and np.isfinite(end) for end in ends):
+                words += "\n[{:.1f}, {:.1f}]".format(*(max(100.0 * end / case["units"], 0.0) for end in ends))
+            ax.text(place[1], place[0], words, ha="center", va="center", fontsize=9)
+        ax.imshow(share, cmap="YlOrRd", vmin=0.0, vmax=max(10.0, 1.6 * np.nanmax(share)), aspect="auto", origin="lower")
+        ax.set_xticks(range(len(spacings)), [f"{x:.2f} x {y:.2f}" for x, y in spacings])
+        ax.set_yticks(range(len(scatters)), [f"{scatter:g}" for scatter in scatters])
+        ax.set(xlabel="grid spacing a x b [Dn]", ylabel="placement error, one sigma [Dn]", title=f"{name} units, blind reference")
+    return figure
 
 
 def png_bytes(figure, dpi=150):

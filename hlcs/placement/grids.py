@@ -79,18 +79,33 @@ class Grid:
         self._check(rows, columns, layer)
         return (rows - layer + 1) * (columns - layer + 1)
 
-    def centres(self, rows, columns, layer):
+    def centres(self, rows, columns, layer, set_back=0.0, walls=False):
         """Centres of the units of a layer (numbered from 1), row by row, (n, 2) in Dn.
 
-        rows and columns are those of the first layer, whose middle is the origin.
+        rows and columns are those of the first layer, whose middle is the origin. set_back: spacings by which every layer keeps
+        back from the edge of the layer below, at least; units nearer to it are left out (n may be 0). walls: between the side
+        walls of a flume, half a spacing beyond the first layer (`wall_distance`), where every row has all its columns.
         """
         self._check(rows, columns, layer)
-        row, column = np.divmod(np.arange(self.units(rows, columns, layer)), columns - layer + 1)
+        wide = columns if walls else columns - layer + 1
+        row, column = np.divmod(np.arange((rows - layer + 1) * wide), wide)
         x, y, shift = self._first_unit(layer)
         half = 0.25 if self.triangular and rows > 1 else 0.0  # half the extra width of the shifted rows
-        x = x + column + (row % 2) * shift - 0.5 * (columns - 1) - half
-        y = y + row - 0.5 * (rows - 1)
-        return np.column_stack([self.spacing_x * x, self.spacing_y * y])
+        x = (x + (row % 2) * shift) % 1.0 + column if walls else x + column + (row % 2) * shift
+        y, back = y + row, (layer - 1) * set_back - 1e-9
+        kept = (y >= back) & (y <= rows - 1 - back)
+        if not walls:
+            kept &= (x >= back) & (x <= columns - 1 + 2.0 * half - back)
+        x, y = x - 0.5 * (columns - 1) - half, y - 0.5 * (rows - 1)
+        return np.column_stack([self.spacing_x * x, self.spacing_y * y])[kept]
+
+    def wall_distance(self, columns):
+        """Distance of the side walls from the middle of the structure, half the clear width of the flume [Dn].
+
+        The rows of a triangular grid are shifted by half a spacing in turn, so that `columns` units of each fit into a width of
+        columns + 1/2 spacings.
+        """
+        return 0.5 * (columns + 0.5) * self.spacing_x
 
     def _first_unit(self, layer):
         """Of a layer's first unit the place (x, y), and the shift of the odd rows in x; in spacings."""

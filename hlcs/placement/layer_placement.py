@@ -107,24 +107,24 @@ def lay_first_layer(world, unit, load, centres, bottom, test, generator):
     check_covered(centres, unit.nominal_diameter, bottom)
     headings = first_headings(test, centres)
     handles, triangular, concentration = [], test.grid.triangular, test.yaw_constraint
-    normals = np.asarray(bottom.normal(*centres.T), dtype=float)
+    normals, poses = np.asarray(bottom.normal(*centres.T), dtype=float), first_poses(unit, centres, test)
 
-    def draw(normal):
+    def draw(number, normal):
         if triangular:
             heading = generator.vonmises(0.0, concentration) if concentration else generator.uniform(0.0, 2.0 * np.pi)
         else:
             heading = headings[generator.integers(2) % len(headings)]
-        return _first_pose(unit, normal, heading)
+        return _first_pose(poses[number], normal, heading)
 
     for number, place in enumerate(first_places(unit, centres, bottom, test)):
-        handles.append(world.add(**load, position=place, orientation=draw(normals[number]), name=f"1.{number + 1}"))
+        handles.append(world.add(**load, position=place, orientation=draw(number, normals[number]), name=f"1.{number + 1}"))
 
     def redraw(handle):
-        handle.orientation = draw(np.asarray(bottom.normal(*handle.position[:2]), dtype=float))
+        handle.orientation = draw(handles.index(handle), np.asarray(bottom.normal(*handle.position[:2]), dtype=float))
 
     if triangular and not _redrawn(world, handles, redraw):
-        for handle, normal in zip(handles, normals, strict=True):
-            handle.orientation = _first_pose(unit, normal, headings[0])
+        for handle, normal, pose in zip(handles, normals, poses, strict=True):
+            handle.orientation = _first_pose(pose, normal, headings[0])
     _push_apart(world, handles)
     return handles
 
@@ -138,12 +138,24 @@ def check_covered(centres, nominal_diameter, bottom):
 def first_places(unit, centres, bottom, test):
     """Where the centres of units at rest on the bottom are, over (n, 2) [m]: (n, 3); with a margin they rest that much higher."""
     foot = np.column_stack([centres, bottom.height(*centres.T)])
-    rest = unit.rest_height + test.margin * unit.nominal_diameter
-    return foot + rest * np.asarray(bottom.normal(*centres.T), dtype=float)
+    rest = np.where(on_tip(centres, test), unit.tip_rest_height, unit.rest_height) + test.margin * unit.nominal_diameter
+    return foot + rest[:, None] * np.asarray(bottom.normal(*centres.T), dtype=float)
 
 
-def _first_pose(unit, normal, heading):
-    return rotations.product(rotations.between(np.array([0.0, 0.0, 1.0]), normal), unit.first_layer_orientation(heading))
+def on_tip(centres, test):
+    """Which units of the first layer stand on a tip (n,): each with the chance `tip_share`, by a stream of its own."""
+    return np.random.default_rng([test.seed, 1]).random(len(centres)) < test.tip_share
+
+
+def first_poses(unit, centres, test):
+    """Orientations of the first layer's units on a level bottom, heading 0: [(4,), ...], their lowest pose or one on a tip."""
+    low, tip = unit.first_layer_orientation(0.0), unit.tip_poses()[0]
+    return [tip if there else low for there in on_tip(centres, test)]
+
+
+def _first_pose(pose, normal, heading):
+    turned = rotations.product(rotations.exponential([0.0, 0.0, heading]), pose)
+    return rotations.product(rotations.between(np.array([0.0, 0.0, 1.0]), normal), turned)
 
 
 def _redrawn(world, handles, redraw):

@@ -42,6 +42,8 @@ RANGES = {  # lowest and highest value of every number; where the default is a w
     "vibration": (0.0, 10.0),
     "bottom_roughness": (0.0, 0.5),
     "inertia_factor": (0.01, 100.0),
+    "tip_share": (0.0, 1.0),
+    "set_back": (0.0, 5.0),
 }
 WORDS = {
     "reference": ("layer", "blind"),
@@ -73,6 +75,10 @@ class PlacementTest:
     fraction left out [-]; sequential_placement: rows of a layer one after another, each at rest before the next;
     unit_by_unit: so are its units;
     loose_lower_layers: no layer is ever fixed; vibration: peak acceleration to and fro along x after each layer [g].
+    Where and how the layers stand: set_back, spacings by which every layer keeps back from the edge of the one below, at least
+    (0: as far as the hollows do; 1/3 at the steep flank of a triangular grid); walls: between the side walls of a flume,
+    half a spacing beyond the outermost units (triangular grids); tip_share, of the first layer's units that stand on a tip
+    rather than on an edge [-].
     What the unit and the bed really are: bottom_roughness, standard deviation of the bed's heights, one every 1.5 Dn
     [Dn];
     inertia_factor, moments of inertia over the true ones [-]; effects: values of minibullet.Effect beside gravity.
@@ -118,6 +124,9 @@ class PlacementTest:
     vibration: float = 0.0
     bottom_roughness: float = 0.0
     inertia_factor: float = 1.0
+    tip_share: float = 0.0
+    set_back: float = 0.0
+    walls: bool = False
     effects: tuple = ()
 
     def __post_init__(self):
@@ -136,6 +145,17 @@ class PlacementTest:
             )
         if self.bottom_roughness and isinstance(self.bottom, sea_bottom.Survey):
             raise InputError("placement: bottom_roughness on a surveyed bottom; its roughness stands in the survey")
+        if self.walls and not (self.grid.triangular and self.rows > 1):
+            raise InputError(
+                f"placement: walls = true on grid {self.grid.name} with {self.rows} row(s); only a triangular grid of two "
+                "rows or more is placed between walls"
+            )
+        empty = [layer for layer in range(1, self.layers + 1) if not len(self.centres(layer))]
+        if empty:
+            raise InputError(
+                f"placement: set_back = {self.set_back:g} spacings leaves layer {empty[0]} of {self.rows} rows and "
+                f"{self.columns} columns without units; take more rows and columns, fewer layers, or a smaller set_back"
+            )
         if self.unit_by_unit and self.sequential_placement:
             raise InputError("placement: unit_by_unit = true and sequential_placement = true (row by row); give one of the two")
         _ = self.settings  # checked now, not after minutes
@@ -145,6 +165,10 @@ class PlacementTest:
     def unit(self):
         """The armour unit of this side."""
         return unit_of(self.armour, self.side)
+
+    def centres(self, layer):
+        """Where the units of a layer (numbered from 1) are meant to be, in plan, before any reference shifts it: (n, 2) [Dn]."""
+        return self.grid.centres(self.rows, self.columns, layer, self.set_back, self.walls)
 
     @property
     def settings(self):
@@ -216,6 +240,9 @@ class _Site:
         self.bed.add_to(self.world)
         self.deep = DeepLayers(self.world)
         self.watchers = (self.deep.watch,) if watch is None else (self.deep.watch, watch)
+        if test.walls:
+            for side in (-1.0, 1.0):
+                self.world.add_plane((side, 0.0, 0.0), -test.grid.wall_distance(test.columns) * self.dn)
         self.shift, self.envelope, self.level = np.zeros(2), 0.0, -np.inf
         self.records, self.readings, self.aims, self.loose = [], [], [], []
 
@@ -224,7 +251,7 @@ class _Site:
         test, dn = self.test, self.dn
         if not (test.loose_lower_layers or test.vibration):  # what is shaken, or not fixed, is all in motion
             self.deep.set_aside([below.handles for below in self.records])
-        centres = test.grid.centres(test.rows, test.columns, layer) * dn + self.shift
+        centres = test.centres(layer) * dn + self.shift
         aims = layer_placement.missed(test, centres, layer)
         record = self._first_layer(aims) if layer == 1 else self._upper_layer(layer, aims, centres)
         self.loose = [*(self.loose if test.loose_lower_layers else ()), *record.handles]

@@ -32,7 +32,7 @@ def layer_coefficients_of(test):
     """Layer coefficients (nan where no plate found support) and lost units of one test, or the complaint of the physics: plain
     values for the store."""
     _warm()
-    units = sum(test.grid.units(test.rows, test.columns, layer) for layer in range(1, test.layers + 1))
+    units = sum(len(test.centres(layer)) for layer in range(1, test.layers + 1))
     try:
         with at_most(LIMIT * max(1.0, units / 190.0)):
             result = test.run()

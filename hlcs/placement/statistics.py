@@ -83,6 +83,18 @@ def confidence_interval(sample, confidence=0.95):
     return mean - half, mean + half
 
 
+def mean_interval(values, confidence=0.95):
+    """(mean, low, high) of numbers of repeated tests (n,), such as counts of units of each structure: Student's t over the tests,
+    those that are not finite left out; nan where there are too few."""
+    values = np.asarray(values, dtype=float)
+    values = values[np.isfinite(values)]
+    if len(values) < 2:
+        return (float(values[0]) if len(values) else np.nan), np.nan, np.nan
+    mean, error = float(values.mean()), float(values.std(ddof=1)) / np.sqrt(len(values))
+    half = float(special.stdtrit(len(values) - 1, 0.5 + 0.5 * confidence)) * error
+    return mean, mean - half, mean + half
+
+
 def welch(measured, model):
     """Welch's t of each layer between two samples, unequal variances; returns `Welch` of arrays (M,).
 

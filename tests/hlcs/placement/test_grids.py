@@ -153,3 +153,31 @@ def test_a_number_with_an_underscore_is_not_another_number(text):
 def test_spacings_in_other_units_than_nominal_diameters_are_refused(text):
     with pytest.raises(InputError, match="nominal diameters"):
         Grid.parse(text)
+
+
+@pytest.mark.parametrize("set_back", [0.5, 0.75])
+def test_a_set_back_keeps_every_layer_that_far_from_the_edge_below(set_back):
+    """Of the first layer's outline layer j leaves j - 1 set-backs free on every side, and no unit that may stay is left out."""
+    grid, scale = TPG, np.array([TPG.spacing_x, TPG.spacing_y])
+    first = grid.centres(8, 8, 1) / scale
+    for layer in (2, 3, 4):
+        plain, kept = (grid.centres(8, 8, layer, back) / scale for back in (0.0, set_back))
+        back = (layer - 1) * set_back
+        inside = np.all((plain >= first.min(axis=0) + back - 1e-6) & (plain <= first.max(axis=0) - back + 1e-6), axis=1)
+        np.testing.assert_array_equal(kept, plain[inside])
+        assert 0 < len(kept) < len(plain)
+
+
+def test_between_walls_every_row_is_full_and_the_walls_are_half_a_spacing_away():
+    """20 units of a = 1.58 Dn and half a spacing for the shifted rows: 20.5 a between the walls, in every layer."""
+    wall = TPG.wall_distance(20)
+    assert wall == pytest.approx(20.5 * 1.58 / 2, rel=1e-12)
+    for layer in (1, 2, 3, 4, 5):
+        centres = TPG.centres(7, 20, layer, walls=True)
+        assert len(centres) == 20 * (8 - layer)
+        assert wall - np.abs(centres[:, 0]).max() >= 0.5 * 1.58 - 1e-9
+        rows = np.unique(centres[:, 1].round(9))
+        open_centres = TPG.centres(7, 20, layer)
+        np.testing.assert_allclose(rows, np.unique(open_centres[:, 1].round(9)))
+        offset = (open_centres[0, 0] - centres[0, 0]) / 1.58  # the hollows are the same ones
+        assert offset == pytest.approx(round(offset), abs=1e-9)

@@ -7,7 +7,7 @@ import pytest
 
 import minibullet as mb
 from hlcs import InputError, PlacementResult, PlacementTest
-from hlcs.placement import hanging, layer_placement
+from hlcs.placement import hanging, layer_placement, procedure
 from hlcs.placement.placement_file import make_placement
 from hlcs.placement.sea_bottom import Slope, Survey
 from hlcs.placement.settings_table import placement_table
@@ -202,3 +202,33 @@ def test_each_way_of_placing_runs_and_tells_from_the_nominal_one(change):
     assert not np.array_equal(result.layer_coefficients, plain.run().layer_coefficients)
     if change == {"armour": "cube"}:  # a cube lies on its face: k1 = 1
         assert result.layer_coefficients[0] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_units_on_a_tip_stay_on_it():
+    """Their centres rest half the height from tip to tip up, 0.75 L, to the overlap that the engine leaves (1e-3 L). Of a share
+    as many are on a tip as a binomial law allows (4 standard deviations)."""
+    result = PlacementTest(layers=1, rows=3, columns=3, tip_share=1.0, grid="1.9,1.6,triangular").run()
+    np.testing.assert_allclose(result.poses[0][:, 2], 0.75, atol=1e-3)
+    some = PlacementTest(rows=20, columns=20, tip_share=0.17)
+    count = layer_placement.on_tip(some.centres(1), some).sum()
+    assert abs(count - 0.17 * 400) < 4 * np.sqrt(400 * 0.17 * 0.83)
+
+
+def test_nothing_passes_the_walls():
+    """A ball that rolls towards either wall stays between them."""
+    test = PlacementTest(walls=True, layers=1, rows=2, columns=2)
+    site = procedure._Site(test)
+    inner = test.grid.wall_distance(2) * test.unit.nominal_diameter - 0.3
+    for side in (-1.0, 1.0):
+        ball = site.world.add(mb.Sphere(0.3), density=1000.0, position=(0.0, side, 0.3), velocity=(8.0 * side, 0.0, 0.0))
+        reached = []
+        site.world.run(1.0, watch=lambda world, ball=ball, reached=reached: reached.append(abs(ball.position[0])))
+        assert max(reached) == pytest.approx(inner, abs=5e-3)  # it reaches the wall; an impact may sink in by so much
+
+
+@pytest.mark.parametrize(
+    ("change", "words"), [({"walls": True, "grid": "RPG"}, "triangular"), ({"set_back": 1.0}, "layer 5 of 8 rows")]
+)
+def test_layers_that_cannot_be_placed_so_are_refused(change, words):
+    with pytest.raises(InputError, match=words):
+        PlacementTest(**change)
