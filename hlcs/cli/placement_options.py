@@ -38,6 +38,7 @@ HELP = {
     "solver": "how contacts are solved",
     "settle_time": "longest wait for a layer, s",
     "plates": "measuring plates along each side of a layer",
+    "standing": "repair: a CSV of units that stand, such as damaged.csv (layer,x_m,y_m,z_m,qw,qx,qy,qz)",
     "placement_scatter": "standard deviation of the aims from layer 2 on, in Dn",
     "placement_offset_x": "by which each layer misses its aim more than the one below, in Dn",
     "placement_offset_y": "the same in y",
@@ -68,6 +69,6 @@ def placement_options(command):
             continue
         kind = click.Choice(CHOICES[name]) if name in CHOICES else float if name == "nominal_diameter" else type(default)
         default = f"{default:.4g}" if isinstance(default, float) else default
-        shown = "" if default is None else f"  [default: {default}]"
+        shown = "" if default in (None, "") else f"  [default: {default}]"
         given = click.option("--" + name.replace("_", "-"), name, type=kind, help=HELP[name] + shown)(given)
     return given

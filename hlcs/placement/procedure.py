@@ -14,6 +14,7 @@ from hlcs.placement.deep_layers import DeepLayers
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.mesh_units import parse_armour, unit_of
 from hlcs.placement.placement_result import PlacementResult
+from hlcs.placement.standing_units import covered, parse_standing, seats
 from hlcs.placement.units import CONCRETE
 from minibullet.errors import InputError, is_number, shown_value
 
@@ -56,7 +57,7 @@ class PlacementTest:
     friction: *contact* coefficient [-], 0.36 is what Bullet makes of the paper's 0.6 on each of two bodies; restitution [-];
     linear_damping, angular_damping [-]; margin around each unit [Dn]; falling_distance [Dn]; density [kg/m3]; seed;
     time_step [s], iterations, tolerance, solver: how the engine computes; settle_time: longest wait for a layer [s]; plates
-    per side.
+    per side; standing: units that stand already, a CSV or StandingUnits, to which units are added where places are empty.
 
     How the crane really places, all absent by default: placement_scatter, standard deviation of the aims from layer 2 on
     [Dn]; placement_offset_x, placement_offset_y, by which every layer misses its aim more than the one below [Dn];
@@ -93,6 +94,7 @@ class PlacementTest:
     solver: str = "gauss_seidel"
     settle_time: float = 30.0
     plates: int = 3
+    standing: object = ""
     placement_scatter: float = 0.0
     placement_offset_x: float = 0.0
     placement_offset_y: float = 0.0
@@ -110,6 +112,7 @@ class PlacementTest:
         if isinstance(self.bottom, str):
             object.__setattr__(self, "bottom", sea_bottom.parse_bottom(self.bottom))
         object.__setattr__(self, "armour", parse_armour(self.armour))
+        object.__setattr__(self, "standing", parse_standing(self.standing))
         object.__setattr__(self, "effects", tuple(self.effects))
         for field in fields(self):
             _check(field.name, getattr(self, field.name), type(field.default))
@@ -190,6 +193,7 @@ class _Site:
         self.deep = DeepLayers(self.world)
         self.shift, self.envelope, self.level = np.zeros(2), 0.0, -np.inf
         self.records, self.readings, self.aims, self.loose = [], [], [], []
+        self.standing = layer_placement.stand(self.world, self.load, test.standing, self.dn) if test.standing else {}
 
     def place(self, layer):
         """Place, settle, fix and measure one layer."""
@@ -198,7 +202,10 @@ class _Site:
             self.deep.set_aside([below.handles for below in self.records])
         centres = test.grid.centres(test.rows, test.columns, layer) * dn + self.shift
         aims = layer_placement.missed(test, centres, layer)
-        record = self._first_layer(aims) if layer == 1 else self._upper_layer(layer, aims, centres)
+        if test.standing:
+            record, aims = self._repaired_layer(layer, aims)
+        else:
+            record = self._first_layer(aims) if layer == 1 else self._upper_layer(layer, aims, centres)
         self.loose = [*(self.loose if test.loose_lower_layers else ()), *record.handles]
         if test.vibration:
             layer_placement.shake(self.world, self.loose, test.vibration, dn)
@@ -228,12 +235,36 @@ class _Site:
         handles, lifts, record = [], [], None
         rows = layer_placement.rows_of(aims, centres) if self.test.sequential_placement else ()
         for row in rows or (aims,):  # a layer may have lost all its units
-            ground = -sea_bottom.height_above(self.bed, np.insert(row, 2, 0.0, axis=1))
-            lowest = ground + self.envelope + self.test.falling_distance * self.dn
-            hung, lifted = layer_placement.hang_layer(self.world, layer, self.load, row, lowest, self.generator, len(handles))
+            hung, lifted = self._hung(layer, row, len(handles))
             handles, lifts = handles + hung, [*lifts, *lifted]
             record = self._settled(layer, handles).after(record)
         return record.started(lifts)
+
+    def _repaired_layer(self, layer, aims):
+        """The record of a layer of which units stand already, after units were added at its empty places; and the aims (n, 2) of
+        all its units, those added last."""
+        own = self.standing.get(layer, [])
+        above = [handle for number, handles in self.standing.items() if number > layer for handle in handles]
+        places, over = (np.reshape([handle.position[:2] for handle in handles], (-1, 2)) for handles in (own, above))
+        seat = seats(aims, places, min(self.test.grid.spacing_x, self.test.grid.spacing_y) * self.dn)
+        hidden = (seat < 0) & covered(aims, over, self.dn)
+        gaps, filled = aims[(seat < 0) & ~hidden], seat >= 0
+        hung, lifts = self._hung(layer, gaps, len(own))
+        record = self._settled(layer, hung).started(lifts)
+        extra = np.setdiff1d(np.arange(len(own)), seat[filled])  # they stand in the layer, but at no place of it
+        kept = [own[k] for k in (*seat[filled], *extra)]
+        inside = layer_placement.in_place(_heights(kept, self.bed), self.level, self.dn)
+        stands = [handle for handle, there in zip(kept, inside, strict=True) if there]
+        record = replace(
+            record, handles=(*kept, *hung), standing=(*stands, *record.standing), added=len(hung), covered=int(hidden.sum())
+        )
+        return record, np.concatenate([aims[filled], places[extra], gaps])
+
+    def _hung(self, layer, aims, first):
+        """Handles and lifts of units that hang over aims (n, 2), their lowest points a falling distance above what is below."""
+        ground = -sea_bottom.height_above(self.bed, np.insert(aims, 2, 0.0, axis=1))
+        lowest = ground + self.envelope + self.test.falling_distance * self.dn
+        return layer_placement.hang_layer(self.world, layer, self.load, aims, lowest, self.generator, first)
 
     def _settled(self, layer, handles):
         """The record of a layer after its units have come to rest."""

@@ -11,19 +11,19 @@ from hlcs.files.spreadsheets import as_columns, csv_text
 from hlcs.placement.layer_placement import LayerRecord
 from hlcs.placement.placement_file import read_placement_file
 from hlcs.placement.placement_result import PlacementResult
-from hlcs.placement.settings_table import SURVEY_FILE, UNIT_FILE, bottom_words, placement_table
+from hlcs.placement.settings_table import STANDING_FILE, SURVEY_FILE, UNIT_FILE, bottom_words, placement_table
 from minibullet.errors import InputError, is_number
 from minibullet.files.arrays import ArrayFile
 from minibullet.files.reading import read_text
 
 RECORD_FIELDS = ("reason", "unsettled", "penetration", "transient_penetration", "steps", "unsolved_steps")
-LATER_FIELDS = ("lifted", "mean_lift", "pushed")  # which results of earlier versions lack
+LATER_FIELDS = ("lifted", "mean_lift", "pushed", "added", "covered")  # which results of earlier versions lack
 MOST_BYTES = 400_000_000  # of a file of a result, unpacked: seven million poses, more than any machine has placed
 ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
 
 
 def write_numbers(result, folder):
-    """layers.csv, result.json, poses.npz, settings.toml (and the surveyed bed, the unit's mesh) into an existing folder."""
+    """layers.csv, result.json, poses.npz, settings.toml and the files that it names, into an existing folder."""
     folders.write_text(folder / "layers.csv", csv_text(as_columns(result.layer_rows())))
     records = [{name: getattr(record, name) for name in RECORD_FIELDS + LATER_FIELDS} for record in result.records]
     folders.write_text(folder / VALUES, folders.to_json(result.to_dict() | {"records": records}))
@@ -39,6 +39,8 @@ def write_numbers(result, folder):
         folders.write_text(folder / SURVEY_FILE, result.test.bottom.csv_text())
     if not isinstance(result.test.armour, str):
         result.test.armour.write(folder / UNIT_FILE)
+    if result.test.standing:
+        result.test.standing.write(folder / STANDING_FILE)
 
 
 def load_placement(folder):
