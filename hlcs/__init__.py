@@ -32,6 +32,7 @@ HOMES = {
     "PlacementTest": "hlcs.placement.procedure",
     "RPG": "hlcs.placement.grids",
     "TPG": "hlcs.placement.grids",
+    "StandingUnits": "hlcs.placement.standing_units",
     "Grid": "hlcs.placement.grids",
     "PlacementResult": "hlcs.placement.placement_result",
     "design_layer_coefficients": "hlcs.placement.printed_tables",

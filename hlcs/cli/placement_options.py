@@ -45,6 +45,7 @@ HELP = {
     "crowding": "of hanging units that overlap: turned about the vertical, drawn again, or lifted",
     "plate_rows": "rows of plates on each layer, such as 4,3,3,2,1, in place of as many as along x",
     "plate_margin": "round each plate, in Dn",
+    "standing": "repair: a CSV of units that stand, such as damaged.csv (layer,x_m,y_m,z_m,qw,qx,qy,qz)",
     "placement_scatter": "standard deviation of the aims from layer 2 on, in Dn",
     "placement_offset_x": "by which each layer misses its aim more than the one below, in Dn",
     "placement_offset_y": "the same in y",
@@ -79,6 +80,6 @@ def placement_options(command):
             continue
         kind = click.Choice(CHOICES[name]) if name in CHOICES else KINDS.get(name, type(default))
         default = f"{default:.4g}" if isinstance(default, float) else default
-        shown = "" if default in (None, ()) else f"  [default: {default}]"
+        shown = "" if default in (None, "", ()) else f"  [default: {default}]"
         given = click.option("--" + name.replace("_", "-"), name, type=kind, help=HELP[name] + shown)(given)
     return given

@@ -20,6 +20,7 @@ from minibullet.errors import InputError
 MOST_DRAWS = 400  # redraws of overlapping orientations before units are pushed apart
 SHAKES = 10  # periods of a vibration
 MOST_DRAWS_IN_VAIN = 40  # so many in a row that leave no fewer overlaps, and the grid is too narrow for chance
+MOST_OVERLAP = 0.05  # [Dn] of units that stand already: a survey measures them to some hundredths
 ABOVE = 0.5  # [Dn] by which a unit of a layer stands above the middle of the layer under it, or it lies among that one's
 # units: the layers are about 1 Dn apart, and a unit on the same ground as others is about as high as they
 
@@ -41,6 +42,8 @@ class LayerRecord:
     redrawn: int = 0  # units given another orientation than the one first drawn, so as not to overlap
     pushed: float = 0.0  # how far, at most, a unit of the first layer was pushed aside so as not to overlap [m]
     standing: tuple = ()  # handles of those units that stand in the layer, at rest and carried
+    added: int = 0  # of a repair: units that were added to those that stood
+    covered: int = 0  # of a repair: empty places under units that stand, which stay empty
 
     @property
     def stands(self):
@@ -76,6 +79,26 @@ def load_of(unit, test):
     shape = unit.shape(test.shape)
     load = {"shape": shape, "density": test.density}
     return load if test.inertia_factor == 1.0 else load | {"inertia": test.inertia_factor * test.density * shape.inertia}
+
+
+def stand(world, load, standing, nominal_diameter):
+    """Fix StandingUnits where they stand; load: as by `load_of`. -> {layer: [handles]}, 0 for units that lie about.
+
+    InputError where two of them overlap by more than MOST_OVERLAP, as units of another size or form would.
+    """
+    layers = {}
+    for number, pose in zip(standing.layer.tolist(), standing.poses, strict=True):
+        own = layers.setdefault(number, [])
+        own.append(world.add(**load, position=pose[:3], orientation=pose[3:], name=f"{number}.{len(own) + 1}"))
+    found = world.overlaps(0.0)
+    if found and found[0][2] > MOST_OVERLAP * nominal_diameter:
+        a, b, depth = found[0]
+        raise InputError(
+            f"placement: standing = {standing.source}: units {a.name!r} and {b.name!r} (layer.number in the file) overlap by "
+            f"{depth / nominal_diameter:.2g} Dn; give the armour, the side and the shape of the units that stand there"
+        )
+    world.freeze([handle for own in layers.values() for handle in own])
+    return layers
 
 
 def missed(test, centres, layer):

@@ -218,7 +218,11 @@ def _scaled(unit, factor):
 
 def _is_hollowed(vertices, triangles):
     """Whether one closed surface encloses less than its convex hull does."""
-    return polyhedra.mass_properties(vertices, triangles).volume < (1.0 - surfaces.CONVEX) * ConvexPiece(vertices).volume
+    try:
+        hull = ConvexPiece(vertices).volume
+    except InputError:  # too flat for a hull: `surfaces.convex_piece` tells it by the name of the file
+        return False
+    return polyhedra.mass_properties(vertices, triangles).volume < (1.0 - surfaces.CONVEX) * hull
 
 
 def _pieces_beside(path):

@@ -19,7 +19,15 @@ from hlcs.files.toml_files import TomlFile
 from hlcs.files.versions import versions
 from hlcs.placement import run_queue
 from hlcs.placement.comparison import compare_layers, laboratory_for, repeated
-from hlcs.placement.placement_file import KEYS, check_value, checked_table, make_placement, with_armour, with_bottom
+from hlcs.placement.placement_file import (
+    KEYS,
+    check_value,
+    checked_table,
+    make_placement,
+    with_armour,
+    with_bottom,
+    with_standing,
+)
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.run_store import Store, key_of
 from hlcs.placement.settings_table import settings_of
@@ -57,7 +65,7 @@ def read_sweep_file(path, allow_outside=False):
     if count > MOST_RUNS:
         raise InputError(f"{file.path}: {count} runs; at most {MOST_RUNS}: shorten a list of [sweep]")
     read = {**table}
-    for name, reading in (("bottom", with_bottom), ("armour", with_armour)):
+    for name, reading in (("bottom", with_bottom), ("armour", with_armour), ("standing", with_standing)):
         if name in table:  # a survey or a mesh is read once, not for every run
             found = {word: reading({name: word}, file, "sweep")[name] for word in map(str, table[name])}
             read[name] = [found[str(word)] for word in table[name]]

@@ -21,6 +21,7 @@ from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.mesh_units import ENDINGS, parse_armour, unit_of
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.sea_bottom import parse_bottom
+from hlcs.placement.standing_units import parse_standing
 from minibullet.effects import library
 from minibullet.effects.contract import parameters
 from minibullet.errors import InputError, shown_value
@@ -62,8 +63,9 @@ def checked_table(file, skipped=()):
         table = {key: value for key, value in table.items() if key not in ("nominal_diameter", "side")}
     if "bottom" not in skipped:
         table = with_bottom(table, file, "placement")
-    if "armour" not in skipped:
-        table = with_armour(table, file, "placement")
+    for key, reading in (("armour", with_armour), ("standing", with_standing)):
+        if key not in skipped:
+            table = reading(table, file, "placement")
     for key in table:  # one by one first, so that the complaint can name the line
         if key not in skipped:
             check_value(file, "placement", key, table[key], _size(table))
@@ -82,11 +84,20 @@ def with_bottom(table, file, section):
 
 def with_armour(table, file, section):
     """A table under `section` of a TomlFile with its armour, where that is a mesh file, read: it lies beside the file."""
-    text = table.get("armour")
-    if not (isinstance(text, str) and text.strip().lower().endswith(ENDINGS)):
+    return _with_file(table, file, section, "armour", ENDINGS, parse_armour)
+
+
+def with_standing(table, file, section):
+    """A table under `section` of a TomlFile with its standing units, where it has them, read: they lie beside the file."""
+    return _with_file(table, file, section, "standing", (".csv",), parse_standing)
+
+
+def _with_file(table, file, section, key, endings, parse):
+    text = table.get(key)
+    if not (isinstance(text, str) and text.strip().lower().endswith(endings)):
         return table
-    file.file_of(text.strip(), "armour", section)
-    return {**table, "armour": _at(file, "armour", parse_armour, text, file.path.parent, section=section)}
+    file.file_of(text.strip(), key, section)
+    return {**table, key: _at(file, key, parse, text, file.path.parent, section=section)}
 
 
 def check_value(file, section, key, value, size=None):

@@ -183,8 +183,15 @@ class PlacementResult(Result):
                 "drift_over_dn": _known(self.drift[j]),
                 "level_m": _known(self.levels[j]),
             }
+            | self._repair(j)
             for j, k in enumerate(self.layer_coefficients)
         ]
+
+    def _repair(self, j):
+        """Of a repair, what was added to the layer; nothing of other tests."""
+        if not self.test.standing:
+            return {}
+        return {"added_units": self.records[j].added, "covered_places": self.records[j].covered}
 
     def to_dict(self):
         """The JSON of ``hlcs place``; None where there is no such value."""

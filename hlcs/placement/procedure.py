@@ -14,6 +14,7 @@ from hlcs.placement.deep_layers import DeepLayers
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.mesh_units import parse_armour, unit_of
 from hlcs.placement.placement_result import PlacementResult
+from hlcs.placement.standing_units import covered, parse_standing, seats
 from hlcs.placement.units import CONCRETE
 from minibullet.errors import InputError, is_number, shown_value
 
@@ -67,7 +68,8 @@ class PlacementTest:
     [Dn]; falling_distance [Dn]; density [kg/m3]; seed; time_step [s], iterations, tolerance, solver: how the engine computes;
     settle_time: longest wait for a layer [s]; plates per side; plate_rows: how many rows of plates on each layer in place of
     that, such as (4, 3, 3, 2, 1) or "4,3,3,2,1", layers above the last one like it; plate_margin around each plate [Dn];
-    crowding: what is done about hanging units that overlap, "turn", "redraw" or "lift" (`hlcs.placement.hanging`).
+    crowding: what is done about hanging units that overlap, "turn", "redraw" or "lift" (`hlcs.placement.hanging`); standing:
+    units that stand already, a CSV or StandingUnits, to which units are added where places are empty.
 
     How the crane really places, all absent by default: placement_scatter, standard deviation of the aims from layer 2 on
     [Dn]; placement_offset_x, placement_offset_y, by which every layer misses its aim more than the one below [Dn];
@@ -113,6 +115,7 @@ class PlacementTest:
     plate_rows: tuple = ()
     plate_margin: float = 0.0
     crowding: str = "turn"
+    standing: object = ""
     placement_scatter: float = 0.0
     placement_offset_x: float = 0.0
     placement_offset_y: float = 0.0
@@ -134,6 +137,7 @@ class PlacementTest:
         if isinstance(self.bottom, str):
             object.__setattr__(self, "bottom", sea_bottom.parse_bottom(self.bottom))
         object.__setattr__(self, "armour", parse_armour(self.armour))
+        object.__setattr__(self, "standing", parse_standing(self.standing))
         object.__setattr__(self, "effects", tuple(self.effects))
         object.__setattr__(self, "plate_rows", _rows_of_plates(self.plate_rows))
         for field in fields(self):
@@ -245,6 +249,7 @@ class _Site:
                 self.world.add_plane((side, 0.0, 0.0), -test.grid.wall_distance(test.columns) * self.dn)
         self.shift, self.envelope, self.level = np.zeros(2), 0.0, -np.inf
         self.records, self.readings, self.aims, self.loose = [], [], [], []
+        self.standing = layer_placement.stand(self.world, self.load, test.standing, self.dn) if test.standing else {}
 
     def place(self, layer):
         """Place, settle, fix and measure one layer."""
@@ -253,7 +258,10 @@ class _Site:
             self.deep.set_aside([below.handles for below in self.records])
         centres = test.centres(layer) * dn + self.shift
         aims = layer_placement.missed(test, centres, layer)
-        record = self._first_layer(aims) if layer == 1 else self._upper_layer(layer, aims, centres)
+        if test.standing:
+            record, aims = self._repaired_layer(layer, aims)
+        else:
+            record = self._first_layer(aims) if layer == 1 else self._upper_layer(layer, aims, centres)
         self.loose = [*(self.loose if test.loose_lower_layers else ()), *record.handles]
         if test.vibration:
             layer_placement.shake(self.world, self.loose, test.vibration, dn)
@@ -283,12 +291,36 @@ class _Site:
         rows = np.split(aims, len(aims)) if test.unit_by_unit and len(aims) else ()
         rows = layer_placement.rows_of(aims, centres) if test.sequential_placement else rows
         for row in rows or (aims,):  # a layer may have lost all its units
-            ground = -sea_bottom.height_above(self.bed, np.insert(row, 2, 0.0, axis=1))
-            lowest = ground + self.envelope + test.falling_distance * self.dn
-            hung = hanging.hang_layer(self.world, layer, self.load, row, lowest, self.generator, len(handles), test.crowding)
+            hung = self._hung(layer, row, len(handles))
             handles, lifts, redrawn = handles + hung.handles, [*lifts, *hung.lifts], redrawn + hung.redrawn
             record = self._settled(layer, handles).after(record)
         return record.started(lifts, redrawn=redrawn)
+
+    def _repaired_layer(self, layer, aims):
+        """The record of a layer of which units stand already, after units were added at its empty places; and the aims (n, 2) of
+        all its units, those added last."""
+        own = self.standing.get(layer, [])
+        above = [handle for number, handles in self.standing.items() if number > layer for handle in handles]
+        places, over = (np.reshape([handle.position[:2] for handle in handles], (-1, 2)) for handles in (own, above))
+        seat = seats(aims, places, min(self.test.grid.spacing_x, self.test.grid.spacing_y) * self.dn)
+        hidden = (seat < 0) & covered(aims, over, self.dn)
+        gaps, filled = aims[(seat < 0) & ~hidden], seat >= 0
+        hung = self._hung(layer, gaps, len(own))
+        record = self._settled(layer, hung.handles).started(hung.lifts, redrawn=hung.redrawn)
+        extra = np.setdiff1d(np.arange(len(own)), seat[filled])  # they stand in the layer, but at no place of it
+        kept = [own[k] for k in (*seat[filled], *extra)]
+        inside = layer_placement.in_place(_heights(kept, self.bed), self.level, self.dn)
+        stands = [handle for handle, there in zip(kept, inside, strict=True) if there]
+        record = replace(
+            record, handles=(*kept, *hung.handles), standing=(*stands, *record.standing), added=len(hung.handles), covered=int(hidden.sum())
+        )
+        return record, np.concatenate([aims[filled], places[extra], gaps])
+
+    def _hung(self, layer, aims, first):
+        """The Hung units over aims (n, 2), their lowest points a falling distance above what is below."""
+        ground = -sea_bottom.height_above(self.bed, np.insert(aims, 2, 0.0, axis=1))
+        lowest = ground + self.envelope + self.test.falling_distance * self.dn
+        return hanging.hang_layer(self.world, layer, self.load, aims, lowest, self.generator, first, self.test.crowding)
 
     def _settled(self, layer, handles):
         """The record of a layer after its units have come to rest."""

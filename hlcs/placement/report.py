@@ -39,7 +39,7 @@ def text(result):
     ]
     lines += [
         f"height {or_dash(data['height_over_dn'], '.3f')} Dn, deepest overlap {data['max_penetration_over_dn']:.1e} Dn, "
-        f"{result.wall_seconds:.1f} s",
+        f"{result.wall_seconds:.1f} s, {1e3 * result.wall_seconds / sum(len(p) for p in result.poses):.0f} ms a unit",
         f"porosity {or_dash(data['achieved_porosity'], '.3f')} achieved, {or_dash(data['porosity'], '.3f')} nominal; packing "
         f"density {or_dash(data['achieved_packing_density'], '.3f')} achieved, {data['packing_density']:.3f} nominal",
         in_metres(data),
@@ -116,6 +116,8 @@ def notes(result):
         found.append(f"no height of layer {', '.join(map(str, absent))}: no plate lies on it alone; {last}")
     if (pushed := result.records[0].pushed / dn) >= 5e-4:  # shown as 0.001
         found.append(f"first layer pushed apart by up to {pushed:.3f} Dn: its units overlapped as they were laid")
+    if result.test.standing:
+        found += repair_notes(result)
     for j, words in enumerate(result.carried_by, start=1):
         out = np.isnan(result.readings[j - 1])
         if out.any():
@@ -128,15 +130,29 @@ def notes(result):
     return [*found, *result.notices]
 
 
+def repair_notes(result):
+    """What a repair added, and what it could not fill."""
+    standing, records = result.test.standing, result.records
+    per_layer = ", ".join(f"layer {j}: {record.added}" for j, record in enumerate(records, start=1))
+    found = [f"repair of {len(standing.layer)} units that stood ({standing.source}): units added to {per_layer}"]
+    if hidden := sum(record.covered for record in records):
+        found.append(f"{hidden} empty places lie under units that stand; nothing can be lowered into them, and they stay empty")
+    if about := int((standing.layer == 0).sum()):
+        found.append(f"{about} units lie about (layer 0): they are in the way as they are, and not part of the result")
+    return found
+
+
 def report_page(result):
     """The text of the page."""
     test, data = result.test, result.to_dict()
-    title = f"Placement test: {data['grid']} grid, {len(result.poses)} layers of {test.unit.name}s"
+    units = f"{test.unit.name}s" if isinstance(test.armour, str) else f"units of {test.unit.name}"
+    title = f"Placement test: {data['grid']} grid, {len(result.poses)} layers of {units}"
     measured = laboratory_for(test)
     comparison = None if measured is None else compare_layers(result, measured)
     parts = [f"<h1>{markup.escape(title)}</h1>", f"<p>{markup.escape(headline(data, comparison))}</p>"]
     parts.append(f"<p>In metres: {markup.escape(in_metres(data))}.</p>")
-    parts += [f'<p class="note">{markup.escape(note[0].upper() + note[1:])}.</p>' for note in notes(result)]
+    told = [*unit_lines(test), *notes(result)]
+    parts += [f'<p class="note">{markup.escape(note[0].upper() + note[1:])}.</p>' for note in told]
     samples = [("model", sample_of(result)[1])]
     parts.append(layer_table(data["layers"], comparison))
     if comparison is not None:

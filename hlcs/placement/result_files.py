@@ -12,13 +12,13 @@ from hlcs.placement import metres
 from hlcs.placement.layer_placement import LayerRecord
 from hlcs.placement.placement_file import read_placement_file
 from hlcs.placement.placement_result import PlacementResult
-from hlcs.placement.settings_table import SURVEY_FILE, UNIT_FILE, bottom_words, placement_table
+from hlcs.placement.settings_table import STANDING_FILE, SURVEY_FILE, UNIT_FILE, bottom_words, placement_table
 from minibullet.errors import InputError, is_number
 from minibullet.files.arrays import ArrayFile
 from minibullet.files.reading import read_text
 
 RECORD_FIELDS = ("reason", "unsettled", "penetration", "transient_penetration", "steps", "unsolved_steps")
-LATER_FIELDS = ("lifted", "mean_lift", "pushed", "redrawn")  # which results of earlier versions lack
+LATER_FIELDS = ("lifted", "mean_lift", "pushed", "redrawn", "added", "covered")  # which results of earlier versions lack
 LATER_ARRAYS = {  # of each layer, which results of earlier versions lack: kind and lengths as `ArrayFile.take` wants them
     "aims": (float, ("units of layer {}", 2)),
     "plates": (float, ("plates on layer {}", 3)),
@@ -29,8 +29,8 @@ ARRAYS, SETTINGS, VALUES = "poses.npz", "settings.toml", "result.json"
 
 
 def write_numbers(result, folder):
-    """layers.csv, units.csv, crest_profile.csv, result.json, poses.npz, settings.toml (and the surveyed bed, the unit's mesh)
-    into an existing folder."""
+    """layers.csv, units.csv, crest_profile.csv, result.json, poses.npz, settings.toml and the files that it names, into an
+    existing folder."""
     folders.write_text(folder / "layers.csv", csv_text(as_columns(result.layer_rows())))
     folders.write_text(folder / "units.csv", csv_text(as_columns(metres.unit_rows(result))))
     folders.write_text(folder / "crest_profile.csv", csv_text(metres.crest_profile(result)))
@@ -49,6 +49,8 @@ def write_numbers(result, folder):
         folders.write_text(folder / SURVEY_FILE, result.test.bottom.csv_text())
     if not isinstance(result.test.armour, str):
         result.test.armour.write(folder / UNIT_FILE)
+    if result.test.standing:
+        result.test.standing.write(folder / STANDING_FILE)
 
 
 def load_placement(folder):

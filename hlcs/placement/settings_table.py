@@ -8,16 +8,17 @@ from hlcs.placement.sea_bottom import Flat, Slope, Survey
 from minibullet.effects.contract import name_of, parameters
 from minibullet.errors import InputError
 
-SURVEY_FILE, UNIT_FILE = "bottom.csv", "unit.obj"
+SURVEY_FILE, UNIT_FILE, STANDING_FILE = "bottom.csv", "unit.obj", "standing.csv"
 
 
 def placement_table(test):
     """The [placement] that gives this very test again: a flat dictionary of every key. A surveyed bed becomes
-    SURVEY_FILE, a unit from a mesh UNIT_FILE."""
+    SURVEY_FILE, a unit from a mesh UNIT_FILE, units that stand STANDING_FILE."""
     table = {field.name: getattr(test, field.name) for field in fields(test)}
     table["grid"], table["stacking"] = grid_words(test.grid), test.grid.stacking
     table["bottom"] = bottom_words(test.bottom)
     table["armour"] = test.armour if isinstance(test.armour, str) else UNIT_FILE
+    table["standing"] = STANDING_FILE if test.standing else ""
     table["effects"] = tuple(
         {"name": name_of(effect), **{name: getattr(effect, name) for name in parameters(effect)}} for effect in test.effects
     )
@@ -25,11 +26,13 @@ def placement_table(test):
 
 
 def settings_of(test):
-    """What the key of a stored run is made of: every setting; for a surveyed bed the hash of its points, for a unit from a
-    mesh that of the mesh."""
+    """What the key of a stored run is made of: every setting; in place of files (a surveyed bed, a mesh, units that stand)
+    the hashes of what is in them."""
     table = placement_table(test)
     if not isinstance(test.armour, str):
         table["armour"] = "mesh:" + test.armour.digest
+    if test.standing:
+        table["standing"] = "standing:" + test.standing.digest
     if isinstance(test.bottom, Survey):
         table["bottom"] = "survey:" + hashlib.sha256(test.bottom.csv_text().encode()).hexdigest()
     return table
