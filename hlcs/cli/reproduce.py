@@ -1,5 +1,7 @@
 """`hlcs reproduce`: the paper's tables and figures again."""
 
+import time
+
 import click
 
 from hlcs.cli import error_handling
@@ -33,7 +35,8 @@ def reproduce(table, repeats, workers, seed, preset_name, out, json_file, quiet,
     """The paper's tables and figures, beside its own columns.
 
     table1: sensitivity, three layers, one parameter at a time. table2: RPG and TPG on a flat bottom. table3: TPG on a 4 % slope.
-    blind: layer against blind reference. figures: the true unit beside its hull, the plot and the picture of the README.
+    blind: layer against blind reference. figures: the true unit beside its hull and, with --out, the
+    paper's figures from runs, a falling layer as GIF and as a page. all, with --out: index.html shows each beside the paper's.
 
     Not part of all: slope: side walls, the flume's rows and columns, units on a tip. set_back: layers that keep back from the
     edge. workability: lost and misplaced units over grid spacing and placement error. ladder: the naive model, one hull a unit,
@@ -42,13 +45,15 @@ def reproduce(table, repeats, workers, seed, preset_name, out, json_file, quiet,
     if table == "ladder" and preset_name:
         raise InputError("reproduce ladder: it starts from the naive model, so it takes no --preset; leave that out")
     plan = Plan({name: value for name, value in settings.items() if value is not None}, repeats, seed, workers, preset_name)
-    documents, texts = {}, []
+    documents, texts, started = {}, {}, time.perf_counter()
     with out_folder(out) as folder:
         compile_engine(quiet)
         for name in TABLES if table == "all" else (table,):
             with ProgressBar(name, None, quiet) as bar:
                 documents[name], text = reproduce_files.run(name, plan, folder, None if quiet else bar.start)
-            texts.append(text + "\n")
+            texts[name] = text + "\n"
             if not quiet and not out:  # shown at once where a broken terminal takes no files with it
-                error_handling.say(texts.pop())
-    publish(documents if table == "all" else documents[table], "\n".join(texts), json_file, out, quiet)
+                error_handling.say(texts.pop(name))
+        if table == "all" and folder:
+            reproduce_files.write_index(documents, texts, folder, time.perf_counter() - started)
+    publish(documents if table == "all" else documents[table], "\n".join(texts.values()), json_file, out, quiet)

@@ -153,16 +153,27 @@ def table1(plan, progress=None):
 
 
 def figures(plan, progress=None):
-    """Both grids with the true unit and with its convex hull: what the README's plot shows.
-
-    Returns the document and the first result on TPG, to be drawn.
-    """
+    """Both grids with the true unit and with its convex hull: what the README's plot shows."""
     cases = [(grid, shape) for grid in (RPG, TPG) for shape in ("pieces", "hull")]
     runs = _repeated_runs("figures", [plan.test(grid=grid, shape=shape) for grid, shape in cases], plan, progress)
     shapes = {"pieces": {}, "hull": {}}
     for (grid, shape), own in zip(cases, runs, strict=True):
         shapes[shape][grid.name] = _summary(own, laboratory("table2", grid=grid))
-    return _document("figures", plan) | {"shapes": shapes}, runs[cases.index((TPG, "pieces"))][0]
+    return _document("figures", plan) | {"shapes": shapes}
+
+
+def drawn_results(plan, progress=None):
+    """{name: PlacementResult} of the first seed that the drawings show: RPG, TPG, and on the 4 % slope, with the paper's rows of
+    plates, "slope" by layer reference and, with ours, "blind"."""
+    slope = {"grid": TPG, "bottom": Slope(0.04)}
+    tests = {
+        "RPG": plan.test(grid=RPG, seed=plan.seed),
+        "TPG": plan.test(grid=TPG, seed=plan.seed),
+        "slope": plan.test(**slope, seed=plan.seed, plate_rows=preset("paper")["plate_rows"]),
+        "blind": plan.test(**slope, seed=plan.seed, reference="blind"),
+    }
+    found = _results(list(tests.values()), plan, progress)
+    return {name: found[test] for name, test in tests.items()}
 
 
 # -------------------------------------------------------------------------------------------------------------- pieces
@@ -244,9 +255,14 @@ def _repeated_runs(name, cases, plan, progress):
     """The results of each case, a PlacementTest, with all seeds of a table; ``progress(total)`` gives the function to be called
     as each run ends."""
     tests = [replace(case, seed=seed) for case in cases for seed in plan.seeds(name)]
-    # the calibrated values stand once in every parameter of Table 1, and in other tables too
+    found = _results(tests, plan, progress)
+    return [[found[replace(case, seed=seed)] for seed in plan.seeds(name)] for case in cases]
+
+
+def _results(tests, plan, progress):
+    """{test: result} of all tests of a plan so far, these among them: the calibrated values stand once in every parameter of
+    Table 1, and in other tables too."""
     unique = [test for test in dict.fromkeys(tests) if test not in plan.results]
     results = parallel.in_order(run_test, unique, plan.workers, progress(len(unique)) if progress else None)
     plan.results.update(zip(unique, results, strict=True))
-    found = plan.results
-    return [[found[replace(case, seed=seed)] for seed in plan.seeds(name)] for case in cases]
+    return plan.results

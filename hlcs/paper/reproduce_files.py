@@ -1,16 +1,18 @@
 """Run one table of the paper, and write its JSON, its text, and its pictures."""
 
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from hlcs.files import folders
-from hlcs.paper import ladder, reproduce, slope, workability
+from hlcs.paper import drawings, figure_list, index_page, ladder, reproduce, slope, workability
 from hlcs.paper.reproduce_text import text_of, variants_of
-from hlcs.placement import figures
+from hlcs.placement import figures, playback
 from hlcs.placement.comparison import sample_of
+from hlcs.placement.grids import RPG
 from hlcs.placement.number_text import percent
 from hlcs.placement.printed_tables import laboratory, paper_numerical
 from hlcs.placement.statistics import Sample
@@ -22,18 +24,49 @@ def run(name, plan, folder=None, progress=None):
     if name == "ladder":
         return _ladder(plan, folder, progress)
     make = {"slope": slope.slope, "set_back": workability.set_back, "workability": workability.workability}
-    document, first = (make.get(name) or getattr(reproduce, name))(plan, progress), None
-    if name == "figures":
-        document, first = document
+    document = (make.get(name) or getattr(reproduce, name))(plan, progress)
     text = text_of(document)
     if folder:
+        if name == "figures":
+            document["drawings"] = _draw(plan, folder, progress)
         folders.write_json(folder / f"{name}.json", document)
         folders.write_text(folder / f"{name}.txt", text + "\n")
         for picture, figure in _figures(document).items():
             folders.write_bytes(folder / picture, figures.png_bytes(figure))
-        if first is not None:
-            drawing.draw_scene(figures.scene_of(first), folder / "structure.png")
     return document, text
+
+
+def write_index(documents, texts, folder, seconds=None):
+    """index.html: all tables and figures beside the paper's numbers; seconds: what they took."""
+    folders.write_text(folder / "index.html", index_page.page(documents, texts, seconds))
+
+
+def _draw(plan, folder, progress):
+    """Write the paper's figures from our runs, and a layer that falls, into the folder; returns their entries as dictionaries."""
+    found = reproduce.drawn_results(plan, progress)
+    first = plan.test(grid=RPG, seed=plan.seed)
+    low = replace(first, layers=min(2, first.rows, first.columns))
+    fall = playback.record_fall(low, low.layers)
+    unit, dn, blind = first.unit, first.unit.nominal_diameter, found["blind"]
+    drawing.draw_scene(figures.scene_of(found["TPG"]), folder / "structure.png")
+    pictures = {
+        "02": (drawings.unit, unit),
+        "03": (drawings.grids, dn),
+        "04": (drawings.measuring, found["TPG"]),
+        "06": (drawings.before_and_after, fall),
+        "07": (drawings.front_and_side, found["RPG"]),
+        "08": (drawings.plates, found["TPG"]),
+        "11": (drawings.side_and_top, found["slope"]),
+        "13": (drawings.blind_grids, dn),
+        "14": (drawings.blind, blind),
+    }
+    for number, (draw, content) in pictures.items():
+        folders.write_bytes(folder / f"figure_{number}.png", figures.png_bytes(draw(content), 120, tight=True))
+    folders.write_bytes(folder / "falling_layer.gif", drawings.falling(fall))
+    folders.write_text(folder / "falling_layer.html", drawings.falling_page(fall))
+    marked = int(np.concatenate(drawings.misplaced(blind)).sum())
+    entries = figure_list.drawn_entries(unit, found["RPG"], found["TPG"], found["slope"], blind, marked)
+    return [entry._asdict() for entry in entries]
 
 
 def _ladder(plan, folder, progress):

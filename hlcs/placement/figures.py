@@ -22,6 +22,10 @@ STYLES = {
 OTHER_STYLES = (("#cf8f2f", "v"), ("#3c8f63", "P"), ("#8a63b0", "X"), ("#2d9aa6", "<"), ("#b0476d", ">"))
 
 
+# of a view the eye's azimuth and elevation [degrees], and what is to the right and upwards
+VIEWS = {"front": ((-90.0, 0.0), "xz"), "side": ((0.0, 0.0), "yz"), "top": ((-90.0, 90.0), "xy")}
+
+
 def layer_axes(samples, ax=None, title=None):
     """Layer coefficients against the layer; samples: (label, Sample) pairs. Bars: 95 % interval of the mean. Returns the Axes."""
     if ax is None:
@@ -169,18 +173,71 @@ def workability_figure(cases):
     return figure
 
 
-def png_bytes(figure, dpi=150):
-    """The Figure as the bytes of a PNG file."""
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+def canvas(width, height, columns=1, **settings):
+    """(Figure, list of Axes side by side); sizes in inches, settings as for `Figure.subplots`."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    axes = np.atleast_1d(figure.subplots(1, columns, **settings))
+    return figure, list(axes)
+
+
+def view_axes(ax, rows, view, nominal_diameter, title=None, width=1000):
+    """A view without perspective of drawing rows onto Axes with scales in Dn and, beyond them, in metres; returns the Axes.
+
+    view: "front" (along y), "side" (along x) or "top"; nominal_diameter: Dn [m].
+    """
+    (azimuth, elevation), (right, up) = VIEWS[view]
+    image, extent = drawing.parallel_view(rows, azimuth, elevation, width=width)
+    ax.imshow(image, extent=np.divide(extent, nominal_diameter), interpolation="lanczos", aspect="equal")
+    ax.set_xlabel(f"{right} [Dn]")
+    ax.set_ylabel(f"{up} [Dn]")
+    for edge, add, label in (("top", ax.secondary_xaxis, "set_xlabel"), ("right", ax.secondary_yaxis, "set_ylabel")):
+        scale = add(edge, functions=(lambda dn: dn * nominal_diameter, lambda metres: metres / nominal_diameter))
+        getattr(scale, label)("m", fontsize=8)
+        scale.tick_params(labelsize=8)
+    if title:
+        ax.set_title(title, fontsize=10)
+    return ax
+
+
+def picture_axes(ax, rows, title=None, azimuth=-60.0, elevation=28.0):
+    """A view with perspective of drawing rows onto Axes; returns the Axes."""
+    drawing.draw_scene(rows, ax=ax, azimuth=azimuth, elevation=elevation, width=900, height=640)
+    if title:
+        ax.set_title(title, fontsize=10)
+    return ax
+
+
+def gif_bytes(images, seconds):
+    """An endless GIF of images (f, height, width, 4) from 0 to 1, on white; seconds (f,): how long each stands."""
+    from PIL import Image
+
+    frames = []
+    for image in images:
+        solid = image[..., :3] * image[..., 3:] + (1.0 - image[..., 3:])
+        frames.append(Image.fromarray(np.round(255.0 * np.clip(solid, 0.0, 1.0)).astype(np.uint8)).quantize(48))
+    buffer, last = io.BytesIO(), [max(20, round(1000.0 * one)) for one in seconds]
+    frames[0].save(buffer, format="GIF", save_all=True, append_images=frames[1:], duration=last, loop=0, optimize=True)
     return buffer.getvalue()
+
+
+def png_bytes(figure, dpi=150, tight=False):
+    """The Figure as the bytes of a PNG file; tight: as large as what is drawn, such as scales beyond the Axes."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None}, bbox_inches="tight" if tight else None)
+    return buffer.getvalue()
+
+
+def unit_rows(result, layers=None):
+    """Drawing rows of the units of the first `layers` layers, all where left out, each in the colour of its layer."""
+    shape = result.test.unit.shape(result.test.shape)
+    return [(shape, pose[:3], pose[3:], layer) for layer, poses in enumerate(result.poses[:layers]) for pose in poses]
 
 
 def scene_of(result):
     """What `minibullet.report.drawing` draws: every unit in the colour of its layer, and the bottom."""
-    test = result.test
-    shape = test.unit.shape(test.shape)
-    rows = [(shape, pose[:3], pose[3:], layer) for layer, poses in enumerate(result.poses) for pose in poses]
+    test, rows = result.test, unit_rows(result)
     bed = test.bed
     if isinstance(bed, Survey):
         level = (1.0, 0.0, 0.0, 0.0)

@@ -32,6 +32,14 @@ class Item(NamedTuple):
     colour: tuple  # red, green, blue from 0 to 1
 
 
+class Motion(NamedTuple):
+    """How some things of a scene move."""
+
+    first: int  # number in the scene of the first that moves; the others follow it
+    times: np.ndarray  # (f,) s
+    poses: np.ndarray  # (f, n, 7) positions of the centres of mass [m] and orientations
+
+
 def draw_scene(scene, path=None, ax=None, *, colours=None, azimuth=-60.0, elevation=28.0, width=1200, height=800):
     """A still image of the scene from azimuth, elevation [degrees]: into a PNG file, onto matplotlib Axes, or both. -> Axes.
 
@@ -70,13 +78,20 @@ def parallel_view(scene, azimuth, elevation, *, colours=None, width=1200, supers
     return image, (x - half_x, x + half_x, y - half_y, y + half_y)
 
 
+def moving_views(scenes, *, azimuth=-60.0, elevation=28.0, width=480, height=340):
+    """Images (height, width, 4) of scenes that follow each other, such as units that fall, all seen by the same eye."""
+    moments = [_solids(_items(scene, None)) for scene in scenes]
+    around = moments[0] + moments[-1]
+    return [render(solids, width, height, azimuth, elevation, 1, around=around) for solids in moments]
+
+
 def write_page(path, scene, *, title="minibullet", colours=None):
     """One HTML file with the scene inside that opens offline: drag to turn, wheel to zoom, double click to come back."""
     _write(path, page(scene, title=title, colours=colours).encode())
 
 
-def page(scene, *, title="minibullet", colours=None):
-    """The text of that HTML page, to be embedded elsewhere."""
+def page(scene, *, title="minibullet", colours=None, motion=None):
+    """The text of that HTML page, to be embedded elsewhere. With a `Motion` of the scene it has a slider for the time."""
     items = _items(scene, colours)
     # Lengths in units of the smallest body: five digits are then enough for any size.
     unit = min(np.abs(vertices).max() for item in items for vertices, _ in item.parts)
@@ -87,7 +102,15 @@ def page(scene, *, title="minibullet", colours=None):
             shapes.append([[_rounded(vertices / unit), [list(loop) for loop in faces]] for vertices, faces in item.parts])
         bodies.append([numbers[item.key], _rounded(item.position / unit), _rounded(item.orientation), _rounded(item.colour, 3)])
     # "<" cannot end the script early when it is written as an escape.
-    data = json.dumps({"title": title, "shapes": shapes, "bodies": bodies}, separators=(",", ":")).replace("<", "\\u003c")
+    content = {"title": title, "shapes": shapes, "bodies": bodies}
+    if motion is not None:
+        scaled = np.asarray(motion.poses, dtype=float) / np.array([*3 * [unit], *4 * [1.0]])
+        content["motion"] = {
+            "first": int(motion.first),
+            "times": _rounded(motion.times, 3),
+            "poses": [_rounded(frame, 4) for frame in scaled],
+        }
+    data = json.dumps(content, separators=(",", ":")).replace("<", "\\u003c")
     template = files("minibullet.report").joinpath("page.html").read_text(encoding="utf-8")
     return template.replace("/*DATA*/null", data)
 

@@ -34,11 +34,12 @@ class Faces(NamedTuple):
     solid: np.ndarray  # (f,) which solid
 
 
-def render(solids, width=1200, height=800, azimuth=-60.0, elevation=28.0, supersample=2, distance=DISTANCE):
+def render(solids, width=1200, height=800, azimuth=-60.0, elevation=28.0, supersample=2, distance=DISTANCE, around=None):
     """An image (height, width, 4), red green blue alpha from 0 to 1, of solids seen from azimuth, elevation [degrees]; distance:
-    of the eye from the middle of the scene, in radii of the scene."""
+    of the eye from the middle of the scene, in radii of the scene; around: solids that the image is fitted to, these where left
+    out."""
     width, height = supersample * width, supersample * height
-    faces = _visible(solids, width, height, np.radians(azimuth), np.radians(elevation), distance)
+    faces = _visible(solids, width, height, np.radians(azimuth), np.radians(elevation), distance, around or solids)
     inverse_depth, number = _fill(faces, width, height)
     return _shaded(faces, inverse_depth, number, max(3, height // 25), supersample)
 
@@ -59,8 +60,8 @@ def extent_seen(solids, azimuth, elevation):
     return x.min(), x.max(), y.min(), y.max()
 
 
-def _visible(solids, width, height, azimuth, elevation, distance):
-    points = np.concatenate([solid.vertices for solid in solids])
+def _visible(solids, width, height, azimuth, elevation, distance, around):
+    points = np.concatenate([solid.vertices for solid in around])
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     radius = np.sqrt(np.max(np.sum(np.square(points - middle), axis=1)))
     axes = view_axes(azimuth, elevation)

@@ -158,3 +158,15 @@ def test_lengths_can_be_measured_in_a_parallel_view(azimuth, elevation, axes):
         assert top - row * (top - bottom) / image.shape[0] == pytest.approx(place[axes[1]], abs=0.02)
         width = (np.ptp(np.nonzero(mask)[1]) + 1) * (right - left) / image.shape[1]
         assert width == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_page_of_things_that_move_holds_every_frame_in_units_of_the_smallest_body():
+    """Two boxes, the second of which sinks by half a metre: the smallest body has its farthest corner at 0.5 m."""
+    box = mb.Box(1.0, 1.0, 1.0)
+    scene = [(box, (0, 0, 0.5), (1, 0, 0, 0), 0), (box, (0, 0, 2.5), (1, 0, 0, 0), 1)]
+    poses = np.array([[[0, 0, z, 1, 0, 0, 0]] for z in (2.5, 2.25, 2.0)], dtype=float)
+    text = drawing.page(scene, motion=drawing.Motion(1, np.array([0.0, 0.1, 0.2]), poses))
+    motion = json.loads(re.search(r"const scene = (\{.*\});", text)[1])["motion"]
+    assert (motion["first"], motion["times"]) == (1, [0.0, 0.1, 0.2])
+    assert [frame[0][2] for frame in motion["poses"]] == [5.0, 4.5, 4.0] and motion["poses"][0][0][3:] == [1, 0, 0, 0]
+    assert '"motion"' not in drawing.page(scene)
