@@ -8,6 +8,7 @@ hlcs.diagnose(e).apply(e).save("drop_2.toml")
 import copy
 import os
 import shlex
+import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,7 +17,8 @@ from hlcs.data.frames import csv_of, is_frame
 from hlcs.effects import classes, entry_of, own_classes
 from hlcs.files import folders
 from hlcs.files.csv_files import MOST_BYTES, CsvText
-from hlcs.files.documents import toml_values
+from hlcs.files.documents import toml_value, toml_values
+from hlcs.files.toml_edit import with_values
 from hlcs.files.toml_files import TomlFile
 from hlcs.kinds import KINDS
 from minibullet.errors import InputError
@@ -147,8 +149,9 @@ class Experiment:
     def save(self, path):
         """Write it as an experiment file that names its data from there; frames are written beside it as CSV files.
 
-        Returns the Experiment of that file. Comments of the file that it was read from are left out. Raises InputError where
-        another file of that name stands there, or none can be written.
+        Returns the Experiment of that file. It keeps the comments of the file that it was read from, where [model] stands in that
+        under a title of its own, or nowhere. Raises InputError where another file of that name stands there, or none can be
+        written.
         """
         path, found = Path(path).expanduser(), {}
         check_target(path)
@@ -195,8 +198,27 @@ class Experiment:
         document, places = _named_files(self.file.source.values)
         for table, key in places:
             table[key] = name_of(table[key])
+        kept = self._kept_text(document)
+        if kept:
+            return f"{MADE}{self.file.path.name}\n{kept}"
         ordered = {section: document[section] for section in SECTIONS[""] if section in document}
         return f"{MADE}{self.file.path.name}; comments stay there.\n" + folders.to_toml(ordered, inline=True)
+
+    def _kept_text(self, document):
+        """The text that it was read from with another [model] and other names of data files; "" where that does not say what the
+        document says: its tables stand in another form, or there is no text."""
+        source = self.file.source
+        first, _, rest = source.text.partition("\n")
+        text = rest if first.startswith(MADE) else source.text
+        for (table, key), (was, name) in zip(_named_files(document)[1], _named_files(source.values)[1], strict=True):
+            if table[key] != was[name]:
+                text = text.replace(toml_value(was[name]), toml_value(table[key]))
+        model = {key: document.get("model", {}).get(key) for key in ("effects", "added")}
+        text = with_values(text, "model", model, ("measurement", "diagnose", "trial"))
+        try:
+            return text if tomllib.loads(text) == document else ""
+        except tomllib.TOMLDecodeError:
+            return ""
 
     def _data_files(self):
         """The paths of all files that it names."""
