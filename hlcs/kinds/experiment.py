@@ -39,6 +39,7 @@ class Experiment:
     file: ExperimentFile
     user_effects: tuple[type, ...] = ()
     effects_file: str | None = None
+    effects_text: str = ""  # of `effects_file` where that is still to be written, beside the experiment file
 
     @classmethod
     def read(cls, path, allow_outside=False, effects_file=None):
@@ -119,6 +120,10 @@ class Experiment:
         """The same, with more classes of the user's own to look names up."""
         return replace(self, user_effects=tuple(dict.fromkeys((*self.user_effects, *kinds))))
 
+    def with_effects_text(self, name, text):
+        """The same with an effects file of this name and text, which is written beside it when it is saved."""
+        return replace(self, effects_file=name, effects_text=text)
+
     def before(self):
         """The Experiment without the effects that were added last; None where the file names none."""
         added = self.file.added
@@ -163,15 +168,18 @@ class Experiment:
             return Path(os.path.relpath(self.file.path.parent / name, path.parent)).as_posix()
 
         text = self._text(name_of)
+        if self.effects_text:
+            found[self.effects_file] = self.effects_text.encode()
         for place in (path.parent / name for name in found):
-            if place.exists() and not path.exists():
+            if place.exists() and not path.exists() and _bytes_of(place) != found[place.name]:
                 raise InputError(
-                    f"'{place}' is there already, and a frame would be written to it; give another name than '{path}'"
+                    f"'{place}' is there already, and what '{path}' needs would be written to it; move it, or give another folder"
                 )
         for name, content in found.items():
             folders.write_bytes(path.parent / name, content)
         folders.write_text(path, text)
-        return replace(self, file=read_experiment_file(path, True, _layouts()))
+        written = {"effects_file": str(path.parent / self.effects_file), "effects_text": ""} if self.effects_text else {}
+        return replace(self, file=read_experiment_file(path, True, _layouts()), **written)
 
     def files(self, folder, taken):
         """{name: bytes} of "model.toml", its experiment file in a folder of results, and of the data that lie elsewhere, so that
