@@ -1,5 +1,6 @@
 """What `compare` and `diagnose` answer: frozen values that print, draw, save and speak JSON."""
 
+import shlex
 from dataclasses import asdict, dataclass, field
 from enum import Enum
 from typing import Any, NamedTuple
@@ -209,29 +210,53 @@ class Diagnosis(Judgement):
         return tuple(found_entry(name, self.parameters.get(name, {})) for name in names)
 
     @property
+    def law(self):
+        """The learned law, where it can be added: as an effect in a file, of which a command takes one; None where it cannot."""
+        others = self.experiment is not None and self.experiment.user_effects
+        return self.learned if self.learned and self.learned.effect_file and not others else None
+
+    @property
+    def additions(self):
+        """`entries`, and that of the learned law behind them: the numbers of that one stand in its effect file."""
+        return (*self.entries, *([self.law.entry] if self.law else []))
+
+    @property
     def add(self):
-        """What to write and to type next, {toml, next, file, fill_in}; None where nothing was found that could be added."""
-        if not self.effects:
+        """What to write and to type next, {toml, next, file, fill_in, effect_file}; None where nothing was found to add.
+
+        effect_file: name of the file that holds the learned law, beside the mended experiment; None where none is added.
+        """
+        if not self.additions:
             return None
         written, fill_in = self.mended or self.experiment, {}
         command = written.command if written else ""
         for name in self.effects:
             fill_in |= withheld(name, self.parameters.get(name, {}))
+        if command and self.law and not self.mended:
+            command += f" --effects {shlex.quote(str(written.file.path.parent / self.law.file_name))}"
         return {
-            "toml": ", ".join(map(toml_value, self.entries)),
+            "toml": ", ".join(map(toml_value, self.additions)),
             "next": command or "hlcs.compare(diagnosis.apply(experiment))",
             "file": str(written.file.path) if command else None,
             "fill_in": fill_in,
+            "effect_file": self.law.file_name if self.law else None,
         }
 
     def apply(self, experiment):
         """Another Experiment, with what was found added to its model; the first is unchanged.
 
-        A number that was withheld stands in it as "fill in", and has to be replaced before it can be compared. Where nothing was
-        found it is the same Experiment.
+        A number that was withheld stands in it as "fill in", and has to be replaced before it can be compared. A learned law is
+        added too; its effect file is written beside the Experiment when that is saved. Where nothing was found it is the same
+        Experiment.
         """
+        if not self.additions:
+            return experiment
         own = self.experiment.user_effects if self.experiment else ()
-        return experiment.with_effects(self.entries, own) if self.effects else experiment
+        if self.law is None:
+            return experiment.with_effects(self.entries, own)
+        return experiment.with_effects(self.additions, (*own, self.law.kind)).with_effects_text(
+            self.law.file_name, self.law.effect_file
+        )
 
     def to_json(self):
         """The result of `diagnose --json` as a dictionary of plain numbers and texts."""

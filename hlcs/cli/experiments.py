@@ -71,7 +71,7 @@ def diagnose(file, candidates, effects_file, allow_outside, plots, mended, seed,
         allow_outside=allow_outside,
     )
     nothing = ""
-    if mended and diagnosis.effects:
+    if mended and diagnosis.add:
         diagnosis = replace(diagnosis, mended=diagnosis.apply(diagnosis.experiment).save(mended))
     elif mended:
         nothing = f"\n\nNothing was found that could be added: {mended} is not written."

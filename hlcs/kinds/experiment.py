@@ -8,6 +8,7 @@ hlcs.diagnose(e).apply(e).save("drop_2.toml")
 import copy
 import os
 import shlex
+import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,7 +17,8 @@ from hlcs.data.frames import csv_of, is_frame
 from hlcs.effects import classes, entry_of, own_classes
 from hlcs.files import folders
 from hlcs.files.csv_files import MOST_BYTES, CsvText
-from hlcs.files.documents import toml_values
+from hlcs.files.documents import toml_value, toml_values
+from hlcs.files.toml_edit import with_values
 from hlcs.files.toml_files import TomlFile
 from hlcs.kinds import KINDS
 from minibullet.errors import InputError
@@ -37,6 +39,7 @@ class Experiment:
     file: ExperimentFile
     user_effects: tuple[type, ...] = ()
     effects_file: str | None = None
+    effects_text: str = ""  # of `effects_file` where that is still to be written, beside the experiment file
 
     @classmethod
     def read(cls, path, allow_outside=False, effects_file=None):
@@ -117,6 +120,10 @@ class Experiment:
         """The same, with more classes of the user's own to look names up."""
         return replace(self, user_effects=tuple(dict.fromkeys((*self.user_effects, *kinds))))
 
+    def with_effects_text(self, name, text):
+        """The same with an effects file of this name and text, which is written beside it when it is saved."""
+        return replace(self, effects_file=name, effects_text=text)
+
     def before(self):
         """The Experiment without the effects that were added last; None where the file names none."""
         added = self.file.added
@@ -147,8 +154,9 @@ class Experiment:
     def save(self, path):
         """Write it as an experiment file that names its data from there; frames are written beside it as CSV files.
 
-        Returns the Experiment of that file. Comments of the file that it was read from are left out. Raises InputError where
-        another file of that name stands there, or none can be written.
+        Returns the Experiment of that file. It keeps the comments of the file that it was read from, where [model] stands in that
+        under a title of its own, or nowhere. Raises InputError where another file of that name stands there, or none can be
+        written.
         """
         path, found = Path(path).expanduser(), {}
         check_target(path)
@@ -160,15 +168,18 @@ class Experiment:
             return Path(os.path.relpath(self.file.path.parent / name, path.parent)).as_posix()
 
         text = self._text(name_of)
+        if self.effects_text:
+            found[self.effects_file] = self.effects_text.encode()
         for place in (path.parent / name for name in found):
-            if place.exists() and not path.exists():
+            if place.exists() and not path.exists() and _bytes_of(place) != found[place.name]:
                 raise InputError(
-                    f"'{place}' is there already, and a frame would be written to it; give another name than '{path}'"
+                    f"'{place}' is there already, and what '{path}' needs would be written to it; move it, or give another folder"
                 )
         for name, content in found.items():
             folders.write_bytes(path.parent / name, content)
         folders.write_text(path, text)
-        return replace(self, file=read_experiment_file(path, True, _layouts()))
+        written = {"effects_file": str(path.parent / self.effects_file), "effects_text": ""} if self.effects_text else {}
+        return replace(self, file=read_experiment_file(path, True, _layouts()), **written)
 
     def files(self, folder, taken):
         """{name: bytes} of "model.toml", its experiment file in a folder of results, and of the data that lie elsewhere, so that
@@ -195,8 +206,27 @@ class Experiment:
         document, places = _named_files(self.file.source.values)
         for table, key in places:
             table[key] = name_of(table[key])
+        kept = self._kept_text(document)
+        if kept:
+            return f"{MADE}{self.file.path.name}\n{kept}"
         ordered = {section: document[section] for section in SECTIONS[""] if section in document}
         return f"{MADE}{self.file.path.name}; comments stay there.\n" + folders.to_toml(ordered, inline=True)
+
+    def _kept_text(self, document):
+        """The text that it was read from with another [model] and other names of data files; "" where that does not say what the
+        document says: its tables stand in another form, or there is no text."""
+        source = self.file.source
+        first, _, rest = source.text.partition("\n")
+        text = rest if first.startswith(MADE) else source.text
+        for (table, key), (was, name) in zip(_named_files(document)[1], _named_files(source.values)[1], strict=True):
+            if table[key] != was[name]:
+                text = text.replace(toml_value(was[name]), toml_value(table[key]))
+        model = {key: document.get("model", {}).get(key) for key in ("effects", "added")}
+        text = with_values(text, "model", model, ("measurement", "diagnose", "trial"))
+        try:
+            return text if tomllib.loads(text) == document else ""
+        except tomllib.TOMLDecodeError:
+            return ""
 
     def _data_files(self):
         """The paths of all files that it names."""

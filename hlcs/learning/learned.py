@@ -1,10 +1,13 @@
 """What was learned of a missing force, and how it is told."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from hlcs.files.documents import plain
 from hlcs.learning.laws import AXES
+from minibullet.effects.catalogue import module_of
+from minibullet.effects.contract import name_of
 
 FILE = "learned_effect.py"  # name of the effect's file beside a result
 
@@ -27,6 +30,16 @@ class Learned:
     def file_name(self):
         """Name of its file beside a result."""
         return FILE
+
+    @cached_property
+    def kind(self):
+        """The effect class that its file defines."""
+        return module_of(self.effect_file, "learned_effect", FILE).LearnedForce
+
+    @property
+    def entry(self):
+        """Its entry in [model] effects: the numbers stand in its file."""
+        return {"name": name_of(self.kind)}
 
     def to_json(self):
         """The entry `learned` of the result of a diagnosis."""

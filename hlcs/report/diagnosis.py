@@ -139,12 +139,17 @@ def _add(diagnosis):
     elif add["file"]:
         entries = ", ".join([*map(toml_value, experiment.file.effects), add["toml"]])
         parts.append(f"To add it, write in {add['file']}, under [model]:")
-        parts.append(Lines((f"effects = [{entries}]", f"added = {toml_value(list(diagnosis.effects))}")))
+        names = [entry["name"] for entry in diagnosis.additions]
+        parts.append(Lines((f"effects = [{entries}]", f"added = {toml_value(names)}")))
     else:
         parts += ["To add it:", Lines((add["toml"],))]
     if diagnosis.verdict == "ambiguous":
         parts += [Lines((f"or instead: {', '.join(map(toml_value, entries))}",)) for entries in diagnosis.alternatives]
     parts += [f'Fill in first: {name} ("{FILL_IN}" stands for it): {why}.' for name, why in add["fill_in"].items()]
+    if add["effect_file"]:
+        where = f"beside {add['file']}" if diagnosis.mended else "which --plots DIR, or --apply NEW.toml, writes"
+        name = diagnosis.additions[-1]["name"]
+        parts.append(f"{name} is what was learned: its law and its numbers stand in {add['effect_file']}, {where}.")
     parts += ["Then see the error before and after:", Lines((add["next"],))]
     if add["file"] and not diagnosis.mended:
         parts.append('Or let it be written: --apply NEW.toml; in Python diagnosis.apply(experiment).save("NEW.toml").')

@@ -4,11 +4,14 @@ import json
 import tomllib
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 from throws import drag_per_metre, write_throws
 
 import hlcs
+from hlcs.learning.laws import Ranges, one_law
+from hlcs.learning.learned import Learned
 
 
 @pytest.fixture(scope="module")
@@ -96,6 +99,31 @@ def test_what_was_withheld_must_be_filled_in(dragged):
     filled = (path.parent / "withheld.toml").read_text().replace('"fill in"', "0.5")
     (path.parent / "filled.toml").write_text(filled)
     assert hlcs.compare(path.parent / "filled.toml").adequate
+
+
+def test_a_learned_law_is_added_with_its_file(dragged, tmp_path):
+    """A force k v^2 against the velocity is the drag of these throws: with it and nothing else the error is the noise."""
+    path, found = dragged
+    law = one_law(
+        "speed", "power", "velocity", np.linspace(0.5, 3.0, 20), Ranges(np.array([[0.0] * 3, [1.0] * 3]), 1.0, 1.5, 12.0)
+    )
+    (reference,) = law.given  # the speed at which the strength is that of the law
+    law = law.at([-drag_per_metre(0.5) * reference.value**2], [2.0])
+    learned = Learned("speed", "power", {}, "..", law.source("A force."), {"before": 1.0, "after": 0.1}, {}, ())
+    found = replace(found, verdict="unexplained", effects=(), parameters={}, learned=learned)
+    assert found.add["toml"] == '{ name = "learned_force" }' and found.to_json()["add"]["effect_file"] == "learned_effect.py"
+    assert found.add["next"] == f"hlcs compare {path} --effects {path.parent / 'learned_effect.py'}"
+    mended = found.apply(hlcs.Experiment.read(path))
+    assert hlcs.compare(mended).adequate  # in Python no file is needed
+    mended = mended.save(tmp_path / "mended.toml")
+    assert mended.command.endswith(f"--allow-outside --effects {tmp_path / 'learned_effect.py'}")
+    seen = hlcs.compare(tmp_path / "mended.toml", allow_outside=True, effects_file=tmp_path / "learned_effect.py")
+    assert seen.adequate and seen.added == ("learned_force",) and not seen.before.adequate
+    assert "stand in learned_effect.py, beside" in str(replace(found, mended=mended))
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "learned_effect.py").write_text("# the user's own\n")
+    with pytest.raises(hlcs.InputError, match="learned_effect.py' is there already"):
+        found.apply(hlcs.Experiment.read(path)).save(tmp_path / "sub" / "mended.toml")
 
 
 @pytest.mark.parametrize("verdict", ["ambiguous", "unexplained"])

@@ -117,6 +117,26 @@ def test_a_saved_experiment_finds_its_data_from_there(tmp_path):
         hlcs.compare(tmp_path / "sub" / "again.toml")
 
 
+def test_comments_of_the_user_are_kept(tmp_path):
+    """All of them, in order, and all other lines; the file says what the values say, there and in another folder."""
+    path = write_throws(tmp_path, count=2)
+    model = "[model]  # as bought\ntime_step = 0.004  # s\neffects = [  # none yet\n]\n"
+    path.write_text(
+        "# My throws, Tuesday.\n" + path.read_text().replace("[measurement]", model + "# a good camera\n[measurement]")
+    )
+    wanted = [line.partition("#")[1:] for line in path.read_text().splitlines() if "#" in line]
+    mended = hlcs.Experiment.read(path).with_effects([DRAG])
+    for name in ("mended.toml", "sub/mended.toml"):
+        again = mended.save(tmp_path / name)
+        text = (tmp_path / name).read_text()
+        assert text.startswith("# Written by hlcs from throws.toml\n# My throws, Tuesday.\n")
+        assert [line.partition("#")[1:] for line in text.splitlines()[1:] if "#" in line] == wanted
+        assert again.file.effects == mended.file.effects and again.file.added == ("quadratic_drag",)
+        assert hlcs.compare(again).error == hlcs.compare(mended).error
+    kept = again.save(tmp_path / "sub" / "third.toml")  # what was written is not told of twice
+    assert (tmp_path / "sub" / "third.toml").read_text().count("# Written by") == 1 and kept.file.effects == again.file.effects
+
+
 def test_a_file_of_the_user_is_never_written_over(tmp_path):
     experiment = hlcs.Experiment.read(write_throws(tmp_path, count=2))
     experiment.save(tmp_path / "mended.toml").save(tmp_path / "mended.toml")  # our own may be
