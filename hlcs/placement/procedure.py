@@ -52,7 +52,7 @@ class PlacementTest:
     first layer); armour: "cubipod" or "cube"; shape: "pieces" (the true unit) or "hull"; side of the unit's cube [m];
     friction: *contact* coefficient [-], 0.36 is what Bullet makes of the paper's 0.6 on each of two bodies; restitution [-];
     linear_damping, angular_damping [-]; margin around each unit [Dn]; falling_distance [Dn]; density [kg/m3]; seed;
-    time_step [s], iterations, tolerance, solver: how the engine computes; settle_time: longest wait for a layer [s]; plates
+    time_step [s], iterations, tolerance [-], solver: how the engine computes; settle_time: longest wait for a layer [s]; plates
     per side.
 
     How the crane really places, all absent by default: placement_scatter, standard deviation of the aims from layer 2 on
