@@ -65,10 +65,11 @@ class World:
         name=None,
         group=None,
     ):
-        """Add a body and return its handle. position: of the centre of mass [m]; orientation (w, x, y, z); density [kg/m3] or
-        mass [kg]; inertia: principal moments or a 3x3 matrix about the centre of mass, body axes [kg m2], from the shape
-        where left out; friction, restitution of this body's contacts [-]; margin: layer around the body that contacts keep
-        open, settings.margin where left out [m]; fixed bodies never move; bodies of different groups (numbers) never touch.
+        """Add a body and return its handle. shape: such as Box; density [kg/m3]; mass, in place of density [kg]; inertia:
+        principal moments or a 3x3 matrix about the centre of mass, body axes, from the shape where left out [kg m2]; position:
+        of the centre of mass [m]; orientation: (w, x, y, z) [-]; velocity [m/s]; angular_velocity, world frame [rad/s];
+        friction, restitution: of its contacts [-]; margin: layer around it that contacts keep open, settings.margin where left
+        out [m]; fixed: it never moves; name: for messages; group: a number, bodies of different groups never touch.
 
         Raises InputError that names the body, the field, the value and the remedy.
         """
@@ -90,12 +91,13 @@ class World:
         )
 
     def add_plane(self, normal=(0.0, 0.0, 1.0), height=0.0, *, friction=None, restitution=None, name=None, group=None):
-        """Add the fixed half-space below the plane normal . x = height |normal| and return its handle; it has no margin, and
-        touches no bodies of other groups than its own."""
+        """Add the fixed half-space below the plane normal . x = height |normal| and return its handle; it has no margin.
+        normal: out of it [-]; height: of the plane along its normal [m]; friction, restitution: of its contacts [-]; name: for
+        messages; group: a number, it touches bodies of its own group alone."""
         return self.registry.add_plane(normal, height, friction, restitution, name, group)
 
     def freeze(self, bodies=None):
-        """Fix these bodies (all by default) where they are; they keep touching others but never move again."""
+        """Fix bodies where they are; they keep touching others but never move again. bodies: handles, all by default."""
         self.registry.freeze(self.registry.handles if bodies is None else bodies)
         scene = self.registry.scene
         fixed = ~np.isfinite(scene.bodies.mass)
@@ -112,19 +114,19 @@ class World:
         self.registry.bring_back(list(bodies))
 
     def overlaps(self, tolerance=overlaps.TOUCH):
-        """Bodies that overlap where they stand, before any step: rows (handle a, handle b, depth [m]), deepest first.
+        """Bodies that overlap where they stand, before any step: rows (handle a, handle b, depth in m), deepest first.
 
-        Depths below ``tolerance`` times the smaller body's radius are touch, not overlap.
+        tolerance: depths below this times the smaller body's radius are touch, not overlap [-].
         """
         scene = self.registry.commit()
         handle = {h._row: h for h in self.registry.handles}
         return [(handle[a], handle[b], depth) for a, b, depth in overlaps.list_overlaps(scene, tolerance)]
 
     def separate(self, bodies=None, most=200):
-        """Push overlapping bodies apart without giving them velocity; only ``bodies`` (all moving ones by default) are moved,
-        none is turned.
+        """Push overlapping bodies apart without giving them velocity or turning them.
 
-        Returns the largest distance any of them was moved [m].
+        bodies: handles of those to be moved, all moving ones by default; most: rounds. Returns the largest distance any of them
+        was moved [m].
         """
         scene = self.registry.commit()
         return overlaps.separate(scene, [h._row for h in (self.registry.handles if bodies is None else bodies)], most)
@@ -137,7 +139,7 @@ class World:
     # ---- the step
 
     def step(self, n=1):
-        """Advance by n steps of settings.time_step."""
+        """Advance by steps of settings.time_step. n: how many."""
         if not isinstance(n, Integral) or n < 0:
             raise InputError(f"step: n = {shown_value(n)}; it must be a whole number >= 0")
         for _ in range(running.whole_steps(f"step: n = {n}", n, self.settings.time_step)):
@@ -254,7 +256,7 @@ class World:
     # ---- running
 
     def run(self, duration, *, watch=None):
-        """Advance by ``duration`` seconds (rounded to whole steps); ``watch(world)`` is called after every step."""
+        """Advance by some time. duration: rounded to whole steps [s]; watch: ``watch(world)`` is called after every step."""
         if not is_number(duration) or not duration >= 0.0:
             raise InputError(f"run: duration = {shown_value(duration)} s; it must be finite and >= 0")
         dt = self.settings.time_step
@@ -264,11 +266,10 @@ class World:
                 watch(self)
 
     def settle(self, max_time=10.0, *, watch=None, select=None):
-        """Advance until nothing moves, or for ``max_time`` seconds; returns "at_rest" or "time_limit".
-
-        At rest: for as long as a free fall over its radius takes, every moving body was slower than 2e-3 sqrt(a R), with R
-        its bounding radius and a what effects accelerate it by. ``watch(world)`` is called after every step; ``select(bodies)``
-        (the Bodies record) says which bodies must be at rest, boolean (n,), all moving ones if not given.
+        """Advance until nothing moves, or the time is over; returns "at_rest" or "time_limit". max_time: at most so long [s];
+        watch: ``watch(world)`` is called after every step; select: ``select(bodies)`` (the Bodies record) says which bodies
+        must be at rest, boolean (n,), all moving ones if not given. At rest is: for as long as a free fall over its radius
+        takes, every moving body was slower than 2e-3 sqrt(a R), with R its bounding radius and a what effects accelerate it by.
         """
         if not is_number(max_time) or not max_time > 0.0:
             raise InputError(f"settle: max_time = {shown_value(max_time)} s; it must be finite and > 0")
@@ -284,14 +285,15 @@ class World:
         return "time_limit"
 
     def save(self, path):
-        """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit."""
+        """Write everything to one file (no pickle), whole or not at all; a world loaded from it goes on bit for bit.
+        path: of the file."""
         from minibullet.scene import saving  # what only saves is no part of a simulation, and is loaded when it is asked for
 
         saving.save(self, path)
 
     @classmethod
     def load(cls, path, effects=None):
-        """The world saved at ``path``, bodies in the order they were added; ``effects`` only where some are the user's own.
+        """The world that `save` wrote, bodies in the order they were added. path: of the file; effects: where some are your own.
 
         Nothing in the file is believed: InputError where it is missing, is not such a file or was changed, where any of it cannot
         be or its parts disagree, or where it holds effects that are not minibullet's.

@@ -77,12 +77,12 @@ class Imported:
 def import_measurements(files, format, out, static=None, **overrides):
     """Read exports and write them as an experiment; returns an Imported.
 
-    files: one path or several, all of one format: "tracker", "phyphox", "optitrack" or "csv"; out: the folder to write, new or
-    an earlier import as it was written; static: an export of the same format of the body at rest, from which the noise is
-    taken. overrides say what the files do not: up ("x", "-x", "y", "-y", "z", "-z", "none"), length_unit, time_unit, frame_rate
-    [1/s], rotation_order ("XYZ" .. of Euler angles), column ({name in the file: name in the project}), only (names of bodies),
-    constant ({column: value}), release_time [s]. Everything is written in SI, z up, quaternions scalar first. Raises InputError
-    with file, row and what was expected where a file is not of the format.
+    files: one path or several, all of one format; format: "tracker", "phyphox", "optitrack" or "csv"; out: the folder to write,
+    new or an earlier import as it was written; static: an export of the same format of the body at rest, from which the noise
+    is taken. overrides say what the files do not: up ("x", "-x", "y", "-y", "z", "-z", "none"), length_unit, time_unit,
+    frame_rate [1/s], rotation_order ("XYZ" .. of Euler angles), column ({name in the file: name in the project}), only (names
+    of bodies), constant ({column: value}), release_time [s]. Everything is written in SI, z up, quaternions scalar first.
+    Raises InputError with file, row and what was expected where a file is not of the format.
     """
     paths = [files] if isinstance(files, str | Path) else list(files)
     if format not in FORMATS:

@@ -45,8 +45,8 @@ class Experiment:
     def read(cls, path, allow_outside=False, effects_file=None):
         """The Experiment of a file; an Experiment is itself.
 
-        allow_outside: let the file name files outside its own folder; effects_file: Python file with effects of your own, run as
-        code. Raises InputError naming file, line, key, value and remedy.
+        path: of the file; allow_outside: let the file name files outside its own folder; effects_file: Python file with effects
+        of your own, run as code. Raises InputError naming file, line, key, value and remedy.
         """
         own = own_classes(None, effects_file)
         if isinstance(path, Experiment):

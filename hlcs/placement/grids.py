@@ -28,11 +28,11 @@ class Grid:
     The default is ABC: the paper's Fig. 13 shows three layers whose grids do not cover each other.
     """
 
-    name: str
-    spacing_x: float
-    spacing_y: float
-    triangular: bool = False
-    stacking: str = "ABC"
+    name: str  # for tables and files
+    spacing_x: float  # along a row [Dn]
+    spacing_y: float  # from row to row [Dn]
+    triangular: bool = False  # every other row is shifted by half of spacing_x
+    stacking: str = "ABC"  # which hollow the next layer takes: "ABC" or "ABA"
 
     def __post_init__(self):
         for field in ("spacing_x", "spacing_y"):

@@ -80,14 +80,16 @@ class LayerTable:
 def laboratory(table, grid=None):
     """The laboratory's layer coefficients of "table2" (horizontal bottom) or "table3" (TPG on a 4 % slope) as a `LayerTable`.
 
-    `grid` is "RPG" or "TPG"; it may be left out where the table has one grid only.
+    table: "table2" or "table3"; grid: "RPG" or "TPG", may be left out where the table has one grid only. Raises InputError naming
+    what is known.
     """
     return _layer_table(table, grid, "physical")
 
 
 def paper_numerical(table, grid=None, study="numerical"):
-    """The layer coefficients of the paper's own Bullet model as a
-    `LayerTable`; `study="centi"` gives Centi (2020), of unknown N.
+    """The layer coefficients of the paper's own Bullet model as a `LayerTable`.
+
+    table, grid: as for `laboratory`; study: "numerical", or "centi" for Centi (2020), of unknown N.
     """
     if study not in ("numerical", "centi"):
         raise InputError(f"study = {study!r}; known studies are 'numerical' and 'centi'")

@@ -81,9 +81,9 @@ class Unit:
 class Cubipod(Unit):
     """Cube with a truncated square pyramid on each face: reconstructed, to be confirmed against the Cubipod Manual.
 
-    side L [m], or nominal_diameter Dn [m] in its place (neither given: L = 1 m). Height, base and top of the
-    protrusions in units of L. The defaults are the only simple fractions which fit Dn = 1.07 m for L = 1 m and
-    the first layer coefficient 1.298 of the paper (section 4): volume 39/32 L^3, Dn = 1.0682 L.
+    side: L of the cube, 1 m where nothing is given [m]; nominal_diameter: Dn, in place of the side [m]; protrusion_height,
+    protrusion_base, protrusion_top: of the pyramids [L]. The defaults are the only simple fractions which fit Dn = 1.07 m for L
+    = 1 m and the first layer coefficient 1.298 of the paper (section 4): volume 39/32 L^3, Dn = 1.0682 L.
     """
 
     side: float
@@ -170,7 +170,7 @@ class Cubipod(Unit):
 
 @dataclass(frozen=True, init=False)
 class Cube(Unit):
-    """A plain cube of the given side [m], or nominal_diameter, which is the same."""
+    """A plain cube. side: 1 m where nothing is given [m]; nominal_diameter: the same, in its place [m]."""
 
     side: float
 

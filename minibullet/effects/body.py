@@ -53,7 +53,7 @@ class Gravity(ConstantForce):
         about="acceleration of gravity",
         typical=((9.81, "middle latitudes, at sea level"),),
     )
-    direction: tuple = (0.0, 0.0, -1.0)  # where things fall to, any length, world frame (3,)
+    direction: tuple = (0.0, 0.0, -1.0)  # where things fall to, any length, world frame, (3,) [-]
     formula = "F = m g d"
     isotropic = False
 

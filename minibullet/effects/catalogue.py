@@ -47,8 +47,8 @@ def library() -> dict[str, type[Effect]]:
 def load_effects(path) -> dict[str, type[Effect]]:
     """Name -> class of every effect that a Python file defines, each checked by ``check_effect`` at its default values.
 
-    Classes whose names begin with an underscore are left out. InputError names file, line and remedy. The file is run as code:
-    load only files that you trust.
+    path: of the file. Classes whose names begin with an underscore are left out. InputError names file, line and remedy. The
+    file is run as code: load only files that you trust.
     """
     path = Path(path)
     kinds = _defined(_run(path), Effect)

@@ -30,8 +30,8 @@ class Report:
 def check_effect(effect: Effect) -> Report:
     """Try an effect on sample bodies and contacts and return a Report; EffectError names the effect and the first rule it breaks.
 
-    It is tried as it is, and with every number that stands at its null value moved well inside its bounds, so that
-    ``check_effect(MyDrag())`` tells the whole truth.
+    effect: a value of an Effect of yours. It is tried as it is, and with every number that stands at its null value moved well
+    inside its bounds, so that ``check_effect(MyDrag())`` tells the whole truth.
     """
     if not isinstance(effect, Effect):
         hint = " (a class; make a value with parentheses)" if isinstance(effect, type) and issubclass(effect, Effect) else ""

@@ -68,7 +68,7 @@ LETTERS = re.compile(r"[A-Za-z]\w*")
 
 
 class EffectError(InputError):
-    """An effect breaks a rule of the contract; `effect` is its name, `rule` the rule's name, the message says what to do."""
+    """An effect breaks a rule of the contract. effect: its name; rule: the rule's name; message: what to do."""
 
     def __init__(self, effect: str, rule: str, message: str):
         super().__init__(f"{effect} breaks the rule '{rule}': {message}")
@@ -103,7 +103,11 @@ class Parameter(NamedTuple):
 
 
 def parameter(default, *, unit, low=None, high=None, null=None, source="", **more):
-    """A number of an effect, as a dataclass field that knows its unit, bounds and null value; more: other fields of Parameter."""
+    """A number of an effect, as a dataclass field that knows its unit, bounds and null value.
+
+    default: value where none is given; unit: SI unit in words such as "kg/m3", "-" for a pure number; low, high: plausible range;
+    null: value at which the effect is absent; source: where value or bounds come from; more: other fields of Parameter.
+    """
     known = Parameter("", default, unit, low, high, null, source, **more)
     return dataclasses.field(default=default, metadata={"parameter": known})
 

@@ -119,7 +119,7 @@ class WallDrag(DragModifier):
         typical=((1.0, "sphere in creeping flow"),),
     )
     wall_height: float = parameter(0.0, unit="m", given=True, about="of the wall, along its normal")
-    wall_normal: tuple = (0.0, 0.0, 1.0)  # out of the wall, where normal . x = wall_height, world frame (3,)
+    wall_normal: tuple = (0.0, 0.0, 1.0)  # out of the wall, where normal . x = wall_height, world frame, (3,) [-]
     through: tuple = ()  # the drags that feel the wall
     plain = "more {fluid} resistance near a wall or a floor"
     formula = "F = multiplier (9/16) (r/h) (D + D_n)"

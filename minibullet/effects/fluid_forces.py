@@ -30,7 +30,7 @@ class Buoyancy(ConstantForce):
         typical=((1.2, "air"), (1000.0, "fresh water"), (1025.0, "sea water")),
     )
     acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True, symbol="g", about="acceleration of gravity")
-    direction: tuple = (0.0, 0.0, -1.0)  # of gravity, any length, world frame (3,)
+    direction: tuple = (0.0, 0.0, -1.0)  # of gravity, any length, world frame, (3,) [-]
     plain = "the lift of the displaced {fluid}"
     formula = "F = -rho V g d"
     looks_like = (
@@ -204,7 +204,7 @@ class GroundCushion(FluidForce):
     )
     fluid_density: float = density(AIR_DENSITY)
     ground_height: float = parameter(0.0, unit="m", given=True, about="of the plane, along its normal")
-    ground_normal: tuple = (0.0, 0.0, 1.0)  # out of the ground, where normal . x = ground_height, world frame (3,)
+    ground_normal: tuple = (0.0, 0.0, 1.0)  # out of the ground, where normal . x = ground_height, world frame, (3,) [-]
     plain = "the cushion of {fluid} below a body that lands"
     formula = "F = multiplier (3/8) pi rho r^2 (r/h)^4 w_n^2"
     looks_like = (

@@ -65,7 +65,7 @@ class SweptBall(Centred):
 class Sphere(SweptBall):
     """A ball of the given radius [m]."""
 
-    radius: float
+    radius: float  # of the ball [m]
 
     def __post_init__(self):
         check_lengths("sphere", radius=self.radius)
@@ -75,9 +75,9 @@ class Sphere(SweptBall):
 class Box(Centred):
     """A cuboid with full edge lengths x, y, z [m]."""
 
-    x: float
-    y: float
-    z: float
+    x: float  # edge along x [m]
+    y: float  # edge along y [m]
+    z: float  # edge along z [m]
 
     def __post_init__(self):
         check_lengths("box", x=self.x, y=self.y, z=self.z)
@@ -109,8 +109,8 @@ class Box(Centred):
 class Capsule(SweptBall):
     """A ball of the given radius swept along a segment of the given length on the x axis [m]."""
 
-    radius: float
-    length: float
+    radius: float  # of the ball [m]
+    length: float  # of the segment on the x axis [m]
 
     def __post_init__(self):
         check_lengths("capsule", radius=self.radius, length=self.length)
@@ -127,9 +127,9 @@ class Cylinder(Centred):
     The prism's corners lie on the circle: lying on a side it is lower by radius (1 - cos(pi/sides)), 0.5 % for 32.
     """
 
-    radius: float
-    height: float
-    sides: int = 32
+    radius: float  # of the round faces [m]
+    height: float  # along z [m]
+    sides: int = 32  # of the prism that it touches as [-]
 
     def __post_init__(self):
         check_lengths("cylinder", radius=self.radius, height=self.height)
