@@ -312,7 +312,11 @@ class _Site:
         inside = layer_placement.in_place(_heights(kept, self.bed), self.level, self.dn)
         stands = [handle for handle, there in zip(kept, inside, strict=True) if there]
         record = replace(
-            record, handles=(*kept, *hung.handles), standing=(*stands, *record.standing), added=len(hung.handles), covered=int(hidden.sum())
+            record,
+            handles=(*kept, *hung.handles),
+            standing=(*stands, *record.standing),
+            added=len(hung.handles),
+            covered=int(hidden.sum()),
         )
         return record, np.concatenate([aims[filled], places[extra], gaps])
 
