@@ -61,8 +61,8 @@ class LinearDrag(ViscousDrag):
     Of a sphere in creeping flow the rate is 6 pi eta r/m, and StokesDrag finds the viscosity eta itself.
     """
 
-    # as much as a drag coefficient of 2.5 at 10 m/s
-    rate: float = parameter(0.0, unit="1/s", low=0.0, high=25.0, null=0.0, bounds_in="drag")
+    # as much as a drag coefficient of 2.5 at the speed of the body
+    rate: float = parameter(0.0, unit="1/s", low=0.0, high=2.5, null=0.0, bounds_in="drag at speed")
     plain = "{fluid} resistance in proportion to the speed"
 
     def resistance(self, bodies):
@@ -143,7 +143,7 @@ class Buoyancy(ConstantForce):
     fluid, F = rho V g upwards. Archimedes, On Floating Bodies.
     """
 
-    fluid_density: float = parameter(0.0, unit="kg/m3", low=0.0, high=1100.0, null=0.0, source="air to brine")
+    fluid_density: float = parameter(0.0, unit="kg/m3", low=0.0, high=1100.0, null=0.0, source="air to brine", least=0.0)
     acceleration: float = parameter(STANDARD_GRAVITY, unit="m/s2", given=True)
     direction: tuple = (0.0, 0.0, -1.0)  # of gravity, any length, world frame (3,)
     plain = "the lift of the displaced {fluid}"
