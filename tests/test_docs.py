@@ -47,4 +47,4 @@ def test_readme_lines_are_the_ones_that_are_run():
     lines = [
         line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines() if line.startswith("python3 -m venv ")
     ]
-    assert [line.rsplit(" && ", 1)[1] for line in lines] == [".venv/bin/hlcs demo --out out", ".venv/bin/python -m pytest"]
+    assert [line.rsplit(" && ", 1)[1] for line in lines] == [".venv/bin/hlcs demo --out out", ".venv/bin/python -m pytest -n 2"]

@@ -25,6 +25,7 @@ REACH = (
     10.0  # half of the lines after it [standard errors]: chi2 rises by 100, far above what fits of the segments leave (5 to 30)
 )
 LINES = 4  # through a number at most, until a short one has the minimum inside
+GROWN = 3  # at one value of so many initial states are also sought from the samples anew: its neighbours take them over
 EXCHANGES = 3  # rounds in which segments try the initial states of the neighbouring values
 ROUNDS = 4  # steps of the initial states in each of them
 TAIL = 0.95  # of Student's law, at which an error from few segments is told as one from many
@@ -80,19 +81,23 @@ def fit(problem, model, initial_states):
 
 
 def centred(problem, fit, index, thorough=True):
-    """(Fit where one number is at the common minimum of all segments, the Reading there or None where none is found)."""
+    """(Fit where one number is at the common minimum of all segments, the Reading there or None where none is found).
+
+    thorough: of a fit that stands at the minimum of quick lines already, so that its first line is a short one.
+    """
     free = free_numbers(fit.model)[index]
-    reach, short = WIDE * min(free.high - free.low, 1e3), False
+    wide, error = WIDE * min(free.high - free.low, 1e3), float(np.sqrt(max(fit.covariance[index, index], 0.0)))
+    short = thorough and 0.0 < REACH * error < wide
+    reach = REACH * error if short else wide
     for _ in range(LINES):
         line = along(problem, fit, index, reach, thorough)
         reading = read(line, freedom_of(problem))
-        lowest = line.offsets[np.argmin(line.chi2.sum(axis=1))]
-        if reading is not None and line.offsets[0] < reading.offset < line.offsets[-1]:
-            if short:
-                return moved(problem, fit, index, line, reading.offset), reading
-            lowest = reading.offset
-            reach, short = REACH * reading.bare, True
+        inside = reading is not None and line.offsets[0] < reading.offset < line.offsets[-1]
+        if inside and short:
+            return moved(problem, fit, index, line, reading.offset), reading
+        lowest = reading.offset if inside else line.offsets[np.argmin(line.chi2.sum(axis=1))]
         fit = moved(problem, fit, index, line, lowest)
+        short, reach = inside, REACH * reading.bare if inside else wide
     return fit, None
 
 
@@ -122,9 +127,11 @@ def along(problem, fit, index, reach, thorough):
         improve_for(ROUNDS, problem, model, states, whole)
         return chi2_over(problem, model, states, everyone, whole), states
 
-    def first(model):
-        options = [improved(model, fit.initial_states)]
-        return best([*options, improved(model, grown_states(problem, model, everyone))] if thorough else options)
+    def first(place):
+        options = [improved(models[place], fit.initial_states)]
+        if thorough and place % GROWN == GROWN // 2:
+            options.append(improved(models[place], grown_states(problem, models[place], everyone)))
+        return best(options)
 
     def exchanged(place):
         options = [results[place]]
@@ -134,7 +141,7 @@ def along(problem, fit, index, reach, thorough):
                 options.append((chi2_over(problem, models[place], states, everyone, whole), states))
         return best([options[0], improved(models[place], best(options)[1])])
 
-    results = problem.batched([lambda model=model: first(model) for model in models])
+    results = problem.batched([lambda place=place: first(place) for place in range(len(models))])
     for _ in range(EXCHANGES if thorough else 0):
         results = problem.batched([lambda place=place: exchanged(place) for place in range(len(models))])
     chi2, states = (np.array(part) for part in zip(*results, strict=True))
