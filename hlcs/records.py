@@ -1,12 +1,11 @@
 """What `compare` and `diagnose` answer: frozen values that print, draw, save and speak JSON."""
 
-import shlex
 from dataclasses import asdict, dataclass, field
 from enum import Enum
 from typing import Any, NamedTuple
 
-from hlcs.data.model_entries import found_entry, withheld
-from hlcs.files.documents import plain, toml_value
+from hlcs.data.model_entries import found_entry, to_add
+from hlcs.files.documents import plain
 from hlcs.rendering import Result, table_of
 
 VERDICTS = {
@@ -222,41 +221,20 @@ class Diagnosis(Judgement):
 
     @property
     def add(self):
-        """What to write and to type next, {toml, next, file, fill_in, effect_file}; None where nothing was found to add.
-
-        effect_file: name of the file that holds the learned law, beside the mended experiment; None where none is added.
-        """
-        if not self.additions:
-            return None
-        written, fill_in = self.mended or self.experiment, {}
-        command = written.command if written else ""
-        for name in self.effects:
-            fill_in |= withheld(name, self.parameters.get(name, {}))
-        if command and self.law and not self.mended:
-            command += f" --effects {shlex.quote(str(written.file.path.parent / self.law.file_name))}"
-        return {
-            "toml": ", ".join(map(toml_value, self.additions)),
-            "next": command or "hlcs.compare(diagnosis.apply(experiment))",
-            "file": str(written.file.path) if command else None,
-            "fill_in": fill_in,
-            "effect_file": self.law.file_name if self.law else None,
-        }
+        """What to write and to type next (`data.model_entries.to_add`); None where nothing was found to add."""
+        holder = self.mended or self.experiment
+        return to_add(self.additions, self.parameters, self.effects, holder, self.law, bool(self.mended))
 
     def apply(self, experiment):
         """Another Experiment, with what was found added to its model; the first is unchanged.
 
-        A number that was withheld stands in it as "fill in", and has to be replaced before it can be compared. A learned law is
-        added too; its effect file is written beside the Experiment when that is saved. Where nothing was found it is the same
-        Experiment.
+        A number that was withheld stands in it as "fill in", and has to be replaced before it can be compared. The file of a
+        learned law is written when it is saved. Where nothing was found it is the same Experiment.
         """
-        if not self.additions:
-            return experiment
         own = self.experiment.user_effects if self.experiment else ()
-        if self.law is None:
-            return experiment.with_effects(self.entries, own)
-        return experiment.with_effects(self.additions, (*own, self.law.kind)).with_effects_text(
-            self.law.file_name, self.law.effect_file
-        )
+        if law := self.law:
+            return experiment.with_effects(self.additions, (*own, law.kind)).with_effects_text(law.file_name, law.effect_file)
+        return experiment.with_effects(self.entries, own) if self.effects else experiment
 
     def to_json(self):
         """The result of `diagnose --json` as a dictionary of plain numbers and texts."""

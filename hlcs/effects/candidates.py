@@ -21,6 +21,9 @@ KNOWN = (
     0.05  # relative error of a fluid density that a file states: temperature, salt, pressure; where none is stated any gas may be
 )
 BEYOND = 1.1  # times what a file states: plausible, though the law's own range ends below
+FAST = 10.0  # speed of a body whose speed is not known, for what a drag in proportion to it may be [m/s]
+FAR = 2.0  # times that error: beyond it a number contradicts the file
+DENSITY = "fluid_density"  # the number that a file states under the same name
 VISCOSITY = "viscosity"  # the number that a file states as fluid_viscosity
 OF_VISCOSITY = 0.2  # relative error of a stated viscosity: that of glycerine falls by 8 % for each degree
 VACUUM = 1e-3  # part of its plausible range that a number of a fluid may have where the file states a vacuum
@@ -218,14 +221,28 @@ def in_doubt(entry, number, error):
     return replace(entry, free=tuple(free), doubted=True)
 
 
-def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own=False, extent=1.0):
-    """The Candidate of an effect class for a rigid body whose mass and size are known or not; extent: range of heights [m].
+def speed_of_drag(surroundings, body, speed):
+    """Speed [m/s] at which a drag coefficient of 2.5 slows a body as much as is plausible at the fastest that it was, `speed`.
+
+    In a gas the coefficient is 24/Re more where the flow creeps (G. G. Stokes 1851); a liquid may have any viscosity.
+    """
+    if not speed or surroundings.in_liquid or not surroundings.fluid_density:
+        return FAST
+    viscosity = surroundings.fluid_viscosity or AIR_VISCOSITY
+    return speed + 24 / 2.5 * viscosity / (2 * body.radius * surroundings.fluid_density)
+
+
+def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own=False, extent=1.0, speed=0.0):
+    """The Candidate of an effect class for a rigid body whose mass and size are known or not.
+
+    extent: range of heights [m]; speed: the fastest that the body was, 0 = not known [m/s].
 
     What the file states is believed: the density of its fluid, and that nothing of a fluid acts in a vacuum.
     """
     free, vacuum = [], kind.group == "fluid" and surroundings.fluid_density == 0.0
     drag = 0.5 * surroundings.fluid_density * body.area / body.mass if body_known and not vacuum else 0.2
-    scales = {"": 1.0, "radius": body.radius, "drag": drag, "extent": extent, "per extent": 1 / extent}
+    fast = speed_of_drag(surroundings, body, speed) if body_known else FAST
+    scales = {"": 1.0, "radius": body.radius, "drag at speed": drag * fast, "extent": extent, "per extent": 1 / extent}
     for name, known in parameters(kind).items():
         if known.given or known.body_known not in (None, body_known):
             continue
@@ -240,6 +257,8 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
             stated, error = surroundings.fluid_viscosity, OF_VISCOSITY * surroundings.fluid_viscosity
         if stated is not None:
             high = max(high, BEYOND * stated)
+        if name == DENSITY and surroundings.fluid_stated and not vacuum:
+            low, high = ((1 + sign * FAR * KNOWN) * stated for sign in (-1, 1))  # a lighter fluid contradicts the file as well
         if known.in_liquid and surroundings.in_liquid:
             stated, error = known.in_liquid
         ends, certain = (known.least, known.most), surroundings.in_liquid and stated is not None

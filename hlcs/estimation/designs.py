@@ -16,7 +16,7 @@ BY_HAND = 20.0  # speed that an arm gives a body [m/s]
 HIGH = 10.0  # of a stairwell, the highest that most laboratories have; as long is a hall [m]
 DEEP = 2.0  # the deepest tank that most laboratories have [m]
 FURTHER = 4.0  # times as far as anything has gone that was recorded: one camera with the same noise sees no more
-CLEAR = 0.05  # gap below which a body stands on its floor rather than above it, in bounding radii
+STANDING_GAP = 0.05  # gap below which a body stands on its floor rather than above it, in bounding radii
 SLOPING = np.radians(0.5)  # slope from which a floor is a board that was tilted on purpose
 STEEPEST = np.radians(45.0)  # of a board
 SPEEDS = ((0.25, "a quarter as fast"), (0.5, "half as fast"), (2.0, "twice as fast"), (4.0, "four times as fast"))
@@ -103,7 +103,7 @@ def _heights(trial, start):
     shape = rigid_body(trial.body).shape
     gap = contact_motion.gap(shape, start[:3], start[6:10], trial.surroundings) / trial.surroundings.floor_normal[2]
     found = []
-    if np.linalg.norm(start[3:6]) > AT_REST or not CLEAR * shape.bounding_radius < gap < np.inf:
+    if np.linalg.norm(start[3:6]) > AT_REST or not STANDING_GAP * shape.bounding_radius < gap < np.inf:
         return found
     for factor, word in ((0.5, "half"), (2.0, "twice")):
         raised = (factor - 1) * gap

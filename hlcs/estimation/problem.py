@@ -16,7 +16,7 @@ from hlcs.estimation.whitening import colour, whiten
 from hlcs.simulation.batching import run_tasks
 from hlcs.simulation.initial_state import stepped
 
-CLEAR = 20.0  # norm of the white change of the observations at which a derivative through contacts stands clear of their noise
+LEAST_CHANGE = 20.0  # white norm of the change of the observations from which a derivative through contacts shows
 WIDE = 0.05  # widest step of a derivative through contacts, part of the range of the number
 
 
@@ -107,9 +107,9 @@ class Problem:
         while True:
             step = -amount if value + amount > free.most else amount
             changes = change(step, initial_states)
-            if to is not None or not self.simulator.contact or not size(changes) < CLEAR or amount >= widest:
+            if to is not None or not self.simulator.contact or not size(changes) < LEAST_CHANGE or amount >= widest:
                 break
-            amount = min(amount * float(np.clip(1.5 * CLEAR / max(size(changes), 1e-9), 2.0, 30.0)), widest)
+            amount = min(amount * float(np.clip(1.5 * LEAST_CHANGE / max(size(changes), 1e-9), 2.0, 30.0)), widest)
         if to is None:
             self.difference_steps[name, free.name] = min(amount, widest * WIDE / reach)
         moves = [np.zeros(columns.shape[1]) for columns in linear.state_columns]

@@ -18,7 +18,7 @@ from minibullet import rotations
 NODES = 160  # moments of a recording between which a force is a straight line: ten a period at 16 periods a recording
 SMALLEST = 1e-3  # singular values kept, relative to the largest: falling as 1/j^2, those of the first thirty half waves
 LONG = 12  # samples of a stretch between impacts: double the numbers of its start
-CLEAR = 3.0  # standard deviations by which the rows of an octave stand above noise where they show a force
+FORCE_ABOVE_NOISE = 3.0  # standard deviations by which the rows of an octave stand above noise where they show a force
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def rows_with_force(flights):
     octave = np.floor(np.log2(strength.max() / strength)).astype(int)
     count = np.bincount(octave)
     excess = np.bincount(octave, np.concatenate([flight.residual**2 for flight in flights])) - count
-    return (excess > CLEAR * np.sqrt(2 * count))[octave]
+    return (excess > FORCE_ABOVE_NOISE * np.sqrt(2 * count))[octave]
 
 
 def _corrected(flight, variance):

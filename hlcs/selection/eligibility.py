@@ -91,7 +91,7 @@ def candidates_for(measurement, contact, names=None, own=()):
     why = with_drag_that_fits(why, first.body, first.surroundings, shown.fastest)
     heights = np.concatenate([trial.position[:, 2] for trial in measurement.trials])
     extent = float(np.nanmax(heights) - np.nanmin(heights)) if np.isfinite(heights).any() else 1.0
-    found, absent = eligible(why, first.body, first.surroundings, shown.drag_known, own, max(extent, 1e-3))
+    found, absent = eligible(why, first.body, first.surroundings, shown.drag_known, own, max(extent, 1e-3), shown.fastest)
     sessions = sorted({trial.session for trial in measurement.trials} - {""})
     found = [each_session(entry, sessions) for entry in found]
     if error := measurement.file.scale_error:
@@ -99,10 +99,10 @@ def candidates_for(measurement, contact, names=None, own=()):
     return found, absent
 
 
-def eligible(why, body, surroundings, body_known, own, extent=1.0):
+def eligible(why, body, surroundings, body_known, own, extent=1.0, speed=0.0):
     """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}."""
-    solid = rigid_body(body)
-    found = [candidate(kind, surroundings, solid, body_known, kind in own, extent) for kind, text in why.items() if not text]
+    known = surroundings, rigid_body(body), body_known
+    found = [candidate(kind, *known, kind in own, extent, speed) for kind, text in why.items() if not text]
     return sorted(found, key=lambda entry: entry.name), {name_of(kind): text for kind, text in why.items() if text}
 
 

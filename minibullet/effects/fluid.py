@@ -69,14 +69,14 @@ class LinearDrag(ViscousDrag):
     Of a sphere in creeping flow the rate is 6 pi eta r/m, and StokesDrag finds the viscosity eta itself.
     """
 
-    # as much as a drag coefficient of 2.5 at 10 m/s
+    # as much as a drag coefficient of 2.5 at the speed of the body
     rate: float = parameter(
         0.0,
         unit="1/s",
         low=0.0,
-        high=25.0,
+        high=2.5,
         null=0.0,
-        bounds_in="drag",
+        bounds_in="drag at speed",
         about="force over momentum",
         typical=((0.037, "a tennis ball in air at 2 m/s, as much as drag coefficient 0.5 there"),),
     )

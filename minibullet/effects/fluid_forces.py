@@ -25,6 +25,7 @@ class Buoyancy(ConstantForce):
         high=1100.0,
         null=0.0,
         source="air to brine",
+        least=0.0,
         symbol="rho",
         about="density of the fluid",
         typical=((1.2, "air"), (1000.0, "fresh water"), (1025.0, "sea water")),

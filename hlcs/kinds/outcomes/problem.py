@@ -258,7 +258,8 @@ def table_candidates(file, table, names, own):
     if known:
         first = outcome_motion.row_setup(file, table.inputs, int(np.argmax(table.inputs.get("radius_m", np.zeros(1)))))
         why = with_drag_that_fits(why, first.body, first.surroundings, fastest_row(file, table))
-    return eligible(why, file.body, file.surroundings, known or known_to_drag(file.body), own, extent)
+    speed = fastest_row(file, table)
+    return eligible(why, file.body, file.surroundings, known or known_to_drag(file.body), own, extent, speed)
 
 
 def prepare_table(file, table, own=()):

@@ -67,10 +67,22 @@ def test_what_the_file_states_of_its_fluid_is_believed():
     """A stated density to 5 %, one left out as that of some gas, and in a vacuum no number of a fluid."""
     (stated,) = candidate(effects.Buoyancy, FLOOR, BALL, True).free
     assert (stated.expected, stated.spread, stated.null) == (998.0, pytest.approx(0.05 * 998), 0.0)
+    assert [stated.plausible(value) for value in (880.0, 910.0, 1090.0, 1110.0)] == [False, True, True, False]  # both ways
+    assert stated.least == 0.0 and stated.usual == "898.2 to 1097.8 kg/m3"  # no wall: the law goes down to no fluid
     (left_out,) = candidate(effects.Buoyancy, Surroundings(), BALL, True).free
     assert left_out.expected == left_out.spread == 1.2 and left_out.surprise(870.0) > 25
     (vacuum,) = candidate(effects.QuadraticDrag, Surroundings(fluid_density=0.0), BALL, True).free
     assert vacuum.expected == 0.0 and vacuum.surprise(0.47) > 15
+
+
+def test_a_drag_in_proportion_to_speed_is_plausible_as_far_as_mass_size_and_fluid_allow():
+    """Of a tennis ball at 1 m/s as a coefficient of 2.5; of a speck of dust in creeping flow 6 pi eta r/m (Stokes)."""
+    tennis, speck = (rigid_body(Body("sphere", radius=r, mass=m)) for r, m in ((0.0335, 0.0577), (2e-5, 8.4e-11)))
+    (slow,) = candidate(effects.LinearDrag, Surroundings(), tennis, True, speed=1.0).free
+    per_metre = 0.5 * 1.2 * pi * 0.0335**2 / 0.0577
+    assert slow.plausible(2.5 * per_metre) and not slow.plausible(10 * 0.47 * per_metre)
+    (creeping,) = candidate(effects.LinearDrag, Surroundings(), speck, True, speed=1e-3).free
+    assert creeping.plausible(6 * pi * 1.8e-5 * 2e-5 / 8.4e-11)
 
 
 def test_what_the_surroundings_say_is_filled_in_where_nothing_else_is_said():

@@ -15,7 +15,6 @@ TIMES = [np.linspace(0.0, 1.0 + k, 10) for k in range(4)]
 def fits(slopes, noise, generator, groups=("a", "b", "a", "b")):
     values = [slope * t + noise * generator.standard_normal(10) for slope, t in zip(slopes, TIMES, strict=True)]
     problem = Line(TIMES, values, noise, list(groups))
-    problem.unit, problem.noise = "m", type("Known", (), {"position": noise, "orientation": None})
     return problem, problem.fit(Model()), problem.fit(model(1.0))
 
 

@@ -47,11 +47,22 @@ def test_the_viscosity_is_found_from_times(tmp_path, rate, others):
     assert found.parameters["stokes_drag"]["viscosity"]["value"] == pytest.approx(ETA, rel=0.02)
 
 
-@pytest.mark.parametrize(("rate", "start"), [(10.0, ""), (100.0, ""), (100.0, "start = { velocity = [0.0, 0.0, 0.0] }\n")])
-def test_the_viscosity_is_found_from_recordings_of_a_sphere_that_sinks(tmp_path, rate, start):
+AT_REST = "start = { velocity = [0.0, 0.0, 0.0] }\n"
+
+
+@pytest.mark.parametrize(
+    ("rate", "way", "start", "others"),
+    [
+        (10.0, 0.3, "", ["quadratic_drag"]),
+        (100.0, 0.3, "", ["quadratic_drag"]),
+        (1000.0, 0.05, "", []),  # 6 s at 8 mm/s: at its final speed from the first millisecond on
+        (100.0, 0.3, AT_REST, ["quadratic_drag"]),
+    ],
+)
+def test_the_viscosity_is_found_from_recordings_of_a_sphere_that_sinks(tmp_path, rate, way, start, others):
     """What the file states of the liquid is found beside it: its lift, and the fluid that moves along where the data show it."""
     radius, mass, k, g = sphere(rate, 1.0, 0.5)
-    draw, times, text = np.random.default_rng(1), np.linspace(0.0, 0.3 * k / g + 1 / k, 60), ""
+    draw, times, text = np.random.default_rng(1), np.linspace(0.0, way * k / g + 1 / k, 60), ""
     for index in range(4):
         heights = 1 - sunk(times, k, g) + 0.0005 * draw.standard_normal(60)
         rows = "".join(f"{t:.6f},{z:.6f}\n" for t, z in zip(times, heights, strict=True))
@@ -59,7 +70,7 @@ def test_the_viscosity_is_found_from_recordings_of_a_sphere_that_sinks(tmp_path,
         text += f'[[trial]]\nfile = "{index}.csv"\ngroup = "{index % 2}"\n{start}'
     path = tmp_path / "e.toml"
     path.write_text(head("trajectory", radius, mass, "[measurement]\nnoise = { position = 0.0005 }\n" + text))
-    found = hlcs.diagnose(path, candidates=["stokes_drag", "linear_drag", "quadratic_drag", "buoyancy", "added_mass"])
+    found = hlcs.diagnose(path, candidates=["stokes_drag", "linear_drag", "buoyancy", "added_mass", *others])
     assert found.verdict == "effect" and {"stokes_drag", "buoyancy"} <= set(found.effects) <= {
         "stokes_drag",
         "buoyancy",
