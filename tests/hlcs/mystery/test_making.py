@@ -44,7 +44,7 @@ def test_the_same_request_gives_the_same_bytes_and_another_seed_others():
 def test_strength_is_the_misfit_of_the_model_over_the_noise(strength, tmp_path):
     """The noise adds to it as squares do: sqrt(strength2 + 1). Five per cent: the strength holds to first order in the starts;
     and 2500 samples tell their own noise to 1.4 %."""
-    error = hlcs.compare(mystery.make("uniform_flow", strength, SEED, tmp_path / "case")).error
+    error = hlcs.compare(mystery.make("clock_offset", strength, SEED, tmp_path / "case")).error
     assert error["rms"] / error["noise"] == pytest.approx(np.hypot(strength, 1.0), rel=0.05)
     assert FINEST <= mystery.answer(tmp_path / "case")["noise"]["position"] <= COARSEST
 
