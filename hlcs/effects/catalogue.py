@@ -12,7 +12,7 @@ from minibullet.effects.contract import Facts, Parameter, name_of, parameters, s
 FLUID = "fluid"  # what plain words call the surroundings where none are given
 BOUNDS_IN = {  # what bounds are multiples of, in words
     "radius": "times the radius of the body",
-    "drag": "times rho A/(2 m) at 1 m/s",
+    "drag at speed": "times rho A/(2 m) at the speed of the body",
     "extent": "times the range of heights",
     "per extent": "over the range of heights",
 }

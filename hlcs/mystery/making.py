@@ -61,7 +61,7 @@ def across(first, second):
 
 OFFERS = {
     "quadratic_drag": Offer(scenes.tower, plain("drag_coefficient"), 0.40, 0.50, "The air resists the balls."),
-    "uniform_flow": Offer(scenes.gallery, across("velocity_x", "velocity_y"), 0.2, 2.5, "There was a draught: the air moved."),
+    "uniform_flow": Offer(scenes.tank, across("velocity_x", "velocity_y"), 0.003, 0.06, "The water was not at rest."),
     "magnus": Offer(
         scenes.spinning, plain("coefficient"), 0.15, 1.0, "The spin bends the flight; its side changes with the spin."
     ),
@@ -79,9 +79,6 @@ OFFERS = {
         scenes.gymnasium, plain("exponent"), 0.02, 0.2, "The faster the impact, the smaller the share of speed that comes back."
     ),
     "rolling_friction": Offer(scenes.boards, plain("arm"), 2e-5, 6e-4, "The ball sinks a hair into the board and pays for it."),
-    "added_mass": Offer(
-        scenes.tank, plain("coefficient"), 0.45, 0.55, "Water is set in motion with the ball, which starts slower."
-    ),
 }
 
 

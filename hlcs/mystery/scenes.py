@@ -106,12 +106,12 @@ def hallway(rng):
     size, mass = pick(rng, (([0.12, 0.08, 0.04], 0.27), ([0.2, 0.15, 0.05], 1.05), ([0.12, 0.08, 0.04], 0.43)))
     body, floor = motion.block(size, mass, AIR), motion.Floor(np.array([0.0, 0.0, 1.0]), 0.3, 0.0)
     trials = []
-    for turn, speed in enumerate(spread(rng, 0.8, 2.8, 9)):
+    for turn, speed in enumerate(spread(rng, 0.8, 2.4, 7)):
         way = heading(rng, turn)
         lies = np.round(motion.quaternion(np.array([0.0, 0.0, np.arctan2(way[1], way[0])])), 8)
         start = motion.Start(place(rng, 0.05, size[2] / 2), speed * way, lies, AT_REST)
         seconds = speed / (0.3 * motion.GRAVITY) + 0.2
-        trials.append(Trial(session(turn, 9), start, ("orientation", "angular_velocity"), seconds, floor))
+        trials.append(Trial(session(turn, 7), start, ("orientation", "angular_velocity"), seconds, floor))
     return Scene(
         "floor",
         "A block launched along a floor, to four sides",
@@ -124,14 +124,14 @@ def hallway(rng):
 
 
 def gymnasium(rng):
-    """Balls dropped without spin on a level floor, followed over two or three bounces."""
+    """Balls dropped without spin on a level floor, followed over two bounces."""
     radius, mass = pick(rng, ((0.0335, 0.0577), (0.11, 0.43), (0.03, 0.027)))
     body, floor = motion.ball(radius, mass, AIR), motion.Floor(np.array([0.0, 0.0, 1.0]), 0.5, 0.75)
     trials = []
-    for turn, height in enumerate(spread(rng, 0.25, 1.8, 8)):
+    for turn, height in enumerate(spread(rng, 0.25, 1.4, 7)):
         start = motion.Start(place(rng, 0.2, height + radius), AT_REST, UPRIGHT, AT_REST)
-        seconds = np.sqrt(2 * height / motion.GRAVITY) * (1 + 2 * 0.75 + 2 * 0.75**2)
-        trials.append(Trial(session(turn, 8), start, ("velocity", "angular_velocity"), seconds, floor))
+        seconds = np.sqrt(2 * height / motion.GRAVITY) * (1 + 2 * 0.75 + 0.75**2)
+        trials.append(Trial(session(turn, 7), start, ("velocity", "angular_velocity"), seconds, floor))
     return Scene(
         "floor",
         "Balls dropped on a floor, followed over their first bounces",
@@ -147,13 +147,13 @@ def boards(rng):
     """A ball let go on gently inclined boards that fall to four sides."""
     radius, mass = pick(rng, ((0.02, 0.26), (0.03, 0.12), (0.06, 0.35)))
     body, trials = motion.ball(radius, mass, AIR), []
-    for turn, slope in enumerate(spread(rng, 1.0, 6.0, 8)):
+    for turn, slope in enumerate(spread(rng, 1.0, 6.0, 7)):
         slope, way = np.deg2rad(slope), heading(rng, turn)
         normal = np.round(np.sin(slope) * way + [0.0, 0.0, np.cos(slope)], 8)
         start = motion.Start(np.round(radius * normal, 6), AT_REST, UPRIGHT, AT_REST)
-        seconds = min(np.sqrt(2 * rng.uniform(0.5, 0.9) / (5 / 7 * motion.GRAVITY * np.sin(slope))), 2.5)
+        seconds = min(np.sqrt(2 * rng.uniform(0.3, 0.6) / (5 / 7 * motion.GRAVITY * np.sin(slope))), 1.8)
         known = ("position", "orientation", "velocity", "angular_velocity")
-        trials.append(Trial(session(turn, 8), start, known, seconds, motion.Floor(normal, 0.6, 0.0)))
+        trials.append(Trial(session(turn, 7), start, known, seconds, motion.Floor(normal, 0.6, 0.0)))
     return Scene(
         "floor",
         "A ball let go on gently inclined boards",
