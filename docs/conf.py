@@ -20,7 +20,15 @@ author = "the hlcs developers"
 copyright = "the hlcs developers, BSD 3-Clause"
 release = version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
 
-extensions = ["sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.viewcode", "numpydoc", "myst_nb", "effect_pages"]
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.viewcode",
+    "numpydoc",
+    "myst_nb",
+    "effect_pages",
+    "api_pages",
+]
 exclude_patterns = ["_build", "_ext", ".jupyter_cache", "jupyter_execute", "**.ipynb_checkpoints"]
 templates_path = ["_templates"]
 default_role = "literal"
@@ -34,7 +42,7 @@ html_sidebars = {"*": []}  # pages without pages below them need no navigation a
 html_static_path = ["_static"]
 html_css_files = ["wide.css"]
 
-myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline"]
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline", "colon_fence"]
 myst_heading_anchors = 3
 nb_execution_mode = "cache"
 nb_execution_raise_on_error = True

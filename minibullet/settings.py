@@ -14,7 +14,7 @@ class Settings:
 
     time_step [s]; friction, restitution: of a contact where the bodies say nothing else [-]; margin: layer around every body
     that its contacts keep open, so two bodies rest two margins apart [m]; linear_damping, angular_damping: share d of a
-    velocity that is lost [-]; damping_law: "bullet" (v (1-d)^dt) or "per_step" (v (1-d), Eq. 6 as printed); solver "exact"
+    velocity that is lost [-]; damping_law: "bullet" (v (1-d)^dt) or "per_step" (v (1-d), equation 6 as printed); solver "exact"
     (Gauss-Seidel, then Newton where it stalls), "gauss_seidel" (never more than ``iterations`` sweeps) or "sequential_impulse"
     (Bullet's way); iterations: most sweeps a step; tolerance: relative residual at which a step counts as solved [-].
     """

@@ -209,10 +209,27 @@ def signature_of(name, value):
     return flat if len(flat) <= 90 else f"{name}(\n" + "".join(f"    {one},\n" for one in given) + ")"
 
 
+def without_arguments(text, names):
+    """A paragraph of a docstring without the clauses that describe arguments, which stand in their table."""
+    if not names:
+        return text
+    lead = rf".*?: (?=(?:{'|'.join(map(re.escape, names))})\b)"
+    pieces = re.split(r"((?<=[^.\d])[;.](?:\s+|$))", " ".join(text.split()))
+    kept = [
+        words + mark
+        for words, mark in zip(pieces[::2], [*pieces[1::2], ""], strict=True)
+        if not names_before(words, names)[0] and not re.match(lead, words)
+    ]
+    return "".join(kept).strip()
+
+
 def prose(value):
     """The docstring as paragraphs, indented lines as code."""
-    lines = []
+    lines, names = [], [one.name for one in arguments(value)] if callable(value) else []
     for part in re.split(r"\n\n+", inspect.getdoc(value) or ""):
+        part = part if part.startswith("    ") else without_arguments(part, names)
+        if not part:
+            continue
         code = part.startswith("    ") or part.startswith(("world = ", "import "))
         lines += [*fence("python", inspect.cleandoc(part)), ""] if code else [plain(" ".join(part.split())), ""]
     return lines

@@ -28,6 +28,47 @@ GLOSSARY = {
 }
 
 
+# words of the documentation beside those of reports
+OTHERS = {
+    "ambiguous": "The verdict that something is missing, and that these data cannot tell which of several effects it is.",
+    "campaign": "Tests made together, by the same people on the same bed. What is off in one campaign is off in all of "
+    "its tests.",
+    "candidate": "An effect that a diagnosis tries.",
+    "cannot judge": "The verdict that the noise is unknown: nobody can say whether a misfit is one.",
+    "certificate": "What each step of the engine publishes of itself: by how much its impulses miss the contact law, "
+    "relative to the velocities, with the contact where they miss it most. Below the tolerance the step counts as solved.",
+    "coefficient of variation, CV": "The standard deviation between tests over their mean.",
+    "contact friction": "The friction coefficient of a pair of surfaces. Bullet multiplies one coefficient of each body: "
+    "its 0.6 and 0.6 make a contact friction of 0.36.",
+    "Cubipod": "An armour unit: a cube with a truncated pyramid on each of its six faces.",
+    "effect": "A physical law, an error of the measurement or a shortcut of the model that may be missing from a model. "
+    "All of them: {doc}`reference/effects/index`.",
+    "experiment file": "A TOML file that says what was dropped, thrown or placed, what was measured, and which model is "
+    "under test.",
+    "falling distance": "How far above the units below it a unit is let go, in nominal diameters.",
+    "group": "Recordings that are held out together, because they may share what is wrong with them: a day, a film.",
+    "hull": "The convex hull of a unit, a simpler body that fills its hollows. Units of hulls cannot interlock.",
+    "identifiable": "A number is identifiable where the data can tell it from all others; effects, where no other "
+    "explains the same.",
+    "layer coefficient": "Thickness of a layer over the nominal diameter, k. The sum over the layers is the height of the "
+    "structure.",
+    "margin": "A layer round each body that contacts keep open, as some engines have it.",
+    "model under test": "What is believed to happen: gravity, and the effects under [model] of the experiment file.",
+    "nominal diameter, Dn": "Edge of the cube that has the volume of the unit.",
+    "null value": "Value of a number at which its effect is exactly absent.",
+    "packing density": "Units of a layer per square of the nominal diameter in plan, 1/(a b) of the spacings of the grid.",
+    "placing density": "Units of a layer per square metre.",
+    "plausible range": "Where a number is expected to lie. A belief and not a wall: a number beyond it is told as such.",
+    "porosity": "Share of the structure that is not concrete.",
+    "prior": "What is believed of a number before the data are seen.",
+    "replicates": "Tests with the same inputs. Their scatter is the noise.",
+    "restitution": "Normal speed after an impact over that before it.",
+    "RPG, TPG": "Rectangular and triangular placement grid.",
+    "sigma": "One standard deviation. A residual of 3 sigma is three times what noise makes as a rule.",
+    "verdict": "The answer of a diagnosis: complete, effect, ambiguous, unexplained or cannot judge.",
+}
+
+
 def used_in(text):
     """{word: explanation} of the words that a text uses."""
     lower = text.lower()
@@ -36,7 +77,12 @@ def used_in(text):
 
 def as_markdown():
     """The page of the documentation."""
-    lines = ["# Words of reports", "", "What `compare` and `diagnose` print. Names, symbols and signs: {doc}`conventions`.", ""]
-    for word, told in GLOSSARY.items():
+    lines = [
+        "# Glossary",
+        "",
+        "What reports and these pages say, in a sentence each. Names, symbols and signs: {doc}`conventions`.",
+        "",
+    ]
+    for word, told in sorted((GLOSSARY | OTHERS).items(), key=lambda entry: entry[0].lower()):
         lines += [word, f": {told}", ""]
     return "\n".join(lines)

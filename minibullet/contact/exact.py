@@ -149,11 +149,11 @@ def solve_contacts(W, q, mu, tolerance=1e-8, *, impulse=None, reference_mass=1.0
 
     W: (3m, 3m), dense or scipy.sparse [1/kg]; q: (3m,) [m/s]; mu: a number or (m,) [-]; tolerance: of the residual [-];
     impulse: (3m,), a warm start [N s]; reference_mass: the residual measures impulses in units of it times velocity, 1 gives
-    the form that other codes publish [kg]. Order: normal, tangent, tangent. W may be singular and slightly unsymmetric; it is
-    used as given. Islands (sets of contacts that W does not couple) are solved one by one. Returns a ContactSolution; not
-    converged is not an error: look at its residual. The work is bounded: whatever the problem, an answer comes back after about
-    a minute. InputError: shapes that do not fit, values not finite, negative mu, W far from symmetric or with a diagonal entry
-    that no contact has, a tolerance or reference mass that is no such number.
+    the form that other codes publish [kg]. Order: normal, tangent, tangent. A singular or slightly unsymmetric W is used as
+    given. Islands (sets of contacts that W does not couple) are solved one by one. Returns a ContactSolution; not converged is
+    not an error: look at its residual. The work is bounded: whatever the problem, an answer comes back after about a minute.
+    InputError: shapes that do not fit, values not finite, negative mu, W far from symmetric or with a diagonal entry that no
+    contact has, a tolerance or reference mass that is no such number.
     """
     W, q, mu, impulse = checked(W, q, mu, impulse)
     for name, value, least in (("tolerance", tolerance, 0.0), ("reference_mass", reference_mass, np.finfo(float).tiny)):
