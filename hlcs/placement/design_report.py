@@ -8,7 +8,7 @@ from hlcs.files import folders
 from hlcs.files.spreadsheets import as_columns, csv_text
 from hlcs.placement import design_figures, figures
 from hlcs.placement.design_budget import FRICTIONS
-from hlcs.placement.number_text import or_dash, percent
+from hlcs.placement.number_text import chance, or_dash, percent
 from hlcs.placement.sea_bottom import Survey
 from hlcs.placement.settings_table import SURVEY_FILE, bottom_words, placement_table
 
@@ -46,12 +46,12 @@ def headline(design):
         best = max(design.options, key=lambda option: option.budget.reaches)
         return (
             f"{asked(design)}: no option reaches it with a probability of {probability}. The surest one is {named(best)}, with "
-            f"{percent(best.budget.reaches, '.1f')} %. Add a layer (--layers), or take larger units."
+            f"{chance(best.budget.reaches)} %. Add a layer (--layers), or take larger units."
         )
     option = design.options[design.chosen]
     row = option.to_dict()
     return (
-        f"{asked(design)}: take {named(option)}. It reaches that with a probability of {percent(row['reaches'], '.1f')} %, and "
+        f"{asked(design)}: take {named(option)}. It reaches that with a probability of {chance(row['reaches'])} %, and "
         f"needs {row['concrete_m3_per_m2']:.3g} m3 of concrete per m2 of plan, {row['units_per_m2']:.3g} units per m2; "
         f"{percent(row['lost_share'], '.1f')} % of the units fell out of their layer."
     )
@@ -65,17 +65,17 @@ def named(option):
 def table(design):
     """The options, one line each, least concrete first; the chosen one is marked."""
     level = "height" if design.wanted.crest is None else "level"
-    surely = f"{100 * design.wanted.probability:g} % reach"
+    sure = f"{100 * design.wanted.probability:g} % reach"
     lines = [
-        f"  grid            layers   Dn m  {level:>7} m    sd m  {surely:>11} m    P %  simulated P %  m3/m2  units/m2  lost %"
+        f"  grid            layers   Dn m  {level:>7} m    sd m  {sure:>11} m    P %  simulated P %  m3/m2  units/m2  lost %"
     ]
     for number, option in enumerate(design.options):
         row, mark = option.to_dict(), ">" if number == design.chosen else " "
         cells = [
             f"{mark} {row['grid']:<15} {row['layers']:6d}  {row['nominal_diameter_m']:5.3g}",
             f"{or_dash(row['height_m'], '.3f'):>9}  {or_dash(row['height_sd_m'], '.3f'):>6}",
-            f"{or_dash(row['height_at_probability_m'], '.3f'):>13}  {percent(row['reaches'], '.1f'):>5}",
-            f"{percent(row['reaches_simulated'], '.1f'):>13}  {row['concrete_m3_per_m2']:5.3g}  {row['units_per_m2']:8.3g}",
+            f"{or_dash(row['height_at_probability_m'], '.3f'):>13}  {chance(row['reaches']):>5}",
+            f"{chance(row['reaches_simulated']):>13}  {row['concrete_m3_per_m2']:5.3g}  {row['units_per_m2']:8.3g}",
             f"{percent(row['lost_share'], '.1f'):>6}",
         ]
         lines.append("  ".join(cells))

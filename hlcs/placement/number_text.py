@@ -11,3 +11,8 @@ def or_dash(value, form):
 def percent(value, form=".2f"):
     """A share as a percentage, "-" where there is none."""
     return or_dash(100 * value if value is not None else None, form)
+
+
+def chance(probability):
+    """A probability as a percentage, never 100 nor 0: no finite number of runs shows either."""
+    return ">99.9" if probability > 0.9995 else "<0.1" if probability < 0.0005 else percent(probability, ".1f")
