@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from hlcs.files import folders
 from hlcs.placement.convex_parts import convex_parts
 from hlcs.placement.units import CONCRETE, UNITS, Unit
 from minibullet import rotations
@@ -172,6 +171,8 @@ class MeshUnit(Unit):
 
     def write(self, path):
         """Write NAME.obj, and NAME.pieces.obj beside it where the pieces are not the file's own solids; `read` reads them."""
+        from hlcs.files import folders  # here: what only writes is no part of a run, nor of the hash of its code
+
         path = Path(path)
         if path.suffix.lower() != ".obj":
             raise InputError(f"unit '{self.name}': cannot be written as '{path.name}'; give a name that ends in .obj")

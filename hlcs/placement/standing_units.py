@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from hlcs.files import folders
 from hlcs.files.csv_files import CsvLayout, read_csv
 from minibullet.errors import InputError, shown_value
 
@@ -67,6 +66,8 @@ class StandingUnits:
 
     def write(self, path):
         """Write the CSV that `read` reads."""
+        from hlcs.files import folders  # here: what only writes is no part of a run, nor of the hash of its code
+
         folders.write_text(Path(path), self.csv_text())
 
     @property
