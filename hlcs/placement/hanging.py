@@ -23,7 +23,7 @@ LIFT = 0.05  # step by which a unit is lifted, in its bounding radius [-]
 MOST_LIFTS = 400  # steps by which overlapping units are lifted before the grid is given up
 IN_VAIN = 150  # rounds of turning that mend nothing, and the search is stuck: what still overlaps is drawn anew
 MOST_ROUNDS = 600  # in all, and the rest is lifted; RPG needs about 300 for 49 units
-HEADINGS = 40  # tried in vain before a unit is given another orientation; on RPG one unit in 50 is
+HEADINGS = 40  # tried in vain before a unit is given another orientation; on RPG 6 in 100 are
 
 
 class Hung(NamedTuple):
