@@ -21,8 +21,9 @@ from minibullet.errors import InputError
 CROWDING = ("turn", "redraw", "lift")
 LIFT = 0.05  # step by which a unit is lifted, in its bounding radius [-]
 MOST_LIFTS = 400  # steps by which overlapping units are lifted before the grid is given up
-IN_VAIN = 300  # rounds of turning that mend nothing, and the rest is lifted; RPG needs about 300 in all for 49 units
-HEADINGS = 40  # tried in vain before a unit is given another orientation; on RPG one unit in 50 is
+IN_VAIN = 150  # rounds of turning that mend nothing, and the search is stuck: what still overlaps is drawn anew
+MOST_ROUNDS = 600  # in all, and the rest is lifted; RPG needs about 300 for 49 units
+HEADINGS = 40  # tried in vain before a unit is given another orientation; on RPG 6 in 100 are
 
 
 class Hung(NamedTuple):
@@ -47,7 +48,7 @@ def hang_layer(world, layer, load, centres, lowest, generator, first=0, crowding
         hangers.append(_Hanger(world.add(**load, position=place, orientation=orientation, name=name), z))
     if crowding != "lift":
         _turn_free(world, hangers, generator, HEADINGS if crowding == "turn" else 1)
-    _lift_free(world, layer, hangers)
+    _lift_free(world, layer, hangers, few=crowding != "lift")
     lifts = np.array([hanger.lift for hanger in hangers])
     return Hung([hanger.handle for hanger in hangers], lifts, sum(hanger.redrawn for hanger in hangers))
 
@@ -80,7 +81,7 @@ def _depth(shape, orientation):
 
 
 def _turn_free(world, hangers, generator, headings):
-    """Turn units until none overlaps, or IN_VAIN rounds have mended nothing.
+    """Turn units round after round until none overlaps, or MOST_ROUNDS are over.
 
     In each round some of the units in overlap, no two of them neighbours, try another orientation each, and keep it where they
     overlap no more than before. A unit that after HEADINGS tries still overlaps what does not hang, such as one that sticks up
@@ -88,12 +89,15 @@ def _turn_free(world, hangers, generator, headings):
     """
     hanging = {hanger.handle for hanger in hangers}
     depths, least, vain = _depths(world), np.inf, 0
-    while vain < IN_VAIN:
+    for _ in range(MOST_ROUNDS):
         crowded = [hanger for hanger in hangers if _overlap(depths, hanger.handle)]
         if not crowded:
             return
         left = sum(depths.values())
         least, vain = (left, 0) if left < least else (least, vain + 1)
+        if vain > IN_VAIN:
+            depths, least, vain = _draw_anew(world, crowded, generator), np.inf, 0
+            continue
         chosen = _apart(crowded, generator)
         before = [(hanger.handle.orientation, hanger.lift) for hanger in chosen]
         for hanger in chosen:
@@ -109,6 +113,14 @@ def _turn_free(world, hangers, generator, headings):
                 depths |= {pair: depth for pair, depth in found.items() if handle in pair}
             else:
                 hanger.hang(*state)
+
+
+def _draw_anew(world, hangers, generator):
+    """Give units other orientations, whatever they overlap then; returns the overlaps."""
+    for hanger in hangers:
+        hanger.hang(rotations.random(generator, 1)[0], hanger.lift)
+        hanger.redrawn = True
+    return _depths(world)
 
 
 def _depths(world):
@@ -131,13 +143,15 @@ def _apart(hangers, generator):
     return chosen
 
 
-def _lift_free(world, layer, hangers):
-    """Lift the later of two overlapping units step by step until none overlaps."""
-    rank = {hanger.handle: number for number, hanger in enumerate(hangers)}
+def _lift_free(world, layer, hangers, few):
+    """Lift one of two overlapping units step by step until none overlaps: the later one, or, so that few are lifted, the one that
+    was lifted already."""
+    number = {hanger.handle: rank for rank, hanger in enumerate(hangers)}
     for _ in range(MOST_LIFTS):
-        later = {max(rank.get(a, -1), rank.get(b, -1)) for a, b, _ in world.overlaps()} - {-1}
-        if not later:
+        pairs = [[number[handle] for handle in pair if handle in number] for *pair, _ in world.overlaps()]
+        lifted = {max(pair, key=lambda rank: (few * hangers[rank].lift, rank)) for pair in pairs if pair}
+        if not lifted:
             return
-        for hanger in (hangers[number] for number in sorted(later)):
+        for hanger in (hangers[rank] for rank in sorted(lifted)):
             hanger.hang(hanger.handle.orientation, hanger.lift + hanger.step)
     raise InputError(f"placement: the units of layer {layer} overlap however far they are lifted; widen the grid")
