@@ -211,7 +211,7 @@ class Diagnosis(Judgement):
     @property
     def law(self):
         """The learned law, where it can be added: as an effect in a file, of which a command takes one; None where it cannot."""
-        others = self.experiment is not None and self.experiment.user_effects
+        others = getattr(self.experiment, "user_effects", ())
         return self.learned if self.learned and self.learned.effect_file and not others else None
 
     @property
@@ -222,15 +222,13 @@ class Diagnosis(Judgement):
     @property
     def add(self):
         """What to write and to type next (`data.model_entries.to_add`); None where nothing was found to add."""
-        holder = self.mended or self.experiment
-        return to_add(self.additions, self.parameters, self.effects, holder, self.law, bool(self.mended))
+        return to_add(self.additions, self.parameters, self.effects, self.mended or self.experiment, self.law, bool(self.mended))
 
     def apply(self, experiment):
         """Another Experiment, with what was found added to its model; the first is unchanged.
 
         A number that was withheld stands in it as "fill in", and has to be replaced before it can be compared. The file of a
-        learned law is written when it is saved. Where nothing was found it is the same Experiment.
-        """
+        learned law is written when it is saved. Where nothing was found it is the same Experiment."""
         own = self.experiment.user_effects if self.experiment else ()
         if law := self.law:
             return experiment.with_effects(self.additions, (*own, law.kind)).with_effects_text(law.file_name, law.effect_file)
