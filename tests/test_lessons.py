@@ -14,7 +14,7 @@ from hlcs import course
 from hlcs.course import lesson_text
 
 ROOT = Path(__file__).resolve().parent.parent
-SLOW = {"02_engine_on_one_page", "06_what_is_missing", "08_write_your_own_effect", "09_cubipod_to_layers"}  # above 5 s idle
+SLOW = {"06_what_is_missing", "09_cubipod_to_layers"}  # more than 10 s of processor time
 LESSONS = [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in course.names()]
 WIDEST = 110  # characters of a line of code: what a page of 1300 px shows without scrolling
 EXECUTE = """
