@@ -186,7 +186,7 @@ def _answer(scene, hidden, offer, camera, request):
     laws = {name: {key: float(value) for key, value in law.items()} for name, law in hidden.items()}
     lines = [f"{scene.title}.", "", offer.story if hidden else NOTHING, ""]
     for name, law in laws.items():
-        numbers = ", ".join(f"{key} = {value:.4g}" for key, value in law.items())
+        numbers = ", ".join(f"{key} = {value:.6g}" for key, value in law.items())
         lines.append(f"  {name}: strength {request['strength']:.1f} sigma; as the library writes it: {numbers}")
     lines.append(f"  Noise of the tracker: {1000 * camera.position:.2g} mm.")
     return {

@@ -30,7 +30,7 @@ def told(answer, laws, diagnosis):
 def rows_of(answer, diagnosis):
     """A row for every number of every hidden law, and of the look-alikes that the data cannot tell from it."""
     return tuple(
-        (law, name, number(truth, digits=4), *_found(diagnosis.parameters.get(law, {}).get(name)))
+        (law, name, number(truth, digits=6), *_found(diagnosis.parameters.get(law, {}).get(name)))
         for law in (*answer["effects"], *answer["tied"])
         for name, truth in _numbers(answer, law, diagnosis).items()
     )
