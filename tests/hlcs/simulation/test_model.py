@@ -41,6 +41,6 @@ def test_a_model_is_written_as_the_section_it_was_read_from():
 def test_a_model_is_printed_as_its_equations_with_its_numbers():
     first, magnus, drag, motion, *_ = str(BASE.with_term(DRAG)).splitlines()
     assert first == "Model: gravity, magnus, quadratic_drag" and "m dv/dt = m g + sum of F" in motion
-    assert "F = C pi rho r3 omega x w" in magnus and magnus.endswith("; coefficient = 1")
+    assert "F = C pi rho r^3 omega x w" in magnus and magnus.endswith("; coefficient = 1")
     assert "F = -(rho C A/2 + k m) |w| w" in drag and drag.endswith("; drag_coefficient = 0.4")
     assert str(Model()).startswith("Model: gravity alone\n")
