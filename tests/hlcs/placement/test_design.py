@@ -13,6 +13,7 @@ from hlcs.placement import design as designs
 from hlcs.placement import design_budget
 from hlcs.placement.design import Design, Wanted
 from hlcs.placement.design_budget import ModelRatio, budget_of, line_through, model_ratio
+from hlcs.placement.number_text import chance
 from hlcs.placement.placement_file import read_placement_file
 from hlcs.placement.run_store import Store
 from hlcs.processes import parallel
@@ -284,3 +285,10 @@ def test_new_runs_reach_the_height_as_often_as_the_simulation_promises(tmp_path,
     least, most = stats.binom.ppf(0.0015, 100, promised[error]), stats.binom.ppf(0.9985, 100, promised[-error])
     print(f"promised {promised}, {reached} of 100 reached {target:.4f} m")
     assert least <= reached <= most
+
+
+@pytest.mark.parametrize(
+    ("probability", "shown"), [(1.0, ">99.9"), (0.9994, "99.9"), (0.5, "50.0"), (0.0, "<0.1"), (0.0006, "0.1")]
+)
+def test_no_number_of_runs_shows_certainty(probability, shown):
+    assert chance(probability) == shown
