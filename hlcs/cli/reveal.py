@@ -1,9 +1,8 @@
 """`hlcs mystery reveal`: the sealed answer, and what the data themselves give for it when its effects are fitted to them."""
 
-import inspect
-
 import hlcs.mystery as mystery_sets
 from hlcs.diagnose import diagnose
+from hlcs.effects.catalogue import facts_of
 from hlcs.effects.library import classes
 from hlcs.files import folders
 from hlcs.report import reveal
@@ -11,8 +10,9 @@ from hlcs.report.page import png
 
 
 def law_of(effect):
-    """The law of an effect of the library: the first paragraph of its description."""
-    return " ".join(inspect.getdoc(classes()[effect]).split("\n\n")[0].split())
+    """The law of an effect of the library, in words and as its formula where it has one."""
+    facts = facts_of(classes()[effect])
+    return f"{facts.law} {facts.formula}".strip()
 
 
 def revealed(name, fit=True, progress=False):

@@ -140,6 +140,11 @@ class MeshUnit(Unit):
         """Height of the centre of mass over the bottom in the low pose [m]."""
         return float(self._rests[0][0])
 
+    @property
+    def tip_rest_height(self):
+        """Height of the centre of mass over the bottom at the highest rest [m]."""
+        return float(self._rests[-1][0])
+
     @cached_property
     def low_height(self):
         """Height of the top over the bottom in the low pose [m]."""

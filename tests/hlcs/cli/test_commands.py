@@ -204,9 +204,10 @@ def test_ctrl_c_ends_with_one_line_and_leaves_nothing(tmp_path):
         time.sleep(0.1)
     time.sleep(0.3)
     process.send_signal(signal.SIGINT)
-    text, errors = process.communicate(timeout=60)
+    text, errors = process.communicate(timeout=300)
     assert process.returncode == 1, errors
-    assert errors.strip().count("\n") == 0 and "interrupted" in errors  # a line break first: the terminal shows ^C
+    said = [line for line in errors.splitlines() if line and "compiling the engine" not in line]  # that, once for a machine
+    assert len(said) == 1 and "interrupted" in said[0]
     assert list(tmp_path.iterdir()) == []
 
 
@@ -238,7 +239,7 @@ def test_ctrl_c_inside_a_callback_of_a_c_library_is_not_lost(asks):
         [sys.executable, "-c", LOST.replace("ASKS", asks)],
         text=True,
         capture_output=True,
-        timeout=30,
+        timeout=300,
         env=os.environ | {"PYTHONPATH": os.getcwd()},
     )
     assert done.stdout.splitlines() == ["the run went on", "but not for long"], done.stderr
@@ -256,7 +257,7 @@ def test_a_reader_that_goes_away_is_no_error_to_tell_about(tmp_path):
     )
     process.stdout.close()
     errors = process.stderr.read()
-    process.wait(timeout=60)
+    process.wait(timeout=300)
     assert b"Traceback" not in errors
 
 

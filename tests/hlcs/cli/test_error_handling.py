@@ -41,7 +41,7 @@ def shell(line, folder, **environment):
         cwd=folder,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
         env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
     )
 
@@ -97,7 +97,7 @@ def test_ctrl_c_while_python_imports_is_one_line(tmp_path, library):
         assert process.poll() is None, "it ended without that library"
         time.sleep(0.002)
     process.send_signal(signal.SIGINT)
-    text, errors = process.communicate(timeout=60)
+    text, errors = process.communicate(timeout=300)
     assert process.returncode == 1, errors
     assert text == "" and re.fullmatch(r"hlcs: interrupted[^\n]*", errors.strip())
     assert list(tmp_path.iterdir()) == []

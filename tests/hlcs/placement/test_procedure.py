@@ -159,6 +159,7 @@ def test_a_result_is_a_value_with_the_fields_of_the_contract(small_result):
         "mean_lift_over_dn",
         "redrawn_units",
         "drift_over_dn",
+        "level_m",
     }
     assert {"achieved_packing_density", "achieved_porosity"} <= set(data)
     assert data["settings"]["seed"] == 3 and data["settings"]["grid"] == "TPG"

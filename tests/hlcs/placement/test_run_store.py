@@ -131,11 +131,11 @@ def test_the_hash_follows_the_code_and_nothing_else(tmp_path):
     ):
         with open(tmp_path / name, "a") as file:
             file.write("\nADDED = 1\n")
-    path = tmp_path / "hlcs" / "placement" / "placement_result.py"
+    path = tmp_path / "hlcs" / "placement" / "layer_equations.py"
     text = path.read_bytes()
     path.write_bytes(text.replace(b"\n", b"\r\n"))  # a checkout on Windows
     assert told() == first
-    path.write_bytes(text.replace(b"np.diff(self.heights, prepend=0.0)", b"np.diff(self.heights, prepend=0.1)"))
+    path.write_bytes(text.replace(b"dtype=float), prepend=0.0)", b"dtype=float), prepend=0.1)"))
     assert told() != first
     path.write_bytes(text)
     (tmp_path / "minibullet" / "new_law.py").write_text("FACTOR = 2.0\n")

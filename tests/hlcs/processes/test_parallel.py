@@ -45,7 +45,7 @@ def test_workers_end_with_the_process_that_started_them(tmp_path, blow):
     process = subprocess.Popen([sys.executable, str(script)], env=os.environ | {"PYTHONPATH": os.getcwd()})
     wait(lambda: len(list(folder.iterdir())) == 2)
     process.send_signal(blow)
-    process.wait(timeout=30)
+    process.wait(timeout=300)
     pids = [int(path.name) for path in folder.iterdir()]
     wait(lambda: not any(alive(pid) for pid in pids))
 
