@@ -12,7 +12,6 @@ from hlcs.placement.grids import RPG, TPG
 from hlcs.placement.plate_readings import plate_of
 from minibullet.report import drawing
 
-FAR_FROM_AIM = 0.5  # a unit that comes to rest so far from its aim is misplaced [Dn]
 MARKED, PLATE = "#d11149", "#8fd3e8"  # colours of units that are lost or misplaced, and of plates
 INK = "#333333"
 LAYERS = ("black", "#d11149", "#1f8a43")  # of the grids of Fig. 13, as in the paper: black, red, green
@@ -178,15 +177,14 @@ def blind_grids(nominal_diameter):
     return figure
 
 
-def misplaced(result):
-    """Whether each unit is lost, or rests more than FAR_FROM_AIM from its aim: per layer (n,)."""
-    pairs = zip(result.misses, result.in_layer, strict=True)
-    return [(np.linalg.norm(miss, axis=1) > FAR_FROM_AIM) | ~inside for miss, inside in pairs]
+def marked(result):
+    """Whether each unit is lost or misplaced, layer after layer (n,)."""
+    return np.concatenate([far | ~inside for far, inside in zip(result.misplaced, result.in_layer, strict=True)])
 
 
 def marked_rows(result):
     """Drawing rows of a structure with the units that are lost or misplaced in their own colour."""
-    marks = np.concatenate(misplaced(result))
+    marks = marked(result)
     return [
         (shape, place, turn, MARKED if bad else layer)
         for (shape, place, turn, layer), bad in zip(figures.unit_rows(result), marks, strict=True)
@@ -197,7 +195,7 @@ def blind(result):
     """Fig. 14: a structure of blind reference from the side and from above, lost and misplaced units marked."""
     figure, axes = figures.canvas(12.0, 4.8, 2)
     rows, dn = marked_rows(result), result.test.unit.nominal_diameter
-    count = int(np.concatenate(misplaced(result)).sum())
+    count = int(marked(result).sum())
     title = f"{_name(result)}: {count} of {len(rows)} units marked"
     for ax, view in zip(axes, ("side", "top"), strict=True):
         figures.view_axes(ax, rows, view, dn, f"{view} view, {title}")

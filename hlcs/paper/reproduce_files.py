@@ -64,7 +64,7 @@ def _draw(plan, folder, progress):
         folders.write_bytes(folder / f"figure_{number}.png", figures.png_bytes(draw(content), 120, tight=True))
     folders.write_bytes(folder / "falling_layer.gif", drawings.falling(fall))
     folders.write_text(folder / "falling_layer.html", drawings.falling_page(fall))
-    marked = int(np.concatenate(drawings.misplaced(blind)).sum())
+    marked = int(drawings.marked(blind).sum())
     entries = figure_list.drawn_entries(unit, found["RPG"], found["TPG"], found["slope"], blind, marked)
     return [entry._asdict() for entry in entries]
 

@@ -6,6 +6,7 @@ import numpy as np
 from hlcs.paper import reproduce
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.number_text import or_dash
+from hlcs.placement.placement_result import MISPLACED
 from hlcs.placement.sea_bottom import Flat, Slope
 
 SET_BACKS = (0.0, 0.5, 1.0)  # [spacings]
@@ -93,9 +94,7 @@ def workability_text(document):
             f"{grid:>14}{row['placement_scatter']:>14g}{with_interval(row['lost']):>20}{with_interval(row['misplaced']):>20}"
             f"{or_dash(row['height']['mean'], '.3f'):>11}"
         )
-    return "\n".join(
-        [*lines, f"misplaced: farther than {reproduce.MISPLACED:g} Dn from the aim, in plan; of {row['units']} units."]
-    )
+    return "\n".join([*lines, f"misplaced: farther than {MISPLACED:g} Dn from the aim, in plan; of {row['units']} units."])
 
 
 def with_interval(found, form=".1f"):

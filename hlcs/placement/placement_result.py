@@ -13,6 +13,8 @@ from hlcs.placement.sea_bottom import height_above
 from hlcs.placement.settings_table import placement_table
 from hlcs.rendering import Result, renderer_of
 
+MISPLACED = 0.5  # a unit that comes to rest farther than this from its aim, in plan, is misplaced [Dn]
+
 
 @dataclass(frozen=True, eq=False)
 class PlacementResult(Result):
@@ -129,6 +131,11 @@ class PlacementResult(Result):
     def misses(self):
         """How far every unit came to rest from its aim, in plan: per layer (n, 2) [Dn]."""
         return tuple((poses[:, :2] - aims) / self._dn for poses, aims in zip(self.poses, self.aims, strict=False))
+
+    @cached_property
+    def misplaced(self):
+        """Whether every unit came to rest farther than MISPLACED from its aim, in plan: per layer booleans (n,)."""
+        return tuple(np.linalg.norm(miss, axis=1) > MISPLACED for miss in self.misses)
 
     @cached_property
     def drift(self):

@@ -27,7 +27,9 @@ def write_box(folder, at=(0.0, 0.0, 0.0), name="box.stl", turn=(1.0, 0.0, 0.0, 0
 
 
 def thrown(folder, body, drag=0.0, more=""):
-    """Four spinning throws, recorded with noise; spin about a principal axis, so that it is steady. -> path of the experiment."""
+    """Four spinning throws, recorded with noise; spin about a principal axis, so that it is steady. -> path of the experiment.
+
+    Without drag the file states a vacuum; with it, it says nothing of a fluid."""
     generator, trials = np.random.default_rng(4), ""
     for k in range(4):
         times = np.arange(0, 0.8, 1 / 60)
@@ -42,7 +44,11 @@ def thrown(folder, body, drag=0.0, more=""):
         trials += f'[[trial]]\nfile = "throw_{k}.csv"\ngroup = "day {k % 2}"\n'
     path = folder / "thrown.toml"
     path.write_text(
-        'kind = "trajectory"\n[body]\n' + body + more + "[surroundings]\nfluid_density = 0.0\n[measurement]\n"
+        'kind = "trajectory"\n[body]\n'
+        + body
+        + more
+        + ("" if drag else "[surroundings]\nfluid_density = 0.0\n")
+        + "[measurement]\n"
         "noise = { position = 0.003, orientation = 0.01 }\n" + trials
     )
     return path
