@@ -105,12 +105,12 @@ class World:
             self._warm_start.impulse[first:end] = 0.0  # between two fixed bodies nothing would ever change last step's impulse
 
     def set_aside(self, bodies):
-        """Take fixed bodies out of every step: they touch nothing, and cost nothing, until they are brought back. Their handles
-        keep position and orientation; `World.bodies` does not list them."""
+        """Take fixed bodies out of every step: they touch nothing, and cost nothing, until they are brought back. bodies: their
+        handles, which keep position and orientation; `World.bodies` does not list them."""
         self.registry.set_aside(list(bodies))
 
     def bring_back(self, bodies):
-        """Bodies that were set aside stand where they stood again, fixed, from the next step on."""
+        """Bodies that were set aside stand where they stood again, fixed, from the next step on. bodies: their handles."""
         self.registry.bring_back(list(bodies))
 
     def overlaps(self, tolerance=overlaps.TOUCH):

@@ -7,7 +7,7 @@ be touched.
 """
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy import spatial
 
 KEPT = 2  # layers under the one to be placed that stay whole: a unit that falls into a hollow reaches the second [-]
 AT_HAND = 1000  # units below which nothing is set aside: there a step spends its time on contacts, not on fixed bodies [-]
@@ -56,6 +56,6 @@ class DeepLayers:
         """Remember these units, and where they are."""
         self.aside = handles
         places = np.reshape([handle.position for handle in handles], (-1, 3))
-        self._tree = cKDTree(places) if handles else None
+        self._tree = spatial.cKDTree(places) if handles else None
         self._top = places[:, 2].max(initial=-np.inf)
         self._reach = NEAR * max((handle.shape.bounding_radius for handle in handles), default=0.0)

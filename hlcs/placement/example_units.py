@@ -22,9 +22,9 @@ SIDES = 18  # of a leg, which then has 98 % of the section of a round one; a mul
 
 
 def example_unit(name, side=1.0):
-    """The unit `name` as a MeshUnit: "cube", "cubipod" (side: edge of the cube [m]) or "tetrapod" (side: its height H [m]).
+    """A unit as a MeshUnit.
 
-    InputError for any other name.
+    name: "cube", "cubipod" or "tetrapod", InputError for any other; side: edge of the cube, of a tetrapod its height H [m].
     """
     makers = {"cube": _of_pieces(Cube), "cubipod": _of_pieces(Cubipod), "tetrapod": _tetrapod}
     if name not in makers:

@@ -3,8 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import LinearNDInterpolator
-from scipy.spatial import ConvexHull, QhullError, cKDTree
+from scipy import interpolate, spatial
 
 from minibullet.errors import InputError
 
@@ -32,8 +31,8 @@ def gridded(points, name):
     middle = 0.5 * (points[:, :2].min(axis=0) + points[:, :2].max(axis=0))
     plan = points[:, :2] - middle
     try:
-        area = ConvexHull(plan).volume  # in the plane its volume is the area
-    except QhullError:
+        area = spatial.ConvexHull(plan).volume  # in the plane its volume is the area
+    except spatial.QhullError:
         area = 0.0
     extent = np.ptp(plan, axis=0)
     if not area * MOST_EMPTY > extent.prod():
@@ -44,8 +43,8 @@ def gridded(points, name):
     step = float(np.sqrt(area / len(points)))
     x, y = (np.linspace(-0.5 * length, 0.5 * length, int(np.ceil(length / step)) + 1) for length in extent)
     nodes = np.stack(np.meshgrid(x, y), axis=-1)
-    z = LinearNDInterpolator(plan, points[:, 2])(nodes)
-    distance, nearest = cKDTree(plan).query(nodes)
+    z = interpolate.LinearNDInterpolator(plan, points[:, 2])(nodes)
+    distance, nearest = spatial.cKDTree(plan).query(nodes)
     known = np.isfinite(z) & (distance <= HOLE * step)
     covered = known[:-1, :-1] & known[:-1, 1:] & known[1:, :-1] & known[1:, 1:]
     return GriddedPoints(x, y, np.where(np.isfinite(z), z, points[nearest, 2]), covered)

@@ -34,8 +34,13 @@ def write_slides(folder, rate, seed=3):
 
 
 def test_laws_that_slow_a_block_alike_come_as_a_set(tmp_path):
-    """mu + slope v on a level floor is a drag rate g slope: identical; and no height is measured, so the floor is assumed."""
-    diagnosis = hlcs.diagnose(write_slides(tmp_path, 0.5), candidates=["linear_drag", "viscous_friction", "friction"])
+    """mu + slope v on a level floor is a drag rate g slope: identical under water; and no height is measured, so the floor is
+    assumed. In air a drag of 0.5 per second on 0.35 kg is beyond what air does (0.1 at the most), so friction it is."""
+    path = write_slides(tmp_path, 0.5)
+    in_air = hlcs.diagnose(path, candidates=["linear_drag", "viscous_friction", "friction"])
+    assert in_air.verdict == "effect" and in_air.effects == ("viscous_friction",)
+    path.write_text(path.read_text().replace("gravity = 9.81\n", "gravity = 9.81\nfluid_density = 1000.0\n"))
+    diagnosis = hlcs.diagnose(path, candidates=["linear_drag", "viscous_friction", "friction"])
     assert diagnosis.verdict == "ambiguous" and set(diagnosis.ambiguous[0]) == {"linear_drag", "viscous_friction"}
     assert any("no height" in note for note in diagnosis.notes)
 
