@@ -81,7 +81,7 @@ def _depth(shape, orientation):
 
 
 def _turn_free(world, hangers, generator, headings):
-    """Turn units round after round until none overlaps, or MOST_ROUNDS are over.
+    """Turn units round after round until none overlaps, MOST_ROUNDS are over, or IN_VAIN rounds have freed no unit at all.
 
     In each round some of the units in overlap, no two of them neighbours, try another orientation each, and keep it where they
     overlap no more than before. A unit that after HEADINGS tries still overlaps what does not hang, such as one that sticks up
@@ -89,9 +89,11 @@ def _turn_free(world, hangers, generator, headings):
     """
     hanging = {hanger.handle for hanger in hangers}
     depths, least, vain = _depths(world), np.inf, 0
-    for _ in range(MOST_ROUNDS):
+    fewest = len(hangers)
+    for number in range(MOST_ROUNDS):
         crowded = [hanger for hanger in hangers if _overlap(depths, hanger.handle)]
-        if not crowded:
+        fewest = min(fewest, len(crowded))
+        if not crowded or (number > IN_VAIN and fewest == len(hangers)):  # free, or too wide for the grid
             return
         left = sum(depths.values())
         least, vain = (left, 0) if left < least else (least, vain + 1)
