@@ -16,6 +16,7 @@ from minibullet.dynamics import constraints, depenetration, impacts, integrate, 
 from minibullet.dynamics.free_motion import free_motion
 from minibullet.dynamics.inverse_mass import inverse_mass
 from minibullet.errors import InputError, is_number, shown_value
+from minibullet.report.display import Display
 from minibullet.report.step_report import ContactTable, Step, StepValues
 from minibullet.scene import overlaps, running
 from minibullet.scene.notices import Notices
@@ -23,7 +24,7 @@ from minibullet.scene.registry import Registry
 from minibullet.settings import Settings
 
 
-class World:
+class World(Display):
     """Rigid bodies with hard contact under effects that are added from outside.
 
     effects: values of minibullet.Effect (gravity is one); settings: a Settings value; rescue: a file that takes the last good

@@ -119,7 +119,7 @@ def falling_page(fall):
 def falling(fall):
     """A layer as it falls, as the bytes of a GIF; it stands still for two seconds at the end."""
     images = drawing.moving_views([fall_rows(fall, poses) for poses in fall.poses])
-    return figures.gif_bytes(images, [*np.diff(fall.times[:-1]), 0.2, 2.0])
+    return drawing.gif_bytes(images, [*np.diff(fall.times[:-1]), 0.2, 2.0])
 
 
 def front_and_side(result):

@@ -209,19 +209,6 @@ def picture_axes(ax, rows, title=None, azimuth=-60.0, elevation=28.0):
     return ax
 
 
-def gif_bytes(images, seconds):
-    """An endless GIF of images (f, height, width, 4) from 0 to 1, on white; seconds (f,): how long each stands."""
-    from PIL import Image
-
-    frames = []
-    for image in images:
-        solid = image[..., :3] * image[..., 3:] + (1.0 - image[..., 3:])
-        frames.append(Image.fromarray(np.round(255.0 * np.clip(solid, 0.0, 1.0)).astype(np.uint8)).quantize(48))
-    buffer, last = io.BytesIO(), [max(20, round(1000.0 * one)) for one in seconds]
-    frames[0].save(buffer, format="GIF", save_all=True, append_images=frames[1:], duration=last, loop=0, optimize=True)
-    return buffer.getvalue()
-
-
 def png_bytes(figure, dpi=150, tight=False):
     """The Figure as the bytes of a PNG file; tight: as large as what is drawn, such as scales beyond the Axes."""
     buffer = io.BytesIO()

@@ -142,6 +142,12 @@ def repair_notes(result):
     return found
 
 
+def layer_groups(result):
+    """What the buttons of the page hide: (name, first, end) of each layer's units, by their numbers in the scene."""
+    ends = np.cumsum([len(poses) for poses in result.poses]).tolist()
+    return [(f"layer {j}", first, end) for j, (first, end) in enumerate(zip([0, *ends[:-1]], ends, strict=True), start=1)]
+
+
 def report_page(result):
     """The text of the page."""
     test, data = result.test, result.to_dict()
@@ -166,7 +172,7 @@ def report_page(result):
         samples.append(("paper's numerical model", sample_of(printed)[1]))
     picture = figures.png_bytes(figures.layer_axes(samples).figure)
     parts.append(f'<img alt="layer coefficients" src="data:image/png;base64,{base64.b64encode(picture).decode()}">')
-    page = drawing.page(figures.scene_of(result), title=title)
+    page = drawing.page(figures.scene_of(result), title=title, groups=layer_groups(result))
     parts.append(
         f'<h2>The structure</h2><iframe title="the structure, drag to turn" srcdoc="{markup.escape(page)}"></iframe>'
         '<p class="note">One colour a layer.</p>'

@@ -5,6 +5,7 @@ orientation (w, x, y, z), colour any that matplotlib knows, or a number that pic
 is the plane through that position whose normal is the turned z axis.
 """
 
+import io
 import json
 from importlib.resources import files
 from typing import NamedTuple
@@ -85,13 +86,42 @@ def moving_views(scenes, *, azimuth=-60.0, elevation=28.0, width=480, height=340
     return [render(solids, width, height, azimuth, elevation, 1, around=around) for solids in moments]
 
 
+def gif_bytes(images, seconds):
+    """An endless GIF of images (f, height, width, 4) from 0 to 1, on white; seconds (f,): how long each stands."""
+    from PIL import Image
+
+    frames = []
+    for image in images:
+        solid = image[..., :3] * image[..., 3:] + (1.0 - image[..., 3:])
+        frames.append(Image.fromarray(np.round(255.0 * np.clip(solid, 0.0, 1.0)).astype(np.uint8)).quantize(48))
+    buffer, last = io.BytesIO(), [max(20, round(1000.0 * one)) for one in seconds]
+    frames[0].save(buffer, format="GIF", save_all=True, append_images=frames[1:], duration=last, loop=0, optimize=True)
+    return buffer.getvalue()
+
+
+def animation(images, seconds):
+    """A matplotlib animation of images (f, height, width, 4); seconds: between two of them."""
+    from matplotlib.animation import ArtistAnimation
+    from matplotlib.figure import Figure
+
+    height, width = images[0].shape[:2]
+    figure = Figure(figsize=(width / 100, height / 100))
+    ax = figure.add_axes((0, 0, 1, 1))
+    ax.set_axis_off()
+    frames = [[ax.imshow(image)] for image in images]
+    return ArtistAnimation(figure, frames, interval=1000.0 * seconds)
+
+
 def write_page(path, scene, *, title="minibullet", colours=None):
-    """One HTML file with the scene inside that opens offline: drag to turn, wheel to zoom, double click to come back."""
+    """One HTML file with the scene inside that opens offline: drag to turn, wheel or pinch to zoom, double click to come back."""
     _write(path, page(scene, title=title, colours=colours).encode())
 
 
-def page(scene, *, title="minibullet", colours=None, motion=None):
-    """The text of that HTML page, to be embedded elsewhere. With a `Motion` of the scene it has a slider for the time."""
+def page(scene, *, title="minibullet", colours=None, motion=None, groups=()):
+    """The text of that HTML page, to be embedded elsewhere. With a `Motion` of the scene it has a slider for the time.
+
+    groups: (name, first, end) of things that a button hides, by their numbers in the scene, `end` left out.
+    """
     items = _items(scene, colours)
     # Lengths in units of the smallest body: five digits are then enough for any size.
     unit = min(np.abs(vertices).max() for item in items for vertices, _ in item.parts)
@@ -102,7 +132,7 @@ def page(scene, *, title="minibullet", colours=None, motion=None):
             shapes.append([[_rounded(vertices / unit), [list(loop) for loop in faces]] for vertices, faces in item.parts])
         bodies.append([numbers[item.key], _rounded(item.position / unit), _rounded(item.orientation), _rounded(item.colour, 3)])
     # "<" cannot end the script early when it is written as an escape.
-    content = {"title": title, "shapes": shapes, "bodies": bodies}
+    content = {"title": title, "shapes": shapes, "bodies": bodies, "groups": [list(group) for group in groups]}
     if motion is not None:
         scaled = np.asarray(motion.poses, dtype=float) / np.array([*3 * [unit], *4 * [1.0]])
         content["motion"] = {
@@ -135,7 +165,7 @@ def write_glb(path, scene, *, colours=None):
 
 def _items(scene, colours):
     """What to draw, floors last."""
-    rows = _rows_of_world(scene, colours) if hasattr(scene, "bodies") else list(scene)
+    rows = rows_of_world(scene, colours) if hasattr(scene, "bodies") else list(scene)
     rows = [
         (shape, np.asarray(position, dtype=float), np.asarray(orientation, dtype=float), colour)
         for shape, position, orientation, colour in rows
@@ -151,7 +181,8 @@ def _items(scene, colours):
     return items
 
 
-def _rows_of_world(world, colours):
+def rows_of_world(world, colours=None):
+    """Drawing rows (shape, position, orientation, colour) of a World, bodies in the order they were added, then planes."""
     bodies = world.bodies
     if colours is None:
         colours = [FIXED_COLOUR if body.fixed else 0 for body in bodies]
