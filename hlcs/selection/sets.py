@@ -116,9 +116,9 @@ class FittedSets:
         """Posterior probability of every fitted set among them; drawn together where the best one is not adequate."""
         names = self.search.ranked()
         costs = np.array([self.search.cost(effects) for effects in names])
-        relative = np.exp(-(costs - self.search.cost(self.best)) / (2 * self.inflation))
         beyond = self.search.cost(self.best) - self.search.cost(self.cheapest)
-        relative[costs < self.search.cost(self.best if beyond > EQUAL else self.cheapest)] = 0.0  # they do not stand
+        costs[costs < self.search.cost(self.best if beyond > EQUAL else self.cheapest)] = np.inf  # they do not stand
+        relative = np.exp(-(costs - self.search.cost(self.best)) / (2 * self.inflation))
         return dict(zip(names, relative / relative.sum(), strict=True))
 
     @cached_property
