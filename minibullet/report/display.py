@@ -2,17 +2,21 @@
 
 from dataclasses import dataclass, field
 from html import escape
-from pathlib import Path
 
 import numpy as np
 
 from minibullet.errors import InputError, is_number, shown_value
-from minibullet.files.writing import whole
-from minibullet.report import drawing
 
 MOST_ROWS = 12  # bodies that the table in a notebook lists
 MOST_FRAMES = 2000  # of a film: each keeps the pose of every body
 HEIGHT = "26em"  # of a film in a notebook
+
+
+def drawing():
+    """The module that draws, loaded when something is drawn: no run needs it, and none is another run because it changed."""
+    from minibullet.report import drawing
+
+    return drawing
 
 
 class Display:
@@ -45,7 +49,7 @@ class Display:
         path: of the PNG file; ax: Axes to draw on, new ones where left out; options: of `minibullet.report.drawing.draw_scene`,
         such as colours, azimuth and elevation [degrees].
         """
-        return drawing.draw_scene(self, path, ax, **options)
+        return drawing().draw_scene(self, path, ax, **options)
 
     def record(self, duration, frames_per_second=25.0, colours=None):
         """Run for a duration and keep what is seen: a `Film`, which shows itself in a notebook with a slider for the time.
@@ -60,7 +64,7 @@ class Display:
         stride = max(1, round(1.0 / (frames_per_second * self.settings.time_step)))
         if steps / stride > MOST_FRAMES:
             raise InputError(f"record: {steps // stride} frames; at most {MOST_FRAMES}: give fewer frames_per_second")
-        rows = drawing.rows_of_world(self, colours)
+        rows = drawing().rows_of_world(self, colours)
         times, poses = [self.time], [_poses(self)]
         for first in range(0, steps, stride):
             self.step(min(stride, steps - first))
@@ -88,23 +92,21 @@ class Film:
 
     def page(self, title="minibullet"):
         """The text of one HTML file: drag to turn, slide to move in time; title: what stands above it."""
-        return drawing.page(self.rows, title=title, motion=drawing.Motion(0, self.times - self.times[0], self.poses))
+        return drawing().page(self.rows, title=title, motion=drawing().Motion(0, self.times - self.times[0], self.poses))
 
     def write_page(self, path, title="minibullet"):
         """Write `page` to a file; path: of the file; title: what stands above it."""
-        with whole(path) as partial:
-            Path(partial).write_text(self.page(title), encoding="utf-8")
+        drawing().write_bytes(path, self.page(title).encode())
 
     def write_gif(self, path, azimuth=-60.0, elevation=28.0):
         """Write an endless GIF, as fast as the world was, seen from azimuth, elevation; path: of the file; azimuth, elevation: of
         the eye [degrees]."""
         images = self._images(azimuth, elevation)
-        with whole(path) as partial:
-            Path(partial).write_bytes(drawing.gif_bytes(images, [*np.diff(self.times), 1.0]))
+        drawing().write_bytes(path, drawing().gif_bytes(images, [*np.diff(self.times), 1.0]))
 
     def animation(self, azimuth=-60.0, elevation=28.0):
         """A matplotlib animation, for `HTML(film.animation().to_jshtml())`; azimuth, elevation: of the eye [degrees]."""
-        return drawing.animation(self._images(azimuth, elevation), float(np.diff(self.times).mean()))
+        return drawing().animation(self._images(azimuth, elevation), float(np.diff(self.times).mean()))
 
     def _images(self, azimuth, elevation):
         still = self.rows[self.poses.shape[1] :]
@@ -112,7 +114,7 @@ class Film:
             [*((row[0], pose[:3], pose[3:], row[3]) for row, pose in zip(self.rows, frame, strict=False)), *still]
             for frame in self.poses
         ]
-        return drawing.moving_views(scenes, azimuth=azimuth, elevation=elevation)
+        return drawing().moving_views(scenes, azimuth=azimuth, elevation=elevation)
 
     def _repr_html_(self):
         frame = f'style="width: 100%; height: {HEIGHT}; border: 1px solid #ddd"'

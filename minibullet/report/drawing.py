@@ -114,7 +114,7 @@ def animation(images, seconds):
 
 def write_page(path, scene, *, title="minibullet", colours=None):
     """One HTML file with the scene inside that opens offline: drag to turn, wheel or pinch to zoom, double click to come back."""
-    _write(path, page(scene, title=title, colours=colours).encode())
+    write_bytes(path, page(scene, title=title, colours=colours).encode())
 
 
 def page(scene, *, title="minibullet", colours=None, motion=None, groups=()):
@@ -160,7 +160,7 @@ def write_glb(path, scene, *, colours=None):
             gltf.add_geometry(_flat_mesh(item), geom_name=meshes[key], node_name=f"body {number}", transform=upright @ transform)
         else:
             gltf.graph.update(frame_to=f"body {number}", matrix=upright @ transform, geometry=meshes[key])
-    _write(path, gltf.export(file_type="glb"))
+    write_bytes(path, gltf.export(file_type="glb"))
 
 
 def _items(scene, colours):
@@ -258,6 +258,7 @@ def _rounded(values, digits=5):
     return np.round(np.asarray(values, dtype=float), digits).tolist()
 
 
-def _write(path, data):
+def write_bytes(path, data):
+    """Write bytes to a file that is whole or not there."""
     with whole(path) as partial:
         partial.write_bytes(data)
