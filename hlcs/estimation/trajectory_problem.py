@@ -56,9 +56,11 @@ class TrajectoryProblem(Problem):
         unknown = unknowns(trial, there.any(axis=0), self.simulator.seated[index], self.lies_flat[index], self.simulator.contact)
         return Recording(channel, sample, times, noise.whitening(channel, times), unknown)
 
-    def drop(self, flags):
-        """Leave isolated samples out, for every model alike: flags is a list of (n, 9) booleans."""
-        self.dropped = [old | new for old, new in zip(self.dropped, flags, strict=True)]
+    def leave_out(self, flags):
+        """Leave isolated samples out, these and no others, for every model alike: flags is a list of (n, 9) booleans."""
+        former, self.dropped = self.dropped, list(flags)
+        if any((old & ~new).any() for old, new in zip(former, flags, strict=True)):
+            self.step_change = None  # it is not known of what comes back
         if self.step_change is not None:
             kept = [~flag[recording.sample, recording.channel] for flag, recording in zip(flags, self.recordings, strict=True)]
             self.step_change = [change[keep] for change, keep in zip(self.step_change, kept, strict=True)]

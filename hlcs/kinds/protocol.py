@@ -79,6 +79,7 @@ class Prepared:
     base: Fit | None  # of the model under test
     notes: tuple[str, ...]
     contact: bool = False  # does the body touch anything?
+    aside: tuple[str, ...] = ()  # sentences on the samples that were set aside
 
 
 def misfit(residual, unit, noise):

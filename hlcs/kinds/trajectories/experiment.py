@@ -29,6 +29,8 @@ from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
 
+LOOKS = 2  # for samples that stand alone, beside what was found: a third changes nothing that a verdict notices
+
 
 class Trajectories:
     """An Experiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
@@ -79,7 +81,9 @@ class Trajectories:
             "stated": {name: getattr(self.measurement.trials[0].surroundings, name) for name in ("restitution", "friction")},
         }
         where = where_it_fails(prepared.problem, table)
-        return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, prepared.notes, shown)
+        return Observation(
+            adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, (*prepared.notes, *prepared.aside), shown
+        )
 
     def names(self, candidates):
         contact = touches(self.measurement.trials, self._noise)
@@ -110,10 +114,12 @@ class Trajectories:
             begun = partial(
                 Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking, first=sinking
             )
-            search = begun(base=prepared.base).run()
-            best, stopped = search.fits[search.ranked()[0]], search.budget.stopped
-            if best.model.terms and not stopped and not search.noise_alone(best) and (renewed := beside(prepared, best)):
-                prepared = renewed
+            search, looked = begun(base=prepared.base).run(), [frozenset()]
+            while (best := search.ranked()[0]) not in looked and len(looked) <= LOOKS:
+                done = search.budget.stopped or search.noise_alone(search.fits[best])
+                if done or not (renewed := beside(prepared, search.fits[best])):
+                    break
+                prepared, looked = renewed, [*looked, best]
                 search = begun(base=prepared.base).run()
             return select(self, prepared, search, cross_validation, absent, *on_all)
 

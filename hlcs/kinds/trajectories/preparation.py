@@ -25,6 +25,7 @@ LONG = 5000  # steps of a run through contacts (0.5 s) beyond which longer steps
 LONGEST = 1 / 15  # step of such a run [s]: in a longer one a model of some centimetres falls by its own size
 RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a comparison is told to cost
 A_STEP = 1e-4  # what a step of such runs costs [s]
+NOTHING = None, None, 0.0, [], []  # what `fitted` gives, where nothing could be fitted
 
 
 def start_times(trials):
@@ -121,12 +122,12 @@ def prepare(measurement: Recordings, own=(), noise=None):
     above = [trial.name for trial in trials if seen_from_above(trial)]
     if above:
         notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))
-    problem, base, shift, sentences = in_long_steps(measurement, noise, model) if contact else (None, None, 0.0, [])
+    problem, base, shift, sentences, aside = in_long_steps(measurement, noise, model) if contact else NOTHING
     if problem is None:
-        problem, base, shift, sentences = fitted(posed(measurement, noise, model, contact), model)
+        problem, base, shift, sentences, aside = fitted(posed(measurement, noise, model, contact), model)
     if shift > SMALL:
         sentences.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
-    return Prepared(noise, problem, base, (*notes, *sentences), contact)
+    return Prepared(noise, problem, base, (*notes, *sentences), contact, tuple(aside))
 
 
 def posed(measurement, noise, model, contact, step=None):
@@ -138,25 +139,24 @@ def posed(measurement, noise, model, contact, step=None):
 
 def in_long_steps(measurement, noise, model):
     """What `fitted` gives of recordings with contacts that last long, in steps as long as LONG of them need, where the
-    prediction stands still in these; (None, None, 0, []) where it does not, or where no recording is so long.
+    prediction stands still in these; NOTHING where it does not, or where no recording is so long.
 
     A body that rolls or slides for minutes moves smoothly, and no step of 1/240 s is needed to follow it. One that hits, tips or
     sticks on its way does not stand still in steps so long, and is computed in the model's own.
     """
-    none = None, None, 0.0, []
     span = max(float(np.ptp(without_rest(trial, noise)[0].times)) for trial in measurement.trials)
     step = min(model.time_step * 2.0 ** np.ceil(np.log2(span / (LONG * model.time_step))), LONGEST)
     if step <= model.time_step:
-        return none
+        return NOTHING
     try:
-        problem, base, shift, sentences = fitted(posed(measurement, noise, model, True, step), model)
+        problem, base, shift, sentences, aside = fitted(posed(measurement, noise, model, True, step), model)
         near = problem.step_change is None or in_sigma(problem, problem.step_change) < SMALL  # it holds near this fit alone
         if shift < STILL and near and not problem.segmented:
             sentences.append(
                 f"numerics: motion of {span:.3g} s is computed in steps of {step:.3g} s where the file says "
                 f"{model.time_step:.3g} s: shorter ones move the prediction by {shift:.1g} sigma only"
             )
-            return problem, base, shift, sentences
+            return problem, base, shift, sentences, aside
     except InputError:
         pass  # not so in the model's own steps, or told from there
     count = span / model.time_step
@@ -167,11 +167,12 @@ def in_long_steps(measurement, noise, model):
         InputWarning,
         stacklevel=2,
     )
-    return none
+    return NOTHING
 
 
 def fitted(problem, model):
-    """(Problem, its fit, by how much halving the step still moves it [sigma], sentences) of the model under test.
+    """(Problem, its fit, by how much halving the step still moves it [sigma], sentences, those on samples set aside) of the model
+    under test.
 
     The Problem is another where recordings were split into segments, rest at the end or isolated samples left out.
     """
@@ -184,38 +185,44 @@ def fitted(problem, model):
         for _ in range(2):
             problem, base = split_further(problem, base)
         notes += segment_notes(problem)
-    base, sentences = without_isolated(problem, base)
-    notes += sentences
+    base, aside = without_isolated(problem, base)
     base, shift = refine(problem, base)
-    return problem, base, shift, notes
+    return problem, base, shift, notes, aside
 
 
 def beside(prepared, better):
-    """A Prepared with what the misfit of the model under test had hidden or spoilt found anew beside a better fit: samples that
-    stand alone, and the error of the time step; None where both stay as they were."""
-    problem, known = prepared.problem, prepared.problem.step_change
-    flags = isolated(problem, better.linearization.raw)
-    sentences = set_aside(problem.trials, flags, [term.name for term in better.model.terms])
-    if sentences:
-        problem.drop(flags)
-        known, better = problem.step_change, problem.fit(better.model, better.initial_states)
+    """A Prepared with what the misfit of a worse model had hidden or spoilt found anew beside a better fit: samples that stand
+    alone, none of those that stood alone beside the worse one kept aside, and the error of the time step; None where both stay as
+    they were."""
+    problem = prepared.problem
+    known, aside = problem.step_change, problem.dropped
+    problem.leave_out([np.zeros_like(flag) for flag in aside])
+    flags = isolated(problem, problem.residuals(better.model, better.initial_states))
+    problem.leave_out(flags)
+    same = all(map(np.array_equal, flags, aside))
+    if same:
+        problem.step_change = known
+    else:
+        better = problem.fit(better.model, better.initial_states)
+    before = problem.step_change
     if problem.simulator.contact:
         try:
             corrected(problem, better)
         except InputError:
-            problem.step_change = known  # what a shorter step cannot simulate loses no finished fit
-    if not sentences and problem.step_change is known:
+            problem.step_change = before  # what a shorter step cannot simulate loses no finished fit
+    if same and problem.step_change is known:
         return None
     base = problem.fit(prepared.base.model, prepared.base.initial_states)
-    return replace(prepared, base=base, notes=(*prepared.notes, *sentences))
+    effects = [term.name for term in better.model.terms]
+    return replace(prepared, base=base, aside=prepared.aside if same else tuple(set_aside(problem.trials, flags, effects)))
 
 
 def without_isolated(problem, fit):
-    """(fit without the samples that stand alone, sentences); the problem drops them for every model alike."""
+    """(fit without the samples that stand alone, sentences); the problem leaves them out for every model alike."""
     flags = isolated(problem, fit.linearization.raw)
     if not any(flag.any() for flag in flags):
         return fit, []
-    problem.drop(flags)
+    problem.leave_out(flags)
     return problem.fit(fit.model, fit.initial_states), set_aside(problem.trials, flags)
 
 

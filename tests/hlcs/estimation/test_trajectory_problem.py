@@ -54,7 +54,7 @@ def test_what_is_dropped_or_missing_is_no_observation():
     problem = problem_of(seen)
     flags = np.zeros((12, 9), bool)
     flags[7, 2] = True
-    problem.drop([flags])
+    problem.leave_out([flags])
     (recording,) = problem.recordings
     assert np.bincount(recording.channel).tolist() == [11, 0, 11]
     assert 3 not in recording.sample[recording.channel == 0] and 7 not in recording.sample[recording.channel == 2]
