@@ -87,6 +87,12 @@ class Free:
             return self.low + (value - self.low) % self.period
         return min(max(value, self.least), self.most)
 
+    def towards(self, known, value, share):
+        """A part of the way to a value, from where it stands among `known` numbers {name: value}, else from its null value; all
+        of it where no value says that the effect is absent."""
+        start = known.get(self.name, self.null)
+        return value if start is None else self.inside((1 - share) * start + share * value)
+
     def plausible(self, value):
         """Is a value within the plausible range?"""
         return self.period is not None or self.low <= value <= self.high

@@ -23,6 +23,8 @@ class Adequacy(NamedTuple):
     threshold: float  # 99 % quantile of the statistic under noise alone
     worst: str  # which statistic spoke
     chi2: float  # mean square of the whitened residuals per degree of freedom
+    overdispersion: float  # largest mean square of block sums over that of noise alone, chi2 among them: how many residuals count
+    # as one, since a misfit that hangs together is one misfit however often it is sampled
     draws: int | None = None  # of noise, that p is counted in: it is never below 1/(draws + 1)
 
 
@@ -78,8 +80,9 @@ def adequacy(residuals, columns, shared, partitions, draw, draws=600):
             matrices = {name: matrix for name, matrix in matrices.items() if matrix.shape[0]}
         freedom += float(np.sum(drawn**2)) / (draws * len(observed))
         null.append(_statistics(drawn, matrices))
-    names = ["variance", *matrices]
-    null, seen = np.cbrt(np.concatenate(null, axis=1)), np.cbrt(_statistics(observed, matrices))[:, 0]
+    names, null = ["variance", *matrices], np.concatenate(null, axis=1)
+    overdispersion = float(np.max(_statistics(observed, matrices, cut=np.inf)[:, 0] / (null.mean(axis=1) + 1e-12)))
+    null, seen = np.cbrt(null), np.cbrt(_statistics(observed, matrices))[:, 0]
     centre, spread = null.mean(axis=1), null.std(axis=1) + 1e-12
     largest = ((null - centre[:, None]) / spread[:, None]).max(axis=0)
     z = (seen - centre) / spread
@@ -92,11 +95,12 @@ def adequacy(residuals, columns, shared, partitions, draw, draws=600):
         threshold,
         names[int(np.argmax(z))],
         float(np.mean(observed**2) / max(freedom, 1e-12)),
+        overdispersion,
         draws,
     )
 
 
-def _statistics(values, matrices):
+def _statistics(values, matrices, cut=CLIP):
     """Clipped mean square, then the mean square of the block sums of every partition: (n, draws) -> (statistics, draws)."""
-    cut = np.clip(values, -CLIP, CLIP)
+    cut = np.clip(values, -cut, cut)
     return np.array([np.mean(cut**2, axis=0), *(np.mean((matrix @ cut) ** 2, axis=0) for matrix in matrices.values())])

@@ -71,16 +71,21 @@ class Fit:
         return sum(free.surprise(value) for free, value in zip(free_numbers(self.model), self.estimate, strict=True))
 
     @cached_property
-    def occam(self):
-        """What the model pays for its numbers."""
+    def information(self):
+        """What the data tell of its numbers, in units of their spreads (p, p)."""
         spread = np.array([free.spread for free in free_numbers(self.model)])
         columns = np.concatenate(self.linearization.projected[1]) * spread
-        return occam(columns.T @ columns, self.count)
+        return columns.T @ columns
 
     @property
     def cost(self):
         """-2 log of the evidence for the model, up to a constant of the data."""
-        return self.chi2 + self.doubt + self.surprise + self.occam
+        return self.tempered(1.0)
+
+    def tempered(self, overdispersion):
+        """The same where so many residuals count as one (`estimation.adequacy`): the data tell less, what is believed stays."""
+        paid = occam(self.information / overdispersion, self.count / overdispersion)
+        return self.chi2 / overdispersion + self.doubt + self.surprise + paid
 
     @cached_property
     def chi2_per_recording(self):
@@ -115,7 +120,7 @@ def occam(information, count):
     """
     if not np.isfinite(information).all():
         return np.inf
-    return float(np.sum(np.minimum(np.log1p(np.maximum(np.linalg.eigvalsh(information), 0.0)), np.log(count))))
+    return float(np.sum(np.minimum(np.log1p(np.maximum(np.linalg.eigvalsh(information), 0.0)), np.log(max(count, 1.0)))))
 
 
 def free_numbers(model):

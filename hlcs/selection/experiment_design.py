@@ -75,7 +75,7 @@ def next_experiment(sets, verdict):
             for term in fit.model.terms
             if term.name not in rest
         ]
-        wanted = separation_for(abs(sets.search.cost(effects) - sets.search.cost(sets.best)))
+        wanted = separation_for(abs(sets.cost(effects) - sets.cost(sets.best)))
         options = witnesses(problem, terms, wanted)
         if not any(option.tests == 1 for option in options):  # nothing costs less
             options += designs(problem, final, fits[effects], wanted)

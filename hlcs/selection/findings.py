@@ -174,7 +174,7 @@ def _leaves(sets, name, left):
         return told
     if left["foreseen"]:
         return f"{told}; it was not fitted, since other sets promised more"
-    if sets.search.cost(frozenset(left["effects"])) > sets.search.cost(sets.best):
+    if sets.cost(frozenset(left["effects"])) > sets.cost(sets.best):
         return f"{told}, which is more probable: it needs fewer numbers, or more usual ones"
     return f"{told}, but the others of that set do not hold on recordings that they were not fitted to"
 

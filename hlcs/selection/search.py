@@ -13,12 +13,15 @@ from functools import partial
 import numpy as np
 
 from hlcs.estimation.budget import Budget
+from hlcs.estimation.least_squares import project_out
 from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
 from hlcs.selection.thresholds import AGAIN, EXPANDED, FORESEEN, HELPS, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
+
+NEARER = (1, 1 / 2, 1 / 4, 1 / 8, 0)  # parts of the way to the numbers that were foreseen
 
 
 class Search:
@@ -36,6 +39,7 @@ class Search:
         self.budget = Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
         self.base_model = None  # LinearModel at the model under test
+        self.overdispersion = 1.0  # how many residuals count as one beside the best fit, where its adequacy has been judged
         self.expanded, self.foreseen = [], {}  # sets; set -> (Proposal, Fit that it was foreseen from)
         self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
         self.implied = frozenset()  # effects that the file implies and the data would show
@@ -97,6 +101,18 @@ class Search:
             self.progress("stopped: judging what was fitted so far (Ctrl-C again gives up)")
         return self
 
+    def wider(self, overdispersion):
+        """Go on as far as sets are of interest where so many residuals count as one; is one of them better than all before?"""
+        best = self.cost(self.ranked()[0])
+        self.overdispersion, self.first = overdispersion, []
+        return not self.budget.stopped and self.cost(self.run().ranked()[0]) < best - AGAIN
+
+    def reach(self):
+        """What a set may be foreseen to cost more than the best one, to be fitted: where more than noise is left, in units of it,
+        since what misleads the best fit misleads what is foreseen as well."""
+        fit = self.fits[self.ranked()[0]]
+        return REACH * max(self.overdispersion, 1.0 if self.noise_alone(fit) else fit.chi2 / fit.freedom)
+
     def _expand_and_refit(self):
         refits, unforeseen = 0, self.first
         while True:
@@ -108,13 +124,13 @@ class Search:
             if unforeseen:
                 unforeseen = []
                 continue
-            best = self.cost(self.ranked()[0])
-            promising = [each for each in self.open_proposals() if self.promising(*each, best)]
+            limit = self.cost(self.ranked()[0]) + self.reach()
+            promising = [each for each in self.open_proposals() if self.promising(*each, limit)]
             if not promising:
                 break
             if refits >= REFITS or self.budget.spent(f"{len(promising)} sets of effects that might do as well"):
                 break
-            together = self.parts_first(promising)
+            together = self.parts_first(promising, limit)
             together = together[: self.budget.affordable(TOGETHER)] if self.problem.simulator.contact else together[:1]
             named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3])
             self.progress(f"fitting {named}{self.budget.time_left()}")
@@ -133,21 +149,28 @@ class Search:
                     self.found.setdefault(id(parent), []).append((found, proposal.fall))
             refits += len(together)
 
-    def parts_first(self, proposals):
-        """The same [(Proposal, Fit it was foreseen from)], before each set those parts with one effect less that are not fitted:
-        far from the data what is foreseen of two effects flatters the one that bends least, and a part may do alone."""
+    def parts_first(self, proposals, limit):
+        """The same [(Proposal, Fit it was foreseen from)], before each set those parts with one effect less that are not fitted
+        and not foreseen to cost more than `limit`, the cheapest first.
+
+        Far from the data what is foreseen of two effects flatters the one that bends least, and a part may do alone.
+        """
         ordered = {}
         for proposal, parent in proposals:
+            parts = []
             for name in sorted(proposal.effects):
                 part = proposal.effects - {name}
                 if part and self.compatible(part) and part not in self.fits and part not in self.impossible:
-                    known = Proposal(np.inf, part, {other: proposal.numbers[other] for other in part}), parent
-                    ordered.setdefault(part, self.foreseen.get(part, known))
+                    known = Proposal(limit, part, {other: proposal.numbers[other] for other in part}), parent
+                    parts.append(self.foreseen.get(part, known))
+            for part in sorted(parts, key=lambda each: each[0].cost):
+                if part[0].cost <= limit:
+                    ordered.setdefault(part[0].effects, part)
             ordered.setdefault(proposal.effects, (proposal, parent))
         return list(ordered.values())
 
-    def promising(self, proposal, parent, best):
-        """May a set do as well as the best, and better than every part of it that is fitted?
+    def promising(self, proposal, parent, limit):
+        """May a set do as well as the best, cost no more than `limit`, and do better than every part of it that is fitted?
 
         What is foreseen to fall counts by the share that the fits of such sets found of it: where chi2 is rough, or nothing
         explains the data, a linear model promises much and keeps little; where fits found more, as much more may be found of all
@@ -158,9 +181,9 @@ class Search:
         lost = max(1 - self.share_found(parent), 0.0) * max(proposal.fall, 0.0)
         parts = [self.cost(known) for known in self.fits if known < proposal.effects]
         more = 0.0
-        if min(parts, default=np.inf) > best + REACH:
+        if min(parts, default=np.inf) > limit:
             more = max(self.share_found(self.base) - 1, 0.0) * (misfit(self.base) - misfit(parent) + proposal.fall)
-        if not proposal.cost + lost - more < min([best + REACH, *parts]):
+        if not proposal.cost + lost - more < min([limit, *parts]):
             return False
         if not self.problem.simulator.contact or self.noise_alone(self.fits[self.ranked()[0]]):
             return True
@@ -193,7 +216,7 @@ class Search:
         as good as it in units of what it leaves."""
         first = self.ranked()[0]
         fit = self.fits[first]
-        reach = 0.0 if self.noise_alone(fit) or self.budget.share > 0.5 else REACH * fit.chi2 / fit.freedom
+        reach = 0.0 if self.noise_alone(fit) or self.budget.share > 0.5 else self.reach()
         for effects in self.ranked()[:EXPANDED]:
             if effects in self.expanded or not np.isfinite(self.fits[effects].chi2):
                 continue
@@ -220,7 +243,10 @@ class Search:
         """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
         can be made."""
         best, guess = None, self.problem.initial_guess()
-        begun = [(proposal.numbers, parent.initial_states), *((numbers, guess) for numbers in self.beginnings(proposal))]
+        begun = [
+            (self.nearer(proposal.numbers, parent), parent.initial_states),
+            *((numbers, guess) for numbers in self.beginnings(proposal)),
+        ]
         for numbers, states in begun:  # states that were fitted to a wrong model may lead astray
             try:
                 fit = self.problem.fit(self.model_with(numbers), states)
@@ -234,6 +260,24 @@ class Search:
             if again or best.cost + self.price(proposal.effects) < proposal.cost + AGAIN or self.noise_alone(best):
                 break
         return best
+
+    def nearer(self, numbers, parent):
+        """Numbers {effect: {number: value}} that were foreseen from a fit, or nearer to where they stand in it, while the misfit
+        is larger there than at that fit: far away a linear model promises what cannot be, and a fit would get lost."""
+        known = {term.name: term.numbers for term in parent.model.terms}
+        for share in NEARER:
+            tried = {
+                name: {free.name: free.towards(known.get(name, {}), numbers[name][free.name], share) for free in entry.free}
+                for name, entry in ((name, self.candidates[name]) for name in numbers)
+            }
+            try:
+                white = self.problem.white_residuals(self.model_with(tried), parent.initial_states)
+            except InputError:  # numbers with which nothing can be simulated
+                continue
+            left = [project_out(q, part) for q, part in zip(parent.linearization.state_bases, white, strict=True)]
+            if np.sum(np.concatenate(left) ** 2) <= parent.chi2:
+                break
+        return tried
 
     def beginnings(self, proposal):
         """Numbers to begin a fit from, {effect: {number: value}} each, without those that say the same."""

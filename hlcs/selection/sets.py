@@ -13,26 +13,39 @@ from hlcs.selection.thresholds import EQUAL, INTERVAL, TIED
 class FittedSets:
     """What a finished search is worth on held-out data, and beside one another."""
 
-    def __init__(self, search, cross_validation):
-        self.search, self.cross_validation = search, cross_validation
+    def __init__(self, search, cross_validation, overdispersion=1.0):
+        """overdispersion: how many residuals count as one where no set is adequate; a wrong model concentrates falsely."""
+        self.search, self.cross_validation, self.overdispersion = search, cross_validation, overdispersion
         self.judged, self.reduced = {}, {}  # (set, effect) -> HeldOut; set that the search did not fit -> its Fit
-        self.inflation = 1.0  # chi2 per degree of freedom where the best set is not adequate: differences count for less there
+
+    def tempered(self, overdispersion):
+        """The same sets where the data count for less."""
+        return FittedSets(self.search, self.cross_validation, overdispersion)
+
+    def cost(self, effects):
+        """-2 log of the posterior probability of a fitted set, up to a constant of the data."""
+        return self.search.fits[effects].tempered(self.overdispersion) + self.search.price(effects)
+
+    @cached_property
+    def ranked(self):
+        """The fitted sets, the best first."""
+        return sorted(self.search.fits, key=lambda effects: (self.cost(effects), sorted(effects)))
 
     @cached_property
     def cheapest(self):
         """The set of highest posterior probability that stands; the model under test stands always."""
-        return next(effects for effects in self.search.ranked() if self.stands(effects))
+        return next(effects for effects in self.ranked if self.stands(effects))
 
     @cached_property
     def best(self):
         """The cheapest set that stands or, of those of as many effects that cost no more than EQUAL beyond it, that of the fewest
         numbers: a scale before a curve of five."""
-        search, cheapest = self.search, self.cheapest
+        cheapest = self.cheapest
         near = [cheapest]
-        for effects in search.ranked():
-            if len(effects) == len(cheapest) and 0 <= search.cost(effects) - search.cost(cheapest) <= EQUAL:
+        for effects in self.ranked:
+            if len(effects) == len(cheapest) and 0 <= self.cost(effects) - self.cost(cheapest) <= EQUAL:
                 near += [effects] if self.stands(effects) else []
-        return min(near, key=lambda effects: len(search.fits[effects].estimate))
+        return min(near, key=lambda effects: len(self.search.fits[effects].estimate))
 
     def stands(self, effects):
         """Does every effect of a set lower the held-out error beside the others? What the file implies needs no such proof."""
@@ -72,9 +85,11 @@ class FittedSets:
             return self.search.fits[effects]
         if effects not in self.reduced:
             larger = min((known for known in self.search.fits if effects < known), key=lambda known: (len(known), sorted(known)))
-            fit = self.search.fits[larger]
+            fit, base = self.search.fits[larger], self.search.fits[frozenset()]
             numbers = {term.name: term.numbers for term in fit.model.terms if term.name in effects}
-            self.reduced[effects] = self.search.problem.fit(self.search.model_with(numbers), fit.initial_states)
+            near = self.search.nearer(numbers, base)
+            states = fit.initial_states if near == numbers else base.initial_states
+            self.reduced[effects] = self.search.problem.fit(self.search.model_with(near), states)
         return self.reduced[effects]
 
     def worth(self, effects, name):
@@ -91,15 +106,13 @@ class FittedSets:
         """The best set and those that do as well, the best first: not beaten on held-out data, and none that holds a simpler
         one of less cost."""
         best, search = self.best, self.search
-        reach = search.cost(best) + TIED * self.inflation
-        near = [effects for effects in search.ranked() if search.cost(effects) <= reach and self.stands(effects)]
+        reach = self.cost(best) + TIED
+        near = [effects for effects in self.ranked if self.cost(effects) <= reach and self.stands(effects)]
         kept = [best]
         for effects in near:
-            if effects == best or any(
-                self.simpler(other, effects) for other in near if search.cost(other) < search.cost(effects)
-            ):
+            if effects == best or any(self.simpler(other, effects) for other in near if self.cost(other) < self.cost(effects)):
                 continue
-            if self.inflation > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]):
+            if self.overdispersion > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]):
                 kept.append(effects)
         return kept
 
@@ -113,12 +126,12 @@ class FittedSets:
 
     @cached_property
     def weights(self):
-        """Posterior probability of every fitted set among them; drawn together where the best one is not adequate."""
-        names = self.search.ranked()
-        costs = np.array([self.search.cost(effects) for effects in names])
-        beyond = self.search.cost(self.best) - self.search.cost(self.cheapest)
-        costs[costs < self.search.cost(self.best if beyond > EQUAL else self.cheapest)] = np.inf  # they do not stand
-        relative = np.exp(-(costs - self.search.cost(self.best)) / (2 * self.inflation))
+        """Posterior probability of every fitted set among them."""
+        names = self.ranked
+        costs = np.array([self.cost(effects) for effects in names])
+        beyond = self.cost(self.best) - self.cost(self.cheapest)
+        costs[costs < self.cost(self.best if beyond > EQUAL else self.cheapest)] = np.inf  # they do not stand
+        relative = np.exp(-(costs - self.cost(self.best)) / 2)
         return dict(zip(names, relative / relative.sum(), strict=True))
 
     @cached_property

@@ -60,16 +60,26 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     """
     problem, base = prepared.problem, prepared.base
     before, table_before = experiment.judge(*on_all(problem, base))
+
+    def finished(effects):
+        """(all rows, the final fit of a set on them, its Adequacy, table of observations)"""
+        judged, best = on_all(problem, experiment.polished(problem, search.fits[effects]))
+        return judged, best, *(experiment.judge(judged, best) if effects else (before, table_before))
+
     sets = FittedSets(search, cross_validation)
-    effects = sets.best
-    judged, best = on_all(problem, experiment.polished(problem, search.fits[effects]))
-    after, table_after = experiment.judge(judged, best) if effects else (before, table_before)
+    first = effects = sets.best
+    judged, best, after, table_after = finished(effects)
+    if not after.adequate and search.wider(after.overdispersion):
+        sets = FittedSets(search, cross_validation)
+        first = effects = sets.best
+        judged, best, after, table_after = finished(effects)
     if not after.adequate:
-        sets.inflation = max(after.chi2, 1.0)
-        if effects and explained(base, search.fits[effects]) < HELPS:  # it absorbs a part, and explains nothing
-            sets.best = effects = frozenset()
-            judged, best = on_all(problem, base)
-            after, table_after = before, table_before
+        sets = sets.tempered(max(after.overdispersion, 1.0))
+        if sets.best and explained(base, search.fits[sets.best]) < HELPS:  # it absorbs a part, and explains nothing
+            sets.best = frozenset()
+        effects = sets.best
+        if effects != first:
+            judged, best, after, table_after = finished(effects)
     search.progress("comparing sets")
     ordered, places = sets.ordered(effects), sets.alternatives()
     final = search.fits[effects]
@@ -167,7 +177,7 @@ def _parameters(sets, effects, best):
                 free.name: _withheld(holding, name, free)
                 or told(
                     interval(
-                        [(max(weight, 1e-12), *_number(fit, name, free.name, sets.inflation)) for weight, fit in holding],
+                        [(max(weight, 1e-12), *_number(fit, name, free.name, sets.overdispersion)) for weight, fit in holding],
                         free,
                         best.freedom,
                     ),
@@ -191,10 +201,10 @@ def _withheld(holding, name, free):
     return why and {"value": None, "low": None, "high": None, "unit": free.unit, "why": why}
 
 
-def _number(fit, name, number, inflation):
+def _number(fit, name, number, overdispersion):
     """(value, standard error) of one number of a fit, wider where the model is not adequate."""
     place = [(term.name, free.name) for term in fit.model.terms for free in term.candidate.free].index((name, number))
-    return fit.estimate[place], float(np.sqrt(inflation * max(fit.covariance[place, place], 0.0)))
+    return fit.estimate[place], float(np.sqrt(overdispersion * max(fit.covariance[place, place], 0.0)))
 
 
 def _steps(sets, ordered, errors):

@@ -50,3 +50,18 @@ def test_block_sums_are_divided_by_the_root_of_their_count():
 
 def test_blocks_begin_anew_with_each_channel():
     assert blocks_in_time([0, 0, 0, 1, 1, 1, 1], 2).tolist() == [0, 0, 1, 2, 2, 3, 3]
+
+
+def test_overdispersion_is_how_many_of_alike_residuals_count_as_one(generator):
+    """Noise that is one value in each block of eight: its block sums have eight times the variance, so eight count as one.
+
+    The mean of six such sums scatters by root(2/6) of 8; that of 200 trials by 0.33, and the clip and the fitted mean take nothing.
+    """
+    seen = [judged(np.repeat(generator.standard_normal(6), 8), generator, NONE).overdispersion for _ in range(200)]
+    assert abs(np.mean(seen) - 8) < 4 * 8 * np.sqrt(2 / 6 / 200)
+
+
+def test_overdispersion_of_white_noise_is_about_one(generator):
+    """The larger of two means of squares about 1, that of six sums with errors of root(2/6) = 0.6."""
+    seen = [judged(generator.standard_normal(COUNT), generator).overdispersion for _ in range(50)]
+    assert 1 < np.mean(seen) < 1.6

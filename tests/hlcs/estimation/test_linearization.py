@@ -34,3 +34,12 @@ def test_a_number_pays_twice_the_log_of_spread_over_error_and_never_more_than_on
     assert occam(np.diag([24.0, 0.0]), 1000) == pytest.approx(np.log(25.0))
     assert occam(np.diag([1e6, 1e6]), 50) == pytest.approx(2 * np.log(50.0))
     assert occam(np.zeros((0, 0)), 50) == 0.0 and occam(np.array([[np.nan]]), 50) == np.inf
+
+
+def test_where_many_residuals_count_as_one_the_data_tell_less_and_beliefs_stay():
+    """A rate of 1 known to information I at chi2 X: X / 4 + surprise + log(1 + I / 4) where four count as one."""
+    values = [np.array([1.0, 4.0, 2.0, 8.0, 5.0])]
+    fit = Line(TIMES, values, 2.0).fit(model(1.0))
+    paid = fit.tempered(4.0) - fit.chi2 / 4 - fit.surprise
+    (information,) = fit.information.ravel()
+    assert paid == pytest.approx(min(np.log1p(information / 4), np.log(5 / 4))) and fit.tempered(1.0) == fit.cost

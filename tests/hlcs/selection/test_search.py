@@ -9,7 +9,7 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
 from hlcs.selection.prediction import Proposal
 from hlcs.selection.search import Search
-from hlcs.selection.thresholds import ODDS
+from hlcs.selection.thresholds import ODDS, REACH
 from hlcs.simulation.model import Model
 from minibullet import effects
 
@@ -63,3 +63,19 @@ def test_what_is_foreseen_counts_by_the_share_that_fits_of_the_same_expansion_fo
     assert search.promising(proposal, search.base, search.cost(frozenset()))
     search.found[id(search.base)] = [(10.0, 20.0), (0.0, 20.0)]
     assert not search.promising(proposal, search.base, search.cost(frozenset()))
+
+
+def test_a_fit_begins_no_farther_off_than_the_misfit_allows():
+    """Slope 3: at 11 the misfit is seven times that at 0, at half of it less than there."""
+    search = searched(3.0)
+    for foreseen, begun in ((5.0, 5.0), (11.0, 5.5), (20.0, 5.0), (1e4, 0.0)):
+        assert search.nearer({"linear_drag": {"rate": foreseen}}, search.base) == {"linear_drag": {"rate": begun}}
+
+
+def test_a_search_goes_farther_where_more_than_noise_is_left(generator):
+    """Reach is 12, and 12 times what the best leaves per degree of freedom, or the overdispersion where that is judged."""
+    search = searched(0.0, noise=0.1, generator=generator)
+    assert search.reach() == REACH
+    search = searched(0.0, noise=0.3, generator=generator)
+    assert search.reach() == pytest.approx(REACH * search.base.chi2 / search.base.freedom) and search.reach() > 5 * REACH
+    assert not search.wider(20.0) and search.reach() == 20 * REACH

@@ -59,11 +59,13 @@ def test_an_interval_of_one_set_is_students_and_ends_where_the_law_ends():
 def test_at_equal_evidence_the_fewest_numbers_are_named_first(dearer, first):
     """A scale of one number beside a curve of five: equal evidence is a difference of 1, odds of 1 to 1.6."""
     costs = {("curve",): 10.0, ("scale",): 10.0 + dearer, (): 200.0}
-    fits = {
-        frozenset(names): SimpleNamespace(estimate=np.zeros({"curve": 5, "scale": 1}.get("".join(names), 0))) for names in costs
-    }
     by_cost = {frozenset(names): cost for names, cost in costs.items()}
-    search = SimpleNamespace(fits=fits, cost=by_cost.get, ranked=lambda: sorted(by_cost, key=by_cost.get))
+    counts = {("curve",): 5, ("scale",): 1, (): 0}
+    fits = {
+        frozenset(names): SimpleNamespace(estimate=np.zeros(count), tempered=lambda overdispersion, cost=costs[names]: cost)
+        for names, count in counts.items()
+    }
+    search = SimpleNamespace(fits=fits, price=lambda effects: 0.0)
     judged = FittedSets(search, None)
     judged.stands = lambda effects: True
     assert judged.best == {first}
