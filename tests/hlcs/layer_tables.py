@@ -28,7 +28,7 @@ def emulate(test):
     upper = np.arange(layers) > 0
     k = k * np.where(upper & (test.shape == "hull"), 1.10, 1.0) + 2.0 * test.margin
     k = k + upper * (0.1 * (test.friction - 0.36) - 0.1 * test.placement_scatter)
-    case = [test.seed, int(test.grid.triangular), int(1e4 * test.bottom.height(0.0, 1.0))]
+    case = [test.seed, int(test.grid.triangular), int(1e4 * abs(test.bottom.height(0.0, 1.0)))]
     shared = np.random.default_rng(case).standard_normal(layers)  # common random numbers: the same with and without an effect
     own = np.random.default_rng([*case, int(1e5 * test.margin), int(test.shape == "hull"), int(1e4 * test.friction)])
     wide = 1.0 + 5.0 * test.placement_scatter  # 2.5 times the scatter at 0.3 Dn, as units that miss their places give

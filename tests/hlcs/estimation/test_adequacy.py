@@ -55,7 +55,7 @@ def test_blocks_begin_anew_with_each_channel():
 def test_overdispersion_is_how_many_of_alike_residuals_count_as_one(generator):
     """Noise that is one value in each block of eight: its block sums have eight times the variance, so eight count as one.
 
-    The mean of six such sums scatters by root(2/6) of 8; that of 200 trials by 0.33, and the clip and the fitted mean take nothing.
+    The mean of six such sums scatters by root(2/6) of 8; that of 200 trials by 0.33.
     """
     seen = [judged(np.repeat(generator.standard_normal(6), 8), generator, NONE).overdispersion for _ in range(200)]
     assert abs(np.mean(seen) - 8) < 4 * 8 * np.sqrt(2 / 6 / 200)

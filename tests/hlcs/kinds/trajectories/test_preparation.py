@@ -51,7 +51,8 @@ def test_a_sample_that_stands_alone_is_told_beside_a_rest_that_is_left_out(tmp_p
     (tmp_path / "a.csv").write_text(csv(times, seen))
     path = tmp_path / "puck.toml"
     path.write_text(CUBE.replace("position = 0.001", "position = 0.0005") + '[[trial]]\nfile = "a.csv"\n')
-    notes = " ".join(prepare(measured(path)).notes)
+    prepared = prepare(measured(path))
+    notes = " ".join((*prepared.notes, *prepared.aside))
     assert "at rest from t_s" in notes and "1 isolated samples set aside for all models: x row 12" in notes
 
 
