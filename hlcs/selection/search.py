@@ -271,12 +271,13 @@ class Search:
                 for name, entry in ((name, self.candidates[name]) for name in numbers)
             }
             try:
-                white = self.problem.white_residuals(self.model_with(tried), parent.initial_states)
+                with np.errstate(all="ignore"):  # a run may leave the finite numbers there
+                    white = self.problem.white_residuals(self.model_with(tried), parent.initial_states)
+                    left = [project_out(q, part) for q, part in zip(parent.linearization.state_bases, white, strict=True)]
+                    if np.sum(np.concatenate(left) ** 2) <= parent.chi2:
+                        break
             except InputError:  # numbers with which nothing can be simulated
                 continue
-            left = [project_out(q, part) for q, part in zip(parent.linearization.state_bases, white, strict=True)]
-            if np.sum(np.concatenate(left) ** 2) <= parent.chi2:
-                break
         return tried
 
     def beginnings(self, proposal):

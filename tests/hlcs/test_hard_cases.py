@@ -19,6 +19,7 @@ from hard_cases import (
 )
 
 import hlcs
+from hlcs.mystery import making, scenes
 
 
 def reported(diagnosis):
@@ -180,3 +181,14 @@ def test_the_order_of_rows_changes_no_digit(tmp_path):
         (tmp_path / "falls.csv").write_text("height_m,fall_time_s\n" + "".join(rows[i] for i in order))
         answers.append(canonical(hlcs.diagnose(path, candidates=["quadratic_drag", "linear_drag", "clock_offset"])))
     assert answers[0] == answers[1]
+
+
+@pytest.mark.slow
+def test_a_dear_law_that_is_foreseen_beside_the_right_one_does_not_use_up_the_search(tmp_path, monkeypatch):
+    """A ball in water without its added mass misses by 50 sigma; a curved scale explains half of that, slowly."""
+    monkeypatch.setitem(making.OFFERS, "added_mass", making.Offer(scenes.tank, making.plain("coefficient"), 0.45, 0.55, ""))
+    for name, text in making.made("added_mass", 8.0, 1).items():
+        (tmp_path / name).write_text(text)
+    diagnosis = hlcs.diagnose(tmp_path / "experiment.toml")
+    assert diagnosis.verdict == "effect" and diagnosis.effects == ("added_mass",)
+    assert holds(diagnosis.parameters["added_mass"]["coefficient"], 0.4885)  # drawn with seed 1
