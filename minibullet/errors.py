@@ -1,7 +1,10 @@
 """What can go wrong, in two classes: the input is at fault, or it is not; and how messages quote what they were given."""
 
+import difflib
 from math import isfinite
 from numbers import Real
+
+LONGEST_NAME = 100  # letters of a name that is looked for in a text, or among known names
 
 
 class InputError(ValueError):
@@ -45,3 +48,11 @@ def shown_value(value, most=80):
         return shown(repr(value), most)
     except ValueError:  # a whole number of more than 4300 digits
         return "a number of thousands of digits"
+
+
+def nearest(name, known):
+    """The known name that somebody who wrote `name` most likely meant: the same word, one that begins with it, a like one."""
+    lower = str(name)[:LONGEST_NAME].strip().lower()
+    begins = [word for word in known if lower and word.lower().split("_")[0] == lower.split("_")[0]]
+    near = difflib.get_close_matches(lower, begins or list(known), n=1, cutoff=0.0)
+    return near[0]

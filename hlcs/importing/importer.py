@@ -7,7 +7,6 @@ from hlcs.data.model_entries import FILL_IN
 from hlcs.data.recordings import LEAST_AT_REST
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
-from hlcs.files.toml_files import nearest
 from hlcs.importing import optitrack, phyphox, spreadsheet, tracker
 from hlcs.importing.axes import ORDERS, UPS
 from hlcs.importing.experiment import (
@@ -26,7 +25,7 @@ from hlcs.importing.experiment import (
 )
 from hlcs.importing.found import Assumption, Overrides
 from hlcs.importing.units import CHOICES
-from minibullet.errors import InputError, is_number, shown, shown_value
+from minibullet.errors import InputError, is_number, nearest, shown, shown_value
 
 FORMATS = {"tracker": tracker, "phyphox": phyphox, "optitrack": optitrack, "csv": spreadsheet}
 GROUP = "what is held out together: name the day, the camera, the ball"
