@@ -52,7 +52,11 @@ def shown_value(value, most=80):
 
 def nearest(name, known):
     """The known name that somebody who wrote `name` most likely meant: the same word, one that begins with it, a like one."""
-    lower = str(name)[:LONGEST_NAME].strip().lower()
-    begins = [word for word in known if lower and word.lower().split("_")[0] == lower.split("_")[0]]
-    near = difflib.get_close_matches(lower, begins or list(known), n=1, cutoff=0.0)
-    return near[0]
+    lower, words = str(name)[:LONGEST_NAME].strip().lower(), {word.lower(): word for word in known}
+    begins = [word for word in words if lower and word.split("_")[0] == lower.split("_")[0]]
+    return words[difflib.get_close_matches(lower, begins or list(words), n=1, cutoff=0.0)[0]]
+
+
+def one_of(name, known, words="it must be one of"):
+    """The end of a message on a name that is none of the known ones: what it may be, and what was most likely meant."""
+    return f"{words} {', '.join(known)}; did you mean '{nearest(name, known)}'?"

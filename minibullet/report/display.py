@@ -6,6 +6,7 @@ from html import escape
 import numpy as np
 
 from minibullet.errors import InputError, is_number, shown_value
+from minibullet.values import Named, table
 
 MOST_ROWS = 12  # bodies that the table in a notebook lists
 MOST_FRAMES = 2000  # of a film: each keeps the pose of every body
@@ -19,7 +20,7 @@ def drawing():
     return drawing
 
 
-class Display:
+class Display(Named):
     """What a World shows of itself; nothing of it changes the world, but `record`, which lets time pass."""
 
     def __repr__(self):
@@ -33,15 +34,17 @@ class Display:
 
     def _repr_html_(self):
         rows = [
-            f"<tr><td>{escape(str(body.name))}</td><td>{escape(type(body.shape).__name__)}</td>"
-            f"<td>{escape(np.array2string(body.position, precision=4))}</td>"
-            f"<td>{'fixed' if body.fixed else f'{np.linalg.norm(body.velocity):.4g}'}</td></tr>"
+            (
+                body.name,
+                type(body.shape).__name__,
+                np.array2string(body.position, precision=4),
+                "fixed" if body.fixed else f"{np.linalg.norm(body.velocity):.4g}",
+            )
             for body in self.bodies[:MOST_ROWS]
         ]
         more = len(self.bodies) - MOST_ROWS
         rest = f"<p>and {more} more</p>" if more > 0 else ""
-        head = "<tr><th>body</th><th>shape</th><th>position [m]</th><th>speed [m/s]</th></tr>"
-        return f"<p>{escape(repr(self))}</p><table>{head}{''.join(rows)}</table>{rest}"
+        return table(repr(self), ("body", "shape", "position [m]", "speed [m/s]"), rows) + rest
 
     def draw(self, path=None, ax=None, **options):
         """A picture of the world as it stands: into a PNG file, onto matplotlib Axes, or both; returns the Axes.
