@@ -63,7 +63,8 @@ def __getattr__(name):
     except ModuleNotFoundError as problem:
         if problem.name != f"{__name__}.{name}":
             raise
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'") from None
+        told = f"module '{__name__}' has no attribute '{name}'"
+        raise AttributeError(told, name=name, obj=sys.modules[__name__]) from None
 
 
 def __dir__():

@@ -83,7 +83,7 @@ class Comparison(Judgement):
         "errors": before, after and noise; "where": where the model misses; "impacts": what each impact with the floor shows.
         """
         others = {"errors": self.errors, "where": self.where, "impacts": [asdict(impact) for impact in self.impacts]}
-        return self._observations() if table == "observations" else table_of(others, table)
+        return self._observations() if table == "observations" else table_of({"observations": ()} | others, table)
 
     def _observations(self):
         import pandas as pd
@@ -260,7 +260,9 @@ class Diagnosis(Judgement):
         numbers = [
             {"effect": name, "number": number, **entry} for name, of in self.parameters.items() for number, entry in of.items()
         ]
-        return table_of({"numbers": numbers, "steps": self.steps, "sets": self.sets, "where": self.where}, table)
+        return table_of(
+            {"candidates": (), "numbers": numbers, "steps": self.steps, "sets": self.sets, "where": self.where}, table
+        )
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ names it, and it is loaded when something is first shown: what computes needs no
 
 import importlib
 
-from minibullet.errors import InputError
+from minibullet.errors import InputError, one_of, shown_value
 
 RENDERERS = {
     "Comparison": "hlcs.report.comparison",
@@ -52,5 +52,5 @@ def table_of(tables, name):
     import pandas as pd
 
     if name not in tables:
-        raise InputError(f"table {name!r} is none of {', '.join(tables)}; give one of them, or leave it out")
+        raise InputError(one_of(name, tables, f"table {shown_value(name)} is none of"))
     return pd.DataFrame(list(tables[name]))

@@ -50,13 +50,24 @@ def shown_value(value, most=80):
         return "a number of thousands of digits"
 
 
-def nearest(name, known):
-    """The known name that somebody who wrote `name` most likely meant: the same word, one that begins with it, a like one."""
+def nearest(name, known, least=0.0):
+    """The known name that somebody who wrote `name` most likely meant: the same word, one that begins with it, a like one.
+
+    least: how alike it has to be, from 0 to 1; None where no name is.
+    """
     lower, words = str(name)[:LONGEST_NAME].strip().lower(), {word.lower(): word for word in known}
     begins = [word for word in words if lower and word.split("_")[0] == lower.split("_")[0]]
-    return words[difflib.get_close_matches(lower, begins or list(words), n=1, cutoff=0.0)[0]]
+    near = difflib.get_close_matches(lower, begins or list(words), n=1, cutoff=least)
+    return words[near[0]] if near else None
 
 
 def one_of(name, known, words="it must be one of"):
-    """The end of a message on a name that is none of the known ones: what it may be, and what was most likely meant."""
-    return f"{words} {', '.join(known)}; did you mean '{nearest(name, known)}'?"
+    """The end of a message on a name that is none of the known ones: what it may be, and which word was most likely meant."""
+    meant = f"; did you mean '{nearest(name, known)}'?" if isinstance(name, str) else ""
+    return f"{words} {', '.join(known)}{meant}"
+
+
+def if_alike(name, known):
+    """The end of a message where other words than the known ones may be right too: what was meant, if one of them is alike."""
+    near = nearest(name, known, 0.6)
+    return f"; did you mean '{near}'?" if near else ""

@@ -11,7 +11,7 @@ from importlib import resources
 
 import numpy as np
 
-from minibullet.errors import InputError
+from minibullet.errors import InputError, one_of, shown_value
 
 STUDIES = {"physical": "laboratory", "numerical": "paper's numerical model", "centi": "Centi (2020), numerical"}
 
@@ -92,7 +92,7 @@ def paper_numerical(table, grid=None, study="numerical"):
     table, grid: as for `laboratory`; study: "numerical", or "centi" for Centi (2020), of unknown N.
     """
     if study not in ("numerical", "centi"):
-        raise InputError(f"study = {study!r}; known studies are 'numerical' and 'centi'")
+        raise InputError(f"study = {shown_value(study)}; {one_of(study, ('numerical', 'centi'))}")
     return _layer_table(table, grid, study)
 
 
@@ -174,7 +174,7 @@ def _layer_table(table, grid, study):
 def _grid_of(table, grid, study):
     """The grid asked for, or the only one; refuses unknown tables, grids and studies by name."""
     if table not in ("table2", "table3"):
-        raise InputError(f"table = {table!r}; layer coefficients are in 'table2' and 'table3'")
+        raise InputError(f"table = {shown_value(table)}; {one_of(table, ('table2', 'table3'), 'layer coefficients are in')}")
     grids = sorted({row["grid"] for row in rows_of(table) if row["study"] == study})
     if not grids:
         raise InputError(f"{table} has no column {study!r}")
@@ -182,5 +182,5 @@ def _grid_of(table, grid, study):
         return grids[0]
     grid = getattr(grid, "name", grid)  # a placement grid knows its own name
     if grid not in grids:
-        raise InputError(f"grid = {grid!r}; {table} has {' and '.join(grids)}")
+        raise InputError(f"grid = {shown_value(grid)}; {one_of(grid, grids, f'{table} has')}")
     return grid
