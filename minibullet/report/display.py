@@ -1,6 +1,6 @@
 """How a world shows itself: a line, a table in a notebook, a picture, and a film of what it does next."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from html import escape
 
 import numpy as np
@@ -81,7 +81,7 @@ def _poses(world):
     return [[*body.position, *body.orientation] for body in world.bodies]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Film:
     """What bodies did: shown in a notebook with a slider for the time, as a GIF, as a page that opens offline, as an animation.
 
@@ -89,9 +89,19 @@ class Film:
     poses: of the bodies (f, n, 7), positions [m] and orientations (w, x, y, z).
     """
 
-    rows: tuple = field(repr=False)
+    rows: tuple
     times: np.ndarray
-    poses: np.ndarray = field(repr=False)
+    poses: np.ndarray
+
+    def __repr__(self):
+        frames, bodies = self.poses.shape[:2]
+        return f"<Film of {bodies} {'body' if bodies == 1 else 'bodies'}: {frames} frames from {self.times[0]:.6g} to {self.times[-1]:.6g} s>"
+
+    def plot(self, ax=None):
+        """Draw the height of every body's centre over time. ax: Axes to draw on, new ones where left out; returns the Axes."""
+        from minibullet.report import curves
+
+        return curves.height_axes(self, ax)
 
     def page(self, title="minibullet"):
         """The text of one HTML file: drag to turn, slide to move in time; title: what stands above it."""
