@@ -1,7 +1,8 @@
 """How a result is shown. A result is data; its text, page, picture and files are made by the renderer of its class.
 
-A renderer is a module with four functions of a result: `text`, `html`, `plot` (result, ax) and `save` (result, folder). RENDERERS
-names it, and it is loaded when something is first shown: what computes needs no reports, and no report is needed to compute.
+A renderer is a module with five functions of a result: `line`, `text`, `html`, `plot` (result, ax) and `save` (result, folder).
+RENDERERS names it, and it is loaded when something is first shown: what computes needs no reports, and no report is needed to
+compute.
 """
 
 import importlib
@@ -13,7 +14,10 @@ RENDERERS = {
     "Design": "hlcs.placement.design_report",
     "Diagnosis": "hlcs.report.diagnosis",
     "LayerComparison": "hlcs.placement.comparison_report",
+    "LayerTable": "hlcs.placement.table_report",
+    "Learned": "hlcs.report.learned",
     "PlacementResult": "hlcs.placement.report",
+    "Plan": "hlcs.report.plan",
 }
 
 
@@ -34,6 +38,9 @@ class Result:
 
     def __str__(self):
         return self.summary()
+
+    def __repr__(self):
+        return f"<{type(self).__name__}: {self._renderer().line(self)}>"
 
     def _repr_html_(self):
         return self._renderer().html(self)

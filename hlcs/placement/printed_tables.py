@@ -5,19 +5,20 @@ corrected there; where the print slips, docs/errata.md says how it is read. All 
 """
 
 import csv
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
 import numpy as np
 
+from hlcs.rendering import Result
 from minibullet.errors import InputError, one_of, shown_value
 
 STUDIES = {"physical": "laboratory", "numerical": "paper's numerical model", "centi": "Centi (2020), numerical"}
 
 
-@dataclass(frozen=True, eq=False)
-class LayerTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class LayerTable(Result):
     """Layer coefficients of repeated tests on one grid: a `hlcs.placement.statistics.Sample` that knows where it comes from."""
 
     title: str  # what was measured, by whom
@@ -27,9 +28,9 @@ class LayerTable:
     spacing_y: float  # b/Dn [-]
     bottom_slope: float  # grade of the bottom [-]
     campaign: str  # what was measured together, by the same hands
-    mean: np.ndarray = field(repr=False)  # (M,) mean layer coefficients [-], read-only
-    cv: np.ndarray = field(repr=False)  # (M,) coefficients of variation between tests [-], read-only
-    tests: np.ndarray = field(repr=False)  # (M,) number of tests, nan where the source does not say, read-only
+    mean: np.ndarray  # (M,) mean layer coefficients [-], read-only
+    cv: np.ndarray  # (M,) coefficients of variation between tests [-], read-only
+    tests: np.ndarray  # (M,) number of tests, nan where the source does not say, read-only
 
     def __post_init__(self):
         for name in ("mean", "cv", "tests"):
@@ -63,18 +64,6 @@ class LayerTable:
             "campaign": self.campaign,
         }
         return pandas.DataFrame(rows)
-
-    def summary(self):
-        """The table as text."""
-        lines = [f"{self.title} ({self.source})", f"{'layer':>5} {'mean':>7} {'CV':>7} {'N':>4}"]
-        for layer, mean, cv, tests in zip(self.layers, self.mean, self.cv, self.tests, strict=True):
-            lines.append(f"{layer:>5} {mean:>7.3f} {cv:>7.3f} {'?' if np.isnan(tests) else f'{tests:.0f}':>4}")
-        return "\n".join([*lines, f"{'sum':>5} {self.height_over_dn:>7.3f}"])
-
-    __str__ = summary
-
-    def _repr_html_(self):
-        return self.to_dataframe()[["layer", "mean", "cv", "tests"]].to_html(index=False)
 
 
 def laboratory(table, grid=None):

@@ -23,6 +23,15 @@ iframe { width: 100%; height: 32em; border: 1px solid #ddd } img { max-width: 10
 """
 
 
+def line(result):
+    """The result in a line: grid, units, height."""
+    layers, units, dn = len(result.poses), sum(len(poses) for poses in result.poses), result.test.unit.nominal_diameter
+    return (
+        f"{result.test.grid.name} grid, {layers} layers of {units} units of Dn {dn:.4g} m; height "
+        f"{or_dash(result.height_over_dn, '.3f')} Dn = {or_dash(result.height_over_dn * dn, '.3f')} m, {result.lost.sum()} lost"
+    )
+
+
 def text(result):
     """A few lines of text: the layers, the height, what was lost or did not settle."""
     data = result.to_dict()

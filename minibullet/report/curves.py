@@ -68,7 +68,7 @@ def run_axes(journal, ax=None):
     if journal.tolerance is not None:
         lower.axhline(journal.tolerance, color=SECOND, linestyle="--", linewidth=1, label="tolerance")
         lower.legend(frameon=False, fontsize=9)
-    _named(lower, "How exactly each step was solved", "time [s]", "relative residual [-]")
+    _named(lower, "How exactly each step was solved", "time [s]", "relative residual [-], zero as 1e-16")
     return axes
 
 

@@ -94,8 +94,9 @@ class Film:
     poses: np.ndarray
 
     def __repr__(self):
-        frames, bodies = self.poses.shape[:2]
-        return f"<Film of {bodies} {'body' if bodies == 1 else 'bodies'}: {frames} frames from {self.times[0]:.6g} to {self.times[-1]:.6g} s>"
+        frames, count = self.poses.shape[:2]
+        bodies = "1 body" if count == 1 else f"{count} bodies"
+        return f"<Film of {bodies}: {frames} frames from {self.times[0]:.6g} to {self.times[-1]:.6g} s>"
 
     def plot(self, ax=None):
         """Draw the height of every body's centre over time. ax: Axes to draw on, new ones where left out; returns the Axes."""
