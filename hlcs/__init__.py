@@ -26,6 +26,7 @@ HOMES = {
     "Experiment": "hlcs.kinds.experiment",
     "compare": "hlcs.compare",
     "diagnose": "hlcs.diagnose",
+    "predict": "hlcs.compare",
     "import_measurements": "hlcs.importing.importer",
     "MeshUnit": "hlcs.placement.mesh_units",
     "example_unit": "hlcs.placement.example_units",
