@@ -32,7 +32,7 @@ GROUP = "what is held out together: name the day, the camera, the ball"
 START = "m/s: in each [[trial]] that was let go at rest; what is not stated is fitted"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Imported:
     """What was read from exports and written as an experiment."""
 
@@ -54,6 +54,11 @@ class Imported:
         return "\n".join([*lines, "", f"Then: {self.next}"])
 
     __str__ = summary
+
+    def __repr__(self):
+        return (
+            f"<Imported: {self.kind}, {len(self.files)} files in {self.experiment.parent}, {len(self.fill_in)} places to fill in>"
+        )
 
     @property
     def next(self):

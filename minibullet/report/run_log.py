@@ -35,7 +35,7 @@ class Journal:
     def _repr_html_(self):
         found = self.summary()
         units = {"penetration_max": "m", "ledger_defect": "J", "reference_mass": "kg"}
-        rows = [(name.replace("_", " "), found[name], units.get(name, "")) for name in found if name in SHOWN]
+        rows = [(name.replace("_", " "), f"{found[name]:.4g}", units.get(name, "")) for name in found if name in SHOWN]
         return table(repr(self), ("quantity", "value", "unit"), rows)
 
     def plot(self, ax=None):

@@ -26,6 +26,8 @@ WRONG = [  # what is called, the wrong word, the one that was meant
     (lambda: hlcs.PlacementTest(bottom="slop:0.04"), "'slop:0.04'", "slope"),
     (lambda: hlcs.TPG.stacked("ACB"), "'ACB'", "ABC"),
     (lambda: hlcs.Grid("mine", 1.5, 1.3, stackin="ABA"), "'stackin'", "stacking"),
+    (lambda: hlcs.Cubipod(nominal_diametre=1.0), "'nominal_diametre'", "nominal_diameter"),
+    (lambda: hlcs.Cube(side=1.0).shape("peices"), "'peices'", "pieces"),
     (lambda: preset("papr"), "'papr'", "paper"),
     (lambda: hlcs.laboratory("table_2", grid="TPG"), "'table_2'", "table2"),
     (lambda: hlcs.laboratory("table2", grid="TGP"), "'TGP'", "TPG"),

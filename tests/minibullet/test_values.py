@@ -43,6 +43,8 @@ class Wind(mb.Effect):
         (mb.QuadraticDrag, "drag_coeficient", "drag_coefficient"),
         (mb.Gravity, "accelaration", "acceleration"),
         (Wind, "pusch", "push"),
+        (mb.Sphere, "raduis", "radius"),
+        (mb.ConvexPiece, "vertexes", "vertices"),
     ],
 )
 def test_an_unknown_argument_is_refused_with_the_nearest(make, wrong, right):
