@@ -43,7 +43,7 @@ class Value(Named):
         for field in fields(self):
             value, number = getattr(self, field.name), field.metadata.get("parameter")
             always = field.name in self._told or number is not None or field.default is MISSING
-            if value is None or not field.repr or not (always or value != field.default):
+            if value is None or not field.repr or not always and _equal(value, field.default):
                 continue
             unit = number.unit if number is not None else self._units.get(field.name, "")
             rows.append((field.name, _text(value), "" if unit in ("-", "1") else unit))
@@ -55,6 +55,13 @@ class Value(Named):
 
     def _repr_html_(self):
         return table(type(self).__name__, ("field", "value", "unit"), self._fields_told())
+
+
+def _equal(value, default):
+    try:
+        return bool(value == default)
+    except ValueError:  # an array is neither equal nor unequal to one number
+        return False
 
 
 def _text(value):

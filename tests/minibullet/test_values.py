@@ -4,6 +4,7 @@ import copy
 import pickle
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
 import minibullet as mb
@@ -32,6 +33,17 @@ class Wind(mb.Effect):
     """A push of the user's own."""
 
     push: float = mb.parameter(0.0, unit="m/s2", low=0.0, high=1.0, null=0.0)
+
+
+def test_a_field_that_is_an_array_is_shown_in_one_line():
+    """Whatever a user's class holds, its line can be printed: messages quote it."""
+
+    @dataclass(frozen=True, eq=False)
+    class Table(mb.Effect):
+        forces_at: object = ()
+
+    shown = repr(Table(np.arange(100.0)))
+    assert shown.startswith("Table(forces_at=array([ 0.,") and "\n" not in shown and len(shown) < 100
 
 
 @pytest.mark.parametrize(
