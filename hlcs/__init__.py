@@ -26,6 +26,7 @@ HOMES = {
     "Experiment": "hlcs.kinds.experiment",
     "compare": "hlcs.compare",
     "diagnose": "hlcs.diagnose",
+    "predict": "hlcs.compare",
     "import_measurements": "hlcs.importing.importer",
     "MeshUnit": "hlcs.placement.mesh_units",
     "example_unit": "hlcs.placement.example_units",
@@ -63,7 +64,8 @@ def __getattr__(name):
     except ModuleNotFoundError as problem:
         if problem.name != f"{__name__}.{name}":
             raise
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'") from None
+        told = f"module '{__name__}' has no attribute '{name}'"
+        raise AttributeError(told, name=name, obj=sys.modules[__name__]) from None
 
 
 def __dir__():

@@ -1,12 +1,19 @@
-"""Compare: where, and by how much, does the model miss the measurement."""
+"""Compare: where, and by how much, does the model miss the measurement; predict: what the model says of other experiments."""
 
 import os
 from dataclasses import replace
 
+import numpy as np
+
+from hlcs.data.outcome_tables import inputs_like, read_outcomes
+from hlcs.effects import check_names
 from hlcs.kinds.experiment import Experiment
+from hlcs.kinds.outcomes.checks import check_table
 from hlcs.kinds.protocol import OpenExperiment, Options
 from hlcs.placement.comparison import compare_layers
 from hlcs.records import Comparison
+from hlcs.simulation import outcome_motion
+from hlcs.simulation.model import Model
 from minibullet.errors import InputError
 
 
@@ -22,13 +29,8 @@ def compare(experiment, *others, effects=(), effects_file=None, seed=0, workers=
     """
     if not isinstance(experiment, str | os.PathLike | Experiment):
         return compare_layers(experiment, *others)
-    if len(others) + bool(effects) > 1:
-        raise InputError("compare: give one model, or effects=[..], not several")
-    nominal = changed = Experiment.read(experiment, allow_outside, effects_file)
-    if others:
-        changed = nominal.with_model(others[0])
-    elif effects:
-        changed = nominal.with_effects(effects)
+    nominal = Experiment.read(experiment, allow_outside, effects_file)
+    changed = _with_other_model("compare", nominal, others, effects)
     before = nominal.before() if changed is nominal else nominal
     options = Options(changed.user_effects, seed, workers, progress)
     comparison = comparison_of(changed.opened(options))
@@ -46,3 +48,40 @@ def comparison_of(experiment: OpenExperiment):
         return Comparison(**common, **nothing, notes=experiment.notes, advice=experiment.advice)
     seen = experiment.observe()._asdict()
     return Comparison(**common, **seen.pop("shown"), **seen)
+
+
+def predict(experiment, inputs, model=None, effects=(), effects_file=None, allow_outside=False):
+    """What a model says that a table of outcomes would read at other inputs: a pandas frame of the inputs and the outcome.
+
+    experiment: an Experiment of kind "outcomes", or the path of its file; inputs: columns of the table without its outcome, such
+    as {"height_m": [0.5, 1.0]}, as arrays or one number for all rows; model: to be taken in place of its own, such as
+    `diagnosis.model`; effects: values to be added to its model; effects_file: Python file with effects of your own that the file
+    names, run as code; allow_outside: let the experiment file name files outside its own folder. The outcome of a row stands in
+    the column of its name, such as fall_time_s, nan where the model says that it never comes (a body that floats). Raises
+    InputError where the input is at fault, or where the experiment is one of recordings or layers.
+    """
+    nominal = Experiment.read(experiment, allow_outside, effects_file)
+    changed = _with_other_model("predict", nominal, () if model is None else (model,), effects)
+    file, own = changed.file, changed.user_effects
+    if file.kind != "outcomes":
+        raise InputError(
+            f'predict: kind = "{file.kind}"; only a table of outcomes (kind = "outcomes") can be asked at other inputs'
+        )
+    check_names(file, own)
+    table = inputs_like(read_outcomes(file), inputs)
+    check_table(file, table)
+    setups = [outcome_motion.row_setup(file, table.inputs, row) for row in range(len(table.values))]
+    with np.errstate(all="ignore"):
+        found = outcome_motion.outcomes(Model(fixed=file.effects, own=tuple(own)), setups, table.inputs, table.outcome)
+    import pandas as pd
+
+    return pd.DataFrame({**table.inputs, table.outcome: found})
+
+
+def _with_other_model(caller, nominal, models, effects):
+    """The Experiment with one other model, or with effects added; itself without both."""
+    if len(models) + bool(effects) > 1:
+        raise InputError(f"{caller}: give one model, or effects=[..], not several")
+    if models:
+        return nominal.with_model(models[0])
+    return nominal.with_effects(effects) if effects else nominal

@@ -16,14 +16,15 @@ def diagnose(
 ):
     """Find what is missing from the model of an experiment; returns a Diagnosis.
 
-    experiment: an Experiment, or the path of an experiment file; candidates: names to try (None = the file's list, or all that
-    fit); effects_file: Python file with effects of your own, run as code; effects: the same as classes or values; seed, workers:
-    for layer data (paired simulations); progress: print what is being tried; allow_outside: let the experiment file name files
-    outside its own folder. Raises InputError where the input is at fault.
+    experiment: an Experiment, or the path of an experiment file; candidates: a name or names to try (None = the file's list, or
+    all that fit); effects_file: Python file with effects of your own, run as code; effects: the same as classes or values; seed,
+    workers: for layer data (paired simulations); progress: print what is being tried; allow_outside: let the experiment file name
+    files outside its own folder. Raises InputError where the input is at fault.
     """
     experiment = Experiment.read(experiment, allow_outside, effects_file).with_user_effects(own_classes(effects))
     opened = experiment.opened(Options(experiment.user_effects, seed, workers, progress, _logger(progress)))
-    found = diagnosis_of(opened, experiment.file.candidates if candidates is None else candidates)
+    names = [candidates] if isinstance(candidates, str) else candidates
+    found = diagnosis_of(opened, experiment.file.candidates if names is None else names)
     return replace(found, experiment=experiment)
 
 

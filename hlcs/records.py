@@ -25,7 +25,7 @@ class Judgement(Result):
         return self._renderer().text(self, details)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison(Judgement):
     """The answer of `hlcs.compare` for an experiment file: the model beside the measurement.
 
@@ -42,14 +42,14 @@ class Comparison(Judgement):
     where: tuple[dict, ...]  # where the model misses, the worst first
     noise: dict
     notes: tuple[str, ...] = ()
-    table: Any = field(default=None, repr=False, compare=False)  # one entry an observation: name -> array (n,)
+    table: Any = field(default=None, compare=False)  # one entry an observation: name -> array (n,)
     trials: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()  # names of the channels that the table numbers
     against: tuple[str, ...] = ()  # columns of the table that residuals are drawn against
     impacts: tuple = ()  # of data.impacts.Impact: what the samples around each impact with the floor show
     stated: dict = field(default_factory=dict)  # restitution and friction of the model under test
     advice: str = ""  # how to make the noise known, where it is not
-    before: "Comparison | None" = field(default=None, repr=False, compare=False)  # of the model without what was added
+    before: "Comparison | None" = field(default=None, compare=False)  # of the model without what was added
     added: tuple[str, ...] = ()  # names of the effects that were added, () = there is no before
 
     def to_json(self):
@@ -83,7 +83,7 @@ class Comparison(Judgement):
         "errors": before, after and noise; "where": where the model misses; "impacts": what each impact with the floor shows.
         """
         others = {"errors": self.errors, "where": self.where, "impacts": [asdict(impact) for impact in self.impacts]}
-        return self._observations() if table == "observations" else table_of(others, table)
+        return self._observations() if table == "observations" else table_of({"observations": ()} | others, table)
 
     def _observations(self):
         import pandas as pd
@@ -163,7 +163,7 @@ class NextExperiment:
         return self.text
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnosis(Judgement):
     """The answer of `hlcs.diagnose`; fields as in the result file, plus `model`, the mended model, ready to run.
 
@@ -189,11 +189,11 @@ class Diagnosis(Judgement):
     inclusion: dict = field(default_factory=dict)  # effect -> weight of all fitted sets that hold it
     explained: float | None = None  # share of the excess of chi2 over its expectation that the final model removes
     tolerance: dict | None = None  # what the user needs beside what is left: value, unit, left, met
-    learned: Any = field(default=None, repr=False)  # learning.Learned: the law that explains what no effect does, if any
-    model: Any = field(default=None, repr=False)
-    pictures: "Pictures | None" = field(default=None, repr=False, compare=False)
-    experiment: Any = field(default=None, repr=False, compare=False)  # the Experiment that was diagnosed
-    mended: Any = field(default=None, repr=False, compare=False)  # the Experiment that it was applied to and saved as
+    learned: Any = None  # learning.Learned: the law that explains what no effect does, if any
+    model: Any = None
+    pictures: "Pictures | None" = field(default=None, compare=False)
+    experiment: Any = field(default=None, compare=False)  # the Experiment that was diagnosed
+    mended: Any = field(default=None, compare=False)  # the Experiment that it was applied to and saved as
 
     @property
     def entries(self):
@@ -257,14 +257,13 @@ class Diagnosis(Judgement):
             names = ("effect", "accepted", "evidence", "fitted", "held_out", "same_as", "why")
             frame = pd.DataFrame([{name: getattr(finding, name) for name in names} for finding in self.candidates], columns=names)
             return frame.assign(same_as=frame["same_as"].map(", ".join))
-        numbers = [
-            {"effect": name, "number": number, **entry} for name, of in self.parameters.items() for number, entry in of.items()
-        ]
-        return table_of({"numbers": numbers, "steps": self.steps, "sets": self.sets, "where": self.where}, table)
+        found = {name: getattr(self, name) for name in ("candidates", "steps", "sets", "where")}
+        found["numbers"] = [{"effect": e, "number": name} | n for e, of in self.parameters.items() for name, n in of.items()]
+        return table_of(found, table)
 
 
-@dataclass(frozen=True)
-class Plan:
+@dataclass(frozen=True, repr=False)
+class Plan(Result):
     """The answer of `hlcs plan`: what finds an effect of a stated size with a stated power."""
 
     effect: str

@@ -1,19 +1,24 @@
 """How a result is shown. A result is data; its text, page, picture and files are made by the renderer of its class.
 
-A renderer is a module with four functions of a result: `text`, `html`, `plot` (result, ax) and `save` (result, folder). RENDERERS
-names it, and it is loaded when something is first shown: what computes needs no reports, and no report is needed to compute.
+A renderer is a module with five functions of a result: `line`, `text`, `html`, `plot` (result, ax) and `save` (result, folder).
+RENDERERS names it, and it is loaded when something is first shown: what computes needs no reports, and no report is needed to
+compute.
 """
 
 import importlib
 
-from minibullet.errors import InputError
+from minibullet.errors import InputError, one_of, shown_value
 
 RENDERERS = {
     "Comparison": "hlcs.report.comparison",
     "Design": "hlcs.placement.design_report",
     "Diagnosis": "hlcs.report.diagnosis",
     "LayerComparison": "hlcs.placement.comparison_report",
+    "LayerTable": "hlcs.placement.table_report",
+    "Learned": "hlcs.report.learned",
     "PlacementResult": "hlcs.placement.report",
+    "Plan": "hlcs.report.plan",
+    "SweepResult": "hlcs.placement.sweep_report",
 }
 
 
@@ -35,6 +40,9 @@ class Result:
     def __str__(self):
         return self.summary()
 
+    def __repr__(self):
+        return f"<{type(self).__name__}: {self._renderer().line(self)}>"
+
     def _repr_html_(self):
         return self._renderer().html(self)
 
@@ -52,5 +60,5 @@ def table_of(tables, name):
     import pandas as pd
 
     if name not in tables:
-        raise InputError(f"table {name!r} is none of {', '.join(tables)}; give one of them, or leave it out")
+        raise InputError(one_of(name, tables, f"table {shown_value(name)} is none of"))
     return pd.DataFrame(list(tables[name]))

@@ -1,7 +1,10 @@
 """What can go wrong, in two classes: the input is at fault, or it is not; and how messages quote what they were given."""
 
+import difflib
 from math import isfinite
 from numbers import Real
+
+LONGEST_NAME = 100  # letters of a name that is looked for in a text, or among known names
 
 
 class InputError(ValueError):
@@ -45,3 +48,26 @@ def shown_value(value, most=80):
         return shown(repr(value), most)
     except ValueError:  # a whole number of more than 4300 digits
         return "a number of thousands of digits"
+
+
+def nearest(name, known, least=0.0):
+    """The known name that somebody who wrote `name` most likely meant: the same word, one that begins with it, a like one.
+
+    least: how alike it has to be, from 0 to 1; None where no name is.
+    """
+    lower, words = str(name)[:LONGEST_NAME].strip().lower(), {word.lower(): word for word in known}
+    begins = [word for word in words if lower and word.split("_")[0] == lower.split("_")[0]]
+    near = difflib.get_close_matches(lower, begins or list(words), n=1, cutoff=least)
+    return words[near[0]] if near else None
+
+
+def one_of(name, known, words="it must be one of"):
+    """The end of a message on a name that is none of the known ones: what it may be, and which word was most likely meant."""
+    meant = f"; did you mean '{nearest(name, known)}'?" if isinstance(name, str) else ""
+    return f"{words} {', '.join(known)}{meant}"
+
+
+def if_alike(name, known):
+    """The end of a message where other words than the known ones may be right too: what was meant, if one of them is alike."""
+    near = nearest(name, known, 0.6)
+    return f"; did you mean '{near}'?" if near else ""

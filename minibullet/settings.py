@@ -2,14 +2,15 @@
 
 from dataclasses import dataclass, fields
 
-from minibullet.errors import InputError, is_number, shown_value
+from minibullet.errors import InputError, is_number, one_of, shown_value
+from minibullet.values import Value
 
 MOST_ITERATIONS = 1_000_000  # sweeps of one step: ten thousand times the default [-]
 SOLVERS = ("exact", "gauss_seidel", "sequential_impulse")
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(Value):
     """How a World computes. Raises InputError that names the field, its value and the rule.
 
     time_step [s]; friction, restitution: of a contact where the bodies say nothing else [-]; margin: layer around every body
@@ -29,6 +30,9 @@ class Settings:
     solver: str = "exact"
     iterations: int = 100
     tolerance: float = 1e-8
+
+    _units = {"time_step": "s", "margin": "m"}
+    _told = ("time_step", "friction", "restitution", "solver")
 
     def __post_init__(self):
         rules = {
@@ -54,4 +58,5 @@ class Settings:
                 object.__setattr__(self, field.name, type(field.default)(value))
         for name, allowed in (("damping_law", ("bullet", "per_step")), ("solver", SOLVERS)):
             if getattr(self, name) not in allowed:
-                raise InputError(f"settings: {name} = {getattr(self, name)!r}; it must be one of {', '.join(allowed)}")
+                value = getattr(self, name)
+                raise InputError(f"settings: {name} = {shown_value(value)}; {one_of(value, allowed)}")

@@ -29,7 +29,7 @@ GROUPS = {  # headings of the list, and the names under them that no rule puts t
     "Effects": (),
     "Placement": ("PlacementTest", "PlacementResult", "Grid", "RPG", "TPG", "Cube", "Cubipod"),
     "Measured layers": ("laboratory", "paper_numerical"),
-    "Experiments": ("Experiment", "import_measurements", "compare", "Comparison", "diagnose", "Diagnosis"),
+    "Experiments": ("Experiment", "import_measurements", "compare", "Comparison", "diagnose", "Diagnosis", "predict"),
     "Errors and warnings": ("EffectError", "InputError", "InputWarning", "SceneWarning"),
 }
 

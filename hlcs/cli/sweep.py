@@ -13,7 +13,7 @@ from hlcs.cli.options import (
     publish,
     workers_option,
 )
-from hlcs.placement import parameter_sweep
+from hlcs.placement import parameter_sweep, sweep_report
 from hlcs.processes.compilation import compile_engine
 
 
@@ -38,7 +38,7 @@ def sweep(file, store, workers, allow_outside, dask, out, json_file, quiet):
         if not dask:
             compile_engine(quiet)
         with ProgressBar("runs", None, quiet) as bar:
-            outcome = parameter_sweep.run_sweep(plan, store, workers, dask, bar.start)
+            found = parameter_sweep.SweepResult(plan, parameter_sweep.run_sweep(plan, store, workers, dask, bar.start))
         if folder:
-            parameter_sweep.write_sweep(plan, outcome, folder)
-    publish(parameter_sweep.document(plan, outcome), parameter_sweep.summary_text(plan, outcome), json_file, out, quiet)
+            sweep_report.write(found, folder)
+    publish(found.to_dict(), found.summary(), json_file, out, quiet)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from hlcs.course import lesson_text, notebooks
 from hlcs.files import folders
-from minibullet.errors import InputError
+from minibullet.errors import InputError, one_of
 
 PACKED = Path(__file__).resolve().parent / "lessons"
 CHECKOUT = Path(__file__).resolve().parents[2] / "docs" / "course"
@@ -52,5 +52,5 @@ def folder():
 
 def _text(name):
     if name not in names():
-        raise InputError(f"lesson '{name}': unknown; the lessons are {', '.join(names())}")
+        raise InputError(f"lesson '{name}': unknown; {one_of(name, names(), 'the lessons are')}")
     return (folder() / f"{name}.md").read_text(encoding="utf-8")

@@ -20,20 +20,24 @@ def is_frame(thing):
 def csv_of(frame, name):
     """The CsvText of a frame, so that one reader checks files and frames alike: row 1 names the columns, a blank is missing.
 
-    frame: columns of equal length by name (pandas, a dictionary, a structured array); None and NaN are blank; name: what messages
-    call it. Raises InputError where it is no frame, or a column has another shape or length.
+    frame: columns of equal length by name (pandas, a dictionary, a structured array); one value in place of a column stands in
+    every row, and columns of one value each are one row; None and NaN are blank; name: what messages call it. Raises InputError
+    where it is no frame, or a column has another shape or length.
     """
     if not is_frame(frame):
         raise InputError(f"{name}: {type(frame).__name__} has no columns by name; give {LIKE}")
     names = list(frame.keys()) if hasattr(frame, "keys") else list(frame.dtype.names)
     columns = {str(column): np.asarray(frame[column], dtype=object) for column in names}
     for column, values in columns.items():
-        if values.ndim != 1:
-            raise InputError(f"{name}, column {column}: has shape {values.shape}; give one number a row, shape (n,)")
-    lengths = {column: len(values) for column, values in columns.items()}
+        if values.ndim > 1:
+            told = f"has shape {values.shape}; give one number a row, shape (n,), or one number for all rows"
+            raise InputError(f"{name}, column {column}: {told}")
+    lengths = {column: len(values) for column, values in columns.items() if values.ndim}
     if len(set(lengths.values())) > 1:
         told = ", ".join(f"{column} {length}" for column, length in lengths.items())
         raise InputError(f"{name}: columns of different lengths ({told}); give all of them the same number of rows")
+    rows = next(iter(lengths.values()), 1)
+    columns = {column: values if values.ndim else np.full(rows, values, dtype=object) for column, values in columns.items()}
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(columns)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hlcs.data import validation
+from hlcs.data.frames import csv_of
 from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.files.csv_files import CsvLayout, CsvText, read_csv
 from minibullet.errors import InputError
@@ -61,14 +62,7 @@ def read_table(path):
     if len(rows) < 3:
         raise InputError(f"{read.name}: {len(rows)} rows; at least 3 experiments are needed")
     (outcome,) = outcomes
-    for name, (low, high) in (INPUTS | {outcome: (0 if OUTCOMES[outcome] != "m" else -10, 1e4)}).items():
-        outside = (columns[name] < low) | (columns[name] > high) if name in columns else np.zeros(1, bool)
-        if outside.any():
-            worst = int(np.argmax(outside))
-            raise InputError(
-                f"{read.place(worst, name)}: {columns[name][worst]:g} cannot be right; it must be "
-                f"between {low:g} and {high:g} (m, s, kg; angles in degrees, a slope is rise over run)"
-            )
+    _check_ranges(read, INPUTS | {outcome: (0 if OUTCOMES[outcome] != "m" else -10, 1e4)})
     inputs = {name: values for name, values in columns.items() if name not in (outcome, "group", *errors)}
     settings = np.column_stack(list(inputs.values())) if inputs else np.zeros((len(rows), 1))
     setting = np.unique(settings, axis=0, return_inverse=True)[1].reshape(-1)
@@ -87,6 +81,34 @@ def read_table(path):
     inputs, input_sd = ({name: column[order] for name, column in some.items()} for some in (inputs, input_sd))
     groups = groups[order] if "group" in columns else np.array([f"row {row}" for row in rows[order]])
     return OutcomeTable(path, outcome, values[order], inputs, groups, setting[order], rows[order], notes, input_sd)
+
+
+def inputs_like(table, frame):
+    """The OutcomeTable of other rows than those of `table`, in the order in which they are given; their outcomes are nan.
+
+    frame: inputs as columns, as `frames.csv_of` takes them, without the outcome. InputError where one is unknown or cannot be.
+    """
+    text = csv_of(frame, "inputs")
+    read = read_csv(text, CsvLayout(tuple(INPUTS)))
+    _check_ranges(read, INPUTS)
+    count, given = len(read.rows), text.text.count("\n") - 1
+    if count < given:  # of a file a row without any cell is no row; here an answer for each is awaited
+        blank = min({*range(2, given + 2)} - {*read.rows.tolist()})
+        raise InputError(f"inputs, row {blank}: blank; every row needs its inputs")
+    each, names = np.arange(count), np.array([f"row {row}" for row in read.rows])
+    return OutcomeTable(text, table.outcome, np.full(count, np.nan), read.columns, names, each, read.rows, ())
+
+
+def _check_ranges(read, ranges):
+    """InputError at the first value of a CsvTable beyond its range; ranges: {column: (low, high)}."""
+    for name, (low, high) in ranges.items():
+        outside = (read.columns[name] < low) | (read.columns[name] > high) if name in read.columns else np.zeros(1, bool)
+        if outside.any():
+            worst = int(np.argmax(outside))
+            raise InputError(
+                f"{read.place(worst, name)}: {read.columns[name][worst]:g} cannot be right; it must be "
+                f"between {low:g} and {high:g} (m, s, kg; angles in degrees, a slope is rise over run)"
+            )
 
 
 def _input_error(read, column, name, setting):

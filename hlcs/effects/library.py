@@ -1,7 +1,6 @@
 """The library of what may be missing: every effect of the engine and every change of this room, by name, and the user's own."""
 
 import dataclasses
-import difflib
 from functools import cache
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from hlcs.effects.candidates import build, candidate, ends_of_law
 from hlcs.effects.contract import Change
 from minibullet.effects.catalogue import classes_in
 from minibullet.effects.contract import Effect, name_of, parameters
-from minibullet.errors import InputError, is_number
+from minibullet.errors import InputError, is_number, nearest, shown
 
 
 @cache
@@ -32,8 +31,7 @@ def class_named(name, own=()):
     """The class of that name, shipped or the user's; InputError with the nearest known name."""
     known = with_own(own)
     if name not in known:
-        near = difflib.get_close_matches(name, sorted(known), n=1, cutoff=0.0)[0]
-        raise InputError(f"unknown effect '{name}'; the nearest known effect is '{near}'")
+        raise InputError(f"unknown effect '{shown(name)}'; the nearest known effect is '{nearest(name, known)}'")
     return known[name]
 
 

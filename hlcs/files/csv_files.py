@@ -10,8 +10,7 @@ from math import isfinite, nan
 
 import numpy as np
 
-from hlcs.files.toml_files import nearest
-from minibullet.errors import InputError, shown
+from minibullet.errors import InputError, nearest, shown
 from minibullet.files.reading import read_text
 
 MOST_ROWS = 200_000  # of a file, and of all recordings of an experiment: what `hlcs compare` does in 2 GB of memory

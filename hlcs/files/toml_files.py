@@ -6,7 +6,6 @@ Nothing in the text can make the reader slow, or fail in another way: it is boun
 """
 
 import copy
-import difflib
 import os
 import re
 import tomllib
@@ -14,7 +13,7 @@ import warnings
 from pathlib import Path
 
 from hlcs.files import limits
-from minibullet.errors import InputError, InputWarning, is_number, shown, shown_value
+from minibullet.errors import LONGEST_NAME, InputError, InputWarning, is_number, nearest, shown, shown_value
 from minibullet.files.reading import read_text
 
 EXAMPLES = {
@@ -30,15 +29,6 @@ LARGEST = 1e12  # no quantity of a laboratory is larger in SI units, and its cub
 _PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 DOTTED = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{MOST_DEPTH}}}")
 CONTROLS = re.compile("[\x00-\x1f\x7f-\x9f]")
-LONGEST_KEY = 100  # letters of a key that is looked for in the text, or among known names
-
-
-def nearest(name, known):
-    """The known name that somebody who wrote `name` most likely meant: the same word, one that begins with it, a like one."""
-    lower = str(name)[:LONGEST_KEY].strip().lower()
-    begins = [word for word in known if lower and word.lower().split("_")[0] == lower.split("_")[0]]
-    near = difflib.get_close_matches(lower, begins or list(known), n=1, cutoff=0.0)
-    return near[0]
 
 
 class TomlFile:
@@ -106,7 +96,7 @@ class TomlFile:
 
     def line_of(self, key, section="", index=None):
         """Line number (from 1) where the key stands in its section, by a search of the text; None where not found."""
-        if len(key) > LONGEST_KEY:
+        if len(key) > LONGEST_NAME:
             return None
         current, count, fallback = "", -1, None
         pattern = re.compile(rf"(^|[\s{{,.\[])[\"']?{re.escape(key)}[\"']?\s*[=\].]")

@@ -7,7 +7,6 @@ from hlcs.data.model_entries import FILL_IN
 from hlcs.data.recordings import LEAST_AT_REST
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
-from hlcs.files.toml_files import nearest
 from hlcs.importing import optitrack, phyphox, spreadsheet, tracker
 from hlcs.importing.axes import ORDERS, UPS
 from hlcs.importing.experiment import (
@@ -26,14 +25,14 @@ from hlcs.importing.experiment import (
 )
 from hlcs.importing.found import Assumption, Overrides
 from hlcs.importing.units import CHOICES
-from minibullet.errors import InputError, is_number, shown, shown_value
+from minibullet.errors import InputError, is_number, nearest, one_of, shown, shown_value
 
 FORMATS = {"tracker": tracker, "phyphox": phyphox, "optitrack": optitrack, "csv": spreadsheet}
 GROUP = "what is held out together: name the day, the camera, the ball"
 START = "m/s: in each [[trial]] that was let go at rest; what is not stated is fitted"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Imported:
     """What was read from exports and written as an experiment."""
 
@@ -55,6 +54,11 @@ class Imported:
         return "\n".join([*lines, "", f"Then: {self.next}"])
 
     __str__ = summary
+
+    def __repr__(self):
+        return (
+            f"<Imported: {self.kind}, {len(self.files)} files in {self.experiment.parent}, {len(self.fill_in)} places to fill in>"
+        )
 
     @property
     def next(self):
@@ -86,7 +90,7 @@ def import_measurements(files, format, out, static=None, **overrides):
     """
     paths = [files] if isinstance(files, str | Path) else list(files)
     if format not in FORMATS:
-        raise InputError(f"'{shown(format)}' is no format; one of {', '.join(FORMATS)}")
+        raise InputError(f"'{shown(format)}' is no format; {one_of(format, FORMATS, 'one of')}")
     if not paths:
         raise InputError("no file to import")
     reader, said = FORMATS[format], checked_overrides(format, overrides)
@@ -132,7 +136,7 @@ def checked_overrides(format, given):
     for name, choices in (("up", UPS), ("rotation_order", ORDERS), *((f"{one}_unit", units) for one, units in CHOICES.items())):
         value = getattr(said, name)
         if value is not None and value not in choices:
-            raise InputError(f"{option(name)} {shown_value(value)}: must be one of {', '.join(choices)}")
+            raise InputError(f"{option(name)} {shown_value(value)}: {one_of(value, choices, 'must be one of')}")
     if said.frame_rate is not None and not (is_number(said.frame_rate) and 1e-3 <= said.frame_rate <= 1e7):
         raise InputError(f"--frame-rate {shown_value(said.frame_rate)}: must be a number of pictures a second, such as 240")
     if said.release_time is not None and not is_number(said.release_time):

@@ -6,14 +6,15 @@ from typing import Any
 
 from hlcs.files.documents import plain
 from hlcs.learning.laws import AXES
+from hlcs.rendering import Result
 from minibullet.effects.catalogue import module_of
 from minibullet.effects.contract import name_of
 
 FILE = "learned_effect.py"  # name of the effect's file beside a result
 
 
-@dataclass(frozen=True)
-class Learned:
+@dataclass(frozen=True, repr=False)
+class Learned(Result):
     """A law of one variable that foretells recordings it was not fitted to."""
 
     variable: str
@@ -24,7 +25,7 @@ class Learned:
     held_out: dict  # before, after: error of recordings that the numbers were not fitted to, in the unit of the error
     band: dict  # grid, value, low, high (k,): the force per mass as a table of the variable; empty for an oscillation
     also: tuple[str, ...]  # other variables that foretell the recordings as well
-    fit: Any = field(default=None, repr=False, compare=False)  # of the model with the law in it; None where there is no effect
+    fit: Any = field(default=None, compare=False)  # of the model with the law in it; None where there is no effect
 
     @property
     def file_name(self):

@@ -5,14 +5,13 @@ made by `tests/blind/remake_mysteries.py`, new ones by `make`, each by an integr
 the folder of a set that `make` wrote does as well.
 """
 
-import difflib
 import json
 import tomllib
 from pathlib import Path
 
 from hlcs.files.folders import result_folder, write_bytes, write_text
 from hlcs.mystery.seal import SEALED, opened
-from minibullet.errors import InputError
+from minibullet.errors import InputError, nearest
 
 FOLDER = Path(__file__).resolve().parent / "data"
 
@@ -93,7 +92,7 @@ def _folder(name):
         return FOLDER / name
     if (Path(name) / SEALED).is_file():
         return Path(name)
-    near = difflib.get_close_matches(str(name), known, n=1, cutoff=0.0)
+    near = nearest(name, known)
     raise InputError(
-        f"mystery '{name}': unknown, and no folder with {SEALED}; the nearest name is '{near[0]}' (all: {', '.join(known)})"
+        f"mystery '{name}': unknown, and no folder with {SEALED}; the nearest name is '{near}' (all: {', '.join(known)})"
     )

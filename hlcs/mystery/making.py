@@ -5,7 +5,6 @@ Strength is the discovery page's: what the effect changes in the recordings once
 in standard deviations of the noise.
 """
 
-import difflib
 from collections.abc import Callable
 from math import exp, log
 from typing import NamedTuple
@@ -16,7 +15,7 @@ from scipy.optimize import brentq
 from hlcs.files.documents import to_toml
 from hlcs.mystery import recording, scenes
 from hlcs.mystery.seal import SEALED, sealed
-from minibullet.errors import InputError, is_number, shown
+from minibullet.errors import InputError, is_number, nearest, shown
 
 FINEST, COARSEST = 2e-4, 1e-2  # m: a good tracker close by, a film of a telephone from far
 SCENES = 8  # that are drawn until one can show an effect of the strength that is asked for
@@ -105,8 +104,9 @@ def made(effect, strength, seed):
 
 def _offered(effect):
     if effect not in OFFERS:
-        near = difflib.get_close_matches(str(effect), OFFERS, n=1, cutoff=0.0)[0]
-        raise InputError(f"effect '{shown(effect)}': cannot be hidden; did you mean '{near}'? (all: {', '.join(OFFERS)})")
+        raise InputError(
+            f"effect '{shown(effect)}': cannot be hidden; did you mean '{nearest(effect, OFFERS)}'? (all: {', '.join(OFFERS)})"
+        )
     return OFFERS[effect]
 
 

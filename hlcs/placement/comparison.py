@@ -16,7 +16,7 @@ from hlcs.rendering import Result
 from minibullet.errors import InputError
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LayerComparison(Result):
     """Model and measurement of the same layers, from the first on. Errors are model minus measured: positive = too thick.
 

@@ -8,6 +8,13 @@ from hlcs.placement import figures
 from hlcs.placement.number_text import or_dash, percent
 
 
+def line(comparison):
+    """The comparison in a line: layers and errors."""
+    errors = {"mean relative error": "mean_relative_error", "signed bias": "signed_bias", "height error": "height_error"}
+    told = ", ".join(f"{words} {percent(getattr(comparison, name), '+.2f')} %" for words, name in errors.items())
+    return f"{comparison.title}; {len(comparison.model.mean)} layers, {told}"
+
+
 def text(comparison):
     """The table as text."""
     lines = [

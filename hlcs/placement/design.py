@@ -156,7 +156,7 @@ class Option:
         }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Design(Result):
     """What reaches a height: the options, cheapest in concrete first, and where the figures come from.
 

@@ -19,6 +19,11 @@ PARTS = {  # of the variance, in words
 }
 
 
+def line(design):
+    """The design in a line: what to take."""
+    return headline(design)
+
+
 def text(design):
     """The report: what to take, the options, what the uncertainty is made of."""
     lines = [headline(design), "", *table(design), ""]

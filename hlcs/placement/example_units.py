@@ -10,7 +10,7 @@ from scipy.spatial import HalfspaceIntersection
 
 from hlcs.placement.mesh_units import MeshUnit
 from hlcs.placement.units import Cube, Cubipod
-from minibullet.errors import InputError
+from minibullet.errors import InputError, one_of, shown_value
 from minibullet.shapes import polyhedra
 from minibullet.shapes.convex import ConvexPiece
 
@@ -28,7 +28,7 @@ def example_unit(name, side=1.0):
     """
     makers = {"cube": _of_pieces(Cube), "cubipod": _of_pieces(Cubipod), "tetrapod": _tetrapod}
     if name not in makers:
-        raise InputError(f"example unit {name!r}: unknown; give one of {', '.join(makers)}")
+        raise InputError(f"example unit {shown_value(name)}: unknown; {one_of(name, makers, 'give one of')}")
     hulls = [ConvexPiece(side * _sorted(piece.vertices)) for piece in makers[name]()]
     parts = [(piece.vertices, polyhedra.triangles_of(piece.faces)) for piece in hulls]
     return MeshUnit(f"{name}.obj", tuple(parts), tuple(hulls))

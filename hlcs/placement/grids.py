@@ -7,14 +7,15 @@ import numpy as np
 from scipy.spatial import ConvexHull, Delaunay, QhullError, Voronoi
 
 from hlcs.files.csv_files import decimal
-from minibullet.errors import InputError
+from minibullet.errors import InputError, if_alike, one_of
+from minibullet.values import Value
 
 STACKINGS = ("ABC", "ABA")
 WIDEST = 10.0  # spacing of a grid: units so far apart are no layer, they never touch [Dn]
 
 
 @dataclass(frozen=True)
-class Grid:
+class Grid(Value):
     """A placement grid (the paper's Fig. 3).
 
     spacing_x (the paper's a) along a row and spacing_y (b) from row to row, both in Dn. On a triangular grid every
@@ -34,6 +35,8 @@ class Grid:
     triangular: bool = False  # every other row is shifted by half of spacing_x
     stacking: str = "ABC"  # which hollow the next layer takes: "ABC" or "ABA"
 
+    _units = {"spacing_x": "Dn", "spacing_y": "Dn"}
+
     def __post_init__(self):
         for field in ("spacing_x", "spacing_y"):
             value = getattr(self, field)
@@ -45,7 +48,7 @@ class Grid:
                     "diameters Dn, not in mm"
                 )
         if self.stacking not in STACKINGS:
-            raise InputError(f"grid '{self.name}': stacking = {self.stacking!r}; give one of {', '.join(STACKINGS)}")
+            raise InputError(f"grid '{self.name}': stacking = {self.stacking!r}; {one_of(self.stacking, STACKINGS)}")
 
     @classmethod
     def parse(cls, text):
@@ -62,6 +65,7 @@ class Grid:
         except (ValueError, KeyError):
             raise InputError(
                 f"grid '{text}': not understood; give TPG, RPG, or two spacings in Dn such as 1.5,1.3 (or 1.5,1.3,triangular)"
+                f"{if_alike(text, ('TPG', 'RPG'))}"
             ) from None
         return cls(",".join(words), spacing_x, spacing_y, triangular)
 

@@ -15,7 +15,7 @@ from scipy.spatial import ConvexHull
 from hlcs.placement.convex_parts import convex_parts
 from hlcs.placement.units import CONCRETE, UNITS, Unit
 from minibullet import rotations
-from minibullet.errors import InputError, shown_value
+from minibullet.errors import InputError, if_alike, shown_value
 from minibullet.rotations import cross, dot
 from minibullet.shapes import mesh_files, polyhedra, surfaces
 from minibullet.shapes.convex import ConvexPiece
@@ -207,7 +207,7 @@ def parse_armour(armour, folder="."):
         return MeshUnit.read(Path(folder) / armour.strip())
     raise InputError(
         f"placement: armour = {shown_value(armour)}; it must be one of {', '.join(UNITS)}, or a mesh file of the unit that ends "
-        f"in {', '.join(ENDINGS)}"
+        f"in {', '.join(ENDINGS)}{if_alike(armour, UNITS)}"
     )
 
 

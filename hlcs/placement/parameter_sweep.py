@@ -32,6 +32,7 @@ from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.run_store import Store, key_of
 from hlcs.placement.settings_table import settings_of
 from hlcs.placement.single_run import result_of
+from hlcs.rendering import Result, table_of
 from minibullet.errors import InputError, shown_value
 
 MOST_RUNS = 100_000
@@ -46,6 +47,27 @@ class Sweep:
     names: tuple[str, ...]
     values: tuple[tuple, ...]  # of each run, one a name
     tests: tuple[PlacementTest, ...]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SweepResult(Result):
+    """What the runs of a Sweep gave; outcome: as `run_sweep` returns it."""
+
+    sweep: Sweep
+    outcome: dict
+
+    @property
+    def rows(self):
+        """One dictionary a run: its settings, and its numbers or its error."""
+        return self.outcome["rows"]
+
+    def to_dict(self):
+        """The JSON of `hlcs sweep`."""
+        return document(self.sweep, self.outcome)
+
+    def to_dataframe(self, table="runs"):
+        """A table of the sweep as a pandas frame: "runs", one row each, or "summary", runs that differ in the seed as one row."""
+        return table_of({"runs": self.rows, "summary": summary_rows(self.sweep, self.rows)}, table)
 
 
 def read_sweep_file(path, allow_outside=False):

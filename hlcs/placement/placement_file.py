@@ -15,7 +15,7 @@ from math import isfinite
 from pathlib import Path
 
 import minibullet as mb
-from hlcs.files.toml_files import LARGEST, TomlFile, nearest
+from hlcs.files.toml_files import LARGEST, TomlFile
 from hlcs.placement import validation
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.mesh_units import ENDINGS, parse_armour, unit_of
@@ -24,7 +24,7 @@ from hlcs.placement.sea_bottom import parse_bottom
 from hlcs.placement.standing_units import parse_standing
 from minibullet.effects import library
 from minibullet.effects.contract import parameters
-from minibullet.errors import InputError, shown_value
+from minibullet.errors import InputError, nearest, shown_value
 
 FIELDS = tuple(field.name for field in fields(PlacementTest))
 KEYS = (*FIELDS, "nominal_diameter", "stacking")

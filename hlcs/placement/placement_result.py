@@ -1,6 +1,6 @@
 """What a placement test gave: layers, their scatter, what was lost; how it is shown and saved is told by its renderer."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from hlcs.rendering import Result, renderer_of
 MISPLACED = 0.5  # a unit that comes to rest farther than this from its aim, in plan, is misplaced [Dn]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PlacementResult(Result):
     """What a placement test gave: a frozen value.
 
@@ -31,15 +31,15 @@ class PlacementResult(Result):
     """
 
     test: object
-    readings: tuple = field(repr=False)
-    poses: tuple = field(repr=False)
-    records: tuple = field(repr=False)
+    readings: tuple
+    poses: tuple
+    records: tuple
     wall_seconds: float = 0.0
-    carried_by: tuple = field(default=(), repr=False)
-    aims: tuple = field(default=(), repr=False)
-    notices: tuple = field(default=(), repr=False)
-    plates: tuple = field(default=(), repr=False)
-    standing: tuple = field(default=(), repr=False)
+    carried_by: tuple = ()
+    aims: tuple = ()
+    notices: tuple = ()
+    plates: tuple = ()
+    standing: tuple = ()
 
     @cached_property
     def heights(self):

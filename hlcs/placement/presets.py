@@ -6,8 +6,7 @@ plates too; 60 steps a second and 10 iterations, the program's own defaults in 2
 preset sets it. docs/errata.md says what each does.
 """
 
-from hlcs.files.toml_files import nearest
-from minibullet.errors import InputError
+from minibullet.errors import InputError, nearest
 
 PAPER = {
     "friction": 0.36,

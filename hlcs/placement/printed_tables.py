@@ -5,19 +5,20 @@ corrected there; where the print slips, docs/errata.md says how it is read. All 
 """
 
 import csv
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
 import numpy as np
 
-from minibullet.errors import InputError
+from hlcs.rendering import Result
+from minibullet.errors import InputError, one_of, shown_value
 
 STUDIES = {"physical": "laboratory", "numerical": "paper's numerical model", "centi": "Centi (2020), numerical"}
 
 
-@dataclass(frozen=True, eq=False)
-class LayerTable:
+@dataclass(frozen=True, eq=False, repr=False)
+class LayerTable(Result):
     """Layer coefficients of repeated tests on one grid: a `hlcs.placement.statistics.Sample` that knows where it comes from."""
 
     title: str  # what was measured, by whom
@@ -27,9 +28,9 @@ class LayerTable:
     spacing_y: float  # b/Dn [-]
     bottom_slope: float  # grade of the bottom [-]
     campaign: str  # what was measured together, by the same hands
-    mean: np.ndarray = field(repr=False)  # (M,) mean layer coefficients [-], read-only
-    cv: np.ndarray = field(repr=False)  # (M,) coefficients of variation between tests [-], read-only
-    tests: np.ndarray = field(repr=False)  # (M,) number of tests, nan where the source does not say, read-only
+    mean: np.ndarray  # (M,) mean layer coefficients [-], read-only
+    cv: np.ndarray  # (M,) coefficients of variation between tests [-], read-only
+    tests: np.ndarray  # (M,) number of tests, nan where the source does not say, read-only
 
     def __post_init__(self):
         for name in ("mean", "cv", "tests"):
@@ -64,18 +65,6 @@ class LayerTable:
         }
         return pandas.DataFrame(rows)
 
-    def summary(self):
-        """The table as text."""
-        lines = [f"{self.title} ({self.source})", f"{'layer':>5} {'mean':>7} {'CV':>7} {'N':>4}"]
-        for layer, mean, cv, tests in zip(self.layers, self.mean, self.cv, self.tests, strict=True):
-            lines.append(f"{layer:>5} {mean:>7.3f} {cv:>7.3f} {'?' if np.isnan(tests) else f'{tests:.0f}':>4}")
-        return "\n".join([*lines, f"{'sum':>5} {self.height_over_dn:>7.3f}"])
-
-    __str__ = summary
-
-    def _repr_html_(self):
-        return self.to_dataframe()[["layer", "mean", "cv", "tests"]].to_html(index=False)
-
 
 def laboratory(table, grid=None):
     """The laboratory's layer coefficients of "table2" (horizontal bottom) or "table3" (TPG on a 4 % slope) as a `LayerTable`.
@@ -92,7 +81,7 @@ def paper_numerical(table, grid=None, study="numerical"):
     table, grid: as for `laboratory`; study: "numerical", or "centi" for Centi (2020), of unknown N.
     """
     if study not in ("numerical", "centi"):
-        raise InputError(f"study = {study!r}; known studies are 'numerical' and 'centi'")
+        raise InputError(f"study = {shown_value(study)}; {one_of(study, ('numerical', 'centi'))}")
     return _layer_table(table, grid, study)
 
 
@@ -174,7 +163,7 @@ def _layer_table(table, grid, study):
 def _grid_of(table, grid, study):
     """The grid asked for, or the only one; refuses unknown tables, grids and studies by name."""
     if table not in ("table2", "table3"):
-        raise InputError(f"table = {table!r}; layer coefficients are in 'table2' and 'table3'")
+        raise InputError(f"table = {shown_value(table)}; {one_of(table, ('table2', 'table3'), 'layer coefficients are in')}")
     grids = sorted({row["grid"] for row in rows_of(table) if row["study"] == study})
     if not grids:
         raise InputError(f"{table} has no column {study!r}")
@@ -182,5 +171,5 @@ def _grid_of(table, grid, study):
         return grids[0]
     grid = getattr(grid, "name", grid)  # a placement grid knows its own name
     if grid not in grids:
-        raise InputError(f"grid = {grid!r}; {table} has {' and '.join(grids)}")
+        raise InputError(f"grid = {shown_value(grid)}; {one_of(grid, grids, f'{table} has')}")
     return grid

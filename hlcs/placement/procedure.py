@@ -16,7 +16,8 @@ from hlcs.placement.mesh_units import parse_armour, unit_of
 from hlcs.placement.placement_result import PlacementResult
 from hlcs.placement.standing_units import covered, parse_standing, seats
 from hlcs.placement.units import CONCRETE
-from minibullet.errors import InputError, is_number, shown_value
+from minibullet.errors import InputError, is_number, one_of, shown_value
+from minibullet.values import Value
 
 ROUGHNESS_LENGTH = 1.5  # distance of the points at which a rough bed has heights of their own [Dn]
 POSITIVE = float(np.nextafter(0.0, 1.0))
@@ -56,7 +57,7 @@ MOST_ROWS = 20  # of plates on a layer
 
 
 @dataclass(frozen=True)
-class PlacementTest:
+class PlacementTest(Value):
     """One placement test. Lengths in Dn where the paper gives them so; the defaults are the paper's calibrated values.
 
     grid: Grid, "TPG", "RPG" or "a,b"; layers; rows, columns of the first layer; bottom: "flat", "slope:0.04", a survey CSV or
@@ -131,6 +132,9 @@ class PlacementTest:
     set_back: float = 0.0
     walls: bool = False
     effects: tuple = ()
+
+    _units = validation.UNITS
+    _told = ("grid", "layers", "rows", "columns", "bottom", "armour", "side", "friction", "seed")
 
     def __post_init__(self):
         object.__setattr__(self, "grid", Grid.parse(self.grid))
@@ -349,7 +353,7 @@ def _check(name, value, kind):
     elif kind is bool and not isinstance(value, bool):
         raise InputError(f"placement: {name} = {value!r}; it must be true or false")
     elif name in WORDS and value not in WORDS[name]:
-        raise InputError(f"placement: {name} = {value!r}; it must be one of {', '.join(WORDS[name])}")
+        raise InputError(f"placement: {name} = {shown_value(value)}; {one_of(value, WORDS[name])}")
     elif name == "effects" and not all(isinstance(effect, mb.Effect) for effect in value):
         raise InputError(f"placement: effects = {value!r}; each must be a value of minibullet.Effect")
 

@@ -19,8 +19,17 @@ body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62em; margi
 table { border-collapse: collapse; margin: 1em 0 } th, td { padding: .2em .9em; text-align: right; border-bottom: 1px solid #ddd }
 th { font-weight: 600 } td:first-child, th:first-child { text-align: left }
 iframe { width: 100%; height: 32em; border: 1px solid #ddd } img { max-width: 100%; height: auto }
-.note { color: #666 } details { margin: 1em 0 }
+.scroll { overflow-x: auto } .note { color: #666 } details { margin: 1em 0 }
 """
+
+
+def line(result):
+    """The result in a line: grid, units, height."""
+    layers, units, dn = len(result.poses), sum(len(poses) for poses in result.poses), result.test.unit.nominal_diameter
+    return (
+        f"{result.test.grid.name} grid, {layers} layers of {units} units of Dn {dn:.4g} m; height "
+        f"{or_dash(result.height_over_dn, '.3f')} Dn = {or_dash(result.height_over_dn * dn, '.3f')} m, {result.lost.sum()} lost"
+    )
 
 
 def text(result):
@@ -148,6 +157,14 @@ def layer_groups(result):
     return [(f"layer {j}", first, end) for j, (first, end) in enumerate(zip([0, *ends[:-1]], ends, strict=True), start=1)]
 
 
+def displacements(result):
+    """What the page colours units by: how far each came to rest from its aim, in plan; none where aims are not known."""
+    if not result.misses:
+        return ()
+    away = np.concatenate([np.linalg.norm(miss, axis=1) for miss in result.misses])
+    return (drawing.Shades("distance from aim", "Dn", away),)
+
+
 def report_page(result):
     """The text of the page."""
     test, data = result.test, result.to_dict()
@@ -172,15 +189,16 @@ def report_page(result):
         samples.append(("paper's numerical model", sample_of(printed)[1]))
     picture = figures.png_bytes(figures.layer_axes(samples).figure)
     parts.append(f'<img alt="layer coefficients" src="data:image/png;base64,{base64.b64encode(picture).decode()}">')
-    page = drawing.page(figures.scene_of(result), title=title, groups=layer_groups(result))
+    page = drawing.page(figures.scene_of(result), title=title, groups=layer_groups(result), shades=displacements(result))
     parts.append(
         f'<h2>The structure</h2><iframe title="the structure, drag to turn" srcdoc="{markup.escape(page)}"></iframe>'
-        '<p class="note">One colour a layer.</p>'
+        '<p class="note">One colour a layer, or, by a button, by the distance of each unit from its aim in plan.</p>'
     )
     rows = [*data["settings"].items(), *((f"version of {name}", value) for name, value in data["versions"].items() if value)]
     parts.append(f"<details><summary>Settings and versions</summary>{_table(('setting', 'value'), rows)}</details>")
     return (
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{markup.escape(title)}</title>'
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1"><title>{markup.escape(title)}</title>'
         f"<style>{STYLE}</style></head><body>{''.join(parts)}</body></html>\n"
     )
 
@@ -243,4 +261,4 @@ def layer_table(layers, comparison=None):
 def _table(head, rows):
     cells = "".join(f"<th>{markup.escape(str(name))}</th>" for name in head)
     body = "".join("<tr>" + "".join(f"<td>{markup.escape(str(value))}</td>" for value in row) + "</tr>" for row in rows)
-    return f"<table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table>"
+    return f'<div class="scroll"><table><thead><tr>{cells}</tr></thead><tbody>{body}</tbody></table></div>'

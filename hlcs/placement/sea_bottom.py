@@ -14,7 +14,7 @@ import numpy as np
 
 from hlcs.files.csv_files import CsvLayout, decimal, read_csv
 from hlcs.placement.scattered_points import gridded
-from minibullet.errors import InputError
+from minibullet.errors import InputError, if_alike
 from minibullet.shapes.primitives import ConvexPiece
 
 COLUMNS = ("x_m", "y_m", "z_m")
@@ -261,7 +261,10 @@ def parse_bottom(text, folder="."):
         return mound(height, crest_width, grade, length)
     if text.lower().endswith(".csv"):
         return Survey.from_csv(Path(folder) / text)
-    raise InputError(f"bottom '{text}': not understood; give flat, slope:0.04, mound:1.5,8,0.5,20, or a survey such as bed.csv")
+    raise InputError(
+        f"bottom '{text}': not understood; give flat, slope:0.04, mound:1.5,8,0.5,20, or a survey such as bed.csv"
+        f"{if_alike(kind, ('flat', 'slope', 'mound'))}"
+    )
 
 
 def _read_points(path):

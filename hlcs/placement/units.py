@@ -13,13 +13,14 @@ from math import atan2, cbrt, hypot, isfinite, pi
 import numpy as np
 
 from minibullet import rotations
-from minibullet.errors import InputError
+from minibullet.errors import InputError, if_alike
 from minibullet.shapes.primitives import Box, Compound, ConvexPiece
+from minibullet.values import Named
 
 CONCRETE = 2300.0  # kg/m3, the density used by the paper
 
 
-class Unit:
+class Unit(Named):
     """What every armour unit does; a unit defines its side, relative volume, pieces, hull and the poses on its faces."""
 
     name = "unit"
@@ -50,7 +51,8 @@ class Unit:
             return self.pieces
         if which == "hull":
             return self.hull
-        raise InputError(f"{self.name}: shape = {which!r}; give 'pieces' (the true unit) or 'hull' (its convex hull)")
+        told = "give 'pieces' (the true unit) or 'hull' (its convex hull)"
+        raise InputError(f"{self.name}: shape = {which!r}; {told}{if_alike(which, ('pieces', 'hull'))}")
 
     @property
     def first_layer_coefficient(self):

@@ -6,6 +6,15 @@ from math import sqrt
 from hlcs.files.limits import MOST_STEPS, unlikely
 from minibullet.errors import InputError, InputWarning
 
+IN_DN = ("margin", "falling_distance", "plate_margin", "placement_scatter", "placement_offset_x", "placement_offset_y")
+UNITS = dict.fromkeys((*IN_DN, "bottom_roughness"), "Dn") | {  # of the settings of a test that are no pure numbers
+    "side": "m",
+    "density": "kg/m3",
+    "time_step": "s",
+    "settle_time": "s",
+    "vibration": "g",
+    "set_back": "spacings",
+}
 MOST_UNITS = 100_000  # of a test: 1,500 units take a minute or more, so a day
 MOST_FALL = 0.5  # of its size that a body may fall in a step: beyond that two can pass through each other unseen
 

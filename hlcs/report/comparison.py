@@ -17,6 +17,16 @@ LEFT = {True: "nothing but noise", False: "more than noise", None: ""}
 MOST_PLACES = 5
 
 
+def line(comparison):
+    """The comparison in a line: the error, and the noise beside it."""
+    error, unit = comparison.error, comparison.error.get("unit", "")
+    if comparison.adequate is None:
+        return f"{comparison.title} ({comparison.kind}); not judged, the noise is unknown"
+    what = f"{size(comparison.before.error['rms'], unit)} before, " if comparison.before else ""
+    told = f"{what}error {size(error['rms'], unit)}, noise {size(error['noise'], unit)}"
+    return f"{comparison.title} ({comparison.kind}); {told}: {LEFT[comparison.adequate]} is left"
+
+
 def text(comparison, details=False):
     """The printed report of a Comparison; details: with the statistics."""
     more = () if details else (Section("", ("The statistics behind this: --details, or summary(details=True).",)),)

@@ -12,8 +12,8 @@ from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
 from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.notes import note_parts
 from hlcs.report.ranking import ranking
-from hlcs.report.sentences import opening, place
-from hlcs.report.words import interval, value
+from hlcs.report.sentences import error_of, opening, place
+from hlcs.report.words import interval, joined, size, value
 
 NOT_PROVED = {
     "ambiguous": "It can be added, and is not proved: others of its set do as well.",
@@ -36,6 +36,17 @@ def text(diagnosis, details=False):
     known = [*sections(diagnosis), *(statistics.sections(diagnosis) if details else [])]
     more = () if details else (Section("", ("The statistics behind this: --details, or summary(details=True).",)),)
     return as_text(headline(diagnosis), [*known, *more])
+
+
+def line(diagnosis):
+    """Title, verdict, effects and the error in a line."""
+    error, unit = error_of(diagnosis), diagnosis.error.get("unit") or ""
+    told = f": {joined(diagnosis.effects)}" if diagnosis.effects else ""
+    if error:
+        fall = f"error {size(error['before'], unit)}"
+        fall += f" -> {size(error['after'], unit)}" if diagnosis.effects else ""
+        told += f"; {fall}, noise {size(error['noise'], unit)}"
+    return headline(diagnosis) + told
 
 
 def headline(diagnosis):

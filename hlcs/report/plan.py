@@ -1,14 +1,33 @@
-"""How a Plan is shown: printed."""
+"""How a Plan is shown and saved: printed, in a notebook, drawn, as files."""
 
+import html as markup
+import json
+
+import numpy as np
+
+from hlcs.files import folders
+from hlcs.files.spreadsheets import as_columns, csv_text
+from hlcs.report.figures import AFTER, BEFORE, INK, LINE, given_axes, legend, plain
+from hlcs.report.page import png
 from hlcs.report.words import note_lines, number
+
+MOST = 1000  # recordings that a plan counts up to
+
+
+def line(plan):
+    """The plan in a line: what is to be found, with how many recordings."""
+    return f"{plan.effect}, {_numbers(plan)}, to be found with probability {plan.power:g}; {_advice(plan)}"
+
+
+def _numbers(plan):
+    return ", ".join(f"{name} = {value:g}" for name, value in plan.at.items())
 
 
 def text(plan):
     """The printed report of a Plan."""
-    numbers = ", ".join(f"{name} = {value:g}" for name, value in plan.at.items())
     many, count = plan.what, plan.now["recordings"]
     lines = [
-        f"Plan: {plan.effect}, {numbers}, to be found with probability {plan.power:g}",
+        f"Plan: {plan.effect}, {_numbers(plan)}, to be found with probability {plan.power:g}",
         "",
         f"Pilot: {count} {many}, noncentrality {plan.noncentrality:.3g}, power {plan.now['power']:.2f}",
         "",
@@ -53,3 +72,39 @@ def _look_alike_lines(plan):
 
 def _needed(count):
     return "> 1000" if count is None else str(count)
+
+
+def html(plan):
+    """A plan in a notebook."""
+    return f"<p>{markup.escape(line(plan))}</p>{plan.to_dataframe().to_html(index=False)}"
+
+
+def plot(plan, ax=None):
+    """How many recordings each change of the experiment needs, beside those of the pilot; returns the Axes."""
+    axes = given_axes(ax)
+    names, needed = [row["change"] for row in plan.options], [row["recordings"] for row in plan.options]
+    places = np.arange(len(names))
+    for place, count in zip(places, needed, strict=True):
+        more = {"hatch": "//", "facecolor": "white", "edgecolor": BEFORE} if count is None else {"color": AFTER}
+        axes[0].barh(place, count or MOST, height=0.6, **more)
+        axes[0].annotate(f" {_needed(count)}", (count or MOST, place), va="center", fontsize=9)
+    axes[0].axvline(plan.now["recordings"], color=INK, ls=":", lw=LINE, label=f"the pilot: {plan.now['recordings']}")
+    axes[0].set_xscale("log")
+    axes[0].set_xlim(0.8, 4 * MOST)
+    axes[0].set_yticks(places, names)
+    axes[0].invert_yaxis()
+    legend(axes[0], below=True)
+    title = f"{plan.what.capitalize()} that find {plan.effect}, {_numbers(plan)}, with probability {plan.power:g}"
+    plain(axes[0], title, f"{plan.what} needed", "")
+    return axes[0] if ax is None else ax
+
+
+def save(plan, folder):
+    """Write plan.json, plan.txt, options.csv and plan.png."""
+    found = {
+        "options.csv": csv_text(as_columns(plan.options)).encode(),
+        "plan.txt": (text(plan) + "\n").encode(),
+        "plan.png": png([plot(plan)]),
+        "plan.json": json.dumps(plan.to_json(), indent=1).encode(),
+    }
+    return folders.save_files(folder, found)

@@ -31,6 +31,7 @@ import numpy as np
 
 from minibullet.bodies import Bodies, ContactLaw, Contacts, moving
 from minibullet.errors import InputError, is_number, shown
+from minibullet.values import Value
 
 # letters of formulas that mean the same in all laws; an effect states the others in `symbols`, and those of its numbers with them
 SYMBOLS = {
@@ -162,7 +163,7 @@ class Need(Enum):
     SIDEWAYS = auto()  # horizontal motion, along which the law acts
 
 
-class Facts:
+class Facts(Value):
     """What is known of a law, or of anything else that may be missing from a model, besides its numbers: class attributes."""
 
     plain: ClassVar[str] = ""  # in plain words, after "the data show": "{fluid} resistance", with {fluid} to be filled in

@@ -1,11 +1,12 @@
 """How a world shows itself: a line, a table in a notebook, a picture, and a film of what it does next."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from html import escape
 
 import numpy as np
 
 from minibullet.errors import InputError, is_number, shown_value
+from minibullet.values import Named, table
 
 MOST_ROWS = 12  # bodies that the table in a notebook lists
 MOST_FRAMES = 2000  # of a film: each keeps the pose of every body
@@ -19,7 +20,7 @@ def drawing():
     return drawing
 
 
-class Display:
+class Display(Named):
     """What a World shows of itself; nothing of it changes the world, but `record`, which lets time pass."""
 
     def __repr__(self):
@@ -33,15 +34,17 @@ class Display:
 
     def _repr_html_(self):
         rows = [
-            f"<tr><td>{escape(str(body.name))}</td><td>{escape(type(body.shape).__name__)}</td>"
-            f"<td>{escape(np.array2string(body.position, precision=4))}</td>"
-            f"<td>{'fixed' if body.fixed else f'{np.linalg.norm(body.velocity):.4g}'}</td></tr>"
+            (
+                body.name,
+                type(body.shape).__name__,
+                np.array2string(body.position, precision=4),
+                "fixed" if body.fixed else f"{np.linalg.norm(body.velocity):.4g}",
+            )
             for body in self.bodies[:MOST_ROWS]
         ]
         more = len(self.bodies) - MOST_ROWS
         rest = f"<p>and {more} more</p>" if more > 0 else ""
-        head = "<tr><th>body</th><th>shape</th><th>position [m]</th><th>speed [m/s]</th></tr>"
-        return f"<p>{escape(repr(self))}</p><table>{head}{''.join(rows)}</table>{rest}"
+        return table(repr(self), ("body", "shape", "position [m]", "speed [m/s]"), rows) + rest
 
     def draw(self, path=None, ax=None, **options):
         """A picture of the world as it stands: into a PNG file, onto matplotlib Axes, or both; returns the Axes.
@@ -78,7 +81,7 @@ def _poses(world):
     return [[*body.position, *body.orientation] for body in world.bodies]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Film:
     """What bodies did: shown in a notebook with a slider for the time, as a GIF, as a page that opens offline, as an animation.
 
@@ -86,9 +89,20 @@ class Film:
     poses: of the bodies (f, n, 7), positions [m] and orientations (w, x, y, z).
     """
 
-    rows: tuple = field(repr=False)
+    rows: tuple
     times: np.ndarray
-    poses: np.ndarray = field(repr=False)
+    poses: np.ndarray
+
+    def __repr__(self):
+        frames, count = self.poses.shape[:2]
+        bodies = "1 body" if count == 1 else f"{count} bodies"
+        return f"<Film of {bodies}: {frames} frames from {self.times[0]:.6g} to {self.times[-1]:.6g} s>"
+
+    def plot(self, ax=None):
+        """Draw the height of every body's centre over time. ax: Axes to draw on, new ones where left out; returns the Axes."""
+        from minibullet.report import curves
+
+        return curves.height_axes(self, ax)
 
     def page(self, title="minibullet"):
         """The text of one HTML file: drag to turn, slide to move in time; title: what stands above it."""

@@ -21,6 +21,8 @@ from minibullet.shapes.convex import ConvexPiece
 
 LAYER_COLOURS = ("#6a8caf", "#dda63f", "#86b07c", "#cf6f54", "#9683bf", "#b8ad9c")
 FIXED_COLOUR, FLOOR_COLOUR = "#b9b5ac", "#e6e2d8"
+STEPS = 17  # colours of a scale that a page mixes between
+MOST_SHOWN = 0.98  # share of the values that a scale covers: one unit that rolled away must not make all others alike
 
 
 class Item(NamedTuple):
@@ -39,6 +41,14 @@ class Motion(NamedTuple):
     first: int  # number in the scene of the first that moves; the others follow it
     times: np.ndarray  # (f,) s
     poses: np.ndarray  # (f, n, 7) positions of the centres of mass [m] and orientations
+
+
+class Shades(NamedTuple):
+    """Values that the first things of a scene are coloured by, where a button of the page asks for it."""
+
+    name: str  # what they are, in words
+    unit: str  # "" for a pure number
+    values: np.ndarray  # (n,), one a thing; NaN where there is none
 
 
 def draw_scene(scene, path=None, ax=None, *, colours=None, azimuth=-60.0, elevation=28.0, width=1200, height=800):
@@ -117,10 +127,11 @@ def write_page(path, scene, *, title="minibullet", colours=None):
     write_bytes(path, page(scene, title=title, colours=colours).encode())
 
 
-def page(scene, *, title="minibullet", colours=None, motion=None, groups=()):
+def page(scene, *, title="minibullet", colours=None, motion=None, groups=(), shades=()):
     """The text of that HTML page, to be embedded elsewhere. With a `Motion` of the scene it has a slider for the time.
 
-    groups: (name, first, end) of things that a button hides, by their numbers in the scene, `end` left out.
+    groups: (name, first, end) of things that a button hides, by their numbers in the scene, `end` left out; shades: `Shades` that
+    another button colours things by, one after the other.
     """
     items = _items(scene, colours)
     # Lengths in units of the smallest body: five digits are then enough for any size.
@@ -133,6 +144,8 @@ def page(scene, *, title="minibullet", colours=None, motion=None, groups=()):
         bodies.append([numbers[item.key], _rounded(item.position / unit), _rounded(item.orientation), _rounded(item.colour, 3)])
     # "<" cannot end the script early when it is written as an escape.
     content = {"title": title, "shapes": shapes, "bodies": bodies, "groups": [list(group) for group in groups]}
+    if known := [shade for shade in shades if np.isfinite(shade.values).any()]:
+        content["shades"], content["scale"] = [_shade(shade) for shade in known], _scale()
     if motion is not None:
         scaled = np.asarray(motion.poses, dtype=float) / np.array([*3 * [unit], *4 * [1.0]])
         content["motion"] = {
@@ -143,6 +156,27 @@ def page(scene, *, title="minibullet", colours=None, motion=None, groups=()):
     data = json.dumps(content, separators=(",", ":")).replace("<", "\\u003c")
     template = files("minibullet.report").joinpath("page.html").read_text(encoding="utf-8")
     return template.replace("/*DATA*/null", data)
+
+
+def _shade(shade):
+    """Shades as the page has them, from zero or the least value up to what all but 2 % of the values reach."""
+    known = shade.values[np.isfinite(shade.values)]
+    low, high = min(0.0, known.min()), np.quantile(known, MOST_SHOWN)
+    return {
+        "name": shade.name,
+        "unit": shade.unit,
+        "low": float(low),
+        "high": float(high if high > low else low + 1.0),
+        "beyond": bool(known.max() > high),
+        "values": [float(f"{value:.4g}") if np.isfinite(value) else None for value in shade.values],
+    }
+
+
+def _scale():
+    """Colours from low to high [0 to 255]: cividis, which grows lighter evenly for colour-blind readers too."""
+    from matplotlib import colormaps
+
+    return np.round(255.0 * colormaps["cividis"](np.linspace(0.0, 1.0, STEPS))[:, :3]).astype(int).tolist()
 
 
 def write_glb(path, scene, *, colours=None):

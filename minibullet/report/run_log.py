@@ -3,11 +3,15 @@
 import csv
 import io
 
+from minibullet.values import table
+
 COLUMNS = (
     "step", "t", "dt", "n_contacts", "n_active", "residual", "residual_rho1", "cone", "dual", "signorini", "slip",
     "penetration_max", "sum_pen2", "iterations_outer", "iterations_inner", "converged", "E_kin", "E_pot", "work_normal",
     "work_friction", "work_rotation", "ledger_defect", "momentum_defect", "speed_max", "omega_max", "wall_s",
 )  # fmt: skip
+
+SHOWN = ("steps", "unsolved_steps", "worst_residual", "penetration_max", "ledger_defect", "gaining_steps", "reference_mass")
 
 
 class Journal:
@@ -24,6 +28,21 @@ class Journal:
         self.tolerance, self.reference_mass = world.settings.tolerance, world.last_step.reference_mass
         self.notices = world.notices
         self.rows.append(world.last_step.to_dict())
+
+    def __repr__(self):
+        return f"<Journal of {len(self.rows)} steps; {str(self).splitlines()[0]}>"
+
+    def _repr_html_(self):
+        found = self.summary()
+        units = {"penetration_max": "m", "ledger_defect": "J", "reference_mass": "kg"}
+        rows = [(name.replace("_", " "), f"{found[name]:.4g}", units.get(name, "")) for name in found if name in SHOWN]
+        return table(repr(self), ("quantity", "value", "unit"), rows)
+
+    def plot(self, ax=None):
+        """Draw energies and, below, the residual of every step over time. ax: two Axes, new ones where left out; returns them."""
+        from minibullet.report import curves
+
+        return curves.run_axes(self, ax)
 
     def to_dataframe(self):
         """One row a step; columns as in the file, one more for each effect's work [J]."""

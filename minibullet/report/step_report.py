@@ -19,6 +19,9 @@ from minibullet.contact.problem import ContactProblem
 from minibullet.contact.residual import natural_map_error
 from minibullet.dynamics import constraints
 from minibullet.effects.contract import name_of
+from minibullet.values import table
+
+MOST_ROWS = 12  # contacts that the table in a notebook lists
 
 
 class StepValues(NamedTuple):
@@ -231,6 +234,29 @@ class Step:
             "wall_s": self.wall,
         }
 
+    def __repr__(self):
+        words = f"{self._contact_words()}, residual {self.residual:.1e} after {self.iterations} iterations"
+        return f"<Step {self.step} to t = {self.time:.6g} s: {words}, penetration {self.penetration:.1e} m>"
+
+    def _contact_words(self):
+        count = len(self.points.gap)
+        return f"{count} contact{'' if count == 1 else 's'}"
+
+    def _repr_html_(self):
+        rows = [
+            ("kinetic energy", f"{self.kinetic_energy:.6g}", "J"),
+            ("potential energy", f"{self.potential_energy:.6g}", "J"),
+            *((f"work: {name.replace('_', ' ')}", f"{value:.3g}", "J") for name, value in self.work.items()),
+        ]
+        return table(repr(self), ("quantity", "value", "unit"), rows)
+
+    def plot(self, ax=None):
+        """Draw what changed the kinetic energy: the work of every effect and of the contacts [J]. ax: Axes to draw on, new ones
+        where left out; returns the Axes."""
+        from minibullet.report import curves  # what only draws is loaded when something is drawn: no run needs it
+
+        return curves.work_axes(self, ax)
+
 
 class ContactTable:
     """Contacts of one step, for reading."""
@@ -240,6 +266,38 @@ class ContactTable:
 
     def __len__(self):
         return 0 if self._step is None else len(self._step.contacts.gap)
+
+    def __repr__(self):
+        if not len(self):
+            return "<no contacts: no step was made>" if self._step is None else "<no contacts in the last step>"
+        frame = self.to_dataframe()
+        force, depth = frame["normal_force"].max(), max(-frame["gap"].min(), 0.0)
+        return f"<{self._step._contact_words()}: normal force up to {force:.4g} N, penetration up to {depth:.1e} m>"
+
+    def _repr_html_(self):
+        frame = self.to_dataframe()
+        rows = [
+            (
+                row.body_a,
+                row.body_b,
+                f"{row.x:.4g}, {row.y:.4g}, {row.z:.4g}",
+                f"{row.gap:.2e}",
+                f"{row.normal_force:.4g}",
+                f"{row.friction_force:.4g}",
+                f"{row.friction:.4g}",
+            )
+            for row in frame.head(MOST_ROWS).itertuples()
+        ]
+        head = ("body a", "body b", "point [m]", "gap [m]", "normal force [N]", "friction force [N]", "friction coefficient [-]")
+        more = len(frame) - MOST_ROWS
+        return table(repr(self), head, rows) + (f"<p>and {more} more</p>" if more > 0 else "")
+
+    def plot(self, ax=None):
+        """Draw the friction force of every contact over its normal force, beside Coulomb's limit [N]: what is on it slides.
+        ax: Axes to draw on, new ones where left out; returns the Axes."""
+        from minibullet.report import curves
+
+        return curves.friction_axes(self.to_dataframe(), ax)
 
     def to_dataframe(self):
         """One row a contact: body_a, body_b, point x y z [m], normal x y z (a to b), gap [m], normal_force [N],

@@ -9,13 +9,14 @@ import numpy as np
 from minibullet.errors import InputError
 from minibullet.rotations import dot, matrix
 from minibullet.shapes import polyhedra
+from minibullet.values import Named
 
 # The least moment of inertia of a hull as part of their sum. Sums of vertices give it to 1e-16 of the sum: here, to four digits.
 NEEDLE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class ConvexPiece:
+class ConvexPiece(Named):
     """The convex hull of points, swept by a ball of `radius`: what collision works with, and a shape of its own.
 
     vertices: (v, 3) [m]; points inside the hull are left out, the others keep their order.

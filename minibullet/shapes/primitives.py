@@ -20,13 +20,14 @@ from minibullet.errors import InputError, shown
 from minibullet.rotations import cosine_and_sine
 from minibullet.shapes import polyhedra
 from minibullet.shapes.convex import ConvexPiece, check_lengths, farthest, swept_ball, swept_ball_area
+from minibullet.values import Named
 
 # Parts of a compound may overlap by this part of their size: rounding in a file is no mistake of the user.
 OVERLAP = 1e-5
 MOST_SIDES = 1000  # of a prism for a cylinder: it is then 5e-6 of the radius lower than a round one, and a body rests on it [-]
 
 
-class Centred:
+class Centred(Named):
     """A simple shape given about its centre, which is its centre of mass."""
 
     @property
@@ -162,7 +163,7 @@ class Cylinder(Centred):
 
 
 @dataclass(frozen=True)
-class Compound:
+class Compound(Named):
     """Several solids that are one rigid body. parts: shapes in one frame, touching but not overlapping.
 
     Mass properties are the sums over the parts. The surface area is that of the convex hull of flat-faced parts, what a

@@ -158,6 +158,8 @@ def test_every_table_is_a_frame(dragged):
     assert list(found.to_dataframe("sets")["effects"]) == [["quadratic_drag"]]
     seen = hlcs.compare(path)
     assert list(seen.to_dataframe("errors")["model"]) == ["model", "noise"] and len(seen.to_dataframe("impacts")) == 0
-    with pytest.raises(hlcs.InputError, match="table 'wher' is none of numbers, steps, sets, where"):
+    with pytest.raises(
+        hlcs.InputError, match="table 'wher' is none of candidates, steps, sets, where, numbers; did you mean 'where'"
+    ):
         found.to_dataframe("wher")
     json.dumps(found.to_json())

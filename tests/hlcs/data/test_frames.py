@@ -40,5 +40,14 @@ def test_what_is_no_table_is_refused(frame, words):
         read_csv(csv_of(frame, "frame 1"), LAYOUT)
 
 
+def test_one_value_stands_in_every_row_and_values_alone_are_one_row():
+    """A number or a word in place of a column is that column with the same in every row: the same text."""
+    constant = csv_of({"t_s": TIMES, "z_m": 2.0, "group": "a"}, "frame 1")
+    assert constant.text == csv_of({"t_s": TIMES, "z_m": [2.0] * 3, "group": ["a"] * 3}, "frame 1").text
+    assert csv_of({"t_s": 0.5, "z_m": np.float64(2.0)}, "frame 1").text == "t_s,z_m\n0.5,2.0\n"
+    with pytest.raises(InputError, match="frame 1: columns of different lengths .t_s 3, z_m 1."):  # a list of one is a column
+        csv_of({"t_s": TIMES, "z_m": [2.0]}, "frame 1")
+
+
 def test_a_list_of_frames_is_no_frame():
     assert is_frame(COLUMNS) and is_frame(RECORDS) and not is_frame([COLUMNS]) and not is_frame(np.zeros(3))

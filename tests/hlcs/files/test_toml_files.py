@@ -5,10 +5,10 @@ import signal
 import pytest
 
 from hlcs.data.experiment_file import read_experiment_file
-from hlcs.files.toml_files import MOST_BYTES, MOST_DEPTH, TomlFile, nearest
+from hlcs.files.toml_files import MOST_BYTES, MOST_DEPTH, TomlFile
 from hlcs.placement.parameter_sweep import read_sweep_file
 from hlcs.placement.placement_file import read_placement_file
-from minibullet.errors import InputError
+from minibullet.errors import InputError, nearest
 
 DEEP = 50_000
 BODY = 'kind = "trajectory"\n[body]\nshape = "sphere"\n{line}\n[[trial]]\nfile = "a.csv"\n'

@@ -119,7 +119,7 @@ def test_layers_without_units_are_refused(rows, columns, layer, words):
 
 
 def test_unknown_stacking_is_refused():
-    with pytest.raises(InputError, match="stacking = 'AAA'; give one of ABC, ABA"):
+    with pytest.raises(InputError, match="stacking = 'AAA'; it must be one of ABC, ABA; did you mean"):
         TPG.stacked("AAA")
 
 

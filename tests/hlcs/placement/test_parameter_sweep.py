@@ -156,3 +156,38 @@ def test_a_case_that_misses_a_layer_has_no_error_to_be_ranked_by(tmp_path):
     ]
     broken, whole = parameter_sweep.summary_rows(plan, rows)
     assert np.isnan(broken["mean_relative_error"]) and np.isnan(broken["signed_bias"]) and whole["mean_relative_error"] > 0
+
+
+def sweep_of(tmp_path, text, heights):
+    """A SweepResult whose runs have these heights [Dn], None for a run that left no structure."""
+    (tmp_path / "sweep.toml").write_text("[placement]\nlayers = 1\nrows = 2\ncolumns = 2\n[sweep]\n" + text)
+    plan = parameter_sweep.read_sweep_file(tmp_path / "sweep.toml")
+    numbers = {"k1": 1.298, "porosity": 0.5, "lost": 0, "unsettled": 0, "max_penetration_over_dn": 0.0, "wall_seconds": 1.0}
+    rows = [
+        dict(zip(plan.names, values, strict=True)) | numbers | {"structure": height is not None, "height_over_dn": height}
+        for values, height in zip(plan.values, heights, strict=True)
+    ]
+    return parameter_sweep.SweepResult(plan, {"rows": rows, "ran": len(rows), "kept": 0, "told": ""})
+
+
+def test_a_sweep_draws_heights_over_what_varied_and_joins_their_means(tmp_path):
+    """Two frictions, two seeds: four dots, and a line through (1.2 + 1.4)/2 and (1.5 + 1.7)/2."""
+    found = sweep_of(tmp_path, "friction = [0.3, 0.6]\nseed = [1, 2]\n", [1.2, 1.4, 1.5, 1.7])
+    ax = found.plot()
+    dots, means = ax.get_lines()
+    assert dots.get_ydata().tolist() == [1.2, 1.4, 1.5, 1.7] and means.get_xdata().tolist() == [0.3, 0.6]
+    assert means.get_ydata() == pytest.approx([1.3, 1.6]) and (ax.get_xlabel(), ax.get_ylabel()) == (
+        "friction [-]",
+        "height [Dn]",
+    )
+    assert repr(found) == "<SweepResult: sweep; 4 runs over friction, seed; 4 run now, 0 found in the store, 0 failed>"
+    assert found.to_dataframe("summary")["tests"].tolist() == [2, 2] and "<table" in found._repr_html_()
+    names = {file.name for file in found.save(tmp_path / "out").iterdir() if not file.name.startswith(".")}
+    assert names == {"runs.csv", "summary.csv", "sweep.json", "sweep.png"}
+
+
+def test_a_sweep_of_words_is_drawn_run_by_run_without_those_that_left_nothing(tmp_path):
+    found = sweep_of(tmp_path, 'shape = ["pieces", "hull"]\nseed = [1, 2]\n', [1.2, None, 1.3, 1.3])
+    ax = found.plot()
+    assert [line.get_xdata().tolist() for line in ax.get_lines()] == [[1.0], [3.0, 4.0]] and ax.get_xlabel() == "run"
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["shape pieces", "shape hull"]

@@ -75,7 +75,7 @@ def test_a_grid_object_is_known_by_its_name():
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [(("table4", "TPG"), "table = 'table4'"), (("table2", None), "RPG and TPG"), (("table3", "RPG"), "table3 has TPG")],
+    [(("table4", "TPG"), "table = 'table4'"), (("table2", None), "RPG, TPG"), (("table3", "RPG"), "table3 has TPG")],
 )
 def test_unknown_names_are_refused_by_name(arguments, message):
     with pytest.raises(InputError, match=message):
@@ -83,7 +83,7 @@ def test_unknown_names_are_refused_by_name(arguments, message):
 
 
 def test_unknown_study_is_refused():
-    with pytest.raises(InputError, match="known studies"):
+    with pytest.raises(InputError, match="study = .other.; it must be one of numerical, centi"):
         printed_tables.paper_numerical("table2", "TPG", study="other")
     with pytest.raises(InputError, match="no column 'centi'"):
         printed_tables.paper_numerical("table3", "TPG", study="centi")

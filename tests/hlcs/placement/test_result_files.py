@@ -1,7 +1,9 @@
 """Results on disk: what is written, that it loads to the same numbers, that it repeats the run."""
 
 import dataclasses
+import html
 import json
+import re
 
 import numpy as np
 import pytest
@@ -45,6 +47,15 @@ def test_the_json_is_strict_and_the_report_needs_no_network(folder):
     page = (folder / "report.html").read_text()
     assert 'src="http' not in page and 'href="http' not in page
     assert "1.298" in page and "1.294" in page  # the model's first layer beside the laboratory's
+
+
+def test_the_report_colours_every_unit_by_how_far_it_is_from_its_aim(folder, small_result):
+    """One value a unit in the order of the scene: the length of position minus aim, in plan, over Dn."""
+    scene = re.search(r"const scene = (\{.*\});", html.unescape((folder / "report.html").read_text()))[1]
+    (shade,) = json.loads(scene)["shades"]
+    aims, poses = np.concatenate(small_result.aims), np.concatenate(small_result.poses)
+    away = np.hypot(*(poses[:, :2] - aims).T) / small_result.test.unit.nominal_diameter
+    assert shade["unit"] == "Dn" and shade["values"] == pytest.approx(away, rel=1e-3)  # written with four digits
 
 
 def test_a_surveyed_bed_travels_with_the_result(tmp_path):

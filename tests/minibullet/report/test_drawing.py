@@ -170,3 +170,29 @@ def test_a_page_of_things_that_move_holds_every_frame_in_units_of_the_smallest_b
     assert (motion["first"], motion["times"]) == (1, [0.0, 0.1, 0.2])
     assert [frame[0][2] for frame in motion["poses"]] == [5.0, 4.5, 4.0] and motion["poses"][0][0][3:] == [1, 0, 0, 0]
     assert '"motion"' not in drawing.page(scene)
+
+
+def page_data(text):
+    return json.loads(re.search(r"const scene = (\{.*\});", text)[1])
+
+
+def test_a_page_colours_things_by_values_on_a_scale_that_grows_lighter():
+    """A hundred values 0 .. 99: the scale ends at their 98 % quantile, 0.98 x 99, so that one far value leaves the others apart.
+
+    Readers who see no colours see lightness: weighed as in sRGB it grows from step to step.
+    """
+    boxes = [(Box(1.0, 1.0, 1.0), (2.0 * k, 0.0, 0.0), UPRIGHT, 0) for k in range(100)]
+    values = np.arange(100.0)
+    data = page_data(drawing.page(boxes, shades=[drawing.Shades("distance", "m", values)]))
+    (shade,) = data["shades"]
+    assert (shade["name"], shade["unit"], shade["low"], shade["beyond"]) == ("distance", "m", 0.0, True)
+    assert shade["high"] == pytest.approx(0.98 * 99) and shade["values"] == values.tolist()
+    lightness = np.array(data["scale"]) @ (0.2126, 0.7152, 0.0722)
+    assert np.all(np.diff(lightness) > 0.0) and lightness[-1] - lightness[0] > 150
+
+
+def test_a_page_has_no_button_for_values_that_nothing_has_and_says_which_are_missing():
+    box = [(Box(1.0, 1.0, 1.0), HERE, UPRIGHT, 0), (Sphere(1.0), (3.0, 0.0, 0.0), UPRIGHT, 1)]
+    assert "shades" not in page_data(drawing.page(box, shades=[drawing.Shades("distance", "m", np.array([np.nan, np.nan]))]))
+    (shade,) = page_data(drawing.page(box, shades=[drawing.Shades("distance", "m", np.array([np.nan, 0.0]))]))["shades"]
+    assert shade["values"] == [None, 0.0] and shade["high"] > shade["low"] and not shade["beyond"]

@@ -1,0 +1,82 @@
+"""How a Learned law is shown and saved: its sentence and numbers, in a notebook, drawn over its variable, as files."""
+
+import json
+
+import numpy as np
+
+from hlcs.files import folders
+from hlcs.report.document import Section, Table, as_text
+from hlcs.report.figures import AFTER, BEFORE, CHANNEL, NOISE, given_axes, legend, plain
+from hlcs.report.page import fragment, png
+from hlcs.report.words import interval, number, value
+
+UNITS = {"speed": "m/s", "time": "s", "spin": "rad/s", "heading": "rad"}  # of a variable; of the others m
+PERIODS, POINTS = 2, 200  # of an oscillation that is drawn
+
+
+def line(learned):
+    """The law in a sentence."""
+    return learned.text
+
+
+def text(learned):
+    """The law, its numbers, and what it foretells."""
+    return as_text(learned.text, _sections(learned))
+
+
+def _sections(learned):
+    rows = tuple((name, value(entry), interval(entry)) for name, entry in learned.numbers.items())
+    errors = (
+        f"Error of recordings that the numbers were not fitted to: {number(learned.held_out['before'])} before, "
+        f"{number(learned.held_out['after'])} with it."
+    )
+    numbers = (Table(("number", "value", "90 % interval"), rows, texts=1),) if rows else ()
+    return [Section("The numbers", (*numbers, errors))]
+
+
+def html(learned):
+    """A learned law in a notebook."""
+    return fragment(learned.text, _sections(learned), [])
+
+
+def plot(learned, ax=None):
+    """The force per mass as a table of the variable, with its 90 % interval; of an oscillation the swing of each axis.
+
+    Returns the Axes.
+    """
+    axes = given_axes(ax)
+    if learned.band:
+        _force(learned, axes[0])
+    else:
+        _swings(learned, axes[0])
+    return axes[0] if ax is None else ax
+
+
+def _force(learned, ax):
+    band = learned.band
+    ax.fill_between(band["grid"], band["low"], band["high"], color=NOISE, alpha=0.5, lw=0, label="90 % interval")
+    ax.plot(band["grid"], band["value"], "-", color=AFTER, lw=1.6, label="force / mass")
+    ax.axhline(0.0, color=BEFORE, ls=":", lw=1.0)
+    legend(ax)
+    variable = f"{learned.variable} [{UNITS.get(learned.variable, 'm')}]"
+    plain(ax, learned.text, variable, "force / mass [m/s2]")
+
+
+def _swings(learned, ax):
+    numbers = learned.numbers
+    swings = {name.removeprefix("amplitude_"): entry for name, entry in numbers.items() if name.startswith("amplitude_")}
+    frequency = numbers["frequency_hz"]["value"]
+    times = np.linspace(0.0, PERIODS / frequency, POINTS)
+    for (axis, entry), (_, colour) in zip(swings.items(), CHANNEL, strict=False):
+        ax.plot(times, 1e3 * entry["value"] * np.sin(2.0 * np.pi * frequency * times), color=colour, label=axis)
+    legend(ax)
+    plain(ax, learned.text, "time [s], from a moment of its own", "swing [mm]")
+
+
+def save(learned, folder):
+    """Write learned.json, learned.txt, learned.png and, where there is one, its effect file."""
+    found = {"learned.txt": (text(learned) + "\n").encode(), "learned.png": png([plot(learned)])}
+    if learned.effect_file:
+        found[learned.file_name] = learned.effect_file.encode()
+    found["learned.json"] = json.dumps(learned.to_json(), indent=1).encode()
+    return folders.save_files(folder, found)

@@ -1,0 +1,83 @@
+"""A wrong word in Python is refused in one line that names it and the word that was meant, as in files and commands."""
+
+import pytest
+
+import hlcs
+from hlcs.placement.presets import preset
+
+DROP = {"t_s": [0.0, 0.1, 0.2, 0.3], "z_m": [2.0, 1.951, 1.804, 1.559]}
+BALL = {"shape": "sphere", "radius": 0.05, "mass": 2.0}
+
+
+def from_frames(**given):
+    return hlcs.Experiment.from_frames([DROP], **{"body": BALL, "noise": {"position": 0.001}} | given)
+
+
+WRONG = [  # what is called, the wrong word, the one that was meant
+    (lambda: hlcs.PlacementTest(frictoin=0.5), "'frictoin'", "friction"),
+    (lambda: hlcs.PlacementTest(colums=9), "'colums'", "columns"),
+    (lambda: hlcs.PlacementTest(grid="TGP"), "'TGP'", "TPG"),
+    (lambda: hlcs.PlacementTest(armour="cubipot"), "'cubipot'", "cubipod"),
+    (lambda: hlcs.PlacementTest(shape="peices"), "'peices'", "pieces"),
+    (lambda: hlcs.PlacementTest(reference="blnd"), "'blnd'", "blind"),
+    (lambda: hlcs.PlacementTest(crowding="trun"), "'trun'", "turn"),
+    (lambda: hlcs.PlacementTest(damping_law="per step"), "'per step'", "per_step"),
+    (lambda: hlcs.PlacementTest(solver="gauss_siedel"), "'gauss_siedel'", "gauss_seidel"),
+    (lambda: hlcs.PlacementTest(bottom="slop:0.04"), "'slop:0.04'", "slope"),
+    (lambda: hlcs.TPG.stacked("ACB"), "'ACB'", "ABC"),
+    (lambda: hlcs.Grid("mine", 1.5, 1.3, stackin="ABA"), "'stackin'", "stacking"),
+    (lambda: hlcs.Cubipod(nominal_diametre=1.0), "'nominal_diametre'", "nominal_diameter"),
+    (lambda: hlcs.Cube(side=1.0).shape("peices"), "'peices'", "pieces"),
+    (lambda: preset("papr"), "'papr'", "paper"),
+    (lambda: hlcs.laboratory("table_2", grid="TPG"), "'table_2'", "table2"),
+    (lambda: hlcs.laboratory("table2", grid="TGP"), "'TGP'", "TPG"),
+    (lambda: hlcs.paper_numerical("table2", grid="TPG", study="numercal"), "'numercal'", "numerical"),
+    (lambda: hlcs.example_unit("tetrapode"), "'tetrapode'", "tetrapod"),
+    (lambda: hlcs.mystery.experiment("tower-dorp"), "'tower-dorp'", "tower-drop"),
+    (lambda: hlcs.import_measurements("a.csv", "phifox", "out"), "'phifox'", "phyphox"),
+    (lambda: hlcs.import_measurements("a.csv", "csv", "out", lenght_unit="cm"), "'lenght_unit'", "length_unit"),
+    (lambda: hlcs.import_measurements("a.csv", "csv", "out", length_unit="mn"), "'mn'", "m"),
+    (lambda: from_frames(kind="trajectry"), "'trajectry'", "trajectory"),
+    (lambda: from_frames(surroundngs={"gravity": 9.81}), "surroundngs", "surroundings"),
+    (lambda: from_frames(body={**BALL, "shape": "spere"}), "'spere'", "sphere"),
+    (lambda: from_frames(body={**BALL, "raduis": 1.0}), "raduis", "radius"),
+    (lambda: hlcs.compare(from_frames(model={"effects": [{"name": "magnos", "lift": 0.5}]})), "'magnos'", "magnus"),
+    (lambda: hlcs.compare(from_frames()).to_dataframe("wher"), "'wher'", "where"),
+    (lambda: hlcs.compare(from_frames()).to_dataframe("observation"), "'observation'", "observations"),
+    (lambda: hlcs.diagnose(from_frames(), candidates="quadratic_darg"), "'quadratic_darg'", "quadratic_drag"),
+    (lambda: hlcs.diagnose(from_frames(), candidates=["lineardrag"]), "'lineardrag'", "linear_drag"),
+]
+
+
+@pytest.mark.parametrize(("call", "wrong", "meant"), WRONG, ids=[wrong for _, wrong, _ in WRONG])
+def test_a_wrong_word_is_refused_with_the_one_that_was_meant(call, wrong, meant):
+    with pytest.raises(hlcs.InputError) as refused:
+        call()
+    message = str(refused.value)
+    assert wrong in message and "\n" not in message
+    assert f"did you mean '{meant}'?" in message or message.partition("nearest")[2].split("'")[1] == meant
+
+
+def test_a_wrong_name_of_the_package_is_found_by_python_itself():
+    """Python names the nearest attribute of the object that an AttributeError carries."""
+    with pytest.raises(AttributeError) as refused:
+        hlcs.PlacmentTest  # noqa: B018
+    assert refused.value.name == "PlacmentTest" and refused.value.obj is hlcs and "PlacementTest" in dir(hlcs)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"), [("hilly", ""), ("slop:0.04", "; did you mean 'slope'?"), ("Falt", "; did you mean 'flat'?")]
+)
+def test_where_other_words_may_be_right_only_one_that_is_alike_is_offered(words, told):
+    """A bottom may be any survey: nothing is guessed of a word that is like none."""
+    with pytest.raises(hlcs.InputError) as refused:
+        hlcs.PlacementTest(bottom=words)
+    assert str(refused.value).endswith(f"a survey such as bed.csv{told}")
+
+
+def test_a_placement_test_shows_what_it_is_with_units():
+    shown = repr(hlcs.PlacementTest(grid="1.5,1.3", margin=0.008, settle_time=5.0))
+    assert "spacing_x=1.5 Dn" in shown and "side=1 m" in shown and "margin=0.008 Dn" in shown and "settle_time=5 s" in shown
+    assert (
+        "vibration" not in shown and "<td>margin</td><td>0.008</td><td>Dn</td>" in hlcs.PlacementTest(margin=0.008)._repr_html_()
+    )
