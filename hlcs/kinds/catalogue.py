@@ -1,7 +1,5 @@
 """The whole catalogue of what may be missing from a model: the library of effects, and what only tests of layers know."""
 
-import difflib
-
 import numpy as np
 
 from hlcs.effects import classes
@@ -12,7 +10,7 @@ from hlcs.kinds.layers.data import LayerSet
 from hlcs.placement.grids import TPG
 from hlcs.placement.procedure import PlacementTest
 from hlcs.placement.statistics import Sample
-from minibullet.errors import InputError
+from minibullet.errors import InputError, if_alike
 
 GROUPS = {"physics": "physics", "placement": "placement", "measurement": "plates", "numerics": "numerics"}  # of a family
 SWITCH = "It is there or not; there is no number to be found."
@@ -33,9 +31,7 @@ def named(name, own=()):
     known = layer_facts()
     if name in known:
         return known[name]
-    near = difflib.get_close_matches(name, [*with_own(own), *known], n=2, cutoff=0.6)
-    meant = f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
-    raise InputError(f"unknown effect '{name}'{meant} (all names: hlcs effects)")
+    raise InputError(f"unknown effect '{name}'{if_alike(name, [*with_own(own), *known])} (all names: hlcs effects)")
 
 
 def layer_facts():

@@ -23,6 +23,7 @@ from hlcs.files.toml_files import TomlFile
 from hlcs.kinds import KINDS
 from minibullet.errors import InputError
 from minibullet.files.reading import read_bytes
+from minibullet.values import table as html_table
 
 MADE = "# Written by hlcs from "  # how a file begins that may be written again
 IN_PYTHON = "frames"  # what messages call an experiment that stands in no file
@@ -88,6 +89,12 @@ class Experiment:
     def __repr__(self):
         names = ", ".join(entry["name"] for entry in self.file.effects) or "none"
         return f"Experiment: {self.file.title} ({self.file.kind}); effects in its model: {names}"
+
+    def _repr_html_(self):
+        entries = ({key: value for key, value in entry.items() if key != "name"} for entry in self.file.effects)
+        numbers = (", ".join(f"{key} = {value}" for key, value in entry.items()) for entry in entries)
+        rows = [(entry["name"], told) for entry, told in zip(self.file.effects, numbers, strict=True)]
+        return html_table(repr(self), ("effect in the model", "numbers"), rows)
 
     def opened(self, options):
         """The experiment opened by its kind (`kinds.protocol`), its data read and checked; options: of `kinds.protocol`."""

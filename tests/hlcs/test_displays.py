@@ -49,3 +49,9 @@ def test_pieces_and_bodies_tell_what_they_are():
     body = world.add(mb.Sphere(0.5), mass=1.0, name="u17", position=(1, 2, 3))
     assert "u17" in repr(body)
     assert np.array_equal(world.bodies[0].position, (1, 2, 3))
+
+
+def test_an_experiment_in_a_notebook_lists_the_effects_of_its_model(tmp_path):
+    experiment = hlcs.Experiment.read(titled(write_throws(tmp_path, count=4))).with_effects([mb.QuadraticDrag(0.47)])
+    shown = experiment._repr_html_()
+    assert TITLE not in shown and "<td>quadratic_drag</td><td>drag_coefficient = 0.47</td>" in shown

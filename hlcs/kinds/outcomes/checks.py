@@ -1,13 +1,11 @@
 """Outcome tables that are refused: what no laboratory can have measured, in a sentence each."""
 
-import difflib
-
 import numpy as np
 
 from hlcs.data.bodies import impossible_density
 from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import outcome_motion
-from minibullet.errors import InputError
+from minibullet.errors import InputError, nearest
 
 # Measured over predicted: outside these bounds no effect is missing, a unit is wrong. Nothing falls faster than freely.
 PLAUSIBLE = {
@@ -33,8 +31,8 @@ def check_table(file, table):
             )
     for column in outcome_motion.NEEDS[table.outcome]:
         if column not in table.inputs:
-            near = difflib.get_close_matches(column, [*table.inputs, ""], n=1, cutoff=0.5)
-            hint = f"; is it '{near[0]}'?" if near and near[0] else ""
+            near = nearest(column, table.inputs, 0.5)
+            hint = f"; is it '{near}'?" if near else ""
             raise InputError(f"{table.file}: {table.outcome} needs the column '{column}'{hint}")
     if table.outcome == "slide_time_s" and not {"distance_m", "speed_m_s"} & set(table.inputs):
         raise InputError(f"{table.file}: slide_time_s needs the column 'distance_m' (way to slide) or 'speed_m_s' (time to stop)")
