@@ -66,20 +66,8 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         judged, best = on_all(problem, experiment.polished(problem, search.fits[effects]))
         return judged, best, *(experiment.judge(judged, best) if effects else (before, table_before))
 
-    sets = FittedSets(search, cross_validation)
-    first = effects = sets.best
-    judged, best, after, table_after = finished(effects)
-    if not after.adequate and search.wider(after.overdispersion):
-        sets = FittedSets(search, cross_validation)
-        first = effects = sets.best
-        judged, best, after, table_after = finished(effects)
-    if not after.adequate:
-        sets = sets.tempered(max(after.overdispersion, 1.0))
-        if sets.best and explained(base, search.fits[sets.best]) < HELPS:  # it absorbs a part, and explains nothing
-            sets.best = frozenset()
-        effects = sets.best
-        if effects != first:
-            judged, best, after, table_after = finished(effects)
+    sets, (judged, best, after, table_after) = best_set(search, cross_validation, finished)
+    effects = sets.best
     search.progress("comparing sets")
     ordered, places = sets.ordered(effects), sets.alternatives()
     final = search.fits[effects]
@@ -119,6 +107,25 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), problem.noise_level),
         next_experiment=partial(experiment_design.next_experiment, sets),
     )
+
+
+def best_set(search, cross_validation, finished):
+    """(FittedSets, what `finished` gives of the best of them); finished: set -> (problem, final fit, its Adequacy, ..).
+
+    Where the best set leaves more than noise the search goes farther, and what is then found is judged with as many readings as
+    one as hang together in what is left; what absorbs a part of the misfit and explains nothing is no better than no effect.
+    """
+    sets = FittedSets(search, cross_validation)
+    told = finished(sets.best)
+    if not told[2].adequate and search.wider(told[2].overdispersion):
+        sets = FittedSets(search, cross_validation)
+        told = finished(sets.best)
+    if told[2].adequate:
+        return sets, told
+    first, sets = sets.best, sets.tempered(max(told[2].overdispersion, 1.0))
+    if sets.best and explained(search.base, search.fits[sets.best]) < HELPS:
+        sets.best = frozenset()
+    return sets, told if sets.best == first else finished(sets.best)
 
 
 def _record(problem, error, base, final):
