@@ -112,7 +112,7 @@ def impacts_of(trial, sigma, rho=0.0):
 
 
 def _best_split(flight, first, guess, last):
-    """Which sample is the first one after an impact: near `guess`, where the lines before and after leave least; None where a side
+    """Which sample is the first one after an impact: near `guess`, where the two lines leave least; None where a side
     has not enough then. One sample on the wrong side moves a restitution by ten of its standard errors."""
 
     def left(split):

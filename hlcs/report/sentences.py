@@ -11,6 +11,7 @@ from hlcs.report.words import capital, joined, share, size, value, words
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
 SLIGHT = 0.1  # of the noise, below which a bias is not worth a sentence
+LEFT_OUT = {"trajectory": "recordings", "outcomes": "rows", "layers": "layers"}  # what is held out, by the kind of measurement
 SMALL = 0.02  # share of the error below which its fall is told by chi-square instead
 
 
@@ -84,7 +85,8 @@ def removal(diagnosis, subject):
     before, after = error["before"], error["after"]
     plural = subject.endswith("they")
     whose = "their" if plural else "its"
-    where = f", on recordings that {whose} numbers were not fitted to" if diagnosis.error.get("held_out") else ""
+    left_out = LEFT_OUT.get(diagnosis.kind, "data")
+    where = f", on {left_out} that {whose} numbers were not fitted to" if diagnosis.error.get("held_out") else ""
     part = 1 - after / before if before else 0.0
     if part < SMALL:
         chi2 = diagnosis.adequate.get("chi2_per_freedom") or {}

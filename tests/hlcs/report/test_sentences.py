@@ -138,7 +138,7 @@ def test_a_period_that_hides_in_what_is_left_is_told():
     swing = 0.009 * np.sin(2 * np.pi * 8.0 * times) + NOISE * generator.standard_normal(200)
     left = observations(swing)
     found = replace(UNEXPLAINED, pictures=pictures(left, left))
-    told = re.search(r"it swings ([0-9.]+) times a second in z .*?([0-9.]+) mm high", opening(found))
+    told = re.search(r"it swings ([0-9.]+) times a second in z .*?([0-9.]+) mm to either side", opening(found))
     assert float(told[1]) == pytest.approx(8.0, abs=0.5)  # the resolution of a recording of 2 s
     assert float(told[2]) == pytest.approx(9.0, abs=1.0)  # the noise moves an amplitude by 3 mm sqrt(2/200) = 0.3 mm
 
@@ -178,6 +178,23 @@ def test_candidates_of_one_reason_stand_together_with_it():
     assert "- uniform_flow, time_scale: a part is explained, not as well as by what was found" in told
     little = replace(WIND, remains=WIND.remains | {"chi2_per_freedom": 2490.0})
     assert "- uniform_flow: less than 2 % of the misfit is explained." in text(diagnosis(others=(little,)))
+
+
+def test_a_candidate_that_leaves_as_little_is_not_said_to_explain_less():
+    """Alone it leaves the chi-square of what was found; or a set with it, of some weight, leaves the error of what was found."""
+    alone = replace(WIND, remains=WIND.remains | {"chi2_per_freedom": 1.001, "foreseen": False})
+    told = text(diagnosis(others=(alone,)))
+    assert "uniform_flow: what is left is as little as with what was found" in told and "a part is explained" not in told
+    beside = replace(WIND, fitted=NOISE)
+    told = text(replace(diagnosis(others=(beside,)), inclusion={"uniform_flow": 0.18}))
+    assert "uniform_flow: beside others, as little is left as with what was found" in told
+    useless = text(replace(diagnosis(others=(beside,)), inclusion={"uniform_flow": 0.001}))
+    assert "uniform_flow: a part is explained" in useless
+
+
+@pytest.mark.parametrize(("kind", "left_out"), [("trajectory", "recordings"), ("outcomes", "rows"), ("layers", "layers")])
+def test_what_was_held_out_is_called_by_its_name(kind, left_out):
+    assert f"on {left_out} that its numbers were not fitted to" in opening(replace(EFFECT, kind=kind))
 
 
 def test_a_search_that_was_stopped_says_so_before_anything_else():
