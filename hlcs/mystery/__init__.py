@@ -93,7 +93,6 @@ def _folder(name):
         return FOLDER / name
     if (Path(name) / SEALED).is_file():
         return Path(name)
-    near = difflib.get_close_matches(str(name), known, n=1, cutoff=0.0)
-    raise InputError(
-        f"mystery '{name}': unknown, and no folder with {SEALED}; the nearest name is '{near[0]}' (all: {', '.join(known)})"
-    )
+    near = difflib.get_close_matches(str(name), known, n=1)
+    meant = f"did you mean '{near[0]}'? " if near else ""
+    raise InputError(f"mystery '{name}': unknown, and no folder with {SEALED}; {meant}(all: {', '.join(known)})")

@@ -105,8 +105,9 @@ def made(effect, strength, seed):
 
 def _offered(effect):
     if effect not in OFFERS:
-        near = difflib.get_close_matches(str(effect), OFFERS, n=1, cutoff=0.0)[0]
-        raise InputError(f"effect '{shown(effect)}': cannot be hidden; did you mean '{near}'? (all: {', '.join(OFFERS)})")
+        near = difflib.get_close_matches(str(effect), OFFERS, n=1)
+        meant = f"did you mean '{near[0]}'? " if near else ""
+        raise InputError(f"effect '{shown(effect)}': cannot be hidden; {meant}(all: {', '.join(OFFERS)})")
     return OFFERS[effect]
 
 

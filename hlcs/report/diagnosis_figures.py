@@ -303,7 +303,7 @@ def _ranking_title(diagnosis, found):
     if not found:
         return "Nothing was tried"
     if not diagnosis.effects:
-        return "Nothing that was tried explains enough"
+        return "Noise alone is left by the model as it is" if diagnosis.verdict == "complete" else "No effect explains enough"
     row = next((row for row in found if row["accepted"]), None)
     what = joined(map(words, diagnosis.effects))
     return f"With {what} {row['chi2_per_freedom']:.3g} remains" if row else "What remains"

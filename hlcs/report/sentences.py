@@ -207,17 +207,22 @@ def _unexplained(diagnosis):
     error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
     told = []
     if not error:
-        return ["The model fails, and nothing in the library explains all of it."]
+        return [f"The model fails, and {_nothing(diagnosis)} explains all of it."]
     if diagnosis.effects:
         told += [_helps(diagnosis), _left_unexplained(diagnosis)]
     else:
         told.append(
-            "Something is missing that nothing in the library explains. The model misses by "
+            f"Something is missing that {_nothing(diagnosis)} explains. The model misses by "
             f"{size(error['before'], unit)}, and the noise is {size(error['noise'], unit)}."
         )
         told += _nearest(diagnosis)
     told.append(" ".join(looks(diagnosis)))
     return told
+
+
+def _nothing(diagnosis):
+    """What it is that does not explain: the library, or where a search was stopped what it had come to."""
+    return "nothing that was fitted by then" if STOPPED in diagnosis.notes else "nothing in the library"
 
 
 def _helps(diagnosis):
@@ -242,9 +247,9 @@ def _left_unexplained(diagnosis):
     if left is None:
         return (
             fall
-            + "That is no more than the noise, but it has a pattern that noise has not, and nothing in the library explains it."
+            + f"That is no more than the noise, but it has a pattern that noise has not, and {_nothing(diagnosis)} explains it."
         )
-    return fall + f"Beyond the noise {size(left, unit)} are left that nothing in the library explains."
+    return fall + f"Beyond the noise {size(left, unit)} are left that {_nothing(diagnosis)} explains."
 
 
 def _nearest(diagnosis):

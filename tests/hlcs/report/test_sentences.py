@@ -200,4 +200,5 @@ def test_what_was_held_out_is_called_by_its_name(kind, left_out):
 def test_a_search_that_was_stopped_says_so_before_anything_else():
     stopped = replace(UNEXPLAINED, notes=(STOPPED,))
     assert opening(stopped).startswith("Stopped by Ctrl-C: this holds for the sets of effects that were fitted by then.")
+    assert "nothing that was fitted by then explains" in opening(stopped) and "library" not in opening(stopped)
     assert "Ctrl-C" not in opening(UNEXPLAINED)
