@@ -78,6 +78,8 @@ def recording(name, grid, lines, columns, time_name, advice="one recording a fil
     if len(back):
         first = back[0] + 1
         what = "the same time twice" if times[first] == times[back[0]] else "time goes backwards"
+        if times[first] <= times[0] < times[back[0]]:
+            what, advice = "time begins again", "where recordings stand below one another, save each as a file of its own"
         raise InputError(
             f"{grid.name}, row {lines[first]}, column {shown(time_name)}: {times[first]:g} s after {times[back[0]]:g} s: {what}; "
             f"{advice}"

@@ -29,7 +29,7 @@ AS_LITTLE = 1.02  # times what was found leaves, up to which a candidate is said
 SOME_WEIGHT = 0.01  # of all fitted sets, from which a set with a candidate counts as one that might have been found
 MOST_ROWS = 12  # of the ranking, before the details
 OTHERS = {  # why not the others, where one sentence does for all of them
-    Reason.OTHER_FORM: "look like what was found; leave more, or need more numbers",
+    Reason.OTHER_FORM: "of the same form as what was found; more is left, or more numbers are needed",
     Reason.EXPLAINED_TOO: "a part is explained, not as well as by what was found (what is left with each stands above)",
     Reason.NOT_SEEN: "not seen: what is explained is less than chance explains with as many numbers more",
     Reason.SUSPECTED: "the misfit would fall, but not enough on data that the numbers were not fitted to",
@@ -113,6 +113,8 @@ def _what(diagnosis, finding, start):
     part = 1 - finding.remains["chi2_per_freedom"] / start if finding.remains and start else 1.0
     if part < LITTLE:
         return f"less than {100 * LITTLE:.0f} % of the misfit is explained"
+    if not diagnosis.effects:
+        return "a part is explained, and more than noise is left (how much stands above)"
     return _as_good(diagnosis, finding) or OTHERS[finding.reason]
 
 

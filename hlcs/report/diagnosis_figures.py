@@ -8,7 +8,6 @@ from hlcs.data.quantities import CHANNELS
 from hlcs.report.figures import (
     AFTER,
     BEFORE,
-    CHANNEL,
     INK,
     LINE,
     NOISE,
@@ -17,6 +16,7 @@ from hlcs.report.figures import (
     axis_label,
     given_axes,
     legend,
+    marks_of,
     plain,
     residuals,
     root_mean_square,
@@ -59,7 +59,8 @@ def pictures(diagnosis):
         found["ranking"] = ranking_panel(diagnosis), _ranking_caption(ranking(diagnosis))
     if diagnosis.pictures:
         for column in against(diagnosis.pictures):
-            found[f"residuals_{column}"] = residual_panels(diagnosis, column), _RESIDUALS
+            caption = _RESIDUALS + (_OWN_SCALE if diagnosis.effects else "")
+            found[f"residuals_{column}"] = residual_panels(diagnosis, column), caption
         if len(np.unique(diagnosis.pictures.before["trial"])) > 1:
             found["residuals_by_recording"] = (
                 recording_panels(diagnosis),
@@ -74,7 +75,8 @@ def pictures(diagnosis):
 _ERROR = "Dotted: the noise."
 _STARTS = " Hatched: the share of it that the fitted starts take up; a perfect model would end at its lower edge."
 _RANKING = "Further left is better; 1 is noise alone."
-_RESIDUALS = "Above zero the model is too low. Grey: two sigma of the noise. The lower panel has a scale of its own."
+_RESIDUALS = "Above zero the model is too low. Grey: two sigma of the noise."
+_OWN_SCALE = " The lower panel has a scale of its own."
 
 
 def against(pictures):
@@ -239,18 +241,16 @@ def recording_panels(diagnosis, ax=None):
     axes = given_axes(ax, 2, 1, TALL) if diagnosis.effects else given_axes(ax)
     pictures = diagnosis.pictures
     for ax, (when, table) in zip(axes, [("Before", pictures.before), ("After", pictures.after)], strict=False):
-        for channel in np.unique(table["channel"]):
+        for channel, (mark, colour) in marks_of(table).items():
             trials = np.unique(table["trial"])
             size_of = [root_mean_square(table["sigmas"][(table["trial"] == k) & (table["channel"] == channel)]) for k in trials]
-            mark, colour = CHANNEL[int(channel) % len(CHANNEL)]
             label = pictures.channels[int(channel)] if pictures.channels else None
             ax.plot(trials + 1, size_of, mark, color=colour, ms=5, alpha=0.8, label=label)
         ax.axhline(1.0, color=INK, ls=":", lw=LINE)
         ax.set_ylim(bottom=0)
         what = "sets" if "layer" in table else "recordings" if pictures.channels else "groups"
-        plain(
-            ax, f"{when + ': ' if diagnosis.effects else ''}how far the {what} are missed", what[:-1], "rms [sigma of the noise]"
-        )
+        told = f"{when + ': ' if diagnosis.effects else ''}how far the {what} are missed"
+        plain(ax, capital(told), what[:-1], "rms [sigma of the noise]")
         ax.xaxis.get_major_locator().set_params(integer=True)
     if len(np.unique(pictures.before["channel"])) > 1:
         legend(axes[0], ncols=3)

@@ -4,6 +4,7 @@ import math
 
 from hlcs.data.quantities import unit_of
 from hlcs.processes.interrupts import STOPPED
+from hlcs.records import Reason
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness
 from hlcs.report.words import capital, joined, share, size, value, words
@@ -261,7 +262,11 @@ def _nearest(diagnosis):
         return []
     part = 1 - best.remains["chi2_per_freedom"] / start
     what = f"{best.called or words(best.effect)} ({words(best.effect)})"
-    return [f"Nearest comes {what}, which would take away {share(part)} of the square of the misfit: {best.why}."]
+    told = f"Nearest comes {what}, which would take away {share(part)} of the square of the misfit"
+    if best.reason is Reason.SUSPECTED:
+        left_out = LEFT_OUT.get(diagnosis.kind, "data")
+        return [f"{told}, but the error does not fall as it should on {left_out} that its numbers were not fitted to."]
+    return [f"{told}: {best.why}."]
 
 
 def _cannot_judge(diagnosis):

@@ -121,6 +121,8 @@ def test_every_column_that_tables_take_can_be_named_as_it_is(imported):
         ("t,z\n0,1\n0.1,1.2.3\n", ["drop.csv, row 3, column z_m: '1.2.3' is not a number; leave a missing sample blank"]),
         ("t;z\n0;1,5\n0,1;1.4\n", ["drop.csv, row 3, column z_m: '1.4' has a point where other decimals have a comma"]),
         ("t,z\n0,1\n0,1\n", ["drop.csv, row 3, column t_s: 0 s after 0 s: the same time twice; where each row is an experiment"]),
+        ("t,z\n0,1\n0.1,2\n0,3\n0.1,4\n",
+         ["drop.csv, row 4, column t_s: 0 s after 0.1 s: time begins again; where recordings stand below one another"]),
         ("t [s],z [ell]\n0,1\n1,2\n", ["drop.csv, column z_m: 'ell' is not known as a unit of length; known are m,"]),
         ("t,height,z\n0,1,2\n1,1,2\n", ["drop.csv, row 1: both 'height' and 'z' would be z_m"]),
         ("t,z,x\n0,1,\n1,2,\n", ["drop.csv, row 1, column x: no number below it, which is to be x_m"]),

@@ -81,6 +81,11 @@ def test_the_error_falls_to_a_floor_with_the_share_of_the_starts_hatched():
     assert "not down to the noise" in axes.get_title(loc="left").replace("\n", " ")
 
 
+def test_a_caption_tells_of_a_lower_panel_only_where_there_is_one():
+    captions = {name: caption for name, (_, caption) in figures.pictures(replace(COMPLETE, pictures=RECORDED.pictures)).items()}
+    assert "lower panel" not in captions["residuals_time"] and "lower panel" in figures.pictures(RECORDED)["residuals_time"][1]
+
+
 def test_the_title_of_the_error_tells_the_error_that_the_report_tells():
     """The one on recordings left out: 4 mm, where 3 mm are left on the fitted ones."""
     error = EFFECT.error | {"held_out": EFFECT.error["held_out"] | {"after": 0.004}}
