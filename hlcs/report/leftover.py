@@ -129,7 +129,8 @@ def likeness(table, channels=(), units=()):
         return f"it swings {found.peak:.2g} times a second{channel} (a period of {1 / found.peak:.2g} s{size})"
     common = common_pattern(table)
     if common and common[1] > SHOWN:
-        return f"{100 * common[1]:.0f} % of it goes with {WORDS[common[0]]} in the same way in all recordings"
+        alike = "recordings" if "time" in table else "sets" if "layer" in table else "groups"
+        return f"{100 * common[1]:.0f} % of it goes with {WORDS[common[0]]} in the same way in all {alike}"
     if "time" not in table:
         return "it goes with no input: rows scatter more than the noise says"
     offset = own_offset(table)
