@@ -113,7 +113,7 @@ def _noise(diagnosis):
     if error["after"] <= NEAR_NOISE * error["noise"]:
         return f"What is left is your noise ({noise})."
     if diagnosis.kind == "layers":
-        return f"What is left is no more than noise ({noise}), another campaign and another engine would make."
+        return f"What is left is no more than the noise ({noise}) and what campaigns and engines differ by make together."
     return f"What is left cannot be told from your noise ({noise})."
 
 
