@@ -7,7 +7,7 @@ from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness
-from hlcs.report.words import capital, joined, share, size, value, words
+from hlcs.report.words import capital, joined, number, share, size, value, words
 
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
@@ -63,7 +63,7 @@ def _numbers(name, numbers):
 def _beyond(numbers):
     """A sentence for each number that is beyond what is usual."""
     return [
-        f"A {words(key)} of {entry['value']:.3g} is beyond what is known of such bodies ({entry['usual']}): check the inputs "
+        f"A {words(key)} of {number(entry['value'])} is beyond what is known of such bodies ({entry['usual']}): check the inputs "
         "that it rests on."
         for key, entry in numbers.items()
         if "usual" in entry
@@ -170,8 +170,8 @@ def _effect(diagnosis):
     return [*told, *_not_sure(diagnosis)]
 
 
-def _count(number):
-    return {2: "Two", 3: "Three", 4: "Four"}.get(number, str(number))
+def _count(things):
+    return {2: "Two", 3: "Three", 4: "Four"}.get(things, str(things))
 
 
 def _not_sure(diagnosis):
@@ -233,8 +233,10 @@ def _helps(diagnosis):
     verb = "explains" if len(names) == 1 else "explain"
     numbers = "; ".join(_numbers(name, diagnosis.parameters.get(name, {})) for name in names)
     part = f" {share(diagnosis.explained)} of" if diagnosis.explained is not None else " a part of"
-    others = [joined(map(words, members[1:])) for members in diagnosis.ambiguous]
-    instead = f" In its place {' or '.join(others)} would do as well." if others else ""
+    instead = "".join(
+        f" In place of {words(members[0])} {joined(map(words, members[1:]), 'or')} would do as well."
+        for members in diagnosis.ambiguous
+    )
     beyond = [sentence for name in names for sentence in _beyond(diagnosis.parameters.get(name, {}))]
     sentence = f"{what} {verb}{part} the misfit beyond the noise ({numbers})."
     return " ".join([sentence, *beyond]) + instead

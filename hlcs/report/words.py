@@ -97,10 +97,10 @@ def words(name):
     return name.replace("_", " ")
 
 
-def joined(items):
-    """ "a", "a and b", "a, b and c"."""
+def joined(items, last="and"):
+    """ "a", "a and b", "a, b and c"; last: the word before the last one."""
     items = list(items)
-    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}" if items else ""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
 
 
 def capital(sentence):

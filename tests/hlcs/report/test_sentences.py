@@ -185,6 +185,12 @@ def test_candidates_of_one_reason_stand_together_with_it():
     assert "- uniform_flow: less than 2 % of the misfit is explained." in text(diagnosis(others=(little,)))
 
 
+def test_what_would_do_instead_is_one_of_several_and_not_all_of_them():
+    """Drag, or a ruler, or a clock: "and" would say that ruler and clock are both needed."""
+    told = opening(replace(UNEXPLAINED, ambiguous=(("quadratic_drag", "length_scale", "time_scale"),)))
+    assert "In place of quadratic drag length scale or time scale would do as well." in told
+
+
 def test_a_candidate_that_leaves_as_little_is_not_said_to_explain_less():
     """Alone it leaves the chi-square of what was found; or a set with it, of some weight, leaves the error of what was found."""
     alone = replace(WIND, remains=WIND.remains | {"chi2_per_freedom": 1.001, "foreseen": False})
