@@ -19,6 +19,7 @@ from hlcs.compare import compare as compare_file
 from hlcs.diagnose import diagnose as diagnose_file
 from hlcs.files import folders
 from hlcs.kinds.experiment import check_target
+from minibullet.errors import InputError
 
 
 @click.command()
@@ -57,6 +58,8 @@ def compare(file, effects_file, allow_outside, seed, workers, details, out, json
 def diagnose(file, candidates, effects_file, allow_outside, plots, mended, seed, workers, details, out, json_file, quiet):
     """Which effect is missing, and how sure is that."""
     names = [name.strip() for name in candidates.split(",") if name.strip()] if candidates is not None else None
+    if names == []:
+        raise InputError("--candidates names no effect; name some with commas between them, or leave it out for all that fit")
     for folder in filter(None, (out, plots)):
         folders.check_folder(folder)  # refused now, not after minutes
     if mended:

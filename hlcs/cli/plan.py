@@ -1,6 +1,7 @@
 """`hlcs plan`: what would find an effect, before the experiment."""
 
 import click
+import numpy as np
 
 from hlcs.cli.options import allow_outside_option, effects_option, example, json_option, publish, quiet_option
 from hlcs.kinds.experiment import Experiment
@@ -43,5 +44,6 @@ def plan(file, effect, at, power, effects_file, allow_outside, json_file, quiet)
     """
     experiment = Experiment.read(file, allow_outside, effects_file)
     experiment = experiment.opened(Options(experiment.user_effects))
-    found = planning.plan(experiment, effect, dict(at), power)
+    with np.errstate(invalid="ignore", over="ignore"):  # of numbers beyond all measure, which are refused in a line of their own
+        found = planning.plan(experiment, effect, dict(at), power)
     publish(found.to_json(), text(found), json_file, None, quiet)

@@ -346,9 +346,8 @@ def describe(trial, path):
     gaps = np.flatnonzero(steps > 1.6 * typical)
     if len(gaps):
         where = trial.times[np.argmax(steps)]
-        notes.append(
-            f"{path.name}: {len(gaps)} gaps, the longest {steps.max():.3g} s at t_s = {where:.4g} (typical step {typical:.3g} s)"
-        )
+        many = f"{len(gaps)} gaps, the longest" if len(gaps) > 1 else "1 gap,"
+        notes.append(f"{path.name}: {many} {steps.max():.3g} s at t_s = {where:.4g} (typical step {typical:.3g} s)")
     jitter = np.std(steps[steps <= 1.6 * typical]) / typical
     if jitter > 0.005:
         notes.append(f"{path.name}: time steps jitter by {100 * jitter:.1f} % of {typical:.3g} s; true stamps are used")

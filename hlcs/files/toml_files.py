@@ -24,6 +24,8 @@ EXAMPLES = {
 }
 MOST_BYTES = 2_000_000  # ten thousand recordings with starts of their own; read in 2 s
 MOST_DEPTH = 16  # of tables and lists in each other; files of ours have 4
+ALIKE = 0.75  # likeness of two keys, 0 to 1, from which one is taken for the other misspelt
+TABLES = (".csv", ".tsv", ".txt")
 LARGEST = 1e12  # no quantity of a laboratory is larger in SI units, and its cube is still a number
 # A name of more parts than that: reading takes time as the square of their number.
 _PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
@@ -47,7 +49,9 @@ class TomlFile:
         try:
             self.values = tomllib.loads(self.text)
         except tomllib.TOMLDecodeError as problem:
-            raise InputError(f"{self.path}: not valid TOML: {shown(problem, 200)}") from None
+            table = self.path.suffix.lower() in TABLES
+            hint = "; a table is no experiment file: write one that names it, or let `hlcs import` write it" if table else ""
+            raise InputError(f"{self.path}: not valid TOML: {shown(problem, 200)}{hint}") from None
         except RecursionError:
             raise InputError(f"{self.path}: not valid TOML: {self._deep()}") from None
         except ValueError:  # Python's own bound of the digits of a whole number
@@ -148,6 +152,8 @@ class TomlFile:
                 section,
                 index,
             )
+        if os.path.isdir(path):
+            self.fail(key, f"'{shown(name)}' is a folder; name a file in it", section, index)
         if not os.path.isfile(path):
             self.fail(key, f"file '{shown(name)}' is not there (looked for {shown(path, 200)})", section, index)
         return path
@@ -160,8 +166,15 @@ class TomlFile:
             self.fail(name, f"must be a table{like}, got {shown_value(table)}", parent, index)
         for key in table:
             if key not in self.sections[section]:
-                near = nearest(key, self.sections[section])
-                self.fail(key, f"unknown key; the nearest known key is '{near}'", section, index)
+                self.fail(key, self._unknown(key, section), section, index)
+
+    def _unknown(self, key, section):
+        """What is said of an unknown key: where it belongs, or the nearest key that the section knows."""
+        if not difflib.get_close_matches(key[:LONGEST_KEY].lower(), self.sections[section], n=1, cutoff=ALIKE):
+            for other, keys in self.sections.items():
+                if other and (near := difflib.get_close_matches(key[:LONGEST_KEY].lower(), keys, n=1, cutoff=ALIKE)):
+                    return f"unknown key here; '{near[0]}' stands under [{other}]"
+        return f"unknown key; the nearest known key is '{nearest(key, self.sections[section])}'"
 
     def number(self, table, key, section, *, low=-LARGEST, high=LARGEST, above=None, index=None):
         """A finite number within bounds, None where the key is left out."""
@@ -173,7 +186,8 @@ class TomlFile:
         if above is not None and not value > above:
             self.fail(key, f"must be greater than {above:g}, got {value:g}", section, index)
         if not low <= value <= high:
-            self.fail(key, f"must be between {low:g} and {high:g}, got {value:g}; units are SI (m, kg, s, rad)", section, index)
+            lowest = f"between {low:g} and" if above is None else f"greater than {above:g} and at most"
+            self.fail(key, f"must be {lowest} {high:g}, got {value:g}; units are SI (m, kg, s, rad)", section, index)
         if said := limits.unlikely(key, value):
             self.warn(key, said, section, index)
         return float(value)

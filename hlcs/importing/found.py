@@ -78,6 +78,8 @@ def recording(name, grid, lines, columns, time_name, advice="one recording a fil
     if len(back):
         first = back[0] + 1
         what = "the same time twice" if times[first] == times[back[0]] else "time goes backwards"
+        if times[first] <= times[0] < times[back[0]]:
+            what, advice = "time begins again", "where recordings stand below one another, save each as a file of its own"
         raise InputError(
             f"{grid.name}, row {lines[first]}, column {shown(time_name)}: {times[first]:g} s after {times[back[0]]:g} s: {what}; "
             f"{advice}"
@@ -90,8 +92,11 @@ def recording(name, grid, lines, columns, time_name, advice="one recording a fil
     kept = slice(seen[0], seen[-1] + 1)
     notes = []
     if (left := len(times) - (seen[-1] + 1 - seen[0])) > 0:
-        notes.append(Assumption(f"{grid.name}: {left} rows before the first and after the last sample of '{name}' are left out"))
+        one, many = "1 row before the first or after", f"{left} rows before the first and after"
+        rows, are = (one, "is") if left == 1 else (many, "are")
+        notes.append(Assumption(f"{grid.name}: {rows} the last sample of '{name}' {are} left out"))
     blank = int((~measured[:, kept]).any(axis=0).sum())
     if blank:
-        notes.append(Assumption(f"{grid.name}: {blank} samples of '{name}' were lost; they are left blank, not filled in"))
+        lost = f"1 sample of '{name}' was lost; it is" if blank == 1 else f"{blank} samples of '{name}' were lost; they are"
+        notes.append(Assumption(f"{grid.name}: {lost} left blank, not filled in"))
     return Recording(name, grid.stem, {key: column[kept] for key, column in columns.items()}), tuple(notes)

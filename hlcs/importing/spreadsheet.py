@@ -51,6 +51,7 @@ def read(path, overrides):
     """The Found of one file: one recording, or the rows of a table. Raises InputError with file, row, and what was expected."""
     grid = grid_of(source_of(path))
     head = _header(grid)
+    _no_more_cells_than_names(grid, head)
     columns, notes = _columns(grid, head, overrides)
     first = head + 1 + _has_units(grid, head)
     for name, (index, _) in columns.items():
@@ -71,10 +72,25 @@ def _header(grid):
         cells = [cell for cell in grid.cells[row] if cell]
         if len(cells) > 1 and not any(map(_is_number, cells)):
             return row
+    told = f"{grid.place(0)}: '{shown(', '.join(grid.cells[0]), 100)}'; "
+    if not any(_is_number(cell) for cells in grid.cells for cell in cells) and len(grid.cells[0]) > 1:
+        raise InputError(f"{told}no row of numbers follows these names")
+    more = "; columns are separated by tabs, semicolons, commas or blanks" if len(grid.cells[0]) == 1 else ""
     raise InputError(
-        f"{grid.place(0)}: '{shown(', '.join(grid.cells[0]), 100)}'; expected a row with the names of two columns or more, such "
-        "as Zeit [s]; Höhe [cm], above the rows of numbers"
+        f"{told}expected a row with the names of two columns or more, such as Zeit [s]; Höhe [cm], above the rows of numbers"
+        f"{more}"
     )
+
+
+def _no_more_cells_than_names(grid, head):
+    """Refuse a row in which something stands beyond the last column that has a name."""
+    count = len(grid.cells[head])
+    for row in range(head + 1, len(grid.cells)):
+        if any(grid.cells[row][count:]):
+            raise InputError(
+                f"{grid.place(row)}: {len(grid.cells[row])} cells below {count} names; where decimals have a comma, columns need "
+                "another separator, such as ;"
+            )
 
 
 def _is_number(cell):

@@ -35,6 +35,7 @@ def read(path, overrides):
                 "y of the video points up: it becomes z_m, and x of the video x_m; the way to the camera is unknown", "--up"
             )
         )
+    notes += _left_out(grid, head, words)
     recordings = []
     for name in overrides.chosen(list(masses), grid.name):
         vectors = np.full((len(times), 3), np.nan)
@@ -89,6 +90,16 @@ def _masses(grid, head, words):
             f"{grid.place(head)}: columns {shown(there, 200)}; x or y is needed: choose them in Tracker's export dialog"
         )
     return masses
+
+
+def _left_out(grid, head, words):
+    """[Assumption] on the columns that are not read: Tracker computes velocities and angles from x and y."""
+    others = dict.fromkeys(
+        cell
+        for cell, (word, _) in zip(grid.cells[head], words, strict=True)
+        if cell and word not in ("t", "time", "x", "y", "frame")
+    )
+    return [Assumption(f"{grid.name}: left out, t, x and y are read alone: {shown(', '.join(others), 200)}")] if others else []
 
 
 def _times(grid, head, words, overrides):

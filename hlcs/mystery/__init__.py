@@ -92,7 +92,5 @@ def _folder(name):
         return FOLDER / name
     if (Path(name) / SEALED).is_file():
         return Path(name)
-    near = nearest(name, known)
-    raise InputError(
-        f"mystery '{name}': unknown, and no folder with {SEALED}; the nearest name is '{near}' (all: {', '.join(known)})"
-    )
+    meant = f"did you mean '{near}'? " if (near := nearest(name, known, 0.6)) else ""
+    raise InputError(f"mystery '{name}': unknown, and no folder with {SEALED}; {meant}(all: {', '.join(known)})")

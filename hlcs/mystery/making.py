@@ -104,9 +104,8 @@ def made(effect, strength, seed):
 
 def _offered(effect):
     if effect not in OFFERS:
-        raise InputError(
-            f"effect '{shown(effect)}': cannot be hidden; did you mean '{nearest(effect, OFFERS)}'? (all: {', '.join(OFFERS)})"
-        )
+        meant = f"did you mean '{near}'? " if (near := nearest(effect, OFFERS, 0.6)) else ""
+        raise InputError(f"effect '{shown(effect)}': cannot be hidden; {meant}(all: {', '.join(OFFERS)})")
     return OFFERS[effect]
 
 

@@ -13,20 +13,28 @@ from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.notes import note_parts
 from hlcs.report.ranking import ranking
 from hlcs.report.sentences import error_of, opening, place
-from hlcs.report.words import interval, joined, size, value
+from hlcs.report.words import capital, interval, joined, size, value, words
 
 NOT_PROVED = {
-    "ambiguous": "It can be added, and is not proved: others of its set do as well.",
-    "unexplained": "It can be added, and is not proved: it helps, and more than noise remains.",
+    "ambiguous": "{what} can be added, and {is_} not proved: others do as well.",
+    "unexplained": "{what} can be added, and {is_} not proved: {it_helps}, and more than noise remains.",
 }
 LITTLE = 0.02  # share of chi-square, below which nobody would speak of an explanation
+OWN_UNITS = {  # of effects, that are no units of every day
+    "L": "L: edge of the cube that has the volume of the body.",
+    "weights": "weights: of the body, the lighter one of two.",
+    "Dn": "Dn: nominal diameter.",
+}
+AS_LITTLE = 1.02  # times what was found leaves, up to which a candidate is said to leave as little
+SOME_WEIGHT = 0.01  # of all fitted sets, from which a set with a candidate counts as one that might have been found
 MOST_ROWS = 12  # of the ranking, before the details
 OTHERS = {  # why not the others, where one sentence does for all of them
-    Reason.OTHER_FORM: "look like what was found; leave more, or need more numbers",
+    Reason.OTHER_FORM: "of the same form as what was found; more is left, or more numbers are needed",
     Reason.EXPLAINED_TOO: "a part is explained, not as well as by what was found (what is left with each stands above)",
-    Reason.NOT_SEEN: "not seen: what is explained is less than chance explains with one number more",
-    Reason.SUSPECTED: "the misfit would fall, but not enough on recordings that the numbers were not fitted to",
-    Reason.INVISIBLE: "cannot be seen in these data: unknown starts, or what is in the model, take up what it does",
+    Reason.NOT_SEEN: "not seen: what is explained is less than chance explains with as many numbers more",
+    Reason.SUSPECTED: "the misfit would fall, but not enough on data that the numbers were not fitted to",
+    Reason.INVISIBLE: "cannot be seen in these data: nothing here depends on it, or unknown starts or what is in the model take "
+    "it up",
     Reason.ON_FEWER_RECORDINGS: "tried on fewer recordings, to keep within the limit of time, and not kept",
 }
 
@@ -86,7 +94,9 @@ def _numbers(diagnosis):
                 why.append(f"{effect} {name} withheld: {entry['why']}")
     if not rows:
         return ()
-    return (Table(("effect", "number", "value", "90 % interval", "unit"), tuple(rows), texts=2), *why)
+    units = {row[-1] for row in rows}
+    note = " ".join(told for unit, told in OWN_UNITS.items() if unit in units)
+    return (Table(("effect", "number", "value", "90 % interval", "unit"), tuple(rows), texts=2, note=note), *why)
 
 
 def _others(diagnosis):
@@ -99,7 +109,7 @@ def _others(diagnosis):
         if finding.reason is Reason.NOT_TRIED:
             untried.setdefault(finding.why.removeprefix(Reason.NOT_TRIED(why="").why), []).append(finding.effect)
         elif finding.reason in OTHERS:
-            together.setdefault(_what(finding, start), []).append(finding.effect)
+            together.setdefault(_what(diagnosis, finding, start), []).append(finding.effect)
         else:
             alone.append(f"{finding.effect}: {finding.why}")
     told = [f"{', '.join(names)}: {why}." for why, names in together.items()]
@@ -107,12 +117,32 @@ def _others(diagnosis):
     return (Points((*alone, *told)),) if alone or told else ()
 
 
-def _what(finding, start):
+def _what(diagnosis, finding, start):
     """What is said of a candidate and of all others like it; start: what the model as it is leaves."""
+    if finding.reason is not Reason.EXPLAINED_TOO:
+        return OTHERS[finding.reason]
     part = 1 - finding.remains["chi2_per_freedom"] / start if finding.remains and start else 1.0
-    if finding.reason is Reason.EXPLAINED_TOO and part < LITTLE:
+    if part < LITTLE:
         return f"less than {100 * LITTLE:.0f} % of the misfit is explained"
-    return OTHERS[finding.reason]
+    if not diagnosis.effects:
+        return "a part is explained, and more than noise is left (how much stands above)"
+    return _as_good(diagnosis, finding) or OTHERS[finding.reason]
+
+
+def _as_good(diagnosis, finding):
+    """What is said of a candidate that leaves as little as what was found, alone or beside others; "" where it leaves more."""
+    found = next((row["chi2_per_freedom"] for row in ranking(diagnosis) if row["accepted"]), None)
+    if found and finding.remains and finding.remains["chi2_per_freedom"] <= AS_LITTLE * found:
+        foreseen = "is foreseen to be" if finding.remains["foreseen"] else "is"
+        return f"what is left {foreseen} as little as with what was found, but more numbers are needed, or less usual ones"
+    after = (diagnosis.error.get("fitted") or {}).get("after")
+    beside = diagnosis.inclusion.get(finding.effect, 0.0) >= SOME_WEIGHT
+    if beside and after and finding.fitted is not None and finding.fitted <= AS_LITTLE * after:
+        return (
+            "beside others, as little is left as with what was found; such a set is less probable, or holds less well on data "
+            "that its numbers were not fitted to"
+        )
+    return ""
 
 
 def _visible(diagnosis):
@@ -144,7 +174,7 @@ def _add(diagnosis):
     add, experiment = diagnosis.add, diagnosis.experiment
     if add is None:
         return ()
-    parts = [NOT_PROVED[diagnosis.verdict]] if diagnosis.verdict in NOT_PROVED else []
+    parts = [_not_proved(diagnosis)] if diagnosis.verdict in NOT_PROVED else []
     if diagnosis.mended:
         parts += [f"Written into [model] of {add['file']}:", Lines((add["toml"],))]
     elif add["file"]:
@@ -165,6 +195,14 @@ def _add(diagnosis):
     if add["file"] and not diagnosis.mended:
         parts.append('Or let it be written: --apply NEW.toml; in Python diagnosis.apply(experiment).save("NEW.toml").')
     return tuple(parts)
+
+
+def _not_proved(diagnosis):
+    """That what is to be added is no certain thing, by its name."""
+    names = [entry["name"] for entry in diagnosis.additions]
+    one = len(names) == 1
+    is_, helps = ("is", "it helps") if one else ("are", "they help")
+    return NOT_PROVED[diagnosis.verdict].format(what=capital(joined(map(words, names))), is_=is_, it_helps=helps)
 
 
 # --- as a page, a picture, files --------------------------------------------------------------------------------------------

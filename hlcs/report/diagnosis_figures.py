@@ -8,7 +8,6 @@ from hlcs.data.quantities import CHANNELS
 from hlcs.report.figures import (
     AFTER,
     BEFORE,
-    CHANNEL,
     INK,
     LINE,
     NOISE,
@@ -17,6 +16,7 @@ from hlcs.report.figures import (
     axis_label,
     given_axes,
     legend,
+    marks_of,
     plain,
     residuals,
     root_mean_square,
@@ -30,6 +30,7 @@ from hlcs.report.words import capital, joined, size, words
 
 TALL = (4.5, 5.0)  # of two panels, one above the other [inch]
 WIDEST = 16  # letters of a name below an axis
+SEEN = 0.01  # of the height of a panel, from which a band in it can be seen
 NAMED = 18  # room for the names of sets between panel and title [points]
 
 
@@ -53,13 +54,13 @@ def pictures(diagnosis):
         shown = "The recording that the model missed most." if diagnosis.pictures.channels else "All rows of the table."
         found["fit"] = fit_panel(diagnosis), shown
     if diagnosis.steps:
-        starts = (diagnosis.error.get("fitted") or {}).get("starts")
-        found["error"] = error_panel(diagnosis), _ERROR + (_STARTS if starts else "")
+        found["error"] = error_panel(diagnosis), _ERROR + (_STARTS if _starts_can_be_seen(diagnosis) else "")
     if ranking(diagnosis):
-        found["ranking"] = ranking_panel(diagnosis), _RANKING
+        found["ranking"] = ranking_panel(diagnosis), _ranking_caption(ranking(diagnosis))
     if diagnosis.pictures:
         for column in against(diagnosis.pictures):
-            found[f"residuals_{column}"] = residual_panels(diagnosis, column), _RESIDUALS
+            caption = _RESIDUALS + (_OWN_SCALE if diagnosis.effects else "")
+            found[f"residuals_{column}"] = residual_panels(diagnosis, column), caption
         if len(np.unique(diagnosis.pictures.before["trial"])) > 1:
             found["residuals_by_recording"] = (
                 recording_panels(diagnosis),
@@ -73,9 +74,9 @@ def pictures(diagnosis):
 
 _ERROR = "Dotted: the noise."
 _STARTS = " Hatched: the share of it that the fitted starts take up; a perfect model would end at its lower edge."
-_RANKING = "Further left is better; 1 is noise alone. Filled: found. Open: foreseen from slopes, not fitted."
-_RECORDINGS = "One mark for each recording and channel; 1 is noise alone. The lower panel has a scale of its own."
-_RESIDUALS = "Above zero the model is too low. Grey: two sigma of the noise. The lower panel has a scale of its own."
+_RANKING = "Further left is better; 1 is noise alone."
+_RESIDUALS = "Above zero the model is too low. Grey: two sigma of the noise."
+_OWN_SCALE = " The lower panel has a scale of its own."
 
 
 def against(pictures):
@@ -109,8 +110,13 @@ def _fit_of_recording(ax, diagnosis):
     if diagnosis.effects:
         ax.plot(x, _unjoined(after["model"][inside], unit), "-", color=AFTER, lw=1.6, label="with what was found")
         told += f", now by {size(_largest(after, inside), unit)}"
-    legend(ax)
-    plain(ax, f"{pictures.trials[trial]}: {told}", pictures.label, f"{pictures.channels[channel]} [{unit}]")
+    legend(ax, below=unit == "rad")  # angles that jump by a turn leave no room
+    plain(ax, f"{pictures.trials[trial]}: {told}", pictures.label, f"{_spelled(pictures.channels[channel])} [{unit}]")
+
+
+def _spelled(channel):
+    """A channel as an axis tells it."""
+    return f"rotation about {channel[1:]}" if channel in CHANNELS[3:6] else channel
 
 
 def _unjoined(values, unit):
@@ -235,18 +241,16 @@ def recording_panels(diagnosis, ax=None):
     axes = given_axes(ax, 2, 1, TALL) if diagnosis.effects else given_axes(ax)
     pictures = diagnosis.pictures
     for ax, (when, table) in zip(axes, [("Before", pictures.before), ("After", pictures.after)], strict=False):
-        for channel in np.unique(table["channel"]):
+        for channel, (mark, colour) in marks_of(table).items():
             trials = np.unique(table["trial"])
             size_of = [root_mean_square(table["sigmas"][(table["trial"] == k) & (table["channel"] == channel)]) for k in trials]
-            mark, colour = CHANNEL[int(channel) % len(CHANNEL)]
             label = pictures.channels[int(channel)] if pictures.channels else None
             ax.plot(trials + 1, size_of, mark, color=colour, ms=5, alpha=0.8, label=label)
         ax.axhline(1.0, color=INK, ls=":", lw=LINE)
         ax.set_ylim(bottom=0)
         what = "sets" if "layer" in table else "recordings" if pictures.channels else "groups"
-        plain(
-            ax, f"{when + ': ' if diagnosis.effects else ''}how far the {what} are missed", what[:-1], "rms [sigma of the noise]"
-        )
+        told = f"{when + ': ' if diagnosis.effects else ''}how far the {what} are missed"
+        plain(ax, capital(told), what[:-1], "rms [sigma of the noise]")
         ax.xaxis.get_major_locator().set_params(integer=True)
     if len(np.unique(pictures.before["channel"])) > 1:
         legend(axes[0], ncols=3)
@@ -262,7 +266,7 @@ def spectrum_panel(diagnosis, ax=None):
     axes[0].axhline(1.0, color=INK, ls=":", lw=LINE, label="white noise")
     axes[0].plot([found.peak], [found.power.max()], "v", color=BEFORE, ms=8)
     legend(axes[0])
-    told = f"What is left swings in {channel}: {found.peak:.3g} Hz, a period of {1 / found.peak:.2g} s"
+    told = f"What is left swings in {channel}: {found.peak:.2g} Hz, a period of {1 / found.peak:.2g} s"
     plain(axes[0], told, "frequency [Hz]", "power [that of white noise]")
     return axes
 
@@ -289,6 +293,8 @@ def ranking_panel(diagnosis, ax=None, most=9):
     if values and max(values) > 5 * min(values):
         axes[0].set_xscale("log")
         unpowered(axes[0].xaxis, values)
+    else:  # differences in the third digit are no differences
+        axes[0].set_xlim(0, 1.08 * max([1.0, *values]))
     plain(axes[0], _ranking_title(diagnosis, found), "chi-square per degree of freedom", "", letters=34)
     return axes
 
@@ -297,9 +303,18 @@ def _ranking_title(diagnosis, found):
     if not found:
         return "Nothing was tried"
     if not diagnosis.effects:
-        return "No effect stands beside the model as it is"
+        return "Noise alone is left by the model as it is" if diagnosis.verdict == "complete" else "No effect explains enough"
     row = next((row for row in found if row["accepted"]), None)
-    return f"{row['chi2_per_freedom']:.3g} remains with {joined(diagnosis.effects)}" if row else "What remains"
+    what = joined(map(words, diagnosis.effects))
+    return f"With {what} {row['chi2_per_freedom']:.3g} remains" if row else "What remains"
+
+
+def _ranking_caption(found):
+    """What the marks of the ranking mean, of those that are there."""
+    told = [_RANKING]
+    told += ["Blue: found."] * any(row["accepted"] for row in found)
+    told += ["Open: foreseen from slopes, not fitted."] * any(row["foreseen"] for row in found)
+    return " ".join(told)
 
 
 def error_panel(diagnosis, ax=None):
@@ -319,12 +334,12 @@ def error_panel(diagnosis, ax=None):
             range(len(each)), factor * np.array(each), style, color=colour, mfc=fill, ms=8 if fill == "none" else 5, label=label
         )
     if noise:
-        _noise_floor(ax, factor * noise, entry.get("starts") or 0.0)
+        _noise_floor(ax, factor * noise, (entry.get("starts") or 0.0) if _starts_can_be_seen(diagnosis) else 0.0)
     names = _new_in_each(steps)
     ax.set_xticks(range(len(names)), names, fontsize=9)
     ax.set_xlim(-0.4, max(len(steps) - 0.6, 0.6))
     largest = max((max(each) for each in values.values()), default=0.0)
-    if noise and largest > 15 * noise:
+    if _needs_logarithm(noise, largest):
         ax.set_yscale("log")
         unpowered(ax.yaxis, [noise, largest])
         ax.set_ylim(bottom=0.5 * factor * noise)
@@ -337,10 +352,26 @@ def error_panel(diagnosis, ax=None):
     return axes
 
 
+def _needs_logarithm(noise, largest):
+    """Are an error and the noise so far apart that one scale of equal steps hides the noise?"""
+    return bool(noise) and largest > 15 * noise
+
+
+def _starts_can_be_seen(diagnosis):
+    """Is the share of the noise that fitted starts take up wide enough to be drawn?"""
+    fitted = diagnosis.error.get("fitted") or {}
+    noise, starts = fitted.get("noise"), fitted.get("starts")
+    if not noise or not starts:
+        return False
+    errors = (step.get(key) for step in diagnosis.steps for key in ("fitted", "held_out"))
+    largest = max((error for error in errors if error is not None), default=0.0)
+    return not _needs_logarithm(noise, largest) and noise * (1 - np.sqrt(1 - starts)) > SEEN * max(largest, noise)
+
+
 def _noise_floor(ax, noise, starts):
     """The noise, and below it the share that fitted starts take up."""
     ax.axhline(noise, color=INK, ls=":", lw=1.2, label="noise")
-    if starts > 0.005:
+    if starts:
         low = noise * np.sqrt(1 - starts)
         ax.axhspan(low, noise, facecolor="none", edgecolor=NOISE, hatch="////", lw=0, label="taken up by the fitted starts")
 
@@ -356,13 +387,13 @@ def _new_in_each(steps):
 
 
 def _error_title(diagnosis):
-    if not diagnosis.effects:
-        return f"The error of the model: {_fall(diagnosis)}"
-    error = error_of(diagnosis)
+    error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
     if not error:
         return "No error is known"
+    if not diagnosis.effects:
+        return f"The error of the model: {size(error['before'], unit)}"
     if not diagnosis.adequate.get("after"):
         ends = "not down to the noise"
     else:
         ends = "down to the noise" if error["after"] <= NEAR_NOISE * error["noise"] else "to what noise may be"
-    return f"The error falls, {ends}: {_fall(diagnosis)}"
+    return f"The error falls, {ends}: {size(error['before'], unit)} -> {size(error['after'], unit)}"

@@ -84,13 +84,18 @@ def root_mean_square(values):
     return float(np.sqrt(np.mean(np.square(values)))) if len(values) else 0.0
 
 
+def marks_of(table):
+    """{channel: (mark, colour)} of a table of observations, the strongest colour where there is one channel alone."""
+    channels = np.unique(table["channel"])
+    return {channel: CHANNEL[int(channel) % len(CHANNEL) if len(channels) > 1 else 0] for channel in channels}
+
+
 def residuals(ax, table, column, channels=(), lines=False):
     """Residuals in units of the noise over a column, each channel with a mark of its own; lines: join those of a recording."""
     values = np.asarray(table[column], float)
     ax.axhspan(-BAND, BAND, color=NOISE, alpha=0.35, lw=0)
     ax.axhline(0, color=INK, lw=LINE)
-    for channel in np.unique(table["channel"]):
-        mark, colour = CHANNEL[int(channel) % len(CHANNEL)]
+    for channel, (mark, colour) in marks_of(table).items():
         inside = table["channel"] == channel
         name = channels[int(channel)] if channels else None
         if lines:

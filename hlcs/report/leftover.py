@@ -125,11 +125,12 @@ def likeness(table, channels=(), units=()):
         found = swings[0]
         alike = [each.channel for each in swings if abs(each.peak - found.peak) < found.slowest / CYCLES]
         channel = f" in {joined(channels[each] for each in sorted(alike))}" if channels else ""
-        size = f", {1e3 * found.amplitude:.2g} mm high" if units and units[found.channel] == "m" else ""
-        return f"it swings {found.peak:.3g} times a second{channel} (a period of {1 / found.peak:.3g} s{size})"
+        size = f", {1e3 * found.amplitude:.2g} mm to either side" if units and units[found.channel] == "m" else ""
+        return f"it swings {found.peak:.2g} times a second{channel} (a period of {1 / found.peak:.2g} s{size})"
     common = common_pattern(table)
     if common and common[1] > SHOWN:
-        return f"{100 * common[1]:.0f} % of it goes with {WORDS[common[0]]} in the same way in all recordings"
+        alike = "recordings" if "time" in table else "sets" if "layer" in table else "groups"
+        return f"{100 * common[1]:.0f} % of it goes with {WORDS[common[0]]} in the same way in all {alike}"
     if "time" not in table:
         return "it goes with no input: rows scatter more than the noise says"
     offset = own_offset(table)

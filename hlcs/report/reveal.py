@@ -2,6 +2,7 @@
 
 from textwrap import fill
 
+from hlcs.processes.interrupts import STOPPED
 from hlcs.report.diagnosis_figures import fit_panel, residual_panels
 from hlcs.report.document import WIDTH, Section, Table, as_text
 from hlcs.report.figures import new_axes
@@ -9,6 +10,7 @@ from hlcs.report.words import interval, joined, number, size
 from hlcs.report.words import value as written
 
 HEAD = ("law", "number", "true", "expected from the data", "90 % interval")
+CUT_SHORT = "Stopped by Ctrl-C: what the data give was not fitted to its end."
 SHEET = (13.5, 4.2)  # of three panels in a row [inch]
 
 
@@ -21,6 +23,7 @@ def told(answer, laws, diagnosis):
     parts = [Section("", (f"{name}: {law}",)) for name, law in laws.items()]
     if diagnosis:
         rows = rows_of(answer, diagnosis)
+        parts += [Section("", (CUT_SHORT,))] if STOPPED in diagnosis.notes else []
         parts += [Section("The numbers", (Table(HEAD, rows, texts=2),))] if rows else []
         parts.append(Section("The error", (_error(diagnosis),)))
     lines = answer["text"].strip().splitlines()
@@ -30,7 +33,7 @@ def told(answer, laws, diagnosis):
 def rows_of(answer, diagnosis):
     """A row for every number of every hidden law, and of the look-alikes that the data cannot tell from it."""
     return tuple(
-        (law, name, number(truth, digits=6), *_found(diagnosis.parameters.get(law, {}).get(name)))
+        (law, name, number(truth, digits=6), *_found(diagnosis, law, name))
         for law in (*answer["effects"], *answer["tied"])
         for name, truth in _numbers(answer, law, diagnosis).items()
     )
@@ -43,8 +46,11 @@ def _numbers(answer, law, diagnosis):
     return scalars or dict.fromkeys(diagnosis.parameters.get(law, {}))
 
 
-def _found(entry):
+def _found(diagnosis, law, name):
     """A number and its interval as these data give them."""
+    entry = diagnosis.parameters.get(law, {}).get(name)
+    if entry is None and STOPPED in diagnosis.notes:
+        return "not fitted", "-"
     if entry is None or entry["value"] is None:
         return "not to be had", "-"
     return written(entry), interval(entry)

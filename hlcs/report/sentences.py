@@ -4,13 +4,15 @@ import math
 
 from hlcs.data.quantities import unit_of
 from hlcs.processes.interrupts import STOPPED
+from hlcs.records import Reason
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness
-from hlcs.report.words import capital, joined, share, size, value, words
+from hlcs.report.words import capital, joined, number, share, size, value, words
 
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
 SLIGHT = 0.1  # of the noise, below which a bias is not worth a sentence
+LEFT_OUT = {"trajectory": "recordings", "outcomes": "rows", "layers": "layers"}  # what is held out, by the kind of measurement
 SMALL = 0.02  # share of the error below which its fall is told by chi-square instead
 
 
@@ -61,7 +63,7 @@ def _numbers(name, numbers):
 def _beyond(numbers):
     """A sentence for each number that is beyond what is usual."""
     return [
-        f"A {words(key)} of {entry['value']:.3g} is beyond what is known of such bodies ({entry['usual']}): check the inputs "
+        f"A {words(key)} of {number(entry['value'])} is beyond what is known of such bodies ({entry['usual']}): check the inputs "
         "that it rests on."
         for key, entry in numbers.items()
         if "usual" in entry
@@ -84,7 +86,8 @@ def removal(diagnosis, subject):
     before, after = error["before"], error["after"]
     plural = subject.endswith("they")
     whose = "their" if plural else "its"
-    where = f", on recordings that {whose} numbers were not fitted to" if diagnosis.error.get("held_out") else ""
+    left_out = LEFT_OUT.get(diagnosis.kind, "data")
+    where = f", on {left_out} that {whose} numbers were not fitted to" if diagnosis.error.get("held_out") else ""
     part = 1 - after / before if before else 0.0
     if part < SMALL:
         chi2 = diagnosis.adequate.get("chi2_per_freedom") or {}
@@ -110,7 +113,7 @@ def _noise(diagnosis):
     if error["after"] <= NEAR_NOISE * error["noise"]:
         return f"What is left is your noise ({noise})."
     if diagnosis.kind == "layers":
-        return f"What is left is no more than noise ({noise}), another campaign and another engine would make."
+        return f"What is left is no more than the noise ({noise}) and what campaigns and engines differ by make together."
     return f"What is left cannot be told from your noise ({noise})."
 
 
@@ -167,8 +170,8 @@ def _effect(diagnosis):
     return [*told, *_not_sure(diagnosis)]
 
 
-def _count(number):
-    return {2: "Two", 3: "Three", 4: "Four"}.get(number, str(number))
+def _count(things):
+    return {2: "Two", 3: "Three", 4: "Four"}.get(things, str(things))
 
 
 def _not_sure(diagnosis):
@@ -205,17 +208,22 @@ def _unexplained(diagnosis):
     error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
     told = []
     if not error:
-        return ["The model fails, and nothing in the library explains all of it."]
+        return [f"The model fails, and {_nothing(diagnosis)} explains all of it."]
     if diagnosis.effects:
         told += [_helps(diagnosis), _left_unexplained(diagnosis)]
     else:
         told.append(
-            "Something is missing that nothing in the library explains. The model misses by "
+            f"Something is missing that {_nothing(diagnosis)} explains. The model misses by "
             f"{size(error['before'], unit)}, and the noise is {size(error['noise'], unit)}."
         )
         told += _nearest(diagnosis)
     told.append(" ".join(looks(diagnosis)))
     return told
+
+
+def _nothing(diagnosis):
+    """What it is that does not explain: the library, or where a search was stopped what it had come to."""
+    return "nothing that was fitted by then" if STOPPED in diagnosis.notes else "nothing in the library"
 
 
 def _helps(diagnosis):
@@ -225,8 +233,10 @@ def _helps(diagnosis):
     verb = "explains" if len(names) == 1 else "explain"
     numbers = "; ".join(_numbers(name, diagnosis.parameters.get(name, {})) for name in names)
     part = f" {share(diagnosis.explained)} of" if diagnosis.explained is not None else " a part of"
-    others = [joined(map(words, members[1:])) for members in diagnosis.ambiguous]
-    instead = f" In its place {' or '.join(others)} would do as well." if others else ""
+    instead = "".join(
+        f" In place of {words(members[0])} {joined(map(words, members[1:]), 'or')} would do as well."
+        for members in diagnosis.ambiguous
+    )
     beyond = [sentence for name in names for sentence in _beyond(diagnosis.parameters.get(name, {}))]
     sentence = f"{what} {verb}{part} the misfit beyond the noise ({numbers})."
     return " ".join([sentence, *beyond]) + instead
@@ -240,9 +250,9 @@ def _left_unexplained(diagnosis):
     if left is None:
         return (
             fall
-            + "That is no more than the noise, but it has a pattern that noise has not, and nothing in the library explains it."
+            + f"That is no more than the noise, but it has a pattern that noise has not, and {_nothing(diagnosis)} explains it."
         )
-    return fall + f"Beyond the noise {size(left, unit)} are left that nothing in the library explains."
+    return fall + f"Beyond the noise {size(left, unit)} are left that {_nothing(diagnosis)} explains."
 
 
 def _nearest(diagnosis):
@@ -254,7 +264,11 @@ def _nearest(diagnosis):
         return []
     part = 1 - best.remains["chi2_per_freedom"] / start
     what = f"{best.called or words(best.effect)} ({words(best.effect)})"
-    return [f"Nearest comes {what}, which would take away {share(part)} of the square of the misfit: {best.why}."]
+    told = f"Nearest comes {what}, which would take away {share(part)} of the square of the misfit"
+    if best.reason is Reason.SUSPECTED:
+        left_out = LEFT_OUT.get(diagnosis.kind, "data")
+        return [f"{told}, but the error does not fall as it should on {left_out} that its numbers were not fitted to."]
+    return [f"{told}: {best.why}."]
 
 
 def _cannot_judge(diagnosis):

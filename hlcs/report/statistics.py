@@ -29,11 +29,11 @@ def facts(diagnosis):
     error, unit = diagnosis.error.get("held_out") or diagnosis.error.get("fitted"), diagnosis.error.get("unit", "")
     if not error:
         return []
-    told = [("error before", size(error["before"], unit))]
+    told = [("error before" if diagnosis.effects else "error", size(error["before"], unit))]
     told += [("error after", size(error["after"], unit))] if diagnosis.effects else []
     told.append(("noise", size(error["noise"], unit)))
-    chi2 = (diagnosis.adequate.get("chi2_per_freedom") or {}).get("after")
-    return [*told, *([("chi-square per degree of freedom", number(chi2))] if chi2 is not None else [])]
+    left = "left, times the noise" if diagnosis.effects else "error, times the noise"
+    return [*told, *([(left, number(error["after"] / error["noise"]))] if error["noise"] else [])]
 
 
 def _verdict(diagnosis):

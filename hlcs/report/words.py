@@ -57,10 +57,17 @@ def value(entry):
     if not (math.isfinite(half) and half > 0):
         return f"{here:.6g}{unit}"
     digits = _decimals(half)
-    low, here, high = (_rounded(number, digits) for number in (low, here, high))
-    if abs((entry["high"] - entry["value"]) - half) > 0.2 * half:
-        return f"{here} ({low} to {high}){unit}"
-    return f"{here} +- {_rounded(half, digits)}{unit}"
+    tens = _power(max(map(abs, (low, here, high))), digits)
+    low, here, high, half = (_rounded(number / 10.0**tens, digits + tens) for number in (low, here, high, half))
+    power = f"e{tens:+03d}" * bool(tens)
+    if abs((entry["high"] - entry["value"]) - (entry["high"] - entry["low"]) / 2) > 0.1 * (entry["high"] - entry["low"]):
+        return f"{here}{power} ({low}{power} to {high}{power}){unit}"
+    return (f"({here} +- {half}){power}" if power else f"{here} +- {half}") + unit
+
+
+def _power(largest, digits):
+    """The power of ten that is taken out of a number and its interval, 0 where so many decimals are read easily."""
+    return math.floor(math.log10(largest)) if largest and (digits > 6 or largest >= 1e6) else 0
 
 
 def interval(entry):
@@ -69,7 +76,10 @@ def interval(entry):
     if low is None or not (math.isfinite(high - low) and high > low):
         return DASH
     digits = _decimals((high - low) / 2)
-    return f"{_rounded(low, digits)} to {_rounded(high, digits)}"
+    tens = _power(max(abs(low), abs(high)), digits)
+    low, high = (_rounded(number / 10.0**tens, digits + tens) for number in (low, high))
+    power = f"e{tens:+03d}" * bool(tens)
+    return f"{low}{power} to {high}{power}"
 
 
 def _decimals(half):
@@ -78,9 +88,7 @@ def _decimals(half):
 
 
 def _rounded(number, digits):
-    """A number to so many decimals; with an exponent where these are more than six, or the digits before the point are."""
-    if digits > 6 or abs(number) >= 1e6:
-        return f"{number:.3g}"
+    """A number to so many decimals."""
     return f"{round(number, digits):.{max(digits, 0)}f}"
 
 
@@ -89,10 +97,10 @@ def words(name):
     return name.replace("_", " ")
 
 
-def joined(items):
-    """ "a", "a and b", "a, b and c"."""
+def joined(items, last="and"):
+    """ "a", "a and b", "a, b and c"; last: the word before the last one."""
     items = list(items)
-    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}" if items else ""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
 
 
 def capital(sentence):

@@ -50,7 +50,7 @@ def test_set_is_whole_and_tells_nothing(name, tmp_path):
 
 
 def test_wrong_names_and_foreign_files_are_refused(tmp_path):
-    with pytest.raises(InputError, match="nearest name is 'tower-drop'"):
+    with pytest.raises(InputError, match="did you mean 'tower-drop'"):
         mystery.copy("towerdrop", tmp_path)
     (tmp_path / "experiment.toml").write_text("mine", encoding="utf-8")
     with pytest.raises(InputError, match="other content"):

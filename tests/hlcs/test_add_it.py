@@ -129,7 +129,7 @@ def test_a_learned_law_is_added_with_its_file(dragged, tmp_path):
 @pytest.mark.parametrize("verdict", ["ambiguous", "unexplained"])
 def test_what_is_not_proved_is_added_with_that_word(dragged, verdict):
     _, found = dragged
-    assert "It can be added, and is not proved: " in str(replace(found, verdict=verdict))
+    assert "Quadratic drag can be added, and is not proved: " in str(replace(found, verdict=verdict))
     assert replace(found, verdict=verdict).add["toml"] == found.add["toml"]
 
 

@@ -87,6 +87,8 @@ def test_place_has_an_option_for_every_setting():
         (["reproduce", "ladder", "--preset", "paper"], "it takes no --preset"),
         (["compare", "missing.toml"], "missing.toml"),
         (["diagnose", "missing.toml"], "missing.toml"),
+        (["diagnose", "missing.toml", "--candidates", " ,"], "--candidates names no effect"),
+        (["mystery", "reveal", "tower-dorp"], "did you mean 'tower-drop'?"),
         (["sweep", "missing.toml"], "missing.toml"),
         (["design", "--height", "5"], "no size of unit; give --nominal-diameter"),
         (["mystery", "reveal", "no-such"], "no-such"),

@@ -26,6 +26,8 @@ from minibullet.errors import InputError, InputWarning
         (TOML.replace("{ position", "{ outcome"), ("line 7", "outcome", "position [m]")),
         (TOML + "[surroundings]\nfloor = 0.0\n", ("line 9", "floor", "{ height = 0.0 }")),
         (TOML + "[placement]\nlayers = 5\n", ("line 8", "placement", "layers")),
+        ("gravty = 9.81\n" + TOML, ("line 1: gravty: unknown key here; 'gravity' stands under [surroundings]",)),
+        (TOML + "[model]\ntime_step = 1.0\n", ("line 9: model.time_step: must be greater than 0 and at most 0.1, got 1",)),
     ],
 )
 def test_wrong_keys_and_values_are_named(tmp_path, toml, words):
@@ -70,7 +72,7 @@ BAD = {
     "missing": (None, 'shape = "mesh"\nmesh = "gone.stl"\n', "line 4: body.mesh: file 'gone.stl' is not there"),
     "open": (b"solid a\nendsolid a\n", MESH, "line 4: body.mesh: mesh 'box.stl': no triangles; the file is empty"),
     "not named": (None, 'shape = "mesh"\n', 'line 3: body.shape: "mesh" of which file. Add mesh = "unit.stl"'),
-    "folder": ("folder", MESH, "line 4: body.mesh: file 'box.stl' is not there"),
+    "folder": ("folder", MESH, "line 4: body.mesh: 'box.stl' is a folder; name a file in it"),
     "millimetres": ("mm", MESH + "mass = 1.5\n", "line 5: body.mass: mass and size give a density of .*units are kg and m"),
 }
 

@@ -43,7 +43,7 @@ def test_every_blow_of_a_bouncing_ball_is_found_with_its_restitution_and_frictio
     """e = 0.7, mu = 0.05, noise 0.5 mm: moments to a fifth of a frame, e and mu within four of their own standard errors."""
     trial, blows = bouncing(lambda v: 0.7, 0.05, 5e-4)
     found = impacts_of(trial, 5e-4)
-    known = [blow for blow in blows if blow[0] < trial.times[-1] - 0.05]
+    known = [blow for blow in blows if blow[0] < trial.times[-1] - 5 / 240]  # five samples after it
     assert len(found) == len(known) >= 3
     for one, (moment, down, _) in zip(found, known, strict=True):
         assert one.time == pytest.approx(moment, abs=0.2 / 240)
@@ -90,3 +90,14 @@ def test_a_search_begins_with_what_the_impacts_show_where_the_model_has_somethin
     law = differing_from_model(falling, Surroundings(floor_height=0.0, restitution=0.8))["velocity_dependent_restitution"]
     assert law["exponent"] == pytest.approx(0.15, abs=0.02)
     assert differing_from_model(found[:3], Surroundings(floor_height=0.0)) == {}  # three blows are no basis
+
+
+def test_a_sample_on_the_wrong_side_of_an_impact_moves_no_restitution():
+    """At 60 pictures a second, noise 1 mm, e = 0.74, over 40 throws: every reading within four of its errors.
+
+    An impact that is too near the end of a recording to be read lends its samples to a kink before it: readings from -0.8 to 0.6.
+    """
+    for seed in range(40):
+        trial, _ = bouncing(lambda v: 0.74, 0.0, 1e-3, rate=60.0, seed=seed, height=1.0 + 0.01 * seed)
+        for one in impacts_of(trial, 1e-3):
+            assert abs(one.restitution - 0.74) < 4 * one.restitution_error, (seed, one)

@@ -63,7 +63,7 @@ def test_oddities_are_told_not_dropped(tmp_path):
     lines = "".join(f"{t},{'' if k == 3 else 5 - 0.05 * k}\n" for k, t in enumerate(times))
     measurement = measured(experiment(tmp_path, "t_s,z_m\n" + lines))
     notes = " ".join(measurement.notes)
-    assert "gaps" in notes and "1 of 10 samples missing" in notes
+    assert "1 gap, 0.5 s at t_s = 0.4" in notes and "1 of 10 samples missing" in notes
 
 
 @pytest.mark.parametrize("clock, advice", [("frames", "frame numbers"), ("milliseconds", "milliseconds")])

@@ -40,7 +40,7 @@ def test_a_rigid_body_in_millimetres_with_y_up(imported):
     }
     told = str(found)
     assert "y of the file points up" in told and "pivot of each rigid body is the centre of mass" in told
-    assert "1 samples of 'drop' were lost" in told
+    assert "1 sample of 'drop' was lost" in told
 
 
 @pytest.mark.parametrize(("unit", "height"), [("Meters", "1500.0"), ("Centimeters", "15.0"), ("Millimeters", "1.5")])

@@ -13,7 +13,7 @@ def test_decimal_commas_and_centimetres(imported):
     assert tables["drop.csv"] == WANTED
     told = str(found)
     assert "decimals are written with a comma" in told and "column 'Bemerkung' is left out" in told
-    assert "column 'Höhe [cm]' is z_m  [--column]" in told and "1 samples of 'drop' were lost" in told
+    assert "column 'Höhe [cm]' is z_m  [--column]" in told and "1 sample of 'drop' was lost" in told
 
 
 @pytest.mark.parametrize(
@@ -112,12 +112,17 @@ def test_every_column_that_tables_take_can_be_named_as_it_is(imported):
     [
         ("0,1\n1,2\n",
          ["drop.csv, row 1: '0, 1'; expected a row with the names of two columns or more, such as Zeit [s]; Höhe [cm]"]),
+        ("t,z\n", ["drop.csv, row 1: 't, z'; no row of numbers follows these names"]),
+        ("t|z\n0|1\n", ["drop.csv, row 1: 't|z'; expected a row", "columns are separated by tabs, semicolons, commas or blanks"]),
+        ("t,z\n0,00,1,5\n", ["drop.csv, row 2: 4 cells below 2 names; where decimals have a comma, columns need another"]),
         ("Zeit,Laune\n0,1\n", ["drop.csv, row 1: columns 'Zeit', 'Laune'; none is known as a position", '--column "Laune=z_m"']),
         ("height [cm],x [m]\n1,2\n2,3\n",
          ["drop.csv, row 1: a column of times, such as Zeit [s], is missing; there are z_m, x_m"]),
         ("t,z\n0,1\n0.1,1.2.3\n", ["drop.csv, row 3, column z_m: '1.2.3' is not a number; leave a missing sample blank"]),
         ("t;z\n0;1,5\n0,1;1.4\n", ["drop.csv, row 3, column z_m: '1.4' has a point where other decimals have a comma"]),
         ("t,z\n0,1\n0,1\n", ["drop.csv, row 3, column t_s: 0 s after 0 s: the same time twice; where each row is an experiment"]),
+        ("t,z\n0,1\n0.1,2\n0,3\n0.1,4\n",
+         ["drop.csv, row 4, column t_s: 0 s after 0.1 s: time begins again; where recordings stand below one another"]),
         ("t [s],z [ell]\n0,1\n1,2\n", ["drop.csv, column z_m: 'ell' is not known as a unit of length; known are m,"]),
         ("t,height,z\n0,1,2\n1,1,2\n", ["drop.csv, row 1: both 'height' and 'z' would be z_m"]),
         ("t,z,x\n0,1,\n1,2,\n", ["drop.csv, row 1, column x: no number below it, which is to be x_m"]),

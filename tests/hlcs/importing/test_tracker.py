@@ -25,7 +25,7 @@ def test_y_of_the_video_is_the_height_and_lengths_are_what_the_user_says(importe
         }
     }
     told = str(found)
-    assert "1 samples of 'drop' were lost" in told and "[--up]" in told and "[--frame-rate]" in told
+    assert "1 sample of 'drop' was lost" in told and "[--up]" in told and "[--frame-rate]" in told
 
 
 def test_without_a_word_lengths_are_metres_and_that_is_told(imported):
@@ -44,7 +44,7 @@ def test_masses_side_by_side_are_recordings_each_from_its_first_mark_to_its_last
     }
     assert tables["drop_cm_B.csv"]["t_s"] == ["0.1", "0.2", "0.3", "0.4"]
     assert tables["drop_cm_B.csv"]["z_m"] == ["1.5", "1.45", "1.3", "1.06"]
-    assert "1 rows before the first and after the last sample of 'drop cm B' are left out" in str(found)
+    assert "1 row before the first or after the last sample of 'drop cm B' is left out" in str(found)
 
 
 def test_one_of_several_masses_can_be_taken(imported, refused):
@@ -96,8 +96,9 @@ def test_seen_from_above_y_is_not_the_height(imported):
 
 def test_other_columns_of_a_mass_are_not_mistaken_for_its_position(imported):
     text = "\tmass A\t\t\t\t\nt\tx\ty\tv\tpixelx\n0\t1\t2\t9\t500\n1\t1\t3\t9\t501\n"
-    _, tables = imported(text, "tracker")
+    found, tables = imported(text, "tracker")
     assert tables["drop.csv"] == {"t_s": ["0.0", "1.0"], "x_m": ["1.0", "1.0"], "z_m": ["2.0", "3.0"]}
+    assert "left out, t, x and y are read alone: v, pixelx" in str(found)
 
 
 @pytest.mark.parametrize(

@@ -71,11 +71,36 @@ def test_the_error_falls_to_a_floor_with_the_share_of_the_starts_hatched():
     fitted, held_out, noise = (line.get_ydata() for line in axes.lines)
     assert list(fitted) == pytest.approx([150.0, 3.0]) and list(held_out) == pytest.approx([150.0, 3.0])
     assert noise[0] == pytest.approx(3.0) and axes.get_ylabel() == "rms error [mm]"
+    assert not axes.patches  # 0.06 of 150 mm is thinner than a line
+    assert "down to the noise: 150 mm -> 3 mm" in axes.get_title(loc="left").replace("\n", " ")
+    near = [step | {key: min(step[key], 0.005) for key in ("fitted", "held_out")} for step in EFFECT.steps]
+    (axes,) = figures.error_panel(replace(EFFECT, steps=tuple(near)))  # from 5 to 3 mm
     (band,) = axes.patches
     assert band.get_y() == pytest.approx(3.0 * np.sqrt(0.96)) and band.get_y() + band.get_height() == pytest.approx(3.0)
-    assert "down to the noise" in axes.get_title(loc="left").replace("\n", " ")
     (axes,) = figures.error_panel(UNEXPLAINED)
     assert "not down to the noise" in axes.get_title(loc="left").replace("\n", " ")
+
+
+def test_a_caption_tells_of_a_lower_panel_only_where_there_is_one():
+    captions = {name: caption for name, (_, caption) in figures.pictures(replace(COMPLETE, pictures=RECORDED.pictures)).items()}
+    assert "lower panel" not in captions["residuals_time"] and "lower panel" in figures.pictures(RECORDED)["residuals_time"][1]
+
+
+def test_the_title_of_the_error_tells_the_error_that_the_report_tells():
+    """The one on recordings left out: 4 mm, where 3 mm are left on the fitted ones."""
+    error = EFFECT.error | {"held_out": EFFECT.error["held_out"] | {"after": 0.004}}
+    (axes,) = figures.error_panel(replace(EFFECT, error=error))
+    assert "-> 4 mm" in axes.get_title(loc="left").replace("\n", " ")
+
+
+def test_what_remains_is_drawn_from_zero_where_all_sets_leave_about_as_much():
+    """Candidates that leave 1.02 to 1.03 all look like the model as it is, which leaves 1.03."""
+    near = tuple(
+        replace(entry, remains=entry.remains | {"chi2_per_freedom": 1.02}) for entry in COMPLETE.candidates if entry.remains
+    )
+    steps = tuple(step | {"chi2_per_freedom": 1.03} for step in COMPLETE.steps)
+    (axes,) = figures.ranking_panel(replace(COMPLETE, candidates=near, steps=steps))
+    assert axes.get_xlim()[0] == 0
 
 
 def test_the_ranking_shows_what_remains_and_tells_the_foreseen_from_the_fitted():

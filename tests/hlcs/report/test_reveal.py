@@ -6,6 +6,7 @@ import pytest
 
 import hlcs
 from hlcs import mystery
+from hlcs.processes.interrupts import STOPPED
 from hlcs.report import reveal
 
 GIVEN = {"value": 0.46, "low": 0.44, "high": 0.48, "unit": "1"}
@@ -13,7 +14,7 @@ GIVEN = {"value": 0.46, "low": 0.44, "high": 0.48, "unit": "1"}
 
 def diagnosis(parameters, effects=("quadratic_drag",)):
     error = {"unit": "m", "fitted": {"before": 1.5, "after": 0.03, "noise": 0.02}}
-    return SimpleNamespace(parameters=parameters, effects=effects, error=error)
+    return SimpleNamespace(parameters=parameters, effects=effects, error=error, notes=())
 
 
 def answer(**more):
@@ -28,6 +29,13 @@ def test_a_hidden_number_stands_beside_the_number_of_the_data():
     assert row == ("quadratic_drag", "drag_coefficient", "0.45", "0.460 +- 0.020", "0.440 to 0.480")
     text = reveal.told(answer(), {"quadratic_drag": "F = -k |w| w."}, found)
     assert "quadratic_drag: F = -k |w| w." in text and "1.5 m before, 30 mm with quadratic_drag; the noise is 20 mm." in text
+
+
+def test_a_fit_that_was_stopped_is_not_said_to_give_nothing():
+    stopped = diagnosis({}, ())
+    stopped.notes = (STOPPED,)
+    text = reveal.told(answer(), {"quadratic_drag": "F = -k |w| w."}, stopped)
+    assert "Stopped by Ctrl-C" in text and "not fitted" in text and "not to be had" not in text
 
 
 def test_what_no_library_has_is_told_as_it_was_hidden():
