@@ -41,12 +41,14 @@ html_show_sourcelink = False
 html_sidebars = {"*": []}  # pages without pages below them need no navigation at their side
 html_static_path = ["_static"]
 html_css_files = ["wide.css"]
+html_context = {"default_mode": "auto"}  # light or dark as the reader's system has it
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline", "colon_fence"]
 myst_heading_anchors = 3
 nb_execution_mode = "cache"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
+nb_merge_streams = True  # what one cell prints is one block
 nb_code_prompt_show, nb_code_prompt_hide = "Show the solution", "Hide the solution"  # only solutions of exercises are hidden
 
 autosummary_generate = True
