@@ -36,7 +36,11 @@ default_role = "literal"
 html_math_renderer = "mathml"  # formulas are in the page itself: it reads the same without a network
 html_theme = "pydata_sphinx_theme"
 html_title = "hlcs"
-html_theme_options = {"show_prev_next": False, "navigation_with_keys": False}
+html_theme_options = {
+    "show_prev_next": False,
+    "navigation_with_keys": False,
+    "secondary_sidebar_items": {"index": [], "howto/**": [], "reference/effects/*": [], "**": ["page-toc"]},  # room for wide text
+}
 html_show_sourcelink = False
 html_sidebars = {"*": []}  # pages without pages below them need no navigation at their side
 html_static_path = ["_static"]
