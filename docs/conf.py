@@ -39,7 +39,8 @@ html_title = "hlcs"
 html_theme_options = {
     "show_prev_next": False,
     "navigation_with_keys": False,
-    "secondary_sidebar_items": {"index": [], "howto/**": [], "reference/effects/*": [], "**": ["page-toc"]},  # room for wide text
+    # headings at the side; not of the how-to pages and the effects, whose printed reports and tables need the room
+    "secondary_sidebar_items": dict.fromkeys(("*", "theory/*", "reference/api/*", "api/**"), ["page-toc"]) | {"index": []},
 }
 html_show_sourcelink = False
 html_sidebars = {"*": []}  # pages without pages below them need no navigation at their side
