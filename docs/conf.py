@@ -135,7 +135,8 @@ def formula(display):
     """What writes a formula as MathML, which browsers draw themselves."""
 
     def visit(translator, node):
-        translator.body.append(convert(node.astext(), display=display))
+        written = convert(node.astext(), display=display)
+        translator.body.append(written if display == "inline" else f'<div class="formula">{written}</div>')
         raise nodes.SkipNode
 
     return visit, None
