@@ -36,17 +36,24 @@ default_role = "literal"
 html_math_renderer = "mathml"  # formulas are in the page itself: it reads the same without a network
 html_theme = "pydata_sphinx_theme"
 html_title = "hlcs"
-html_theme_options = {"show_prev_next": False, "navigation_with_keys": False}
+html_theme_options = {
+    "show_prev_next": False,
+    "navigation_with_keys": False,
+    # headings at the side; not of the how-to pages and the effects, whose printed reports and tables need the room
+    "secondary_sidebar_items": dict.fromkeys(("*", "theory/*", "reference/api/*", "api/**"), ["page-toc"]) | {"index": []},
+}
 html_show_sourcelink = False
 html_sidebars = {"*": []}  # pages without pages below them need no navigation at their side
 html_static_path = ["_static"]
 html_css_files = ["wide.css"]
+html_context = {"default_mode": "auto"}  # light or dark as the reader's system has it
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline", "colon_fence"]
 myst_heading_anchors = 3
 nb_execution_mode = "cache"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
+nb_merge_streams = True  # what one cell prints is one block
 nb_code_prompt_show, nb_code_prompt_hide = "Show the solution", "Hide the solution"  # only solutions of exercises are hidden
 
 autosummary_generate = True
@@ -128,7 +135,8 @@ def formula(display):
     """What writes a formula as MathML, which browsers draw themselves."""
 
     def visit(translator, node):
-        translator.body.append(convert(node.astext(), display=display))
+        written = convert(node.astext(), display=display)
+        translator.body.append(written if display == "inline" else f'<div class="formula">{written}</div>')
         raise nodes.SkipNode
 
     return visit, None

@@ -23,7 +23,7 @@ def compare(experiment, *others, effects=(), effects_file=None, seed=0, workers=
     experiment: an Experiment, or the path of an experiment file; others: a model to be tried in place of its own, such as
     `diagnosis.model`; effects: values to be added to its model. With another model or effects, and where the file names effects
     that were added, the Comparison tells the error before and after. effects_file: Python file with effects of your own that
-    the file names under [model], run as code; seed, workers, progress: of the simulations (layer data); allow_outside: let the
+    the file names in its model, run as code; seed, workers, progress: of the simulations (layer data); allow_outside: let the
     experiment file name files outside its own folder. With a result and a laboratory table in place of an experiment, the table
     of layer coefficients beside each other. Raises InputError where the input is at fault.
     """

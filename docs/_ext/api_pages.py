@@ -23,6 +23,7 @@ RETURNED = {
     "Diagnosis": "hlcs.records",
 }  # classes that functions return, beside the names of __all__
 SHOWN = 120  # letters of a default
+OUTSIDE = r"(?![^()]*\))"  # in a pattern: no bracket is open here
 GROUPS = {  # headings of the list, and the names under them that no rule puts there
     "World and settings": ("World", "Settings", "Journal", "Bodies", "Contacts", "ContactLaw", "solve_contacts", "rotations"),
     "Shapes": ("Box", "Capsule", "Compound", "ConvexPiece", "Cylinder", "Sphere", "mesh_file"),
@@ -107,7 +108,8 @@ def field_comments(record):
 def clauses(text, names):
     """{name: (about, unit)} of what a docstring says: clauses that begin with names of arguments, "side, radius: of .. [m]"."""
     found, known = {}, "|".join(map(re.escape, names))
-    for clause in re.split(rf"(?<=[^.\d])[;.]\s+|[;.]\s*$|\n\n|: (?=(?:{known})\b)" if names else r"\n\n", text):
+    ends = rf"(?:(?<=[^.\d])[;.]\s+|[;.]\s*$|\n\n|: (?=(?:{known})\b)){OUTSIDE}"
+    for clause in re.split(ends if names else r"\n\n", text):
         begun, rest = names_before(" ".join(clause.split()), names)
         about, unit = split_unit(rest)
         found |= {name: (about or name.replace("_", " "), own or unit) for name, own in begun if name not in found}
@@ -214,7 +216,7 @@ def without_arguments(text, names):
     if not names:
         return text
     lead = rf".*?: (?=(?:{'|'.join(map(re.escape, names))})\b)"
-    pieces = re.split(r"((?<=[^.\d])[;.](?:\s+|$))", " ".join(text.split()))
+    pieces = re.split(rf"((?<=[^.\d])[;.](?:\s+|$){OUTSIDE})", " ".join(text.split()))
     kept = [
         words + mark
         for words, mark in zip(pieces[::2], [*pieces[1::2], ""], strict=True)

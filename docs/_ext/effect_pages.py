@@ -135,6 +135,8 @@ def numbers(facts, heading=True):
         for known in facts.numbers
     ]
     head = ("number", "what", "unit", "default", "plausible", "absent at")
+    if not any(known.about for known in facts.numbers):  # the name of the effect says it
+        head, rows = (head[0], *head[2:]), [(row[0], *row[2:]) for row in rows]
     return [*(["## Numbers", ""] if heading else []), *table(head, rows)] if rows else []
 
 

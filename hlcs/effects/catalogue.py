@@ -53,7 +53,7 @@ class NumberFacts:
         """The plausible range in words, "" where there is none."""
         if self.low is None and self.high is None:
             return ""
-        ends = " to ".join("any" if end is None else f"{end:g}" for end in (self.low, self.high))
+        ends = " to ".join("any" if end is None else f"{float(f'{end:.3g}'):g}" for end in (self.low, self.high))
         return f"{ends} {self.bounds_in}".rstrip()
 
 

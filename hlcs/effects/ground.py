@@ -19,7 +19,7 @@ class BottomSlope(Change):
         high=0.1,
         null=0.0,
         about="rise over run along x",
-        typical=((0.004, "finished floor, 4 mm in 1 m: DIN 18202"),),
+        typical=((0.004, "finished floor, 4 mm out of flat over 1 m: DIN 18202, table 3"),),
     )
     grade_y: float = parameter(0.0, unit="-", low=-0.1, high=0.1, null=0.0, about="rise over run along y")
     plain = "a floor that slopes more than stated"

@@ -17,9 +17,9 @@ class MarginOffset(Change):
         low=0.0,
         high=0.02,
         null=0.0,
-        source="collision margin of common engines: 0.008 Dn",
+        source="Molines et al. (2021): 0.008 Dn",
         about="gap over the side of the cube of equal volume, Dn",
-        typical=((0.008, "collision margin of common engines"),),
+        typical=((0.008, "collision margin of the tests in Blender by Molines et al. (2021)"),),
     )
     plain = "a gap that contacts keep open"
     formula = "gap = offset L"

@@ -170,10 +170,10 @@ class TomlFile:
 
     def _unknown(self, key, section):
         """What is said of an unknown key: where it belongs, or the nearest key that the section knows."""
-        if not difflib.get_close_matches(key[:LONGEST_KEY].lower(), self.sections[section], n=1, cutoff=ALIKE):
+        if not nearest(key, self.sections[section], ALIKE):
             for other, keys in self.sections.items():
-                if other and (near := difflib.get_close_matches(key[:LONGEST_KEY].lower(), keys, n=1, cutoff=ALIKE)):
-                    return f"unknown key here; '{near[0]}' stands under [{other}]"
+                if other and (near := nearest(key, keys, ALIKE)):
+                    return f"unknown key here; '{near}' stands under [{other}]"
         return f"unknown key; the nearest known key is '{nearest(key, self.sections[section])}'"
 
     def number(self, table, key, section, *, low=-LARGEST, high=LARGEST, above=None, index=None):

@@ -66,5 +66,4 @@ def _facts(entry, others):
 
 def _number(free):
     """The NumberFacts of a Free."""
-    about = "of the placement test" if free.null is not None else ""
-    return NumberFacts(free.name, free.name, about, free.unit, free.start, free.low, free.high, "", free.null, False, (), "")
+    return NumberFacts(free.name, free.name, "", free.unit, free.start, free.low, free.high, "", free.null, False, (), "")

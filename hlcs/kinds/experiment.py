@@ -105,7 +105,7 @@ class Experiment:
     def with_effects(self, effects, user_effects=()):
         """Another Experiment with these effects added to its model; where it holds one of that name, the new one takes its place.
 
-        effects: values such as minibullet.QuadraticDrag(drag_coefficient=0.47), or entries of [model] effects; user_effects:
+        effects: values such as `minibullet.QuadraticDrag`(drag_coefficient=0.47), or entries of `effects`; user_effects:
         classes of the user's own that entries name.
         """
         effects, shipped = list(effects), {dict, *classes().values()}

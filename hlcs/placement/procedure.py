@@ -64,7 +64,7 @@ class PlacementTest(Value):
     a bottom; reference: "layer" (each layer's grid starts from a unit of the layer below) or "blind" (from one unit of the
     first layer); armour: "cubipod", "cube", a mesh file of the unit or a MeshUnit; shape: "pieces" (the true unit) or "hull";
     side of the unit's cube [m], or of a unit from a file the metres per unit of its lengths;
-    friction: *contact* coefficient [-], 0.36 is what Bullet makes of the paper's 0.6 on each of two bodies; restitution [-];
+    friction: coefficient of the contact [-], 0.36 is what Bullet makes of the paper's 0.6 on each of two bodies; restitution [-];
     linear_damping, angular_damping [-]; damping_law, "bullet" or "per_step" (Eqs. 6-7 as printed); margin around each unit
     [Dn]; falling_distance [Dn]; density [kg/m3]; seed; time_step [s], iterations, tolerance [-], solver: how the engine computes;
     settle_time: longest wait for a layer [s]; plates per side; plate_rows: how many rows of plates on each layer in place of

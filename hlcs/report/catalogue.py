@@ -64,7 +64,9 @@ def _numbers(facts):
         for known in facts.numbers
     )
     head = ("number", "letter", "unit", "default", "plausible", "absent at", "what")
-    return (Table(head, rows, texts=7, wordy=True),) if rows else ()
+    if not any(known.about for known in facts.numbers):  # the name of the effect says it
+        head, rows = head[:-1], tuple(row[:-1] for row in rows)
+    return (Table(head, rows, texts=len(head), wordy=True),) if rows else ()
 
 
 def _typical(facts):

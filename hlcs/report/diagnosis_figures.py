@@ -105,12 +105,13 @@ def _fit_of_recording(ax, diagnosis):
     inside = (before["trial"] == trial) & (before["channel"] == channel)
     unit, x = pictures.units[channel], before[pictures.over][inside]
     ax.plot(x, before["measured"][inside], ".", color=INK, ms=5, label="measured")
-    ax.plot(x, _unjoined(before["model"][inside], unit), "--", color=BEFORE, lw=1.6, label="model as it is")
+    line = _unjoined(before["model"][inside], unit)
+    ax.plot(x, line, "--", color=BEFORE, lw=1.6, label="model as it is")
     told = f"missed by {size(_largest(before, inside), unit)} at most"
     if diagnosis.effects:
         ax.plot(x, _unjoined(after["model"][inside], unit), "-", color=AFTER, lw=1.6, label="with what was found")
         told += f", now by {size(_largest(after, inside), unit)}"
-    legend(ax, below=unit == "rad")  # angles that jump by a turn leave no room
+    legend(ax, below=bool(np.isnan(line).any()))  # an angle that goes round fills its panel
     plain(ax, f"{pictures.trials[trial]}: {told}", pictures.label, f"{_spelled(pictures.channels[channel])} [{unit}]")
 
 

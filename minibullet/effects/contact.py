@@ -59,8 +59,8 @@ class Friction(ContactEffect):
         symbol="mu",
         about="tangential over normal force",
         typical=(
-            (0.04, "PTFE on steel: Bowden and Tabor (1950)"),
-            (0.6, "concrete on concrete, smooth: EN 1992-1-1, 6.2.5"),
+            (0.04, "PTFE on steel: Marks' Standard Handbook for Mechanical Engineers, section 3.2"),
+            (0.6, "concrete on concrete, smooth: EN 1992-1-1:2004, 6.2.5"),
             (0.7, "the same, rough"),
         ),
     )
@@ -99,7 +99,7 @@ class Restitution(ContactEffect):
         symbol="e",
         about="normal speed after over before the impact",
         typical=(
-            (0.74, "tennis ball on concrete: from 2.54 m to 1.35 to 1.47 m, Rules of Tennis"),
+            (0.74, "tennis ball on a hard floor: from 2.54 m to 1.35 to 1.47 m, Rules of Tennis"),
             (0.9, "table tennis ball on steel: from 0.305 m to 0.24 to 0.26 m, ITTF"),
         ),
     )
@@ -125,8 +125,8 @@ class VelocityDependentRestitution(ContactEffect):
     """Faster impacts rebound less, at most as fast as they came; and no rebound below the threshold.
 
     e_1 is the restitution that holds without this effect. Exponent 1/4 where the impact is plastic: K. L. Johnson, Contact
-    Mechanics (1985), ch. 11; 1/5 (the leading term) where it is viscous: R. Ramirez et al., Phys. Rev. E 60 (1999)
-    4465.
+    Mechanics (1985), ch. 11. Of viscoelastic spheres 1 - e grows as v_n^(1/5), to leading order: R. Ramirez et al., Phys. Rev.
+    E 60 (1999) 4465-4472; near v_1 that is the exponent (1 - e_1)/(5 e_1).
     """
 
     exponent: float = parameter(
@@ -138,7 +138,7 @@ class VelocityDependentRestitution(ContactEffect):
         source="Johnson (1985): 1/4",
         symbol="k",
         about="how steeply restitution falls with speed",
-        typical=((0.25, "plastic impact: Johnson (1985)"), (0.2, "viscous impact: Ramirez et al. (1999)")),
+        typical=((0.25, "plastic impact: Johnson (1985)"), (0.02, "viscoelastic ball, e_1 = 0.9: Ramirez et al. (1999)")),
     )
     threshold: float = parameter(
         0.0, unit="m/s", low=0.0, high=0.5, null=0.0, about="speed of impact below which nothing rebounds"
@@ -189,7 +189,8 @@ class Adhesion(ContactEffect):
 
 @dataclass(frozen=True)
 class StaticFriction(ContactEffect):
-    """A contact at rest holds more than a sliding one. C. A. Coulomb (1785); E. Rabinowicz, Friction and Wear (1965).
+    """A contact at rest holds more than a sliding one. C. A. Coulomb (1785); E. Rabinowicz, Friction and Wear of Materials
+    (1965).
 
     A contact is at rest while v_t^2 <= (rest_speed)^2 (load/m) r, with m and r of the lighter body: v_t below the fraction
     rest_speed of sqrt(g r) under a body's own weight. A new contact bears no load yet, so it slides unless v_t = 0.
@@ -342,7 +343,7 @@ class AnisotropicFriction(ContactEffect):
 
 @dataclass(frozen=True)
 class RollingFriction(ContactEffect):
-    """Moment against rolling; a solid sphere rolls down by (5/7) g arm/r a second.
+    """Moment against rolling; a solid sphere that rolls is slowed by (5/7) g arm/r.
 
     O. Reynolds, Phil. Trans. R. Soc. 166 (1876) 155-174; as a contact law: Contact Mechanics (K. L. Johnson, 1985), ch. 9.
     """
@@ -355,7 +356,7 @@ class RollingFriction(ContactEffect):
         null=0.0,
         bounds_in="radius",
         about="lever arm of the normal force",
-        typical=((0.0003, "billiard ball on cloth, 0.01 of its radius: D. Alciatore, billiards.colostate.edu"),),
+        typical=((0.0004, "billiard ball on cloth, slowed by 0.01 g: D. Alciatore, billiards.colostate.edu"),),
     )
     plain = "resistance to rolling"
     formula = "|M_roll| <= arm F_n"
@@ -383,7 +384,7 @@ class SpinningFriction(ContactEffect):
         null=0.0,
         bounds_in="radius",
         about="lever arm of the normal force",
-        typical=((0.0003, "billiard ball on cloth, from 10 rad/s2: D. Alciatore, billiards.colostate.edu"),),
+        typical=((0.0003, "billiard ball on cloth, slowed by 10 rad/s2: D. Alciatore, billiards.colostate.edu"),),
     )
     plain = "resistance to spinning on the spot"
     formula = "|M_n| <= arm F_n"

@@ -70,19 +70,12 @@ class OrientationDrag(DragModifier):
 
     c^3, by component, is the lowest power that tells faces from edges; the mean over all directions is unchanged (the mean of sum
     c^4 is 3/5). Along c the drag is 1 - 3/5 b + b sum c^4 times what it was, from which the ratio follows. The moment is
-    left out. Values for cubes, 1.05 face on and 0.80 edge on: S. F. Hoerner, Fluid-Dynamic Drag (1965), ch. 3.
+    left out. The ratio is one of forces. S. F. Hoerner, Fluid-Dynamic Drag (1965), ch. 3, has 1.05 for a cube face on and 0.80
+    for one that is turned. Such coefficients go with the frontal area of each attitude: their ratio is not this one.
     """
 
     face_edge_ratio: float = parameter(
-        1.0,
-        unit="-",
-        low=0.3,
-        high=3.0,
-        null=1.0,
-        source="Hoerner (1965)",
-        symbol="ratio",
-        about="drag face on over drag edge on",
-        typical=((1.31, "cube, 1.05 over 0.80"),),
+        1.0, unit="-", low=0.3, high=3.0, null=1.0, symbol="ratio", about="drag face on over drag edge on"
     )
     through: tuple = ()  # the drags that depend on attitude
     plain = "{fluid} resistance that depends on how the body is turned"

@@ -106,10 +106,15 @@ class StokesDrag(ViscousDrag):
         low=0.0,
         high=20.0,
         null=0.0,
-        source="castor oil 1, glycerine 1.4, honey 10",
+        source="castor oil 1, glycerine 1.4, honey 2 to 10",
         symbol="eta",
         about="viscosity of the fluid",
-        typical=((0.001, "water at 20 degrees Celsius"), (1.4, "glycerine"), (1.0, "castor oil"), (10.0, "honey")),
+        typical=(
+            (0.001, "water at 20 degrees Celsius"),
+            (1.4, "pure glycerine, the same"),
+            (1.0, "castor oil, the same"),
+            (10.0, "thick honey, about"),
+        ),
     )
     plain = "{fluid} resistance by viscosity"
     formula = "F = -6 pi eta r w"
@@ -176,8 +181,9 @@ class QuadraticDrag(Drag):
 class DragCrisis(Drag):
     """Quadratic drag whose coefficient falls where the boundary layer turns turbulent.
 
-    A smooth curve through the sphere data of E. Achenbach, J. Fluid Mech. 54 (1972) 565-575. A whole drag law, not an
-    addition to QuadraticDrag.
+    A smooth curve in the manner of the data for smooth spheres of E. Achenbach, J. Fluid Mech. 54 (1972) 565-575; roughness
+    brings the fall to a lower Reynolds number: J. Fluid Mech. 65 (1974) 113-125. A whole drag law, not an addition to
+    QuadraticDrag.
     """
 
     subcritical: float = parameter(
@@ -188,7 +194,7 @@ class DragCrisis(Drag):
         source="Achenbach (1972)",
         symbol="sub",
         about="drag coefficient well below the critical Reynolds number",
-        typical=((0.47, "smooth sphere"),),
+        typical=((0.5, "smooth sphere, about"),),
     )
     supercritical: float = parameter(
         0.1,
@@ -198,7 +204,7 @@ class DragCrisis(Drag):
         source="Achenbach (1972)",
         symbol="sup",
         about="the same well above it",
-        typical=((0.1, "smooth sphere"),),
+        typical=((0.1, "smooth sphere, about"),),
     )
     critical_reynolds: float = parameter(
         2e5,
@@ -209,7 +215,7 @@ class DragCrisis(Drag):
         starts=(1e5, 2e5, 4e5),
         symbol="Re_c",
         about="Reynolds number in the middle of the fall",
-        typical=((2e5, "rough sphere"), (300000.0, "smooth sphere")),
+        typical=((3e5, "smooth sphere, about; a rough one less"),),
     )
     fluid_density: float = density(AIR_DENSITY)
     fluid_viscosity: float = viscosity_of(AIR_VISCOSITY)

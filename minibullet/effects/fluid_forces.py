@@ -87,8 +87,8 @@ class AddedMass(Effect):
 class Magnus(FluidForce):
     """Side force on a spinning body; it does no work on the translation.
 
-    C = 1 for a sphere in slow flow: S. I. Rubinow and J. B. Keller,
-    J. Fluid Mech. 11 (1961) 447-459; negative beyond the drag crisis.
+    C = 1 for a sphere in slow flow: S. I. Rubinow and J. B. Keller, J. Fluid Mech. 11 (1961) 447-459. Of smooth spheres it can
+    be negative near the drag crisis.
     """
 
     coefficient: float = parameter(
@@ -105,6 +105,7 @@ class Magnus(FluidForce):
     fluid_density: float = density(AIR_DENSITY)
     plain = "the side force on a spinning body"
     formula = "F = C pi rho r^3 omega x w"
+    symbols = {"x": "vector product, no letter"}
     looks_like = (
         "The path of a spinning body curves at right angles to spin and velocity; turn the spin round and it curves to "
         "the other side."
