@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 
 from hlcs.selection.reasons import Rule
-from hlcs.selection.thresholds import BEATEN, BY_CHANCE, FALL, FALL_IN_SIGMA
+from hlcs.selection.thresholds import BEATEN, BY_CHANCE, FALL, FALL_IN_SIGMA, TIED
 
 
 @dataclass(frozen=True)
@@ -53,16 +53,17 @@ def held_out(problem, cross_validation, before, after):
 
 
 def beaten(cross_validation, fit, other):
-    """Does `other` predict recordings that it was not fitted to worse than `fit`, at p < 0.01?
+    """Does `other` predict recordings that it was not fitted to worse than `fit`: at p < 0.01, and by more than TIED?
 
     The difference of the two sums of squares is set beside its own spread, so that neither law need be the true one (Q. H. Vuong,
-    Econometrica 57 (1989) 307).
+    Econometrica 57 (1989) 307). Of two that predict nearly the same that spread is less than what the errors of their numbers
+    differ by; as odds, less than TIED tells no law from another.
     """
     if not cross_validation.possible:
         return False
     a, b = (np.concatenate(cross_validation.residuals(each)) for each in (other, fit))
-    spread = 2 * np.linalg.norm(a - b)
-    return bool(spread > 0 and (a @ a - b @ b) / spread > stats.norm.isf(BEATEN) and other.chi2 - fit.chi2 > 1.0)
+    worse, spread = float(a @ a - b @ b), 2 * np.linalg.norm(a - b)
+    return bool(worse > max(TIED, stats.norm.isf(BEATEN) * spread))
 
 
 def rms(parts):
