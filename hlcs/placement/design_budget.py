@@ -65,6 +65,14 @@ class Promise(NamedTuple):
         """Probability that it reaches a height or level `target` [m]."""
         return self.share * _exceeds(target, self.line, _nodes())
 
+    def drawn(self, target, count, generator):
+        """So many chances that a run reaches `target`, (count,): any may be the true one, as mean and scatter are known from few
+        runs. Their errors are drawn from the laws that Student's distribution is made of."""
+        line, degrees = self.line, self.line.count - 2
+        scatter = line.scatter * np.sqrt(degrees / generator.chisquare(degrees, count))
+        shift = scatter * generator.standard_normal(count) / np.sqrt(line.count)
+        return self.share * special.ndtr((line.at(_nodes()) + (shift - target)[:, None]) / scatter[:, None]).mean(axis=1)
+
     def height_at(self, probability):
         """The height or level that it reaches with a probability below `share` [m]."""
         low, high = FRICTIONS

@@ -1,8 +1,8 @@
 """A design run again with new seeds and frictions: how often it reaches a height, beside how often the simulation promised.
 
 The promise is that of one more run (`Budget.reaches_simulated`); the model's own error has no part in it, as runs of the model
-cannot show that. All new runs share what the mean of the first ones is wrong by, so their counts scatter more than a binomial
-law has it.
+cannot show that. All new runs share what mean and scatter of the first ones are wrong by. So beside the binomial interval of the
+count stands one that has that in it; only what is outside of it speaks against the promise.
 """
 
 from dataclasses import replace
@@ -14,12 +14,15 @@ from scipy import stats
 from hlcs.placement import run_queue
 from hlcs.placement.design import checked, heights_of, row_of
 from hlcs.placement.design_budget import FRICTIONS
+from hlcs.placement.number_text import chance
 from hlcs.placement.run_store import Store, key_of
 from hlcs.placement.settings_table import settings_of
 from hlcs.placement.single_run import result_of
 from minibullet.errors import InputError
 
 PROMISES = (0.95, 0.84, 0.5, 0.16, 0.05)  # what else is counted: heights that the simulation promises so often
+INTERVAL = (0.025, 0.975)
+DRAWS = 20_000
 
 
 class Reached(NamedTuple):
@@ -29,13 +32,13 @@ class Reached(NamedTuple):
     promised: float  # probability that one more run reaches it
     runs: int
     reached: int
-    least: int  # 95 % of so many runs of that probability have between so many ..
-    most: int  # .. and so many
+    binomial: tuple[int, int]  # 95 % of counts lie between, where each run has that probability
+    expected: tuple[int, int]  # the same where mean and scatter are known from the first runs only
 
     @property
     def kept(self):
-        """Whether as many reached it as promised, within the binomial interval."""
-        return self.least <= self.reached <= self.most
+        """Whether so many reached it as was to be expected."""
+        return self.expected[0] <= self.reached <= self.expected[1]
 
 
 def new_tests(design, count):
@@ -66,12 +69,16 @@ def check(design, store_path, count, workers=None, progress=None):
     _, crests = heights_of(design.wanted, rows, option.nominal_diameter, option.layers)
     promises = [each for each in PROMISES if each < option.promise.share]
     heights = [design.wanted.target, *map(option.promise.height_at, promises)]
-    return tuple(_reached(height, option.promise.reaches(height), crests) for height in heights)
+    return tuple(_reached(height, option.promise, crests) for height in heights)
 
 
-def _reached(height, promised, crests):
-    least, most = (int(stats.binom.ppf(q, len(crests), promised)) for q in (0.025, 0.975))
-    return Reached(float(height), float(promised), len(crests), int(np.sum(crests >= height)), least, most)
+def _reached(height, promise, crests):
+    """The `Reached` of a height by a `Promise` and new runs' crests (n,), NaN of a run that left none [m]."""
+    count, promised, generator = len(crests), promise.reaches(height), np.random.default_rng(0)
+    binomial = stats.binom.ppf(INTERVAL, count, promised)
+    expected = np.quantile(generator.binomial(count, promise.drawn(height, DRAWS, generator)), INTERVAL, method="nearest")
+    reached = int(np.sum(crests >= height))
+    return Reached(float(height), float(promised), count, reached, *(tuple(map(int, pair)) for pair in (binomial, expected)))
 
 
 def check_lines(reached, noun):
@@ -79,11 +86,10 @@ def check_lines(reached, noun):
     first = reached[0]
     lines = [
         f"Checked with {first.runs} new runs of other seeds and frictions: how often a {noun} was reached, beside simulated P",
-        f"  {noun + ' m':>10}  promised %  reached   95 % of such counts",
+        f"  {noun + ' m':>10}  promised %  reached  binomial 95 %  with the error of the first runs",
     ]
     for each in reached:
-        verdict = "" if each.kept else "   outside"
-        lines.append(
-            f"  {each.height:>10.3f}  {100 * each.promised:>10.1f}  {each.reached:>7}   {each.least} to {each.most}{verdict}"
-        )
+        binomial, expected = (f"{low} to {high}" for low, high in (each.binomial, each.expected))
+        row = f"  {each.height:>10.3f}  {chance(each.promised):>10}  {each.reached:>7}  {binomial:>13}  {expected:>13}"
+        lines.append(row if each.kept else f"{row}   outside")
     return lines

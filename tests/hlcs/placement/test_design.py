@@ -280,9 +280,23 @@ def test_a_check_counts_new_runs_beside_the_promise(quick, tmp_path):
     assert [each.promised for each in others] == pytest.approx(design_check.PROMISES)
     reached = [each.reached for each in others]
     assert reached == sorted(reached, reverse=True) and reached[0] > 20 > reached[-1]  # the higher, the fewer
-    half = design_check._reached(1.0, 0.5, np.repeat([0.9, 1.1, np.nan], [40, 59, 1]))
-    assert (half.reached, half.least, half.most, half.kept) == (59, 40, 60, True)
-    assert "59" in design_check.check_lines([half], "height")[2]
+
+
+def test_counts_of_new_runs_scatter_by_the_binomial_law_and_by_what_few_runs_leave_open():
+    """At the mean, 40 to 60 of 100 by the binomial law. Where the scatter s is known well, a mean of n runs is wrong by
+    s / sqrt(n): the chance at the mean then has the deviation 0.399 / sqrt(n), and the count that of both together,
+    100 sqrt(0.25/100 + 0.159/n)."""
+    line = design_budget.Line(mean=5.0, slope=0.0, scatter=0.1, count=1000, middle=0.48)
+    half = design_check._reached(5.0, design_budget.Promise(line, 1.0), np.repeat([4.9, 5.1, np.nan], [40, 59, 1]))
+    assert (half.reached, half.binomial, half.kept) == (59, (40, 60), True)
+    assert (
+        "59" in design_check.check_lines([half], "height")[2] and "outside" not in design_check.check_lines([half], "height")[2]
+    )
+    for count in (200, 1000):
+        promise = design_budget.Promise(line._replace(count=count), 1.0)
+        wide = 1.96 * 100 * np.sqrt(0.25 / 100 + 0.159 / count)
+        low, high = design_check._reached(5.0, promise, np.full(100, 5.1)).expected
+        assert (low, high) == (pytest.approx(50 - wide, abs=1.0), pytest.approx(50 + wide, abs=1.0))  # whole units
 
 
 def test_a_check_of_no_option_is_refused(quick, tmp_path):
