@@ -40,6 +40,7 @@ CASES = (  # grid, run of printed/reference.csv, which step of the procedure is 
     ("RPG", PYBULLET, "crowded units lifted", {"crowding": "lift"}),
 )
 CAMPAIGNS = (("table2", "TPG", "flat"), ("table2", "RPG", "flat"), ("table3", "TPG", "slope:0.04"))
+WIDTH = 39  # of the words of a row
 RESAMPLES = 10_000  # of the seeds, for the interval of an error
 
 
@@ -135,7 +136,7 @@ def blender_text(document):
     numbers = range(1, layers + 1)
     lines = [
         f"Ours beside Blender 4.5 and pybullet 3.2.7 at Blender's settings, {document['repeats']} seeds: k, z of the difference",
-        f"{'':32}"
+        f"{'':{WIDTH}}"
         + "".join(f"{f'k{j}':>7}" for j in numbers)
         + "  "
         + "".join(f"{f'z{j}':>6}" for j in numbers)
@@ -145,10 +146,10 @@ def blender_text(document):
     for row in document["beside_engines"]:
         if (row["grid"], row["run"]) != run:
             run = row["grid"], row["run"]
-            lines.append(f"{', '.join(run):32}" + "".join(f"{k:>7.3f}" for k in row["theirs"]))
+            lines.append(f"{', '.join(run):{WIDTH}}" + "".join(f"{k:>7.3f}" for k in row["theirs"]))
         far = "  larger" if np.abs(row["z"]).max() > LARGEST else ""
         cells = "".join(f"{k:>7.3f}" for k in row["k"]) + "  " + "".join(f"{z:>+6.1f}" for z in row["z"])
-        lines.append(f"{'  ' + row['changed']:32}{cells}{with_interval(row['bias'], '+.3f'):>27}{far}")
+        lines.append(f"{'  ' + row['changed']:{WIDTH}}{cells}{with_interval(row['bias'], '+.3f'):>27}{far}")
     lines += [
         f"z: over the root of the variances of our mean and of theirs ({BLENDER_ERROR:g} Dn); larger: a layer beyond {LARGEST:g}",
         "",

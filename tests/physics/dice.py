@@ -21,8 +21,8 @@ WALL = 2.0  # edges from walls, floor and surface within which dice order themse
 def pour(count, width, seed, friction=FRICTION, time_step=1 / 120, iterations=100):
     """A World with so many cubes of edge 1 m, poured layer by layer at random into a box of this width [m]; the dice.
 
-    The solver is that of a placement test, so many sweeps a step. The exact one takes hundreds of sparse factorizations a step
-    here: in a heap with five contacts a cube and friction at most of them Newton's method stalls.
+    The solver is that of a placement test, with so many sweeps a step. The exact one took 65,000 sparse factorizations for the
+    first 400 steps of a pour.
     """
     solver = {"solver": "gauss_seidel", "iterations": iterations, "tolerance": 1e-4}
     world = mb.World(mb.Gravity(9.81), mb.Settings(friction=friction, time_step=time_step, **solver))
