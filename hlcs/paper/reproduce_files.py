@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from hlcs.files import folders
-from hlcs.paper import drawings, figure_list, index_page, ladder, reproduce, slope, workability
+from hlcs.paper import blender, drawings, figure_list, index_page, ladder, reproduce, slope, workability
 from hlcs.paper.reproduce_text import text_of, variants_of
 from hlcs.placement import figures, playback
 from hlcs.placement.comparison import sample_of
@@ -23,6 +23,8 @@ def run(name, plan, folder=None, progress=None):
     """(document, text) of table `name`; its files go into `folder` where one is given."""
     if name == "ladder":
         return _ladder(plan, folder, progress)
+    if name == "blender":
+        return _blender(plan, folder, progress)
     make = {"slope": slope.slope, "set_back": workability.set_back, "workability": workability.workability}
     document = (make.get(name) or getattr(reproduce, name))(plan, progress)
     text = text_of(document)
@@ -78,6 +80,16 @@ def _ladder(plan, folder, progress):
         diagnosis.save(folder)
         folders.write_json(folder / "ladder.json", document)
         folders.write_text(folder / "ladder.txt", text + "\n")
+    return document, text
+
+
+def _blender(plan, folder, progress):
+    """The comparison with Blender's runs and, with 20 seeds, with the laboratory."""
+    document = blender.blender(plan, progress is not None)
+    text = blender.blender_text(document)
+    if folder:
+        folders.write_json(folder / "blender.json", document)
+        folders.write_text(folder / "blender.txt", text + "\n")
     return document, text
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from hlcs.files.versions import versions
 from hlcs.placement import run_queue, sea_bottom
-from hlcs.placement.design_budget import FRICTIONS, Budget, budget_of, model_ratio
+from hlcs.placement.design_budget import FRICTIONS, Budget, Promise, budget_of, line_through, model_ratio
 from hlcs.placement.grids import RPG, TPG, Grid
 from hlcs.placement.printed_tables import laboratory
 from hlcs.placement.procedure import PlacementTest
@@ -138,6 +138,7 @@ class Option:
     lost_share: float  # of its units that fell out of their layer in the runs
     runs: int
     test: PlacementTest  # the first of its runs, with this many layers of this size
+    promise: Promise | None  # what one more run reaches; None where fewer than three runs left a structure
 
     def to_dict(self):
         """Its row of the JSON: plain numbers, None where there is none."""
@@ -217,7 +218,7 @@ def design(wanted, store_path, workers=None, progress=None):
     cases = {(grid, size): wanted.case(grid, size) for grid in wanted.grids for size in wanted.nominal_diameters}
     campaigns = {campaign: campaign_tests(*campaign) for campaign in CAMPAIGNS}
     tests = {key_of(settings_of(test)): test for each in (*cases.values(), *campaigns.values()) for test in each}
-    with Store(store_path, _row) as store:
+    with Store(store_path, row_of) as store:
         missing = {key: test for key, test in tests.items() if key not in store}
         told, kept = run_queue.unused_rows(store, missing), len(tests) - len(missing)
         done = progress(len(tests), kept) if progress else None
@@ -225,7 +226,7 @@ def design(wanted, store_path, workers=None, progress=None):
         rows = dict(zip(tests, run_queue.results(store, tests), strict=True))
 
     def runs_of(each):
-        return [_checked(rows[key_of(settings_of(test))], test) for test in each]
+        return [checked(rows[key_of(settings_of(test))], test) for test in each]
 
     tables = {campaign: laboratory(campaign[0], grid=campaign[1]) for campaign in CAMPAIGNS}
     ratio = model_ratio([(tables[c], [run["height_over_dn"][-1] for run in runs_of(each)]) for c, each in campaigns.items()])
@@ -240,11 +241,11 @@ def design(wanted, store_path, workers=None, progress=None):
 
 def _option(wanted, tests, runs, size, layers, ratio):
     """The Option of the first `layers` layers of some runs, with units of a nominal diameter `size` [m]."""
-    heights = np.array([run["height_over_dn"][layers - 1] for run in runs], dtype=float) * size
-    crests = heights
-    if wanted.crest is not None:  # a flat bed lies at the datum, whatever the size of the units
-        crests = heights if wanted.any_size else np.array([run["level_m"][layers - 1] for run in runs], dtype=float)
-    budget = budget_of(wanted, np.array([test.friction for test in tests]), heights, crests, ratio)
+    heights, crests = heights_of(wanted, runs, size, layers)
+    friction = np.array([test.friction for test in tests])
+    budget = budget_of(wanted, friction, heights, crests, ratio)
+    known = np.isfinite(heights) & np.isfinite(crests)
+    promise = Promise(line_through(friction[known], crests[known]), float(known.mean())) if known.sum() > 2 else None
     units, lost = (sum(sum(run[name][:layers]) for run in runs) for name in ("units", "lost"))
     unit = Cubipod(nominal_diameter=size)
     first = tests[0]
@@ -252,10 +253,19 @@ def _option(wanted, tests, runs, size, layers, ratio):
     test = PlacementTest(
         grid=first.grid, bottom=first.bottom, rows=first.rows, columns=first.columns, friction=first.friction, **shown
     )
-    return Option(first.grid, layers, size, budget, lost / units, len(runs), test)
+    return Option(first.grid, layers, size, budget, lost / units, len(runs), test, promise)
 
 
-def _row(result):
+def heights_of(wanted, runs, size, layers):
+    """Heights above the bed and, where a level was asked for, levels of the crest (else the heights) of runs that `row_of` gives,
+    after so many layers of units of nominal diameter `size`: two arrays (n,) [m], NaN of a run that left none."""
+    heights = np.array([run["height_over_dn"][layers - 1] for run in runs], dtype=float) * size
+    if wanted.crest is None or wanted.any_size:  # a flat bed lies at the datum, whatever the size of the units
+        return heights, heights
+    return heights, np.array([run["level_m"][layers - 1] for run in runs], dtype=float)
+
+
+def row_of(result):
     """What a design needs of a stored result; heights and levels after each layer are None where no plate found support."""
     if "error" in result:
         return {"error": str(result["error"])}
@@ -268,7 +278,7 @@ def _row(result):
     }
 
 
-def _checked(row, test):
+def checked(row, test):
     """The row; InputError where the physics refused the test."""
     if "error" in row:
         raise InputError(

@@ -21,6 +21,7 @@ from minibullet.errors import InputError
 
 FRICTIONS = (0.36, 0.6)  # of a contact: what Bullet makes of the paper's 0.6, and 0.6 itself (docs/errata.md)
 NODES = 41  # frictions that the probability is averaged over
+BRACKET = 20.0  # standard deviations from the mean within which a promised height lies: Student's tails are fat
 
 
 class Campaign(NamedTuple):
@@ -52,6 +53,34 @@ class Line(NamedTuple):
     def at(self, friction):
         """Expected heights at frictions (k,) [m]."""
         return self.mean + self.slope * (friction - self.middle)
+
+
+class Promise(NamedTuple):
+    """What one more run reaches, its friction drawn evenly over FRICTIONS; the model's own error has no part in it."""
+
+    line: Line  # height or level of the crest against friction [m]
+    share: float  # of the runs that left a structure
+
+    def reaches(self, target):
+        """Probability that it reaches a height or level `target` [m]."""
+        return self.share * _exceeds(target, self.line, _nodes())
+
+    def drawn(self, target, count, generator):
+        """So many chances that a run reaches `target`, (count,): any may be the true one, as mean and scatter are known from few
+        runs. Their errors are drawn from the laws that Student's distribution is made of."""
+        line, degrees = self.line, self.line.count - 2
+        scatter = line.scatter * np.sqrt(degrees / generator.chisquare(degrees, count))
+        shift = scatter * generator.standard_normal(count) / np.sqrt(line.count)
+        return self.share * special.ndtr((line.at(_nodes()) + (shift - target)[:, None]) / scatter[:, None]).mean(axis=1)
+
+    def height_at(self, probability):
+        """The height or level that it reaches with a probability below `share` [m]."""
+        low, high = FRICTIONS
+        deviation = float(np.sqrt(self.line.one_more**2 + self.line.slope**2 * (high - low) ** 2 / 12.0))
+        far = BRACKET * deviation
+        return float(
+            optimize.brentq(lambda height: self.reaches(height) - probability, self.line.mean - far, self.line.mean + far)
+        )
 
 
 @dataclass(frozen=True)
@@ -137,11 +166,11 @@ def budget_of(wanted, friction, heights, crests, ratio):
     if known.sum() < 3:
         return Budget(*[np.nan] * 2, 0.0, np.nan, np.nan, 0.0, share, dict.fromkeys(("seeds", "friction", "model"), np.nan))
     friction, heights, crests = friction[known], heights[known], crests[known]
-    simulated = line_through(friction, crests)
+    promise = Promise(line_through(friction, crests), share)
     corrected = line_through(friction, crests + (ratio.mean - 1.0) * heights)
     error = float(heights.mean()) * ratio.deviation
     low, high = FRICTIONS
-    nodes = low + (high - low) * (np.arange(NODES) + 0.5) / NODES
+    nodes = _nodes()
     variances = {"seeds": corrected.one_more**2, "friction": corrected.slope**2 * (high - low) ** 2 / 12.0, "model": error**2}
     whole = sum(variances.values())
 
@@ -153,11 +182,17 @@ def budget_of(wanted, friction, heights, crests, ratio):
         float(np.sqrt(whole)),
         reached(wanted.target),
         _height_at(reached, wanted.probability, corrected.mean, float(np.sqrt(whole))) if share >= wanted.probability else np.nan,
-        simulated.mean,
-        share * _exceeds(wanted.target, simulated, nodes),
+        promise.line.mean,
+        promise.reaches(wanted.target),
         share,
         {name: variance / whole if whole > 0.0 else np.nan for name, variance in variances.items()},
     )
+
+
+def _nodes():
+    """Frictions that a probability is averaged over, evenly spread over FRICTIONS, (NODES,)."""
+    low, high = FRICTIONS
+    return low + (high - low) * (np.arange(NODES) + 0.5) / NODES
 
 
 def _exceeds(target, line, nodes, error=0.0, degrees=1):

@@ -8,15 +8,13 @@ import pytest
 from scipy import stats
 
 from hlcs import RPG, TPG, InputError, PlacementTest, laboratory
-from hlcs.paper.reproduce import run_test
 from hlcs.placement import design as designs
-from hlcs.placement import design_budget
+from hlcs.placement import design_budget, design_check
 from hlcs.placement.design import Design, Wanted
 from hlcs.placement.design_budget import ModelRatio, budget_of, line_through, model_ratio
 from hlcs.placement.number_text import chance
 from hlcs.placement.placement_file import read_placement_file
 from hlcs.placement.run_store import Store
-from hlcs.processes import parallel
 
 FLAT = {"height": 5.0, "nominal_diameters": (1.0,)}
 
@@ -118,7 +116,8 @@ def known_run(test):
 
 @pytest.fixture
 def quick(monkeypatch):
-    monkeypatch.setattr(designs, "result_of", known_run)
+    for module in (designs, design_check):
+        monkeypatch.setattr(module, "result_of", known_run)
     monkeypatch.setattr(designs, "CAMPAIGN_REPEATS", 6)
 
 
@@ -259,32 +258,73 @@ def test_heights_over_dn_do_not_depend_on_the_size():
     np.testing.assert_allclose(small.run().heights, large.run().heights, rtol=1e-9)
 
 
+def test_a_promised_height_is_the_one_that_is_reached_so_often(generator):
+    """Without an effect of friction it is the mean less Student's quantile times the deviation of one more run."""
+    friction = np.linspace(0.36, 0.6, 12)
+    line = line_through(friction, 5.0 + generator.normal(0.0, 0.1, 12))._replace(slope=0.0)
+    promise = design_budget.Promise(line, 1.0)
+    for probability in (0.95, 0.5, 0.05):
+        assert promise.height_at(probability) == pytest.approx(line.mean - stats.t.ppf(probability, 10) * line.one_more, abs=1e-9)
+    assert promise._replace(share=0.5).reaches(line.mean) == pytest.approx(0.25)
+
+
+def test_a_check_counts_new_runs_beside_the_promise(quick, tmp_path):
+    """Seeds and frictions of the 40 runs are new; of 100 throws of a coin 40 to 60 are heads in 95 cases of 100."""
+    result = made(tmp_path, height=5.0)
+    tests = design_check.new_tests(result, 40)
+    assert [test.seed for test in tests] == list(range(7, 47)) and len({test.friction for test in tests}) == 40
+    assert all(0.36 < test.friction < 0.6 and test.layers == result.options[result.chosen].layers for test in tests)
+    target, *others = design_check.check(result, tmp_path / "designs.sqlite", 40, workers=1)
+    assert (target.height, target.runs) == (5.0, 40)
+    assert target.promised == pytest.approx(result.options[result.chosen].budget.reaches_simulated)
+    assert [each.promised for each in others] == pytest.approx(design_check.PROMISES)
+    reached = [each.reached for each in others]
+    assert reached == sorted(reached, reverse=True) and reached[0] > 20 > reached[-1]  # the higher, the fewer
+
+
+def test_counts_of_new_runs_scatter_by_the_binomial_law_and_by_what_few_runs_leave_open():
+    """At the mean, 40 to 60 of 100 by the binomial law. Where the scatter s is known well, a mean of n runs is wrong by
+    s / sqrt(n): the chance at the mean then has the deviation 0.399 / sqrt(n), and the count that of both together,
+    100 sqrt(0.25/100 + 0.159/n)."""
+    line = design_budget.Line(mean=5.0, slope=0.0, scatter=0.1, count=1000, middle=0.48)
+    half = design_check._reached(5.0, design_budget.Promise(line, 1.0), np.repeat([4.9, 5.1, np.nan], [40, 59, 1]))
+    assert (half.reached, half.binomial, half.kept) == (59, (40, 60), True)
+    assert (
+        "59" in design_check.check_lines([half], "height")[2] and "outside" not in design_check.check_lines([half], "height")[2]
+    )
+    for count in (200, 1000):
+        promise = design_budget.Promise(line._replace(count=count), 1.0)
+        wide = 1.96 * 100 * np.sqrt(0.25 / 100 + 0.159 / count)
+        low, high = design_check._reached(5.0, promise, np.full(100, 5.1)).expected
+        assert (low, high) == (pytest.approx(50 - wide, abs=1.0), pytest.approx(50 + wide, abs=1.0))  # whole units
+
+
+def test_a_check_of_no_option_is_refused(quick, tmp_path):
+    with pytest.raises(InputError, match="none to be checked; leave out --check"):
+        design_check.check(made(tmp_path, height=5.0, layers=1), tmp_path / "designs.sqlite", 5)
+
+
 @pytest.mark.slow
 def test_new_runs_reach_the_height_as_often_as_the_simulation_promises(tmp_path, monkeypatch):
     """Two layers of 5 x 5 units, 20 runs; the height one standard deviation below their mean. Then 100 runs of new seeds and
     frictions drawn evenly: how many reach it lies within the binomial interval (99.7 %) of the promise, which itself is known
     only as well as the mean of 20 runs, to two standard errors."""
-    monkeypatch.setattr(designs, "CAMPAIGN_REPEATS", 2)  # the laboratory has no part in this promise
+    monkeypatch.setattr(designs, "CAMPAIGN_REPEATS", 2)
+    monkeypatch.setattr(designs, "model_ratio", lambda campaigns: exact_ratio())  # the laboratory has no part in this promise
     store = tmp_path / "designs.sqlite"
-    size = {"nominal_diameters": (1.0,), "grids": (TPG,), "layers": 2, "rows": 5, "columns": 5}
+    size = {"nominal_diameters": (1.0,), "grids": (TPG,), "layers": 2, "rows": 5, "columns": 5, "probability": 0.5}
     first = designs.design(Wanted(height=2.3, **size), store)
-    (option,) = [option for option in first.options if option.layers == 2]
-    share = option.budget.variance_shares
-    deviation = option.budget.height_sd_m / first.ratio.mean * np.sqrt(share["seeds"] + share["friction"])
-    error = 2.0 * deviation / np.sqrt(20)
-    promised = {}
-    for shift in (-error, 0.0, error):
-        again = designs.design(Wanted(height=option.budget.simulated_height_m - deviation + shift, **size), store)
-        promised[shift] = next(o.budget.reaches_simulated for o in again.options if o.layers == 2)
-        assert again.ran == 0
-    target = option.budget.simulated_height_m - deviation
-    frictions = np.random.default_rng(7).uniform(*design_budget.FRICTIONS, 100)
-    tests = [replace(option.test, side=1.0, friction=float(f), seed=1001 + k) for k, f in enumerate(frictions)]
-    heights = np.array([result.height_over_dn for result in parallel.in_order(run_test, tests)])
-    reached = int((heights >= target).sum())
-    least, most = stats.binom.ppf(0.0015, 100, promised[error]), stats.binom.ppf(0.9985, 100, promised[-error])
-    print(f"promised {promised}, {reached} of 100 reached {target:.4f} m")
-    assert least <= reached <= most
+    (promise,) = [option.promise for option in first.options if option.layers == 2]
+    deviation = promise.height_at(0.5) - promise.height_at(0.84)
+    target, error = promise.height_at(0.84), 2.0 * deviation / np.sqrt(20)
+    aimed = designs.design(Wanted(height=target, **size), store)
+    assert aimed.ran == 0
+    reached = design_check.check(aimed, store, 100)[0]
+    print(reached)
+    assert reached.runs == 100
+    least = stats.binom.ppf(0.0015, 100, promise.reaches(reached.height + error))
+    most = stats.binom.ppf(0.9985, 100, promise.reaches(reached.height - error))
+    assert least <= reached.reached <= most
 
 
 @pytest.mark.parametrize(
