@@ -147,10 +147,15 @@ def _apart(hangers, generator):
 
 def _lift_free(world, layer, hangers, few):
     """Lift one of two overlapping units step by step until none overlaps: the later one, or, so that few are lifted, the one that
-    was lifted already."""
+    was lifted already. A wall goes on upwards: what overlaps it is moved off it, as far from its aim as it must be."""
     number = {hanger.handle: rank for rank, hanger in enumerate(hangers)}
     for _ in range(MOST_LIFTS):
-        pairs = [[number[handle] for handle in pair if handle in number] for *pair, _ in world.overlaps()]
+        overlapping = world.overlaps()
+        for *pair, depth in overlapping:
+            for wall, handle in (pair, pair[::-1]):
+                if wall.is_plane and handle in number:
+                    handle.position += depth * rotations.rotate(wall.orientation, np.array([0.0, 0.0, 1.0]))
+        pairs = [[number[handle] for handle in pair if handle in number] for *pair, _ in overlapping]
         lifted = {max(pair, key=lambda rank: (few * hangers[rank].lift, rank)) for pair in pairs if pair}
         if not lifted:
             return

@@ -64,3 +64,16 @@ def test_a_unit_over_a_post_is_lifted_over_it():
     _, layer = hung("turn", world)
     assert not world.overlaps() and np.flatnonzero(layer.lifts).tolist() == [12]
     assert 0.3 < layer.lifts[12] < 0.7  # a corner may dip beside the post's end; steps, and tries of other headings, on top
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_unit_whose_aim_is_too_near_to_a_wall_hangs_beside_it(side):
+    """A wall at x = 0 and an aim 0.5 Dn from it, nearer than the half width of any Cubipod: no turn and no lift frees it."""
+    world = mb.World()
+    world.add_plane((side, 0.0, 0.0), 0.0)
+    aim = np.array([[0.5 * side * UNIT.nominal_diameter, 0.0]])
+    layer = hanging.hang_layer(world, 2, LOAD, aim, np.array([LOWEST]), np.random.default_rng(3))
+    (handle,) = layer.handles
+    assert not world.overlaps() and layer.lifts[0] < 0.2 * UNIT.nominal_diameter
+    corners = np.concatenate([piece.vertices for piece in handle.shape.pieces]) @ rotations.matrix(handle.orientation).T
+    assert np.min(side * (handle.position[0] + corners[:, 0])) == pytest.approx(0.0, abs=2e-3)  # it touches the wall
