@@ -149,14 +149,19 @@ def with_drag_that_fits(why, body, surroundings, speed):
     return found
 
 
+def _plain(number):
+    """Two digits without powers of ten: 21,000."""
+    return f"{float(f'{number:.2g}'):,.10g}"
+
+
 def _out_of_reach(kind, least, most):
     """Why a law does not hold at these Reynolds numbers, or None."""
     begins, ends = kind.reynolds
     if most == 0.0 and np.isfinite(ends):
         return "there is no fluid, or no motion through it"
     if most < begins:
-        return f"Reynolds numbers reach {most:.2g} only, and it needs {begins:.2g}"
-    return f"Reynolds numbers reach {least:.2g}, and it holds up to {ends:.2g}" if least > ends else None
+        return f"Reynolds numbers reach {_plain(most)} only, and it needs {_plain(begins)}"
+    return f"Reynolds numbers reach {_plain(least)}, and it holds up to {_plain(ends)}" if least > ends else None
 
 
 def stated(kind, file):

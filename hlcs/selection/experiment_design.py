@@ -126,7 +126,8 @@ def unexplained(problem, fit, names=(), more="", needed=None, design=None):
     """What to do where the model fails and no candidate mends it: look again where it misses most."""
     place, again = problem.worst(fit)
     told_apart = f"what comes back is {problem.subject}, what does not is the measurement"
-    text = f"repeat {place}, in another order and by other hands: {told_apart}"
+    how = ", in another order and by other hands" if len(problem.trials) > 1 else ", by other hands"
+    text = f"repeat {place}{how}: {told_apart}"
     return NextExperiment(text + (f"; then: {more}" if more else ""), names, needed, design or again)
 
 

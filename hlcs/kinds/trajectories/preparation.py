@@ -263,5 +263,5 @@ def set_aside(trials, flags, effects=()):
             for channel, rows in channels.items()
         ]
         count = sum(map(len, channels.values()))
-        notes.append(f"{name}: {count} isolated samples set aside for all models{beside}: " + "; ".join(parts))
+        notes.append(f"{name}: {count} isolated sample{'s' * (count > 1)} set aside for all models{beside}: " + "; ".join(parts))
     return notes

@@ -53,7 +53,7 @@ def test_a_sample_that_stands_alone_is_told_beside_a_rest_that_is_left_out(tmp_p
     path.write_text(CUBE.replace("position = 0.001", "position = 0.0005") + '[[trial]]\nfile = "a.csv"\n')
     prepared = prepare(measured(path))
     notes = " ".join((*prepared.notes, *prepared.aside))
-    assert "at rest from t_s" in notes and "1 isolated samples set aside for all models: x row 12" in notes
+    assert "at rest from t_s" in notes and "1 isolated sample set aside for all models: x row 12" in notes
 
 
 def test_a_rebound_between_two_samples_is_seen_and_a_throw_is_none():
