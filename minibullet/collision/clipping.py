@@ -73,8 +73,9 @@ def clip(pieces, face, polygon, count, work):
 
 
 @inlined
-def thin_out(points, gaps, count):
-    """Keep four of the points: the deepest, the farthest from it, and the two that span most area on either side; in place."""
+def thin_out(points, gaps, normal, count):
+    """Keep four of the points: the deepest, the farthest from it, and the two that span most area on either side; in place. What
+    lies higher than the deepest counts as so much nearer: of two corners one above the other the lower one is kept."""
     if count <= 4:
         return count
     deepest, farthest, left, right = 0, 0, -1, -1
@@ -83,19 +84,18 @@ def thin_out(points, gaps, count):
             deepest = p
     origin, best = at(points, deepest), -1.0
     for p in range(count):
-        distance = squared_distance(at(points, p), origin)
+        distance = squared_distance(at(points, p), origin) - (gaps[p] - gaps[deepest]) ** 2
         if distance > best:
             best, farthest = distance, p
-    diagonal, reference, high, low = minus(at(points, farthest), origin), (0.0, 0.0, 0.0), 0.0, 0.0
+    diagonal, high, low = minus(at(points, farthest), origin), 0.0, 0.0
+    length = np.sqrt(dot(diagonal, diagonal))
     for p in range(count):
-        area = cross(diagonal, minus(at(points, p), origin))
-        if reference == (0.0, 0.0, 0.0):
-            reference = area
-        value = dot(area, reference)
-        if value > high:
-            high, left = value, p
-        if value < low:
-            low, right = value, p
+        value = dot(normal, cross(diagonal, minus(at(points, p), origin)))
+        higher = 0.5 * (gaps[p] - gaps[deepest]) * length
+        if value - higher > high:
+            high, left = value - higher, p
+        if value + higher < low:
+            low, right = value + higher, p
     kept = 0
     for p in range(count):  # in the polygon's order, so that the result does not depend on the order of choice
         if p == deepest or p == farthest or p == left or p == right:

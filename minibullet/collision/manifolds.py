@@ -169,7 +169,7 @@ def face_points(pieces, face, pair, least, most, scratch, first):
             put(points, kept, along(point, pieces.rounding[pair.a] + 0.5 * gap - height, normal))
             gaps[kept] = gap
             kept += 1
-    return first + thin_out(points, gaps, kept)
+    return first + thin_out(points, gaps, normal, kept)
 
 
 @leaf
