@@ -166,11 +166,10 @@ class World(Display):
         before = scene.bodies
         rotation = rotations.rotation_matrices(before.orientation)
 
-        # what acts on the bodies: one wrench per effect (``pull`` is their sum), and the mass that fluids add
+        # what acts on the bodies: one wrench per effect, and the mass that fluids add
         wrenches = effect_room.wrenches(self._acting, before, self.time)
         inverse = inverse_mass(before, rotation, effect_room.added_mass(self._acting, before))
-        pull = sum(wrenches, np.zeros_like(before.twist))
-        free_twist, mean_twist, torque_free_rate = free_motion(before, inverse, pull, settings)
+        free_twist, mean_twist, torque_free_rate = free_motion(before, inverse, wrenches, settings)
 
         # who touches whom, where, how hard last time: ``narrow_phase.Collision.update``, then ``manifolds.build``
         motion_bound = motion_bounds.motion_bound(before.twist, free_twist, scene.bounding_radius, dt)
@@ -180,9 +179,13 @@ class World(Display):
         self._notices.look(self, points.bodies, gap, size, motion_bound)
         law = self._law(scene, before, points, factors)
 
-        # impacts with restitution first, each at its own moment; then the resting contact problem
+        # impacts with restitution first, each at its own moment, and what acts otherwise after them; then the resting contacts
         contacts = impacts.ImpactContacts(factors, gap, size, law.restitution, law.friction)
         impact_impulse, jump, correction = impacts.impact_impulses(contacts, scene.moving, before.twist, free_twist, dt)
+        if np.any(jump):
+            later = effect_room.wrenches(self._acting, before._replace(twist=before.twist + jump), self.time)
+            wrenches = impacts.mean_wrenches(wrenches, later, jump, correction, dt)
+            free_twist, mean_twist, _ = free_motion(before, inverse, wrenches, settings)
         free_twist, mean_twist = free_twist + jump, mean_twist + jump - correction / dt
         rounding = 1e-14 * motion_bound.max(initial=0.0) / dt  # of the largest speed: what double precision leaves
         problem = constraints.assemble(scene, factors, gap, law, free_twist, correction, rounding, dt)
@@ -202,13 +205,8 @@ class World(Display):
     def _law(self, scene, before, points, factors):
         """The law at each contact: what the bodies say, changed by the effects that speak of contacts."""
         pair, none = points.bodies, np.zeros(len(points.gap))
-        law = ContactLaw(
-            scene.pair_value(scene.friction, pair, self.settings.friction),
-            scene.pair_value(scene.restitution, pair, self.settings.restitution),
-            none,
-            none,
-            none,
-        )
+        friction = scene.pair_value(scene.friction, pair, self.settings.friction)
+        law = ContactLaw(friction, scene.pair_value(scene.restitution, pair, self.settings.restitution), none, none, none)
         if not effect_room.changes_contact_law(self._acting):
             return law
         contacts = constraints.describe(before, pair, points.arms, points.gap, factors, points.impulse, self.settings.time_step)
@@ -238,10 +236,8 @@ class World(Display):
             fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
             # what is fixed cannot be the cause: it is named only where nothing that moves is
             bad = int(np.argmin(fine | (~scene.moving & ~fine[scene.moving].all())))
-            raise InputError(
-                f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s: the motion of body "
-                f"{scene.names[bad]!r} is not finite"
-            )
+            where = f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s"
+            raise InputError(f"{where}: the motion of body {scene.names[bad]!r} is not finite")
         scene.bodies = after
         scene.past_motion = motion_bounds.path_bound(motion, scene.bounding_radius, self.settings.time_step)
         normal, impulse = points.arms[:, 6:].copy(), problems.into_world(problem.factors.jacobian, solution.impulse)

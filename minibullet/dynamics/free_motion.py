@@ -36,14 +36,15 @@ def accelerate(twist, rotation, inverse_mass, wrench, kept, time_step):
     return end, mean
 
 
-def free_motion(bodies, inverse_mass, wrench, settings):
-    """Twist at the end of the step if nothing touched, the mean twist on the way there (n, 6), world axes, and the angular
-    velocity that torque-free rotation alone would leave (n, 3).
+def free_motion(bodies, inverse_mass, wrenches, settings):
+    """Twist at the end of the step if nothing touched but these wrenches acted (a list of (n, 6)), the mean twist on the way
+    there (n, 6), world axes, and the angular velocity that torque-free rotation alone would leave (n, 3).
 
     Eqs. (4)-(7): damping first, then acceleration times the step, as Bullet orders them.
     """
     dt, left = settings.time_step, DAMPING_LAWS[settings.damping_law]
     kept = left(settings.linear_damping, dt), left(settings.angular_damping, dt)
     rotation = torque_free_rotation(bodies.orientation, bodies.twist[:, 3:], bodies.inertia, dt)
+    wrench = sum(wrenches, np.zeros_like(bodies.twist))
     free_twist, mean_twist = accelerate(bodies.twist, rotation, inverse_mass, wrench, kept, dt)
     return free_twist, mean_twist, rotation[1]

@@ -131,9 +131,7 @@ def resolve(contacts, flight, moving, time_step, most):
         now = moment
         before = flight.twist + now * flight.acceleration
         after = before.copy()
-        touching = np.zeros(count, dtype=np.bool_)
-        for c in range(count):
-            touching[c] = c == trigger or is_touching(c, contacts, flight, now)
+        touching = np.array([c == trigger or is_touching(c, contacts, flight, now) for c in range(count)])
         struck = struck_together(trigger, contacts.factors.bodies, touching, moving)
         for c in struck:
             target[c] = max(-contacts.restitution[c] * normal_velocity(c, contacts.factors, before), 0.0)
@@ -141,11 +139,9 @@ def resolve(contacts, flight, moving, time_step, most):
         solve_impact(struck, contacts, target, impulse, after)
         for c in struck:
             total[c] += impulse[c]
-        for n in range(len(after)):
-            for k in range(6):
-                jump = after[n, k] - before[n, k]
-                flight.twist[n, k] += jump
-                flight.correction[n, k] += now * jump
+        jump = after - before
+        flight.twist[:] += jump
+        flight.correction[:] += now * jump
     return total
 
 
@@ -161,3 +157,14 @@ def impact_impulses(contacts, moving, twist, free_twist, time_step):
     flight = Flight(twist.copy(), (free_twist - twist) / time_step, np.zeros_like(twist))
     impulse = resolve(contacts, flight, moving, time_step, 20 + np.count_nonzero(moving))
     return impulse, flight.twist - twist, flight.correction
+
+
+def mean_wrenches(before, after, jump, correction, time_step):
+    """The mean over a step of each effect's wrench (n, 6), from that before and that after the impacts of the step.
+
+    A body that rebounds is braked the other way. The wrench at the velocity before an impact for the whole step would be an
+    error of the order of the step, and one that leaps with the moment of the impact. Of several impacts the mean time counts.
+    """
+    late = np.sum(jump * (jump - correction / time_step), axis=1, keepdims=True)
+    left = np.clip(late / np.maximum(np.sum(jump * jump, axis=1, keepdims=True), 1e-300), 0.0, 1.0)  # part of the step
+    return [first + left * (later - first) for first, later in zip(before, after, strict=True)]

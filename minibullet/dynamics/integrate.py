@@ -37,8 +37,7 @@ def admissible_motion(factors, gap, tolerance, mean, final, time_step):
                 for body in (a, b):
                     if not settled[body]:
                         settled[body] = changed = True
-                        for k in range(6):
-                            motion[body, k] = final[body, k]
+                        motion[body] = final[body]
     return motion
 
 

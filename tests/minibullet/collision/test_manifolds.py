@@ -121,8 +121,8 @@ def test_impulses_start_where_they_ended():
 
 @pytest.mark.parametrize("speed", [2.0, 5.6, 20.0])
 def test_a_flat_box_stands_on_its_lower_corners_however_fast_it_slides(speed):
-    """In a step of 1/240 s at 5 m/s a box 4 cm high may move by its own height, which brings its upper corners within reach of the
-    floor: they carry nothing, and it slows down by Coulomb's mu g."""
+    """In a step of 1/240 s at 5 m/s a box 4 cm high may move by its own height, which brings its upper corners within reach of
+    the floor: they carry nothing, and it slows down by Coulomb's mu g."""
     world = mb.World([mb.Gravity(9.81)], mb.Settings(friction=0.3))
     world.add_plane()
     box = world.add(mb.Box(0.1, 0.1, 0.04), mass=0.3, position=(0.0, 0.0, 0.02), velocity=(speed, 0.0, 0.0))
