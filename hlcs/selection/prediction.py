@@ -90,7 +90,6 @@ class LinearModel:
     def __init__(self, fit, views, price):
         """views: candidate -> its signatures (see `signatures`); price: of a set of names."""
         self.price, self.entries, self.count = price, {}, fit.count
-        self.terms, self.cost, self.candidates = fit.model.terms, fit.cost, tuple(views)
         r = np.concatenate(fit.linearization.projected[0])
         parts = [np.concatenate(fit.linearization.projected[1])]
         self.columns = [
@@ -132,20 +131,7 @@ class LinearModel:
         for name in self.present:
             if self.places[name] and all(np.isfinite(self.columns[place].absent) for place in self.places[name]):
                 sets += [present - {name}, *(present - {name} | {other} for other in absent)]
-        found = [self.proposal(names) for names in sets if len(names) <= most and compatible(names)]
-        return found + self.other_forms()
-
-    def other_forms(self):
-        """Proposals with another form in the place of a law that is never absent: what it does cannot be taken out linearly, so
-        it is taken to do as well."""
-        found = []
-        for term in self.terms:
-            rest = {other.name: other.numbers for other in self.terms if other is not term}
-            for entry in self.candidates if term.candidate.absent is None else ():
-                if entry.form_of and entry.form_of == term.candidate.form_of:
-                    numbers = rest | {entry.name: entry.expected}
-                    found.append(Proposal(self.cost + self.price(frozenset(numbers)), frozenset(numbers), numbers))
-        return found
+        return [self.proposal(names) for names in sets if len(names) <= most and compatible(names)]
 
     def visible(self, name):
         """Does a candidate move the observations at all, by more than a hundredth of their noise within its spread?"""

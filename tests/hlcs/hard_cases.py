@@ -97,6 +97,22 @@ def dragged(k, tilt=0.0):
     return lambda place, v: gravity - k * np.linalg.norm(v) * v
 
 
+def write_crisis(folder, subcritical=0.45, supercritical=0.10, critical=1.5e5):
+    """Throws of a light ball at Reynolds numbers of 0.6 to 2.6e5, whose drag coefficient falls at a critical one; noise 3 mm."""
+    radius, mass, viscosity = 0.11, 0.12, 1.8e-5
+    k, generator = per_metre(1.0, radius, mass), np.random.default_rng(71)
+
+    def law(place, v):
+        speed = np.linalg.norm(v)
+        ratio = 2 * radius * AIR * speed / viscosity / critical
+        coefficient = supercritical + (subcritical - supercritical) / (1 + ratio**4)
+        return np.array([0.0, 0.0, -G]) - coefficient * k * speed * v
+
+    recordings = throws(law, 0.003, generator, np.linspace(4.0, 18.0, 8))
+    settings = ball(radius, mass, surroundings=f"fluid_density = {AIR}\n", measurement="noise = { position = 0.003 }")
+    return write(folder, recordings, settings)
+
+
 def write_magnet(folder, strength):
     """Eight throws past a magnet in a vacuum, 50 Hz, sigma 3 mm; the nearest passes it by more than 0.15 m (asserted)."""
     generator, recordings = np.random.default_rng(21), []

@@ -8,6 +8,7 @@ from hard_cases import (
     CELLULOID,
     TENNIS,
     per_metre,
+    write_crisis,
     write_dragged_bounces,
     write_hallway,
     write_magnet,
@@ -113,6 +114,15 @@ def test_wild_readings_hide_no_drag(tmp_path, seed):
     diagnosis = hlcs.diagnose(path)
     assert diagnosis.verdict in ("effect", "ambiguous") and diagnosis.effects == ("quadratic_drag",)
     assert holds(diagnosis.parameters["quadratic_drag"]["drag_coefficient"], 0.5)
+
+
+def test_a_drag_that_falls_at_high_speed_is_foreseen_as_any_other_and_not_taken_for_a_linear_one(tmp_path):
+    """Its force is linear in both coefficients. Over such a range of speeds linear drag leaves little more than the noise."""
+    diagnosis = hlcs.diagnose(write_crisis(tmp_path))
+    assert (diagnosis.verdict, diagnosis.effects) == ("effect", ("drag_crisis",))
+    numbers = diagnosis.parameters["drag_crisis"]
+    assert holds(numbers["subcritical"], 0.45) and holds(numbers["supercritical"], 0.10)
+    assert holds(numbers["critical_reynolds"], 1.5e5)
 
 
 @pytest.mark.slow

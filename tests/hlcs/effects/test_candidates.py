@@ -1,5 +1,6 @@
 """Candidates: which numbers they have for which body, where these begin, and what is filled in when they are made."""
 
+from dataclasses import dataclass
 from math import inf, log, pi
 
 import pytest
@@ -8,7 +9,7 @@ from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import Free, build, candidate
 from hlcs.effects.measurement import ClockOffset, TimeScale
-from minibullet import effects
+from minibullet import effects, parameter
 
 FLOOR = Surroundings(floor_height=0.25, friction=0.35, restitution=0.6, fluid_density=998.0, fluid_stated=True)
 BALL = rigid_body(Body("sphere", radius=0.2, mass=1.0))
@@ -31,11 +32,24 @@ def test_a_coefficient_that_every_model_has_is_absent_at_the_stated_value():
         assert entry.absent == {"coefficient": value} and entry.views == ({"coefficient": value},)
 
 
+@dataclass(frozen=True)
+class Hum(effects.Effect):
+    """A law of a user, who says of no number at which value it is absent."""
+
+    force: float = parameter(0.5, unit="N", low=0.1, high=1.0)
+    period: float = parameter(2.0, unit="s", low=1.0, high=5.0, starts=(1.0, 2.0, 4.0))
+
+
 def test_a_law_that_is_never_absent_begins_from_several_values():
-    entry = candidate(effects.DragCrisis, FLOOR, BALL, True)
+    entry = candidate(Hum, FLOOR, BALL, True)
     assert entry.absent is None and entry.views == ()
-    assert [dict(values)["critical_reynolds"] for values in entry.starts] == [1e5, 2e5, 4e5]
-    assert all(dict(values)["subcritical"] == 0.47 for values in entry.starts)
+    assert entry.starts == tuple((("force", 0.5), ("period", value)) for value in (1.0, 2.0, 4.0))
+
+
+def test_a_drag_whose_coefficient_falls_is_absent_without_coefficients_wherever_it_falls():
+    entry = candidate(effects.DragCrisis, FLOOR, BALL, True)
+    nothing = {"subcritical": 0.0, "supercritical": 0.0}
+    assert entry.views == tuple(nothing | {"critical_reynolds": value} for value in (1e5, 2e5, 4e5))
 
 
 def test_a_number_without_meaning_while_absent_is_looked_at_from_several_values():
