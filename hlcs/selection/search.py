@@ -17,7 +17,7 @@ from hlcs.estimation.least_squares import project_out
 from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
-from hlcs.selection.thresholds import AGAIN, EXPANDED, FORESEEN, HELPS, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
+from hlcs.selection.thresholds import AGAIN, EXPANDED, FORESEEN, HELPS, LOOKED, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
 
@@ -41,6 +41,7 @@ class Search:
         self.base_model = None  # LinearModel at the model under test
         self.overdispersion = 1.0  # how many residuals count as one beside the best fit, where its adequacy has been judged
         self.expanded, self.foreseen = [], {}  # sets; set -> (Proposal, Fit that it was foreseen from)
+        self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
         self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
         self.implied = frozenset()  # effects that the file implies and the data would show
         self.impossible = set()  # sets that could not be simulated from anywhere
@@ -173,19 +174,20 @@ class Search:
         """May a set do as well as the best, cost no more than `limit`, and do better than every part of it that is fitted?
 
         What is foreseen to fall counts by the share that the fits of such sets found of it: where chi2 is rough, or nothing
-        explains the data, a linear model promises much and keeps little; where fits found more, as much more may be found of all
-        that a set takes away which holds none of the best ones. Through contacts, where a fit costs a hundred times as
-        much, a set must also be foreseen to take away so much of the excess that the verdict would name it, while the best fit
-        leaves more than noise.
+        explains the data, a linear model promises much and keeps little. It may promise too little as well: in flight by what a
+        look there shows, through contacts by as much more as fits found, of all that a set takes away which holds none of the
+        best ones. There, where a fit costs a hundred times as much, a set must also be foreseen to take away so much of the
+        excess that the verdict would name it, while the best fit leaves more than noise.
         """
+        contact, explained = self.problem.simulator.contact, self.noise_alone(self.fits[self.ranked()[0]])
         lost = max(1 - self.share_found(parent), 0.0) * max(proposal.fall, 0.0)
         parts = [self.cost(known) for known in self.fits if known < proposal.effects]
-        more = 0.0
-        if min(parts, default=np.inf) > limit:
+        more = 0.0 if explained else self.unsure.get(proposal.effects, 0.0)
+        if contact and min(parts, default=np.inf) > limit:
             more = max(self.share_found(self.base) - 1, 0.0) * (misfit(self.base) - misfit(parent) + proposal.fall)
         if not proposal.cost + lost - more < min([limit, *parts]):
             return False
-        if not self.problem.simulator.contact or self.noise_alone(self.fits[self.ranked()[0]]):
+        if not contact or explained:
             return True
         fall = misfit(self.base) - misfit(parent) + proposal.fall - lost
         return fall > HELPS * self.excess(self.base) * (1.0 if self.found else FORESEEN)
@@ -209,7 +211,8 @@ class Search:
             }
         )
         waiting = [each for effects, each in self.foreseen.items() if effects not in known]
-        return sorted(waiting, key=lambda each: (each[0].cost, sorted(each[0].effects)))
+        least = {effects: proposal.cost - self.unsure.get(effects, 0.0) for effects, (proposal, _) in self.foreseen.items()}
+        return sorted(waiting, key=lambda each: (least[each[0].effects], sorted(each[0].effects)))
 
     def expand(self):
         """Foresee neighbours of the best fitted sets: of the best alone where it explains the data, else of those too that are
@@ -234,7 +237,10 @@ class Search:
             if not effects:
                 self.base_model = linear
                 self.implied = frozenset(name for name in self.candidates if self.implies(linear, name))
-            for proposal in linear.proposals(MOST_EFFECTS, self.compatible):
+            proposals = linear.proposals(MOST_EFFECTS, self.compatible)
+            if not effects and not self.problem.simulator.contact:  # through contacts chi2 is rough, and readings tell more
+                self.unsure = self.look([proposal for proposal in proposals if len(proposal.effects) == 1], fit)
+            for proposal in proposals:
                 known = self.foreseen.get(proposal.effects)
                 if known is None or proposal.cost < known[0].cost:
                     self.foreseen[proposal.effects] = proposal, fit
@@ -270,15 +276,32 @@ class Search:
                 name: {free.name: free.towards(known.get(name, {}), numbers[name][free.name], share) for free in entry.free}
                 for name, entry in ((name, self.candidates[name]) for name in numbers)
             }
-            try:
-                with np.errstate(all="ignore"):  # a run may leave the finite numbers there
-                    white = self.problem.white_residuals(self.model_with(tried), parent.initial_states)
-                    left = [project_out(q, part) for q, part in zip(parent.linearization.state_bases, white, strict=True)]
-                    if np.sum(np.concatenate(left) ** 2) <= parent.chi2:
-                        break
-            except InputError:  # numbers with which nothing can be simulated
-                continue
+            if self.left_at(tried, parent) <= parent.chi2:
+                break
         return tried
+
+    def left_at(self, numbers, parent):
+        """chi2 at numbers {effect: {number: value}}, the initial states moved linearly from a fit; inf where nothing can be
+        simulated."""
+        try:
+            with np.errstate(all="ignore"):  # a run may leave the finite numbers there
+                white = self.problem.white_residuals(self.model_with(numbers), parent.initial_states)
+                left = [project_out(q, part) for q, part in zip(parent.linearization.state_bases, white, strict=True)]
+                total = float(np.sum(np.concatenate(left) ** 2))
+        except InputError:
+            return np.inf
+        return total if np.isfinite(total) else np.inf
+
+    def look(self, proposals, fit):
+        """By how much less than foreseen from a fit each proposal may cost, {set: amount}: LOOKED times what one simulation at
+        its numbers differs from it. Far from the data a law that is not linear in its numbers is foreseen at too much."""
+        seen = self.problem.batched([partial(self.left_at, proposal.numbers, fit) for proposal in proposals])
+        foreseen = [misfit(fit) - proposal.fall - self.surprise(proposal.numbers) for proposal in proposals]
+        return {each.effects: LOOKED * abs(a - b) for each, a, b in zip(proposals, seen, foreseen, strict=True)}
+
+    def surprise(self, numbers):
+        """-2 log of what is believed of numbers {effect: {number: value}}, relative to what is expected."""
+        return sum(free.surprise(numbers[name][free.name]) for name in sorted(numbers) for free in self.candidates[name].free)
 
     def beginnings(self, proposal):
         """Numbers to begin a fit from, {effect: {number: value}} each, without those that say the same."""

@@ -11,6 +11,7 @@ EQUAL = 1.0  # sets whose costs differ by no more are as good (odds of 1 to 1.6)
 REACH = 12.0  # sets foreseen within it of the best are fitted: twice TIED, since what is foreseen is not what is found
 MOST_EFFECTS = 3  # in a set: with more, recordings of one body tell nothing apart
 FORESEEN = 0.2  # part of what a set takes away that is foreseen at least before any fit: a rebound, seen from a model of none
+LOOKED = 4.0  # times what one simulation differs from what was foreseen: fits of drags far from the data differ by up to 3.4
 REFITS = 30  # of sets in one search, so that it ends
 EXPANDED = 4  # sets whose neighbours are foreseen, while the best one leaves more than noise
 TOGETHER = 6  # sets fitted in one batch where simulations with contacts are shared

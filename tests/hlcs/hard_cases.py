@@ -113,6 +113,26 @@ def write_crisis(folder, subcritical=0.45, supercritical=0.10, critical=1.5e5):
     return write(folder, recordings, settings)
 
 
+def write_sinking(folder, drag):
+    """A sphere that sinks in water from rest, noise 0.5 mm; the model has buoyancy and added mass, no drag."""
+    radius, mass, generator, recordings = 0.0125, 0.01145, np.random.default_rng(81), []
+    displaced = 998.0 * 4 / 3 * np.pi * radius**3
+    moved = mass + 0.5 * displaced
+    k = 0.5 * 998.0 * drag * np.pi * radius**2 / moved
+
+    def law(place, v):
+        return np.array([0.0, 0.0, -G * (mass - displaced) / moved]) - k * np.linalg.norm(v) * v
+
+    for seconds in (0.7, 0.8, 0.9, 1.0, 1.1, 1.2):
+        times = np.arange(0, seconds, 1 / 120)
+        place = path_of(law, [0.0, 0.0, 1.0], np.zeros(3), times)
+        recordings.append((times, place + 5e-4 * generator.standard_normal(place.shape)))
+    laws = '{ name = "buoyancy", fluid_density = 998.0 }, { name = "added_mass", coefficient = 0.5 }'
+    water = "fluid_density = 998.0\nfluid_viscosity = 0.001\n"
+    settings = ball(radius, mass, water, "noise = { position = 0.0005 }", laws)
+    return write(folder, recordings, settings, trial="start = { velocity = [0.0, 0.0, 0.0] }\n")
+
+
 def write_magnet(folder, strength):
     """Eight throws past a magnet in a vacuum, 50 Hz, sigma 3 mm; the nearest passes it by more than 0.15 m (asserted)."""
     generator, recordings = np.random.default_rng(21), []

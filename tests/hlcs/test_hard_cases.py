@@ -15,6 +15,7 @@ from hard_cases import (
     write_plain_throws,
     write_quadratic,
     write_rounded,
+    write_sinking,
     write_spun,
     write_tumbles,
 )
@@ -123,6 +124,13 @@ def test_a_drag_that_falls_at_high_speed_is_foreseen_as_any_other_and_not_taken_
     numbers = diagnosis.parameters["drag_crisis"]
     assert holds(numbers["subcritical"], 0.45) and holds(numbers["supercritical"], 0.10)
     assert holds(numbers["critical_reynolds"], 1.5e5)
+
+
+def test_a_drag_that_changes_everything_is_found_though_the_model_without_it_foresees_little_of_it(tmp_path):
+    """Two hundred standard deviations: a scale of the length or the clock is foreseen to do better than the drag itself."""
+    diagnosis = hlcs.diagnose(write_sinking(tmp_path, 2.6))
+    assert (diagnosis.verdict, diagnosis.effects) == ("effect", ("quadratic_drag",))
+    assert holds(diagnosis.parameters["quadratic_drag"]["drag_coefficient"], 2.6)
 
 
 @pytest.mark.slow

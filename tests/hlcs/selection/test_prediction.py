@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from experiments import measured
+from hard_cases import write_sinking
 from throws import write_drops
 
 from hlcs.effects import Candidate, Free, class_named
@@ -76,3 +77,18 @@ def test_a_rebound_is_seen_from_a_model_that_has_none(tmp_path):
     gain, foreseen = (search.cost(frozenset()) - cost for cost in (search.cost(law), search.foreseen[law][0].cost))
     assert foreseen > 0.2 * gain > 8
     assert search.fits[law].estimate[0] == pytest.approx(0.5, abs=0.03)  # four standard errors
+
+
+def test_a_look_far_from_the_data_tells_what_a_linear_model_can_foresee_there(tmp_path):
+    """A scale of the length is linear in its factor: nothing more is to be had. A sphere that sinks without drag gets ever
+    faster, so that drag is foreseen at tens of thousands more than a scale; it explains all."""
+    measurement = measured(write_sinking(tmp_path, 2.6))
+    prepared = prepare(measurement)
+    entries, _ = candidates_for(measurement, True, ["quadratic_drag", "length_scale"])
+    search = Search(prepared.problem, entries, prepared.base)
+    search.expand()
+    drag, scale = frozenset({"quadratic_drag"}), frozenset({"length_scale"})
+    foreseen = {effects: search.foreseen[effects][0].cost for effects in (drag, scale)}
+    assert foreseen[drag] > foreseen[scale] + 1e4
+    assert foreseen[drag] - search.unsure[drag] < 0 and search.unsure[scale] < 1.0
+    assert search.run().ranked()[0] == drag and scale not in search.fits
