@@ -151,24 +151,32 @@ class Search:
             refits += len(together)
 
     def parts_first(self, proposals, limit):
-        """The same [(Proposal, Fit it was foreseen from)], before each set those parts with one effect less that are not fitted
-        and not foreseen to cost more than `limit`, the cheapest first.
+        """The same [(Proposal, Fit it was foreseen from)], before each set what is simpler and not fitted, the cheapest first:
+        parts with one effect less that are not foreseen to cost more than `limit`, and special cases in the place of a law.
 
-        Far from the data what is foreseen of two effects flatters the one that bends least, and a part may do alone.
+        Far from the data what is foreseen of two effects flatters the one that bends least, and of a law the one that bends most:
+        a part or a special case may do alone.
         """
         ordered = {}
         for proposal, parent in proposals:
             parts = []
-            for name in sorted(proposal.effects):
-                part = proposal.effects - {name}
-                if part and self.compatible(part) and part not in self.fits and part not in self.impossible:
-                    known = Proposal(limit, part, {other: proposal.numbers[other] for other in part}), parent
-                    parts.append(self.foreseen.get(part, known))
+            for part in self.simpler(proposal.effects):
+                numbers = {name: proposal.numbers.get(name, self.candidates[name].expected) for name in part}
+                part, origin = self.foreseen.get(part, (Proposal(limit, part, numbers), parent))
+                if part.cost <= limit or len(part.effects) == len(proposal.effects):
+                    parts.append((part, origin))
             for part in sorted(parts, key=lambda each: each[0].cost):
-                if part[0].cost <= limit:
-                    ordered.setdefault(part[0].effects, part)
+                ordered.setdefault(part[0].effects, part)
             ordered.setdefault(proposal.effects, (proposal, parent))
         return list(ordered.values())
+
+    def simpler(self, effects):
+        """Sets that are not fitted: without one of the effects, or with a law in its place that is a special case of it."""
+        sets = []
+        for name in sorted(effects):
+            held = [other for other in self.candidates if self.candidates[name].holds(self.candidates[other])]
+            sets += [effects - {name}, *(effects - {name} | {other} for other in held)]
+        return [few for few in sets if few and self.compatible(few) and few not in self.fits and few not in self.impossible]
 
     def promising(self, proposal, parent, limit):
         """May a set do as well as the best, cost no more than `limit`, and do better than every part of it that is fitted?

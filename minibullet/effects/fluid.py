@@ -187,7 +187,7 @@ class DragCrisis(Drag):
     """
 
     subcritical: float = parameter(
-        0.47,
+        0.0,
         unit="-",
         low=0.2,
         high=1.2,
@@ -198,7 +198,7 @@ class DragCrisis(Drag):
         typical=((0.5, "smooth sphere, about"),),
     )
     supercritical: float = parameter(
-        0.1,
+        0.0,
         unit="-",
         low=0.0,
         high=0.5,
