@@ -39,6 +39,7 @@ HOMES = {
     "design_layer_coefficients": "hlcs.placement.printed_tables",
     "laboratory": "hlcs.placement.printed_tables",
     "paper_numerical": "hlcs.placement.printed_tables",
+    "reproduce": "hlcs.paper.reproduction",
     "InputError": "minibullet.errors",
     "InputWarning": "minibullet.errors",
 }

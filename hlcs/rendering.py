@@ -18,6 +18,7 @@ RENDERERS = {
     "Learned": "hlcs.report.learned",
     "PlacementResult": "hlcs.placement.report",
     "Plan": "hlcs.report.plan",
+    "Reproduction": "hlcs.paper.reproduction_report",
     "SweepResult": "hlcs.placement.sweep_report",
 }
 

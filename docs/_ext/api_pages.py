@@ -29,7 +29,7 @@ GROUPS = {  # headings of the list, and the names under them that no rule puts t
     "Shapes": ("Box", "Capsule", "Compound", "ConvexPiece", "Cylinder", "Sphere", "mesh_file"),
     "Effects": (),
     "Placement": ("PlacementTest", "PlacementResult", "Grid", "RPG", "TPG", "Cube", "Cubipod"),
-    "Measured layers": ("laboratory", "paper_numerical"),
+    "Measured layers": ("laboratory", "paper_numerical", "reproduce"),
     "Experiments": ("Experiment", "import_measurements", "compare", "Comparison", "diagnose", "Diagnosis", "predict"),
     "Errors and warnings": ("EffectError", "InputError", "InputWarning", "SceneWarning"),
 }
