@@ -40,6 +40,7 @@ HOMES = {
     "laboratory": "hlcs.placement.printed_tables",
     "paper_numerical": "hlcs.placement.printed_tables",
     "reproduce": "hlcs.paper.reproduction",
+    "reveal": "hlcs.reveal",
     "InputError": "minibullet.errors",
     "InputWarning": "minibullet.errors",
 }
@@ -48,7 +49,8 @@ __all__ = sorted(HOMES)
 
 
 class _Package(ModuleType):
-    """`hlcs.compare` and `hlcs.diagnose` are the functions, whoever imports the modules of the same name, and whenever."""
+    """`hlcs.compare`, `hlcs.diagnose` and `hlcs.reveal` are the functions, whoever imports the modules of the same name, and
+    whenever."""
 
     def __setattr__(self, name, value):
         if not (name in HOMES and isinstance(value, ModuleType)):

@@ -19,6 +19,7 @@ RENDERERS = {
     "PlacementResult": "hlcs.placement.report",
     "Plan": "hlcs.report.plan",
     "Reproduction": "hlcs.paper.reproduction_report",
+    "Reveal": "hlcs.report.reveal",
     "SweepResult": "hlcs.placement.sweep_report",
 }
 

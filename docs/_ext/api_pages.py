@@ -30,7 +30,7 @@ GROUPS = {  # headings of the list, and the names under them that no rule puts t
     "Effects": (),
     "Placement": ("PlacementTest", "PlacementResult", "Grid", "RPG", "TPG", "Cube", "Cubipod"),
     "Measured layers": ("laboratory", "paper_numerical", "reproduce"),
-    "Experiments": ("Experiment", "import_measurements", "compare", "Comparison", "diagnose", "Diagnosis", "predict"),
+    "Experiments": ("Experiment", "import_measurements", "compare", "Comparison", "diagnose", "Diagnosis", "predict", "reveal"),
     "Errors and warnings": ("EffectError", "InputError", "InputWarning", "SceneWarning"),
 }
 
