@@ -185,8 +185,7 @@ def _name_sets(ax, table, pictures):
     ax.set_xticks(table[pictures.over], [str(layer) for layer in table["layer"]])
     for inside in sets_of(table):
         middle = float(np.mean(table[pictures.over][inside]))
-        name = pictures.trials[int(table["trial"][inside[0]])]
-        name = name.replace(", ", "\n")  # the campaign below the grid: side by side names of several weeks would touch
+        name = pictures.trials[int(table["trial"][inside[0]])].replace(", ", "\n")  # grid and campaign: in one line they touch
         ax.annotate(name, (middle, 1.0), xycoords=("data", "axes fraction"), ha="center", va="bottom", fontsize=8)
         if inside[0]:
             ax.axvline(table[pictures.over][inside[0]] - 0.5, color=NOISE, lw=LINE)
