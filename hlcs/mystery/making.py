@@ -111,7 +111,7 @@ def _recorded(request):
     files = _files(scene, laws, camera, rng)
     noise = {"position": camera.position, "orientation": camera.orientation, "rate": camera.rate}
     told = f"Noise of the tracker: {1000 * camera.position:.2g} mm."
-    files[SEALED] = sealed(answer(scene.title, hidden, offer.story, noise, told, request))
+    files[SEALED] = sealed(_answer(scene.title, hidden, offer.story, noise, told, request))
     return files
 
 
@@ -135,12 +135,11 @@ def layer_files(title, effect, amplitude, tests, rng, request):
     offer = layers.OFFERS[effect]
     hidden = {effect: {offer.parameter: amplitude}} if amplitude else {}
     noise = {"regime": "tests", "tests": tests, "hands": layers.HANDS, "week": layers.WEEK}
-    told = spread_of_tests(tests)
-    more = {"tied": list(offer.tied) if hidden else []}
+    sealed_answer = _answer(title, hidden, offer.story, noise, spread_of_tests(tests), request)
     return {
         "experiment.toml": to_toml(layers.experiment(title), inline=True),
         "layers.csv": layers.table(offer, amplitude, tests, rng),
-        SEALED: sealed(answer(title, hidden, offer.story, noise, told, request) | more),
+        SEALED: sealed(sealed_answer | {"tied": list(offer.tied) if hidden else []}),
     }
 
 
@@ -220,7 +219,7 @@ def spread_of_tests(tests):
     return f"Hands and plates change a layer by {100 * layers.HANDS:.2g} % from test to test; {tests} tests in each week."
 
 
-def answer(title, hidden, story, noise, told, request):
+def _answer(title, hidden, story, noise, told, request):
     """What is sealed: the keys of the packaged sets, and `made`, what makes the set again. hidden: {effect: law}; noise: its
     numbers, and told in words."""
     laws = {name: {key: float(value) for key, value in law.items()} for name, law in hidden.items()}
