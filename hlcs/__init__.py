@@ -39,6 +39,8 @@ HOMES = {
     "design_layer_coefficients": "hlcs.placement.printed_tables",
     "laboratory": "hlcs.placement.printed_tables",
     "paper_numerical": "hlcs.placement.printed_tables",
+    "reproduce": "hlcs.paper.reproduction",
+    "reveal": "hlcs.reveal",
     "InputError": "minibullet.errors",
     "InputWarning": "minibullet.errors",
 }
@@ -47,7 +49,8 @@ __all__ = sorted(HOMES)
 
 
 class _Package(ModuleType):
-    """`hlcs.compare` and `hlcs.diagnose` are the functions, whoever imports the modules of the same name, and whenever."""
+    """`hlcs.compare`, `hlcs.diagnose` and `hlcs.reveal` are the functions, whoever imports the modules of the same name, and
+    whenever."""
 
     def __setattr__(self, name, value):
         if not (name in HOMES and isinstance(value, ModuleType)):

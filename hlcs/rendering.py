@@ -18,6 +18,8 @@ RENDERERS = {
     "Learned": "hlcs.report.learned",
     "PlacementResult": "hlcs.placement.report",
     "Plan": "hlcs.report.plan",
+    "Reproduction": "hlcs.paper.reproduction_report",
+    "Reveal": "hlcs.report.reveal",
     "SweepResult": "hlcs.placement.sweep_report",
 }
 

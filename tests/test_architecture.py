@@ -9,7 +9,7 @@ from hlcs import mystery
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-MOST_AT_TOP, MOST_LINES_AT_TOP, MOST_STATIONS = 6, 300, 10  # what one can keep in mind
+MOST_AT_TOP, MOST_LINES_AT_TOP, MOST_STATIONS = 7, 300, 10  # what one can keep in mind
 
 
 def test_every_room_on_the_page_exists_and_every_room_is_on_the_page():

@@ -29,8 +29,8 @@ GROUPS = {  # headings of the list, and the names under them that no rule puts t
     "Shapes": ("Box", "Capsule", "Compound", "ConvexPiece", "Cylinder", "Sphere", "mesh_file"),
     "Effects": (),
     "Placement": ("PlacementTest", "PlacementResult", "Grid", "RPG", "TPG", "Cube", "Cubipod"),
-    "Measured layers": ("laboratory", "paper_numerical"),
-    "Experiments": ("Experiment", "import_measurements", "compare", "Comparison", "diagnose", "Diagnosis", "predict"),
+    "Measured layers": ("laboratory", "paper_numerical", "reproduce"),
+    "Experiments": ("Experiment", "import_measurements", "compare", "Comparison", "diagnose", "Diagnosis", "predict", "reveal"),
     "Errors and warnings": ("EffectError", "InputError", "InputWarning", "SceneWarning"),
 }
 

@@ -64,11 +64,11 @@ def mystery_reveal(name, no_fit, out, json_file, quiet):
 
     NAME: a packaged set, or the folder of one that was made.
     """
-    from hlcs.cli.reveal import revealed, save  # the whole diagnosis: `list` and `copy` start without it
+    from hlcs.reveal import reveal  # the whole diagnosis: `list` and `copy` start without it
 
     if out:
         folders.check_folder(out)  # refused now, not after the fit
-    document, text, diagnosis = revealed(name, not no_fit, progress=not quiet)
+    found = reveal(name, not no_fit, progress=not quiet)
     if out:
-        save(document, text, diagnosis, out)
-    publish(document, text, json_file, out, quiet)
+        found.save(out)
+    publish(found.to_dict(), found.summary(), json_file, out, quiet)

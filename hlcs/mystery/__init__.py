@@ -1,8 +1,8 @@
 """Data sets with something missing from their model, to find with `compare` and `diagnose`; answers stay sealed until `reveal`.
 
 Each set is a folder as a user would write it: experiment.toml and CSV files. No data come from the engine: the packaged sets are
-made by `tests/blind/remake_mysteries.py`, new ones by `make`, each by an integration of its own. Where a function takes a name,
-the folder of a set that `make` wrote does as well.
+made by `tests/blind/remake_mysteries.py`, new ones by `make`, each by an integration of its own; layers are those of heaps that
+pybullet made. Where a function takes a name, the folder of a set that `make` wrote does as well.
 """
 
 import json
@@ -69,8 +69,9 @@ def reveal(name):
 def make(effect, strength, seed, out):
     """Write a new data set with a hidden effect and its sealed answer into the new folder `out`; the path of experiment.toml.
 
-    effect: one of `hlcs.mystery.making.OFFERS`; strength: how much it changes the recordings, in standard deviations of their
-    noise, 0 = nothing is hidden; seed: a whole number. InputError for an effect or a strength that cannot be had.
+    effect: one of `hlcs.mystery.making.OFFERS` or, for a table of layers, of `hlcs.mystery.layers.OFFERS`; strength: how much it
+    changes the recordings, or the means of the layers, in standard deviations of their noise, 0 = nothing is hidden; seed: a
+    whole number. InputError for an effect or a strength that cannot be had.
     """
     from hlcs.mystery.making import made  # it needs SciPy's integrators, which take a while to load
 

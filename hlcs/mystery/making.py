@@ -1,8 +1,8 @@
 """`hlcs mystery make`: a new data set in which an effect is hidden, with its answer sealed.
 
-The effect's number is drawn from what is found in nature; the camera is chosen so that the effect is as strong as was asked for.
-Strength is the discovery page's: what the effect changes in the recordings once the unknown starts are fitted, root mean square,
-in standard deviations of the noise.
+The effect's number is drawn from what is found in nature; the camera, or of layers the number of tests, is chosen so that the
+effect is as strong as was asked for. Strength is the discovery page's: what the effect changes in the recordings once the unknown
+starts are fitted, or in the means of layers, root mean square, in standard deviations of their noise.
 """
 
 from collections.abc import Callable
@@ -13,14 +13,14 @@ import numpy as np
 from scipy.optimize import brentq
 
 from hlcs.files.documents import to_toml
-from hlcs.mystery import recording, scenes
+from hlcs.mystery import layers, recording, scenes
 from hlcs.mystery.seal import SEALED, sealed
 from minibullet.errors import InputError, is_number, nearest, shown
 
 FINEST, COARSEST = 2e-4, 1e-2  # m: a good tracker close by, a film of a telephone from far
 SCENES = 8  # that are drawn until one can show an effect of the strength that is asked for
 USUAL = 2e-3  # m, where nothing is hidden
-NOTHING = "Nothing. The model is complete at the precision of this camera, and saying so is the right answer."
+NOTHING = "Nothing. The model is complete at the precision of these data, and saying so is the right answer."
 
 
 class Offer(NamedTuple):
@@ -82,31 +82,65 @@ OFFERS = {
 
 
 def made(effect, strength, seed):
-    """{file name: text} of a new data set: experiment.toml, the recordings, rest.csv, answer.sealed.
+    """{file name: text} of a new data set: experiment.toml, the recordings and rest.csv or the table, answer.sealed.
 
-    effect: a name of `OFFERS`; strength: in standard deviations of the noise, 0 = nothing is hidden; seed: a whole number.
-    The same three give the same bytes on the same computer. Raises InputError for an effect that is not offered, and for a
-    strength that no number found in nature and no camera can show.
+    effect: a name of `OFFERS` or `layers.OFFERS`; strength: in standard deviations of the noise, 0 = nothing is hidden; seed: a
+    whole number. The same three give the same bytes on the same computer. Raises InputError for an effect that is not offered,
+    and for a strength that no number found in nature and no camera, or number of tests, can show.
     """
-    offer = _offered(effect)
+    known = OFFERS | layers.OFFERS
+    if effect not in known:
+        meant = f"did you mean '{near}'? " if (near := nearest(effect, known, 0.6)) else ""
+        raise InputError(f"effect '{shown(effect)}': cannot be hidden; {meant}(all: {', '.join(known)})")
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
         raise InputError(f"seed = {shown(seed)}: must be a whole number of at least 0")
     if not is_number(strength) or strength < 0:
         raise InputError(f"strength = {shown(strength)}: must be a number of at least 0, in standard deviations of the noise")
-    scene, hidden, sigma, rng = _drawn(effect, offer, float(strength), seed)
+    request = {"effect": effect, "strength": float(strength), "seed": seed}
+    return _tabled(request) if effect in layers.OFFERS else _recorded(request)
+
+
+def _recorded(request):
+    """The files of recordings of a motion."""
+    effect, strength, seed = request.values()
+    offer = OFFERS[effect]
+    scene, hidden, sigma, rng = _drawn(effect, offer, strength, seed)
     laws = _laws(scene) | hidden
     scene = scene._replace(model=tuple(entry for entry in scene.model if entry["name"] not in hidden))
     camera = recording.Camera(sigma, sigma / scene.shape["radius"] if scene.turns else 0.0, scene.rate)
     files = _files(scene, laws, camera, rng)
-    files[SEALED] = sealed(_answer(scene, hidden, offer, camera, {"effect": effect, "strength": float(strength), "seed": seed}))
+    noise = {"position": camera.position, "orientation": camera.orientation, "rate": camera.rate}
+    told = f"Noise of the tracker: {1000 * camera.position:.2g} mm."
+    files[SEALED] = sealed(_answer(scene.title, hidden, offer.story, noise, told, request))
     return files
 
 
-def _offered(effect):
-    if effect not in OFFERS:
-        meant = f"did you mean '{near}'? " if (near := nearest(effect, OFFERS, 0.6)) else ""
-        raise InputError(f"effect '{shown(effect)}': cannot be hidden; {meant}(all: {', '.join(OFFERS)})")
-    return OFFERS[effect]
+def _tabled(request):
+    """The files of a table of layers."""
+    effect, strength, seed = request.values()
+    offer, rng = layers.OFFERS[effect], np.random.default_rng([seed, *effect.encode()])
+    tests, amplitude = layers.drawn(offer, strength, rng) if strength else (layers.USUAL, 0.0)
+    if tests is None:
+        least, most = amplitude
+        raise InputError(
+            f"strength = {strength:g}: {effect} as it is found changes the means of {layers.FEWEST} to {layers.MOST} tests by "
+            f"{least:.2g} to {most:.2g} of their standard errors; give a strength in that range, or 0 to hide nothing"
+        )
+    return layer_files(layers.TITLE, effect, amplitude, tests, rng, request)
+
+
+def layer_files(title, effect, amplitude, tests, rng, request):
+    """{file name: text} of a table of layers in which an effect is hidden at an amplitude, 0 = nothing; tests: in each week;
+    request: what is kept of how the set was made."""
+    offer = layers.OFFERS[effect]
+    hidden = {effect: {offer.parameter: amplitude}} if amplitude else {}
+    noise = {"regime": "tests", "tests": tests, "hands": layers.HANDS, "week": layers.WEEK}
+    sealed_answer = _answer(title, hidden, offer.story, noise, spread_of_tests(tests), request)
+    return {
+        "experiment.toml": to_toml(layers.experiment(title), inline=True),
+        "layers.csv": layers.table(offer, amplitude, tests, rng),
+        SEALED: sealed(sealed_answer | {"tied": list(offer.tied) if hidden else []}),
+    }
 
 
 def _drawn(effect, offer, strength, seed):
@@ -180,14 +214,20 @@ def _files(scene, laws, camera, rng):
     return {"experiment.toml": to_toml(experiment, inline=True)} | files
 
 
-def _answer(scene, hidden, offer, camera, request):
-    """What is sealed: the keys of the packaged sets, and `made`, what makes the set again."""
+def spread_of_tests(tests):
+    """What is told of the noise of a table of layers; tests: in each week."""
+    return f"Hands and plates change a layer by {100 * layers.HANDS:.2g} % from test to test; {tests} tests in each week."
+
+
+def _answer(title, hidden, story, noise, told, request):
+    """What is sealed: the keys of the packaged sets, and `made`, what makes the set again. hidden: {effect: law}; noise: its
+    numbers, and told in words."""
     laws = {name: {key: float(value) for key, value in law.items()} for name, law in hidden.items()}
-    lines = [f"{scene.title}.", "", offer.story if hidden else NOTHING, ""]
+    lines = [f"{title}.", "", story if hidden else NOTHING, ""]
     for name, law in laws.items():
         numbers = ", ".join(f"{key} = {value:.6g}" for key, value in law.items())
         lines.append(f"  {name}: strength {request['strength']:.1f} sigma; as the library writes it: {numbers}")
-    lines.append(f"  Noise of the tracker: {1000 * camera.position:.2g} mm.")
+    lines.append(f"  {told}")
     return {
         "effects": list(laws),
         "hidden_laws": laws,
@@ -196,7 +236,7 @@ def _answer(scene, hidden, offer, camera, request):
         "tied": [],
         "possible": [],
         "outside": False,
-        "noise": {"position": camera.position, "orientation": camera.orientation, "rate": camera.rate},
+        "noise": noise,
         "text": "\n".join(lines) + "\n",
         "made": request,
     }

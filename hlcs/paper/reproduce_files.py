@@ -18,6 +18,14 @@ from hlcs.placement.printed_tables import laboratory, paper_numerical
 from hlcs.placement.statistics import Sample
 from minibullet.report import drawing
 
+PICTURES = {  # file of the picture of a table
+    "table1": "sensitivity.png",
+    "table2": "table2.png",
+    "table3": "table3.png",
+    "figures": "layers.png",
+    "workability": "workability.png",
+}
+
 
 def run(name, plan, folder=None, progress=None):
     """(document, text) of table `name`; its files go into `folder` where one is given."""
@@ -33,8 +41,8 @@ def run(name, plan, folder=None, progress=None):
             document["drawings"] = _draw(plan, folder, progress)
         folders.write_json(folder / f"{name}.json", document)
         folders.write_text(folder / f"{name}.txt", text + "\n")
-        for picture, figure in _figures(document).items():
-            folders.write_bytes(folder / picture, figures.png_bytes(figure))
+        if name in PICTURES:
+            folders.write_bytes(folder / PICTURES[name], figures.png_bytes(axes_of(document)[0].figure))
     return document, text
 
 
@@ -93,24 +101,27 @@ def _blender(plan, folder, progress):
     return document, text
 
 
-def _figures(document):
-    """{file name: Figure} of a document."""
+def axes_of(document, ax=None):
+    """The picture of a document of one of PICTURES; ax: as many Axes as it has panels, None = of a new figure. Returns them."""
     table = document["table"]
     if table == "table1":
-        return {"sensitivity.png": figures.tornado_figure(document["rows"], document["parameters"], document["base"])}
+        return figures.tornado_axes(document["rows"], document["parameters"], document["base"], ax)
     if table == "workability":
-        return {"workability.png": figures.workability_figure(document["cases"])}
-    if table in ("table2", "table3"):
-        variants = [(f"model, {words}", grids) for words, grids in variants_of(document).items()]
-        return {f"{table}.png": _panels(table, variants)}
-    if table == "figures":
-        names = {"pieces": "model, seven pieces (true unit)", "hull": "model, convex hull"}
-        return {"layers.png": _panels("table2", [(names[shape], grids) for shape, grids in document["shapes"].items()])}
-    return {}
+        return figures.workability_axes(document["cases"], ax)
+    variants = [(f"model, {words}", grids) for words, grids in settings_of(document).items()]
+    return figures.grid_axes(_panels("table2" if table == "figures" else table, variants), ax)
+
+
+def settings_of(document):
+    """{setting in words: {grid: what its tests gave}} of table2, table3 or figures, the plan's own first."""
+    if document["table"] != "figures":
+        return variants_of(document)
+    names = {"pieces": "seven pieces (true unit)", "hull": "convex hull"}
+    return {names[shape]: grids for shape, grids in document["shapes"].items()}
 
 
 def _panels(table, variants):
-    """One panel a grid: laboratory, the paper's numerical model, and ours."""
+    """{title: samples}, a panel a grid: laboratory, the paper's numerical model, and ours."""
     panels = {}
     for grid in variants[0][1]:
         layers = len(variants[0][1][grid]["layers"])
@@ -122,7 +133,7 @@ def _panels(table, variants):
             (f"{name}: {percent(grids[grid]['mean_relative_error'])} %", _sample(grids[grid])) for name, grids in variants
         ]
         panels[f"{grid}: layer coefficients, and mean error to the laboratory"] = samples
-    return figures.grid_figure(panels)
+    return panels
 
 
 def _cut(table, layers):

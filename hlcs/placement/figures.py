@@ -7,6 +7,7 @@ import numpy as np
 from hlcs.placement import statistics
 from hlcs.placement.sea_bottom import Survey
 from minibullet import rotations
+from minibullet.errors import InputError
 from minibullet.report import drawing
 
 # by the first of these words in a label
@@ -80,33 +81,28 @@ def _half_interval(sample):
     return half
 
 
-def grid_figure(panels):
-    """One panel a grid side by side; panels: {title: [(label, Sample), ...]}. Returns the Figure."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(5.2 * len(panels), 4.2), layout="constrained")
-    axes = np.atleast_1d(figure.subplots(1, len(panels), sharey=True))
-    for ax, (title, samples) in zip(axes, panels.items(), strict=True):
-        layer_axes(samples, ax, title)
-    for ax in axes[1:]:
-        ax.set_ylabel("")
-    return figure
+def grid_axes(panels, ax=None):
+    """One panel a grid side by side; panels: {title: [(label, Sample), ...]}; ax: as many Axes. Returns them, (n,)."""
+    axes = panel_axes(ax, len(panels), (5.2 * len(panels), 4.2), sharey=True)
+    for one, (title, samples) in zip(axes, panels.items(), strict=True):
+        layer_axes(samples, one, title)
+    for one in axes[1:]:
+        one.set_ylabel("")
+    return axes
 
 
 PAPER_RANGE = 1.9, 7.6  # eps_R of the paper's Table 1, section 3.2.4 [%]
 
 
-def tornado_figure(rows, parameters, base):
-    """eps_R of every parameter of Table 1 as a tornado plot, the widest range on top; returns the Figure.
+def tornado_axes(rows, parameters, base, ax=None):
+    """eps_R of every parameter of Table 1 as a tornado plot, the widest range on top; returns the Axes, (1,).
 
     rows: dictionaries with parameter, value and error, error_low, error_high [-] (nan or None where no test left a structure:
     said so, no point); parameters: dictionaries with parameter, lowest, highest, matters; base: {parameter: its value in all
     other rows}. Bars reach from the lowest to the highest mean; points are the values, with 95 % intervals.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8, 0.8 * len(parameters) + 1.6), layout="constrained")
-    ax = figure.add_subplot()
+    axes = panel_axes(ax, 1, (8, 0.8 * len(parameters) + 1.6))
+    ax = axes[0]
     ax.axvspan(*PAPER_RANGE, color="#eeeae0", zorder=0, label="the paper's range, {:g} to {:g} %".format(*PAPER_RANGE))
     for place, of_one in enumerate(parameters):
         own = [row for row in rows if row["parameter"] == of_one["parameter"]]
@@ -117,7 +113,7 @@ def tornado_figure(rows, parameters, base):
     ax.set_xlabel("mean relative error of a test, %   (beside each point its value, the calibrated one in bold)")
     ax.spines[["top", "right"]].set_visible(False)
     ax.legend(frameon=False, fontsize=9, loc="lower right", bbox_to_anchor=(1.0, 1.0))
-    return figure
+    return axes
 
 
 def _tornado_label(of_one):
@@ -144,17 +140,15 @@ def _tornado_row(ax, place, of_one, rows, base):
                     va="center", fontsize=7, weight=weight)  # fmt: skip
 
 
-def workability_figure(cases):
-    """Lost and misplaced units of a structure, in percent, over grid spacing and placement error; returns the Figure.
+def workability_axes(cases, ax=None):
+    """Lost and misplaced units of a structure, in percent, over grid spacing and placement error; returns the two Axes.
 
     cases: dictionaries with spacing_x, spacing_y, placement_scatter, units and lost, misplaced: {"mean", "low", "high"}.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9.5, 4.0), layout="constrained")
+    axes = panel_axes(ax, 2, (9.5, 4.0))
     spacings = sorted({(case["spacing_x"], case["spacing_y"]) for case in cases})
     scatters = sorted({case["placement_scatter"] for case in cases})
-    for ax, name in zip(figure.subplots(1, 2), ("lost", "misplaced"), strict=True):
+    for ax, name in zip(axes, ("lost", "misplaced"), strict=True):
         share = np.full((len(scatters), len(spacings)), np.nan)
         for case in cases:
             place = scatters.index(case["placement_scatter"]), spacings.index((case["spacing_x"], case["spacing_y"]))
@@ -170,7 +164,16 @@ def workability_figure(cases):
         ax.set_xticks(range(len(spacings)), [f"{x:.2f} x {y:.2f}" for x, y in spacings])
         ax.set_yticks(range(len(scatters)), [f"{scatter:g}" for scatter in scatters])
         ax.set(xlabel="grid spacing a x b [Dn]", ylabel="placement error, one sigma [Dn]", title=f"{name} units, blind reference")
-    return figure
+    return axes
+
+
+def panel_axes(ax, count, size, **settings):
+    """The Axes that were given, or `count` side by side in a new figure of that size [inch]; (count,). InputError for another
+    number of them."""
+    axes = np.array(canvas(*size, count, **settings)[1] if ax is None else ax, dtype=object).reshape(-1)
+    if len(axes) != count:
+        raise InputError(f"plot: ax holds {len(axes)} Axes; this picture has {count}: give {count}, or leave ax out")
+    return axes
 
 
 def canvas(width, height, columns=1, **settings):

@@ -185,7 +185,8 @@ def _add(diagnosis):
     else:
         parts += ["To add it:", Lines((add["toml"],))]
     if diagnosis.verdict == "ambiguous":
-        parts += [Lines((f"or instead: {', '.join(map(toml_value, entries))}",)) for entries in diagnosis.alternatives]
+        others = [", ".join(map(toml_value, entries)) or "nothing" for entries in diagnosis.alternatives]
+        parts += [Lines((f"or instead: {other}",)) for other in others]
     parts += [f'Fill in first: {name} ("{FILL_IN}" stands for it): {why}.' for name, why in add["fill_in"].items()]
     if add["effect_file"]:
         where = f"beside {add['file']}" if diagnosis.mended else "which --plots DIR, or --apply NEW.toml, writes"

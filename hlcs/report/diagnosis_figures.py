@@ -31,7 +31,7 @@ from hlcs.report.words import capital, joined, size, words
 TALL = (4.5, 5.0)  # of two panels, one above the other [inch]
 WIDEST = 16  # letters of a name below an axis
 SEEN = 0.01  # of the height of a panel, from which a band in it can be seen
-NAMED = 18  # room for the names of sets between panel and title [points]
+NAMED = 27  # room for the names of sets, in two lines, between panel and title [points]
 
 
 def diagnosis_panels(diagnosis, ax=None):
@@ -185,7 +185,7 @@ def _name_sets(ax, table, pictures):
     ax.set_xticks(table[pictures.over], [str(layer) for layer in table["layer"]])
     for inside in sets_of(table):
         middle = float(np.mean(table[pictures.over][inside]))
-        name = pictures.trials[int(table["trial"][inside[0]])]
+        name = pictures.trials[int(table["trial"][inside[0]])].replace(", ", "\n")  # grid and campaign: in one line they touch
         ax.annotate(name, (middle, 1.0), xycoords=("data", "axes fraction"), ha="center", va="bottom", fontsize=8)
         if inside[0]:
             ax.axvline(table[pictures.over][inside[0]] - 0.5, color=NOISE, lw=LINE)

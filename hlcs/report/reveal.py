@@ -1,13 +1,19 @@
 """What the answer of a mystery says beside what its data can tell: words, a table, and the picture before and after."""
 
+import html as markup
 from textwrap import fill
 
+import numpy as np
+
+from hlcs.files import folders
 from hlcs.processes.interrupts import STOPPED
 from hlcs.report.diagnosis_figures import fit_panel, residual_panels
 from hlcs.report.document import WIDTH, Section, Table, as_text
 from hlcs.report.figures import new_axes
+from hlcs.report.page import png
 from hlcs.report.words import interval, joined, number, size
 from hlcs.report.words import value as written
+from minibullet.errors import InputError
 
 HEAD = ("law", "number", "true", "expected from the data", "90 % interval")
 CUT_SHORT = "Stopped by Ctrl-C: what the data give was not fitted to its end."
@@ -64,9 +70,43 @@ def _error(diagnosis):
     return f"{size(error['before'], unit)} before, {size(error['after'], unit)} with {joined(diagnosis.effects)}; {noise}."
 
 
-def before_and_after(diagnosis):
+def line(reveal):
+    """What was hidden, in a line."""
+    return f"{reveal.name}: {joined(reveal.answer['effects']) if reveal.answer['effects'] else 'nothing'} was hidden"
+
+
+def text(reveal):
+    """What `hlcs mystery reveal` prints."""
+    return told(reveal.answer, reveal.laws, reveal.diagnosis)
+
+
+def html(reveal):
+    """A reveal in a notebook, as it is printed."""
+    return f"<pre>{markup.escape(text(reveal))}</pre>"
+
+
+def plot(reveal, ax=None):
+    """Measured and modelled, and the residuals before and after: three Axes, or two where nothing is to be added; ax: as many.
+    InputError where nothing was fitted."""
+    if reveal.diagnosis is None or not reveal.diagnosis.pictures:
+        raise InputError(f"reveal {reveal.name}: nothing was fitted, so there is no picture; leave out fit=False")
+    return before_and_after(reveal.diagnosis, ax)
+
+
+def save(reveal, folder):
+    """Write reveal.json, reveal.txt and, where something was fitted, before_and_after.png."""
+    found = {"reveal.json": folders.to_json(reveal.to_dict()).encode(), "reveal.txt": (text(reveal) + "\n").encode()}
+    if reveal.diagnosis and reveal.diagnosis.pictures:
+        found["before_and_after.png"] = png(plot(reveal))
+    return folders.save_files(folder, found)
+
+
+def before_and_after(diagnosis, ax=None):
     """Measured and modelled, and the residuals before and after, in one row; the Axes: two where nothing is to be added."""
-    axes = new_axes(1, 3 if diagnosis.effects else 2, SHEET if diagnosis.effects else (9.0, 4.2))
+    count = 3 if diagnosis.effects else 2
+    axes = new_axes(1, count, SHEET if diagnosis.effects else (9.0, 4.2)) if ax is None else np.asarray(ax).reshape(-1)
+    if len(axes) != count:
+        raise InputError(f"plot: ax holds {len(axes)} Axes; this picture has {count}: give {count}, or leave ax out")
     fit_panel(diagnosis, axes[0])
     residual_panels(diagnosis, diagnosis.pictures.over, axes[1:])
     return axes

@@ -1,17 +1,22 @@
 """Make the data sets of hlcs/mystery again, bit for bit: `python -m tests.blind.remake_mysteries [--out hlcs/mystery/data]`.
 
+Before them it writes what pybullet gave for layers, hlcs/mystery/layers_in_pybullet.csv: those causes of the deck's
+generator/layer_answers.csv that `hlcs mystery make` can hide.
+
 The recipes below say what is hidden; do not read on if you want to find out for yourself.
 """
 
 import argparse
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.mystery.seal import SEALED, sealed
+from hlcs.mystery import layers, making
+from hlcs.mystery.seal import SEALED, opened, sealed
 
 from . import tall_tank
 from .generate import plain
@@ -28,11 +33,19 @@ class Recipe(NamedTuple):
     name: str
     room: str
     title: str
-    deal: Deal | None  # None: a table of `tall_tank`
+    deal: Deal | Callable  # recordings; or a function of the title that gives the files of a table and what is in the answer
     story: str
 
 
-AIR, FLOOR, WATER = "air", "floor", "water"  # the rooms; in each the sets go from easy to hard
+def quarry_yard(title):
+    """A plate of 0.05 Dn that was not taken off, twelve tests in each of four weeks: the scene of `hlcs mystery make`."""
+    effect, amplitude, tests = "plate_bias", 0.05, 12
+    request = {"strength": layers.strength(layers.OFFERS[effect], amplitude, tests)}
+    files = making.layer_files(title, effect, amplitude, tests, np.random.default_rng([19_09_2021, 12]), request)
+    return files, opened(files.pop(SEALED))
+
+
+AIR, FLOOR, WATER = "air", "floor", "water and layers"  # the rooms; in each the sets go from easy to hard
 RECIPES = (
     Recipe(
         "tower-drop",
@@ -117,18 +130,28 @@ RECIPES = (
         "tall-tank",
         WATER,
         "Glass marbles timed by hand as they sink in a tall tank",
-        None,
+        tall_tank.table,
         "The depths were read along a glass that leans by 15 degrees, so every one is 3.5 % too long. A slow watch, a heavier or "
         "a smaller marble would give the same times: the right verdict is a set, and a calliper, another ruler and a second "
         "watch decide.",
     ),
+    Recipe(
+        "quarry-yard",
+        WATER,
+        "Cubipods laid in three layers on the floor of a quarry, read with a staff on a plate",
+        quarry_yard,
+        "The staff stood on a plate that is 0.05 Dn thick, and nobody took that off. It cancels where one layer is taken from "
+        "the next, so the first layer alone reads too thick. Units of the first layer that stand on a tip would read the same: "
+        "the right verdict is a set, and photographs of the first layer, or a calliper on the plate, decide.",
+    ),
 )
+PYBULLET = Path(__file__).resolve().parent / "generator" / "layer_answers.csv"
 
 
 def make(recipe, number):
     """{file name: text} of one set, answer included."""
-    if recipe.deal is None:
-        files, answer = tall_tank.table(recipe.title)
+    if callable(recipe.deal):
+        files, answer = recipe.deal(recipe.title)
         return files | {SEALED: hidden(recipe, answer)}
     for attempt in range(60):
         rng = np.random.default_rng([19_09_2021, number, attempt])
@@ -171,17 +194,26 @@ def told(recipe, answer):
     if answer["tied"]:
         lines.append(f"  These data cannot tell it from: {', '.join(sorted(answer['tied']))}.")
     noise = answer["noise"]
-    if "time" in noise:
+    if "tests" in noise:
+        lines.append(f"  {making.spread_of_tests(noise['tests'])}")
+    elif "time" in noise:
         lines.append(f"  Noise of a timing by hand: {1000 * noise['time']:.2g} ms.")
     else:
         lines.append(f"  Noise of the tracker: {1000 * noise['position']:.2g} mm.")
     return "\n".join(lines) + "\n"
 
 
+def from_pybullet():
+    """Text of hlcs/mystery/layers_in_pybullet.csv: of the deck's file the heading and the causes that a mystery can hide."""
+    heading, names, *rows = PYBULLET.read_text(encoding="utf-8").splitlines(keepends=True)
+    return "".join([heading, names, *(row for row in rows if row.split(",")[0] in ("none", *layers.OFFERS))])
+
+
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", default=OUT)
     out = Path(parser.parse_args(arguments).out)
+    layers.PYBULLET.write_text(from_pybullet(), encoding="utf-8")
     for number, recipe in enumerate(RECIPES):
         for old in (out / recipe.name).glob("*"):  # another number of recordings must leave no strays
             old.unlink()

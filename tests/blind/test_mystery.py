@@ -7,17 +7,18 @@ import pytest
 from numba import config as numba_config
 
 from hlcs import mystery
+from hlcs.mystery import layers
 from minibullet.errors import InputError
 
-from .remake_mysteries import RECIPES, by_room, make
+from .remake_mysteries import RECIPES, by_room, from_pybullet, make
 
 compiled = pytest.mark.skipif(bool(numba_config.DISABLE_JIT), reason="millions of steps: only with compiled kernels")
 
 
 def test_there_are_sets_from_easy_to_hard():
-    """Twelve in three rooms, each from one effect to two or to a set; one where nothing is missing, one with an effect that no
-    library has, two that cannot be told apart, one that is a table."""
-    assert mystery.rooms() == {room: tuple(names) for room, names in by_room().items()} and len(mystery.names()) == 12
+    """Thirteen in three rooms, each from one effect to two or to a set; one where nothing is missing, one with an effect that no
+    library has, three that cannot be told apart, one table of outcomes, one of layers."""
+    assert mystery.rooms() == {room: tuple(names) for room, names in by_room().items()} and len(mystery.names()) == 13
     assert sorted(mystery.names()) == sorted(recipe.name for recipe in RECIPES)
     answers = {name: mystery.answer(name) for name in mystery.names()}
     for names in mystery.rooms().values():
@@ -25,8 +26,10 @@ def test_there_are_sets_from_easy_to_hard():
         assert len(answers[names[0]]["effects"]) == 1 and (len(hard["effects"]) == 2 or hard["tied"])
     assert [name for name in answers if not answers[name]["effects"]] == ["empty-gallery"]
     assert [name for name in answers if answers[name]["outside"]] == ["north-window"]
-    assert [name for name in answers if answers[name]["tied"]] == ["park-bench", "tall-tank"]
-    assert [name for name in answers if 'kind = "outcomes"' in mystery.experiment(name).read_text("utf-8")] == ["tall-tank"]
+    assert [name for name in answers if answers[name]["tied"]] == ["park-bench", "tall-tank", "quarry-yard"]
+    kinds = {name: tomllib.loads(mystery.experiment(name).read_text("utf-8"))["kind"] for name in answers}
+    assert [name for name in answers if kinds[name] == "outcomes"] == ["tall-tank"]
+    assert [name for name in answers if kinds[name] == "layers"] == ["quarry-yard"]
 
 
 @pytest.mark.parametrize("name", mystery.names())
@@ -34,9 +37,9 @@ def test_set_is_whole_and_tells_nothing(name, tmp_path):
     """The copy is an experiment of the contract with rising times; no hidden effect is named in name, title or file."""
     experiment = tomllib.loads(mystery.copy(name, tmp_path / "new").read_text(encoding="utf-8"))
     assert experiment["title"] == mystery.title(name) and not (tmp_path / "new" / mystery.SEALED).exists()
-    if experiment["kind"] == "outcomes":
+    if experiment["kind"] != "trajectory":
         rows = np.genfromtxt(tmp_path / "new" / experiment["measurement"]["file"], delimiter=",", names=True, dtype=None)
-        groups = set(rows["group"])
+        groups = set(rows["group" if experiment["kind"] == "outcomes" else "campaign"])
     else:
         for trial in experiment["trial"]:
             rows = np.genfromtxt(tmp_path / "new" / trial["file"], delimiter=",", names=True)
@@ -73,9 +76,14 @@ def remade(number):
 
 @compiled
 def test_a_set_is_made_again_bit_for_bit():
-    """Two sets in the quick run: the empty one needs no search, the table is a closed form."""
-    remade([recipe.name for recipe in RECIPES].index("empty-gallery"))
-    remade([recipe.name for recipe in RECIPES].index("tall-tank"))
+    """Three sets in the quick run: the empty one needs no search, the tables are a closed form and draws from known means."""
+    for name in ("empty-gallery", "tall-tank", "quarry-yard"):
+        remade([recipe.name for recipe in RECIPES].index(name))
+
+
+def test_the_layers_of_a_mystery_are_those_that_pybullet_gave():
+    """What ships is a cut of the deck's file, not a copy that could drift from it."""
+    assert layers.PYBULLET.read_text(encoding="utf-8") == from_pybullet()
 
 
 @compiled

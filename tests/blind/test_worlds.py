@@ -70,7 +70,7 @@ def test_a_ball_of_eleven_grams_without_its_drag_is_refused():
     assert "drag" in contradictions(files, [], answer["noise"]["position"])
 
 
-@pytest.mark.parametrize("name", [name for name in mystery.names() if name != "tall-tank"])
+@pytest.mark.parametrize("name", [name for name in mystery.names() if name not in ("tall-tank", "quarry-yard")])
 def test_no_mystery_contradicts_its_file(name):
     files = {file.name: file.read_text(encoding="utf-8") for file in (mystery.FOLDER / name).iterdir()}
     answer = mystery.answer(name)

@@ -143,6 +143,12 @@ def test_the_others_of_an_ambiguous_set_are_written_out_too(tmp_path):
     assert all(hlcs.compare(path, effects=entries).adequate for entries in (found.entries, instead))
 
 
+def test_where_no_effect_does_as_well_the_alternative_is_nothing(dragged):
+    _, found = dragged
+    alike = replace(found, verdict="ambiguous", sets=(*found.sets[:1], {**found.sets[0], "effects": []}))
+    assert "or instead: nothing\n" in str(alike)
+
+
 def test_where_nothing_was_found_nothing_is_added(tmp_path):
     path = write_throws(tmp_path)
     found = hlcs.diagnose(path, candidates=["quadratic_drag"])

@@ -183,8 +183,8 @@ def test_a_parameter_matters_where_its_values_differ_by_more_than_seeds_do():
 def test_the_tornado_of_table_1_has_a_bar_for_every_parameter_and_words_for_no_structure():
     rows = rows_of("friction", {0.36: [0.02, 0.03], 0.6: [0.04, 0.05]})
     rows += rows_of("linear_damping", {0.0: [0.02, 0.03], 1.0: [np.nan, np.nan]})
-    figure = figures.tornado_figure(rows, sensitivity.parameters_of(rows), {"friction": 0.36, "linear_damping": 0.0})
-    bars = [bar for bar in figure.axes[0].patches if bar.get_height() == 0.8]
+    (ax,) = figures.tornado_axes(rows, sensitivity.parameters_of(rows), {"friction": 0.36, "linear_damping": 0.0})
+    bars = [bar for bar in ax.patches if bar.get_height() == 0.8]
     assert [(bar.get_x(), bar.get_width()) for bar in bars] == [pytest.approx((2.5, 2.0)), pytest.approx((2.5, 0.0))]
-    words = [text.get_text().strip() for text in figure.axes[0].texts]
+    words = [text.get_text().strip() for text in ax.texts]
     assert sorted(words) == ["0", "0.36", "0.6", "1: no structure"]

@@ -54,5 +54,5 @@ def test_the_map_tells_counts_with_their_intervals(monkeypatch):
     for row in document["cases"]:
         assert row["misplaced"]["mean"] == pytest.approx(np.mean(row["misplaced_by_test"]))
     assert "1.580 x 1.270" in text_of(document)
-    words = [text.get_text() for ax in figures.workability_figure(document["cases"]).axes for text in ax.texts]
+    words = [text.get_text() for ax in figures.workability_axes(document["cases"]) for text in ax.texts]
     assert len(words) == 4 and all("%" in word for word in words)

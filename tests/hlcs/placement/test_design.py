@@ -239,6 +239,25 @@ def test_the_command_prints_the_choice_and_writes_its_files(hlcs, quick, tmp_pat
         assert words in text
 
 
+@pytest.mark.parametrize("sizes", [(1.07,), (0.95, 1.0, 1.07), (0.9, 0.95, 1.0, 1.05, 1.07, 1.2)])
+def test_names_of_options_hide_nothing_and_what_has_no_name_is_counted(quick, tmp_path, sizes):
+    """As drawn, in pixels: no two names overlap, none covers a mark, each is nearest to its own; the chosen one has a name."""
+    result = made(tmp_path, nominal_diameters=sizes)
+    ax = result.plot()
+    ax.figure.draw_without_rendering()
+    names = [(name.get_window_extent(), name) for name in ax.texts]
+    marks = ax.transData.transform(result.to_dataframe()[["concrete_m3_per_m2", "height_m"]].to_numpy())
+    for number, (box, name) in enumerate(names):
+        assert ax.bbox.contains(*box.min) and ax.bbox.contains(*box.max)
+        assert not box.count_overlaps([other for other, _ in names[:number]])
+        gaps = np.linalg.norm(marks - np.clip(marks, box.min, box.max), axis=1)
+        assert gaps.min() > 0.0 and np.allclose(marks[gaps.argmin()], ax.transData.transform(name.xy))
+    told = f"{len(marks) - len(names)} of {len(marks)} points have no name"
+    assert (told in ax.get_xlabel()) == (len(names) < len(marks)) and len(names) >= len(marks) / 2
+    chosen = result.options[result.chosen].to_dict()
+    assert (chosen["concrete_m3_per_m2"], chosen["height_m"]) in [name.xy for _, name in names]
+
+
 def test_no_option_is_said_to_be_none(quick, tmp_path):
     result = made(tmp_path, layers=3)
     assert result.chosen is None and "no option reaches it with a probability of 95 %" in result.summary()

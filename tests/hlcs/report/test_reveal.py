@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
+from matplotlib.figure import Figure
 
 import hlcs
 from hlcs import mystery
@@ -56,3 +57,16 @@ def test_before_and_after_are_drawn_and_after_only_where_something_is_added(name
     axes = reveal.before_and_after(found)
     assert len(axes) == panels and all(ax.has_data() and ax.get_title(loc="left") for ax in axes)
     assert bool(reveal.rows_of(mystery.answer(name), found)) == bool(candidates)
+
+
+def test_a_reveal_draws_into_axes_that_are_given_and_tells_that_without_a_fit_there_is_no_picture(tmp_path):
+    told = hlcs.reveal("tower-drop")
+    axes = Figure(figsize=(12, 4)).subplots(1, 3)
+    assert all(ours is given and given.has_data() for ours, given in zip(told.plot(axes), axes, strict=True))
+    with pytest.raises(hlcs.InputError, match="ax holds 1 Axes; this picture has 3"):
+        told.plot(axes[0])
+    told.save(tmp_path / "answer")
+    names = {file.name for file in (tmp_path / "answer").iterdir()}
+    assert {"reveal.json", "reveal.txt", "before_and_after.png"} <= names
+    with pytest.raises(hlcs.InputError, match="nothing was fitted"):
+        hlcs.reveal("tower-drop", fit=False).plot()
