@@ -63,10 +63,9 @@ def _numbers(name, numbers):
 def _beyond(numbers):
     """A sentence for each number that is beyond what is usual."""
     return [
-        f"A {words(key)} of {number(entry['value'])} is beyond what is known of such bodies ({entry['usual']}): check the inputs "
-        "that it rests on."
+        f"A {words(key)} of {entry['beyond']}: check the inputs that it rests on."
         for key, entry in numbers.items()
-        if "usual" in entry
+        if "beyond" in entry
     ]
 
 
