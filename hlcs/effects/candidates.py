@@ -98,8 +98,8 @@ class Free:
         return self.period is not None or self.low <= value <= self.high
 
     def beyond(self, value):
-        """The value and on which side of the plausible range it lies, in words; "" within it. It has three digits, or as many more
-        as show that side beside the range."""
+        """The value and on which side of the plausible range it lies, in words, with three digits or as many more as show that
+        side beside the range; "" within it."""
         if self.plausible(value):
             return ""
         side, end = ("below", float(f"{self.low:g}")) if value < self.low else ("above", float(f"{self.high:g}"))

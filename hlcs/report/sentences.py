@@ -7,7 +7,7 @@ from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness
-from hlcs.report.words import capital, joined, number, share, size, value, words
+from hlcs.report.words import capital, joined, share, size, value, words
 
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
@@ -108,12 +108,17 @@ def _noise(diagnosis):
     error = error_of(diagnosis)
     if not error:
         return "What is left is noise."
-    noise = size(error["noise"], diagnosis.error.get("unit", ""))
-    if error["after"] <= NEAR_NOISE * error["noise"]:
-        return f"What is left is your noise ({noise})."
-    if diagnosis.kind == "layers":
-        return f"What is left is no more than the noise ({noise}) and what campaigns and engines differ by make together."
-    return f"What is left cannot be told from your noise ({noise})."
+    return f"What is left {left_by_adequate(diagnosis.kind, error['after'], error['noise'], diagnosis.error.get('unit', ''))}."
+
+
+def left_by_adequate(kind, after, noise, unit):
+    """What an adequate model of a kind of measurement leaves, as the end of a sentence; after, noise: errors in their unit."""
+    told = size(noise, unit)
+    if after <= NEAR_NOISE * noise:
+        return f"is your noise ({told})"
+    if kind == "layers":
+        return f"is no more than the noise ({told}) and what campaigns and engines differ by make together"
+    return f"cannot be told from your noise ({told})"
 
 
 def beyond_noise(diagnosis):
@@ -303,7 +308,8 @@ def comparison_opening(comparison):
             f"With {joined(map(words, comparison.added))} added the error goes from {before} to {here}; the noise is {noise}."
         )
     if comparison.adequate:
-        told.append(f"The model agrees with the measurement: it misses by {here}, which is noise ({noise}).")
+        left = left_by_adequate(comparison.kind, error["rms"], error["noise"], unit)
+        told.append(f"The model agrees with the measurement: it misses by {here}, which {left}.")
     elif error["rms"] > 1.5 * error["noise"]:
         told.append(f"The model misses the measurement by {here}, {error['rms'] / error['noise']:.2g} times the noise ({noise}).")
     else:

@@ -167,7 +167,7 @@ def test_a_comparison_opens_in_plain_words_with_the_sign_in_words():
         "measured. It misses most in a.csv: 50 mm, 17 times the noise."
     )
     right = comparison(adequate=True, error={"rms": 0.003, "noise": NOISE, "unit": "m", "bias": -0.001})
-    assert opening(right) == "The model agrees with the measurement: it misses by 3 mm, which is noise (3 mm)."
+    assert opening(right) == "The model agrees with the measurement: it misses by 3 mm, which is your noise (3 mm)."
     assert "Statistic" in text(comparison(), details=True) and "Statistic" not in text(comparison())
 
 
