@@ -387,4 +387,6 @@ def _names(reader, table, key, section):
         return None
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         reader.fail(key, f"must be a list of effect names, got {shown_value(names)}", section)
+    if not names and key == "candidates":
+        reader.fail(key, "names no effect; name some, or leave it out for all that fit", section)
     return tuple(names)
