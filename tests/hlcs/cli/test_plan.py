@@ -20,6 +20,8 @@ def test_what_is_needed_is_printed_and_written(hlcs, throws, tmp_path):
     for words in ("Pilot: 2 recordings", "half the noise", "twice as long", "Needed:", "would leave open"):
         assert words in text
     told = json.loads((tmp_path / "plan.json").read_text())
+    assert "noncentrality" not in text and f"stands {told['noncentrality'] ** 0.5:.3g} times over the noise" in text
+    assert "the root of the sum of squares" in text and "also called power" in text  # what the columns are, where they stand
     assert told["format"] == 1 and told["effect"] == "quadratic_drag" and told["at"] == {"drag_coefficient": 0.47}
     assert told["power"] == 0.8 and set(told["now"]) == {"recordings", "power"}
     assert set(told["needed"]) == {"recordings", "length_s", "sigma", "unit"} and told["needed"]["unit"] == "m"
