@@ -13,6 +13,7 @@ NEAR_NOISE = 1.15  # times the noise up to which an error is called noise withou
 NOTHING_MORE = "Nothing more is missing."
 SLIGHT = 0.1  # of the noise, below which a bias is not worth a sentence
 LEFT_OUT = {"trajectory": "recordings", "outcomes": "rows", "layers": "layers"}  # what is held out, by the kind of measurement
+STANDS = 1e-6  # speed of a body that stands, to rounding [m/s]
 SMALL = 0.02  # share of the error below which its fall is told by chi-square instead
 
 
@@ -146,10 +147,17 @@ def place(row, unit):
     channel = f", {row['channel']}" if row.get("channel") and row.get("time") is not None else ""
     phase = f", {row['phase']}" if row.get("phase") not in (None, "table", "flight") else ""
     told = f"{row['trial']}{channel}{phase}: {size(row['rms'], unit_of(row.get('channel'), unit))}"
-    told += f", {abs(row['sigma']):.2g} times the noise"
-    if row.get("time") is not None:
-        told += f" (most at {row['time']:.3g} s, {row['height']:.3g} m high, {row['speed']:.3g} m/s)"
+    told += f", {_two_digits(abs(row['sigma']))} times the noise"
+    if (time := row.get("time")) is not None:
+        height = [] if row["height"] is None else [f"{row['height']:.3g} m high"]
+        speed = [] if row["speed"] is None else [f"{row['speed'] if row['speed'] > STANDS else 0.0:.3g} m/s"]
+        told += f" (most at {', '.join([f'{time:.3g} s', *height, *speed])})"
     return told
+
+
+def _two_digits(value):
+    """A number to two digits without a power of ten, where it is no larger than a million."""
+    return f"{float(f'{value:.2g}'):g}"
 
 
 # --- one opening for each verdict -------------------------------------------------------------------------------------------
