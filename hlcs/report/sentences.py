@@ -319,7 +319,9 @@ def comparison_opening(comparison):
         left = left_by_adequate(comparison.kind, error["rms"], error["noise"], unit)
         told.append(f"The model agrees with the measurement: it misses by {here}, which {left}.")
     elif error["rms"] > 1.5 * error["noise"]:
-        told.append(f"The model misses the measurement by {here}, {error['rms'] / error['noise']:.2g} times the noise ({noise}).")
+        told.append(
+            f"The model misses the measurement by {here}, {_two_digits(error['rms'] / error['noise'])} times the noise ({noise})."
+        )
     else:
         told.append(
             f"The model misses the measurement by {here}; that is hardly more than the noise ({noise}), but it has a pattern "
