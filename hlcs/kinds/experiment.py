@@ -224,7 +224,8 @@ class Experiment:
         if kept:
             return f"{MADE}{self.file.path.name}\n{kept}"
         ordered = {section: document[section] for section in SECTIONS[""] if section in document}
-        return f"{MADE}{self.file.path.name}; comments stay there.\n" + folders.to_toml(ordered, inline=True)
+        whence = "frames in Python." if self.file.source.tables else f"{self.file.path.name}; comments stay there."
+        return f"{MADE}{whence}\n" + folders.to_toml(ordered, inline=True)
 
     def _kept_text(self, document):
         """The text that it was read from with another [model] and other names of data files; "" where that does not say what the

@@ -64,7 +64,9 @@ def _advice(plan):
         sigma = number(plan.needed["sigma"], plan.needed["unit"])
         return f"Needed: {plan.needed['recordings']} {plan.what}{each}, with a noise of {sigma}."
     others = [row for row in plan.options[1:] if row["recordings"] is not None]
-    told = "; or ".join(f"{row['change']}: {row['recordings']}, noise {number(row['sigma'], row['unit'])}" for row in others)
+    told = "; or ".join(
+        f"{row['recordings']} {plan.what}, {row['change']}, with a noise of {number(row['sigma'], row['unit'])}" for row in others
+    )
     return f"Infeasible: more than 1,000 {plan.what} like these. " + (f"Instead: {told}." if told else "Change the experiment.")
 
 

@@ -121,7 +121,7 @@ def prepare(measurement: Recordings, own=(), noise=None):
     for trial in trials[:1]:
         model.changes(trial.surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
     notes += release_notes(trials, start_times(trials), [starts_seated(trial, noise) for trial in trials], noise.position)
-    above = [trial.name for trial in trials if seen_from_above(trial)]
+    above = [trial.name for trial in trials if seen_from_above(trial) and not trial.surroundings.planar]  # there it is stated
     if above:
         notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))
     problem, base, shift, sentences, aside = in_long_steps(measurement, noise, model) if contact else NOTHING
