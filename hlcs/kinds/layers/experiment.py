@@ -30,6 +30,15 @@ CHECKED = 3  # sets of effects that are simulated as a whole, at most
 NOTHING_PAYS = "the misfit is too small, or the numbers too few, to pay for any"
 
 
+def _check_candidates(file, test, sets):
+    """InputError, by its line, where a file names a candidate that no layers know: a misspelt name is the user's to mend."""
+    for name in file.candidates or ():
+        try:
+            named(name, test, sets)
+        except InputError as problem:
+            raise InputError(f"{file.place('diagnose.candidates')}: {problem}") from None
+
+
 class Layers:
     """An OpenExperiment (`kinds.protocol`) of layer coefficients of repeated placement tests.
 
@@ -48,6 +57,7 @@ class Layers:
         measurement = read_layers(file)
         self.options, self.title, self.tolerance = options, file.title, file.tolerance
         self.model = model_of(measurement)
+        _check_candidates(file, self.model.base, measurement.sets)  # what stands in the model may have been one
         self.sets = tuple(measured_set for measured_set in measurement.sets if measured_set.judgeable)
         self.measurement, self.judgeable = measurement, bool(self.sets)
         self.notes = (*measurement.notes, *stated_notes(file, self.model), *left_out(measurement, self.sets))

@@ -44,6 +44,8 @@ def test_what_is_too_small_is_said_to_be_infeasible_with_what_would_do(hlcs, thr
         (("--effect", "quadratic_drag"), "--at"),
         (("--effect", "restitution", "--at", "restitution=0.5"), "restitution cannot act in these data"),
         ((*DRAG, "--power", "1.5"), "power = 1.5"),
+        ((*DRAG, "--at", "drag_coefficient=0.5"), "--at drag_coefficient is given 2 times; give each number once"),
+        (("--effect", "quadratic_drag", "--at", "drag_coefficient=-1"), "its law holds from 0 on"),
     ],
 )
 def test_what_cannot_be_planned_is_one_line_and_status_2(hlcs, throws, arguments, words):

@@ -22,6 +22,9 @@ def test_unknown_columns_keys_and_effects_are_refused_by_name(tmp_path, simulato
         read_layer_sets(tmp_path / "a.csv")
     with pytest.raises(hlcs.InputError, match="shap"):
         read_layers(experiment(tmp_path, [measured("TPG", 1, "a")], 'shap = "hull"'))
+    misspelt = experiment(tmp_path, [measured("TPG", 1, "a")], diagnose='candidates = ["frction"]')
+    with pytest.raises(hlcs.InputError, match=r"layers.toml, line \d+: diagnose.candidates: .*'frction'.*'friction'"):
+        compare_layers(misspelt, simulator=simulator)
     with pytest.raises(hlcs.InputError, match="margin_offset"):
         diagnose_layers(experiment(tmp_path, [measured("TPG", 1, "a")]), candidates=["margin_offse"], simulator=simulator)
 
