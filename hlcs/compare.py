@@ -27,7 +27,7 @@ def compare(experiment, *others, effects=(), effects_file=None, seed=0, workers=
     experiment file name files outside its own folder. With a result and a laboratory table in place of an experiment, the table
     of layer coefficients beside each other. Raises InputError where the input is at fault.
     """
-    if not isinstance(experiment, str | os.PathLike | Experiment):
+    if not isinstance(experiment, str | os.PathLike | Experiment) and others:
         return compare_layers(experiment, *others)
     nominal = Experiment.read(experiment, allow_outside, effects_file)
     changed = _with_other_model("compare", nominal, others, effects)

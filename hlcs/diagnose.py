@@ -1,5 +1,6 @@
 """Diagnose: which effect is missing from the model."""
 
+from collections.abc import Iterable
 from dataclasses import fields, replace
 
 from hlcs.effects import own_classes
@@ -7,6 +8,7 @@ from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.protocol import OpenExperiment, Options
 from hlcs.records import Diagnosis, NextExperiment, untested
 from hlcs.selection.verdict import Selection
+from minibullet.errors import InputError, shown_value
 
 OWN = ("left_out", "next_experiment")  # of a Selection: what a Diagnosis has not
 
@@ -23,9 +25,18 @@ def diagnose(
     """
     experiment = Experiment.read(experiment, allow_outside, effects_file).with_user_effects(own_classes(effects))
     opened = experiment.opened(Options(experiment.user_effects, seed, workers, progress, _logger(progress)))
-    names = [candidates] if isinstance(candidates, str) else candidates
-    found = diagnosis_of(opened, experiment.file.candidates if names is None else names)
+    names = experiment.file.candidates if candidates is None else _names(candidates)
+    found = diagnosis_of(opened, names)
     return replace(found, experiment=experiment)
+
+
+def _names(candidates):
+    """A name or names of candidates as a list; InputError where there is none."""
+    names = [candidates] if isinstance(candidates, str) else list(candidates) if isinstance(candidates, Iterable) else []
+    if not names or not all(isinstance(name, str) for name in names):
+        told = "give a name or a list of names of effects, or leave it out for all that fit"
+        raise InputError(f"candidates: got {shown_value(candidates)}; {told}")
+    return names
 
 
 def diagnosis_of(experiment: OpenExperiment, candidates=None):

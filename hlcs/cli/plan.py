@@ -8,6 +8,7 @@ from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.protocol import Options
 from hlcs.report.plan import text
 from hlcs.selection import planning
+from minibullet.errors import InputError
 
 
 class Number(click.ParamType):
@@ -25,6 +26,14 @@ class Number(click.ParamType):
         except ValueError:
             pass
         return self.fail(f"'{value}': write PARAMETER=VALUE with a number, such as drag_coefficient=0.47", param, ctx)
+
+
+def _once(at):
+    """The numbers of --at as a dictionary; InputError where one is given twice."""
+    names = [name for name, _ in at]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise InputError(f"--at {twice} is given {names.count(twice)} times; give each number once")
+    return dict(at)
 
 
 @click.command()
@@ -45,5 +54,5 @@ def plan(file, effect, at, power, effects_file, allow_outside, json_file, quiet)
     experiment = Experiment.read(file, allow_outside, effects_file)
     experiment = experiment.opened(Options(experiment.user_effects))
     with np.errstate(invalid="ignore", over="ignore"):  # of numbers beyond all measure, which are refused in a line of their own
-        found = planning.plan(experiment, effect, dict(at), power)
+        found = planning.plan(experiment, effect, _once(at), power)
     publish(found.to_json(), text(found), json_file, None, quiet)

@@ -16,6 +16,7 @@ from hlcs.files.toml_files import LARGEST, TomlFile
 from minibullet.effects.fluid import AIR_DENSITY
 from minibullet.errors import InputError, shown, shown_value
 
+HELD_OUT = {False: ("group", "none"), True: ("campaign", "grid", "none", "group")}  # together, of tables of layers or of others
 OF_RECORDINGS = ("position", "orientation", "acceleration")  # what a recording may hold, and has a noise of its own
 SECTIONS = {
     "": ["kind", "title", "body", "surroundings", "placement", "model", "measurement", "diagnose", "trial"],
@@ -206,7 +207,7 @@ def checked_experiment(reader, layouts=LAYOUTS):
         accelerometer=_accelerometer(reader, measurement),
         data_file=_path(reader, measurement, "file", "measurement"),
         candidates=_names(reader, diagnose, "candidates", "diagnose"),
-        hold_out=reader.words(diagnose, "hold_out", "diagnose", ("group", "none", "campaign", "grid"), default="group"),
+        hold_out=reader.words(diagnose, "hold_out", "diagnose", HELD_OUT[kind == "layers"], default="group"),
         tolerance=reader.number(diagnose, "tolerance", "diagnose", above=0.0),
         trials=trials,
         placement=_placement(reader, values),
@@ -214,7 +215,7 @@ def checked_experiment(reader, layouts=LAYOUTS):
         source=reader,
         lines={
             f"{section}.{key}": reader.line_of(key, section)
-            for section, key in (("model", "effects"), ("diagnose", "candidates"))
+            for section, key in (("model", "effects"), ("diagnose", "candidates"), ("measurement", "noise"))
         },
     )
 
@@ -387,4 +388,6 @@ def _names(reader, table, key, section):
         return None
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         reader.fail(key, f"must be a list of effect names, got {shown_value(names)}", section)
+    if not names and key == "candidates":
+        reader.fail(key, "names no effect; name some, or leave it out for all that fit", section)
     return tuple(names)

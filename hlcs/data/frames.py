@@ -2,12 +2,14 @@
 
 import csv
 import io
+from collections.abc import Iterable, Sized
 from numbers import Real
+from os import PathLike
 
 import numpy as np
 
 from hlcs.files.csv_files import CsvText
-from minibullet.errors import InputError
+from minibullet.errors import InputError, shown_value
 
 LIKE = "a pandas frame, a dictionary of arrays or lists, or a structured array"
 
@@ -15,6 +17,30 @@ LIKE = "a pandas frame, a dictionary of arrays or lists, or a structured array"
 def is_frame(thing):
     """Does it hold columns by name?"""
     return hasattr(thing, "keys") or getattr(getattr(thing, "dtype", None), "names", None) is not None
+
+
+def frames_in(given):
+    """The list of frames that an argument `frames` holds: one, or several; InputError where it holds none."""
+    if is_frame(given):
+        columns = [given[name] for name in given] if isinstance(given, dict) else []
+        if columns and all(map(is_frame, columns)):
+            raise InputError("frames: a dictionary of frames; give a list of them, such as list(frames.values())")
+        return [given]
+    if isinstance(given, str | bytes | PathLike):
+        read = "pandas.read_csv reads a CSV file into a frame, hlcs.Experiment.read an experiment file"
+        raise InputError(f"frames: got {shown_value(given)}, a text; {read}")
+    frames = [] if isinstance(given, np.ndarray) or not isinstance(given, Iterable) else list(given)
+    if not frames:
+        raise InputError(f"frames: got {what_is(given)}; give {LIKE}, or a list of them, one for each recording")
+    return frames
+
+
+def what_is(given):
+    """An argument as messages show it: a number, a text and what is empty as it is written, data by their type and shape."""
+    if given is None or isinstance(given, str | Real) or (isinstance(given, Sized) and not len(given)):
+        return shown_value(given)
+    shape = getattr(given, "shape", None)
+    return f"{type(given).__name__}" + (f" of shape {shape}" if shape else "")
 
 
 def csv_of(frame, name):

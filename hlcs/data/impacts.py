@@ -3,15 +3,20 @@
 In free flight a coordinate less its share of gravity is a straight line in time. Lines through at least five samples on each
 side of a kink meet at the moment of contact and give the velocities there. With P = m (v+ - v-), whatever the shape,
 mu_eff = |P_t|/P_n; for a sphere e = -v_n+/v_n-, because its centre moves along the normal as its lowest point does.
+
+Drag bends these lines, and a slope at their end is then off: e of a table-tennis ball by 4 %. So a drag k |v| v is read from the
+bend of all lines of a body together, and taken off with gravity where they show it.
 """
 
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 LEAST = 5  # samples on each side [-]
-LONGEST = 0.15  # how far from an impact samples are used, drag being left out [s]
+LONGEST = 0.15  # how far from an impact samples are used: their lines are straight but for a small bend [s]
+SHOWN = 2.0  # standard errors from which a drag is taken off: below, it would scatter the readings more than it mends them
 UNSURE = 0.1  # standard error of a reading beyond which it tells no number to begin with [-]
 MOST_AT_ONCE = 2_000_000  # numbers of overlapping lines that are held at a time (16 MB each)
 CERTAIN = 6.0  # kinks below this many standard errors are no impacts [-]
@@ -40,6 +45,31 @@ class StraightFlight(NamedTuple):
     normal: np.ndarray  # of the floor (3,)
     pull: np.ndarray  # gravity (3,) [m/s2]
     sigma: float  # of a position, its correlation from sample to sample included [m]
+
+    def bend(self, part, edge):
+        """What a drag k |v| v bends a part (a slice) by (n, 3), for k = 1/m: place and slope are kept at the sample `edge`, which
+        is next to the impact.
+
+        -|v| v integrated twice over time, v from the line through the part and gravity; 0 along axes that were not recorded.
+        """
+        times = self.times[part]
+        slopes = np.array([line(times, axis, times[0])[1] for axis in self.positions[part].T])
+        velocity = np.nan_to_num(slopes) + (times - self.times[0])[:, None] * self.pull
+        slowed = -np.linalg.norm(velocity, axis=1)[:, None] * velocity
+        for _ in ("velocity", "place"):
+            slowed = cumulative_trapezoid(slowed, times, axis=0, initial=0)
+            slowed -= slowed[edge - part.start]
+        return slowed
+
+    def without(self, drag, part, edge):
+        """The flight with what a drag [1/m] bent a part by taken off there."""
+        if not drag:
+            return self
+        positions, heights = self.positions.copy(), self.heights.copy()
+        bend = drag * self.bend(part, edge)
+        positions[part] -= bend
+        heights[part] -= bend @ self.normal
+        return self._replace(positions=positions, heights=heights)
 
 
 def line(times, values, moment):
@@ -82,33 +112,41 @@ def kinks(times, height, sigma, width):
     return sorted(chosen)
 
 
-def impacts_of(trial, sigma, rho=0.0):
+def impacts_of(trial, sigma, rho=0.0, drag=0.0):
     """The impacts of one recording, list of Impact; empty where it has no floor or no height above it.
 
-    sigma, rho: noise of a position [m] and its correlation from sample to sample, which widens the errors of slopes.
+    sigma, rho: noise of a position [m] and its correlation from sample to sample, which widens the errors of slopes; drag: k of
+    the deceleration k v^2 that is taken off beside gravity [1/m].
     """
+    flight, sides = sides_of(trial, sigma, rho)
+    impacts = [_impact(trial, flight, before, after, drag) for before, after in sides]
+    return [impact for impact in impacts if impact is not None]
+
+
+def sides_of(trial, sigma, rho=0.0):
+    """(StraightFlight of a recording, [(samples before, samples after) of each kink that may be an impact, as slices])."""
     around, normal = trial.surroundings, np.asarray(trial.surroundings.floor_normal, dtype=float)
     used = np.abs(normal) > 1e-9
     if around.floor_height is None or not sigma:
-        return []
+        return None, []
     there = np.isfinite(trial.position[:, used]).all(axis=1)
     t, x = trial.times[there], trial.position[there]
     if len(t) < 2 * LEAST:
-        return []
+        return None, []
     pull = np.array([0.0, 0.0, -around.gravity])
     straight = x - 0.5 * (t[:, None] - t[0]) ** 2 * pull
     sigma = sigma * np.sqrt((1 + rho) / (1 - rho))
     flight = StraightFlight(t, straight, straight[:, used] @ normal[used], normal, pull, sigma)
     width = max(LEAST, int(LONGEST / np.median(np.diff(t))))
     places = kinks(t, flight.heights, sigma, max(LEAST, width // 3))
-    impacts = []
+    sides = []
     for number, k in enumerate(places):
         first = max(k + 1 - width, places[number - 1] + 1 if number else 0)
         last = min(k + 1 + width, places[number + 1] + 1 if number + 1 < len(places) else len(t))
         split = _best_split(flight, first, k + 1, last)
         if split is not None:
-            impacts.append(_impact(trial, flight, slice(first, split), slice(split, last)))
-    return [impact for impact in impacts if impact is not None]
+            sides.append((slice(first, split), slice(split, last)))
+    return flight, sides
 
 
 def _best_split(flight, first, guess, last):
@@ -132,8 +170,9 @@ def _misfit(flight, part):
     return float(np.sum((heights - value - slope * (times - times[0])) ** 2))
 
 
-def _impact(trial, flight, before, after):
+def _impact(trial, flight, before, after, drag):
     """The Impact between two parts (slices) of a flight, None where they do not meet in an impact upwards."""
+    flight = flight.without(drag, before, before.stop - 1).without(drag, after, after.start)
     t, height = flight.times, flight.heights
     middle = (t[before.stop - 1] + t[after.start]) / 2
     a, b = line(t[before], height[before], middle), line(t[after], height[after], middle)
@@ -166,9 +205,33 @@ def _along(vector, normal):
     return np.linalg.norm(vector - (vector @ normal) * normal)
 
 
+def read_drag(trials, sigma, rho=0.0):
+    """k of the deceleration k v^2 [1/m] that bends the flights around the impacts of recordings of one body; 0.0 where they do
+    not show it by SHOWN standard errors.
+
+    Least squares in one number, a line of its own left to every side of every impact.
+    """
+    moment, information = 0.0, 0.0
+    for flight, sides in (sides_of(trial, sigma, rho) for trial in trials):
+        for part in (part for both in sides for part in both):
+            bend = flight.bend(part, part.start) @ flight.normal
+            bend -= np.polyval(np.polyfit(flight.times[part], bend, 1), flight.times[part])
+            moment += bend @ flight.heights[part] / flight.sigma**2
+            information += bend @ bend / flight.sigma**2
+    return moment / information if moment > SHOWN * np.sqrt(information) else 0.0
+
+
 def read_impacts(measurement, noise):
-    """The impacts of all recordings of a measurement, tuple of Impact."""
-    return tuple(impact for trial in measurement.trials for impact in impacts_of(trial, noise.position, noise.rho))
+    """The impacts of all recordings of a measurement, tuple of Impact; a drag is read for each body and fluid."""
+    alike = {}
+    for trial in measurement.trials:
+        alike.setdefault((trial.body, trial.surroundings.fluid_density), []).append(trial)
+    drag = {key: read_drag(trials, noise.position, noise.rho) for key, trials in alike.items()}
+    return tuple(
+        impact
+        for trial in measurement.trials
+        for impact in impacts_of(trial, noise.position, noise.rho, drag[trial.body, trial.surroundings.fluid_density])
+    )
 
 
 def mean_and_trend(values, errors, speeds):

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hlcs.data import validation
-from hlcs.data.experiment_file import Body, ExperimentFile, Surroundings
-from hlcs.data.quantities import CHANNELS
+from hlcs.data.experiment_file import OF_RECORDINGS, Body, ExperimentFile, Surroundings
+from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.files.csv_files import MOST_ROWS, CsvLayout, read_csv
 from minibullet.errors import InputError
 
@@ -127,7 +127,22 @@ def read_recordings(file):
             f'{file.path}: measurement.accelerometer = "{file.accelerometer}", but no recording has one of the columns '
             f"{', '.join(ACCELERATIONS)}; add them, or leave out accelerometer"
         )
+    _check_noise(file, trials)
     return Recordings(file, tuple(trials), _static(file) if file.static else None, tuple(notes))
+
+
+def _check_noise(file, trials):
+    """Refuse a stated noise where no recording holds anything that it is the noise of."""
+    measured = np.any([trial.measured.any(axis=0) for trial in trials], axis=0).reshape(3, 3).any(axis=1)
+    recorded = [what for what, there in zip(OF_RECORDINGS, measured, strict=True) if there]
+    if file.noise and not file.static and not set(recorded) & set(file.noise):
+        units = ", ".join(
+            f"{what} = .. [{unit}]" for what, unit in zip(OF_RECORDINGS, CHANNEL_UNITS, strict=True) if what in recorded
+        )
+        raise InputError(
+            f"{file.place('measurement.noise')}: is of {' and '.join(file.noise)}, and the recordings hold "
+            f"{' and '.join(recorded)} alone; write noise = {{ {units} }}"
+        )
 
 
 def _static(file):
@@ -194,6 +209,11 @@ def _accelerations(table, steps, axes):
 def in_metres(table, pixel):
     """The CsvTable of a recording with its positions in metres."""
     columns = dict(table.columns)
+    if pixel is not None and (stated := [name for name in COLUMNS[1:4] if name in columns]) and not set(PIXELS) & set(columns):
+        raise InputError(
+            f"{table.name}, row {table.header_row}: column '{stated[0]}' is in metres, and measurement.metres_per_pixel is "
+            f"stated; call it '{stated[0][0]}_px' where it is in pixels, or leave metres_per_pixel out"
+        )
     for name, metres in zip(PIXELS, COLUMNS[1:4], strict=True):
         if name in columns:
             place = f"{table.name}, row {table.header_row}: column '{name}'"

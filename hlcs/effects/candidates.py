@@ -97,10 +97,20 @@ class Free:
         """Is a value within the plausible range?"""
         return self.period is not None or self.low <= value <= self.high
 
+    def beyond(self, value):
+        """The value and on which side of the plausible range it lies, in words, with three digits or as many more as show that
+        side beside the range; "" within it."""
+        if self.plausible(value):
+            return ""
+        side, end = ("below", float(f"{self.low:g}")) if value < self.low else ("above", float(f"{self.high:g}"))
+        written = [f"{float(f'{value:.{digits}g}'):.{max(digits, 6)}g}" for digits in range(3, 18)]
+        told = next((text for text in written if (float(text) - end) * (value - end) > 0), repr(float(value)))
+        return f"{told} lies {side} what is plausible ({self.usual})"
+
     def doubt(self, effect, value):
         """What is said of a value beyond the plausible range, of a number of an effect of that name; "" within it."""
-        beyond = f"{effect}: {self.name} = {value:g} lies beyond what is plausible ({self.usual})"
-        return "" if self.plausible(value) else beyond
+        beyond = self.beyond(value)
+        return beyond and f"{effect}: {self.name} = {beyond}"
 
     @property
     def usual(self):

@@ -9,11 +9,12 @@ import copy
 import os
 import shlex
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hlcs.data.experiment_file import SECTIONS, ExperimentFile, checked_experiment, read_experiment_file
-from hlcs.data.frames import csv_of, is_frame
+from hlcs.data.frames import csv_of, frames_in, what_is
 from hlcs.effects import classes, entry_of, own_classes
 from hlcs.files import folders
 from hlcs.files.csv_files import MOST_BYTES, CsvText
@@ -21,7 +22,7 @@ from hlcs.files.documents import toml_value, toml_values
 from hlcs.files.toml_edit import with_values
 from hlcs.files.toml_files import TomlFile
 from hlcs.kinds import KINDS
-from minibullet.errors import InputError
+from minibullet.errors import InputError, shown_value
 from minibullet.files.reading import read_bytes
 from minibullet.values import table as html_table
 
@@ -52,6 +53,9 @@ class Experiment:
         own = own_classes(None, effects_file)
         if isinstance(path, Experiment):
             return path if effects_file is None else replace(path.with_user_effects(own), effects_file=str(effects_file))
+        if not isinstance(path, str | os.PathLike):
+            told = f"experiment: got {what_is(path)}; give the path of an experiment file, or an hlcs.Experiment"
+            raise InputError(told + " (hlcs.Experiment.from_frames makes one of tables)")
         file = read_experiment_file(path, allow_outside, _layouts())
         return cls(file, own, effects_file and str(effects_file))
 
@@ -67,11 +71,10 @@ class Experiment:
         others of an experiment file (model, diagnose, measurement, placement), as dictionaries. Raises InputError as `read`,
         where a frame is called "frame 1" and its row 1 names the columns.
         """
-        frames = [frames] if is_frame(frames) else list(frames)
-        tables = {text.name: text for text in (csv_of(frame, f"frame {k}") for k, frame in enumerate(frames, start=1))}
+        texts = [csv_of(frame, f"frame {k}") for k, frame in enumerate(frames_in(frames), start=1)]
+        tables, measurement = {text.name: text for text in texts}, _measurement(sections, noise, static)
         values = {"kind": kind, "title": title or IN_PYTHON, "body": body, "surroundings": surroundings, **sections}
-        measurement = {**(sections.get("measurement") or {}), "noise": noise}
-        if kind not in KINDS or KINDS[kind].layout.in_trials:
+        if not isinstance(kind, str) or kind not in KINDS or KINDS[kind].layout.in_trials:
             values["trial"] = _trial_tables(list(tables), trials)
         elif len(tables) == 1:
             measurement["file"] = next(iter(tables))
@@ -108,6 +111,10 @@ class Experiment:
         effects: values such as `minibullet.QuadraticDrag`(drag_coefficient=0.47), or entries of `effects`; user_effects:
         classes of the user's own that entries name.
         """
+        if isinstance(effects, str | dict) or not isinstance(effects, Iterable):
+            raise InputError(
+                f"effects: got {shown_value(effects)}; give a list, such as [minibullet.QuadraticDrag(drag_coefficient=0.47)]"
+            )
         effects, shipped = list(effects), {dict, *classes().values()}
         entries = [entry_of(effect) for effect in effects]
         own = own_classes([type(effect) for effect in effects if type(effect) not in shipped])
@@ -217,7 +224,8 @@ class Experiment:
         if kept:
             return f"{MADE}{self.file.path.name}\n{kept}"
         ordered = {section: document[section] for section in SECTIONS[""] if section in document}
-        return f"{MADE}{self.file.path.name}; comments stay there.\n" + folders.to_toml(ordered, inline=True)
+        whence = "frames in Python." if self.file.source.tables else f"{self.file.path.name}; comments stay there."
+        return f"{MADE}{whence}\n" + folders.to_toml(ordered, inline=True)
 
     def _kept_text(self, document):
         """The text that it was read from with another [model] and other names of data files; "" where that does not say what the
@@ -267,9 +275,29 @@ def _bytes_of(data):
     return data.text.encode() if isinstance(data, CsvText) else read_bytes(data, str(data), MOST_BYTES, "thin the rows out")
 
 
+def _measurement(sections, noise, static):
+    """The [measurement] section of `from_frames`; InputError where something is given twice."""
+    if "trial" in sections:
+        raise InputError("trial: frames have none; give trials=[{..}, ..], a dictionary for each frame")
+    stated = sections.get("measurement")
+    if stated is not None and not isinstance(stated, dict):
+        raise InputError(f"measurement: got {shown_value(stated)}; give a dictionary, such as {{'planar': True}}")
+    measurement = dict(stated or {})
+    for key, given, place in (("noise", noise, "noise=.."), ("static", static, "static=.."), ("file", ..., "the frame")):
+        if given is not None and measurement.get(key) is not None:
+            raise InputError(f"measurement: {key} = {shown_value(measurement[key])} beside {place}; give one of them")
+    return measurement if noise is None else measurement | {"noise": noise}
+
+
 def _trial_tables(names, trials):
     """The [[trial]] tables of frames of these names."""
-    trials = [{} for _ in names] if trials is None else list(trials)
+    several = isinstance(trials, Iterable) and not isinstance(trials, dict | str)
+    trials = [{} for _ in names] if trials is None else list(trials) if several else [trials]
+    for trial in trials:
+        if not isinstance(trial, dict):
+            raise InputError(
+                f"trials: got {shown_value(trial)}; give a list of one dictionary for each frame, such as {{'group': 'a'}}"
+            )
     if len(trials) != len(names):
         raise InputError(f"{IN_PYTHON}: {len(trials)} trials for {len(names)} frames; give one dictionary for each frame")
     return [{"file": name, **trial} for name, trial in zip(names, trials, strict=True)]

@@ -70,6 +70,7 @@ def flights_of(problem, fit):
     """The Flight of every stretch without contact around a fit, moved by the force that the residuals themselves show."""
     parts = between_impacts if problem.simulator.contact else whole
     found = [_flight(part) for k in range(len(problem.trials)) for part in parts(problem, fit.linearization, k)]
+    found = [flight for flight in found if len(flight.strength)]  # orientations alone, or too few positions, show no force
     variance = force_variance(found) if found else 0.0
     return [_corrected(flight, variance) for flight in found]
 

@@ -52,7 +52,7 @@ def ladder(plan, folder, progress=False, simulator=None):
     write_case(folder, plan.settings)
     simulator, seeds = simulator or PlacementSimulator(workers=plan.workers, progress=progress), plan.repeats or SEEDS
     file = read_experiment_file(folder / "flat.toml")
-    diagnosis = diagnosis_of(Layers(file, Options(seed=plan.seed - 1), simulator, seeds))
+    diagnosis = diagnosis_of(Layers(file, Options(seed=plan.seed - 1), simulator, 2 * seeds))
     flat, (slope,) = read_layer_sets(folder / "flat.csv"), read_layer_sets(folder / "slope.csv")
     terms = {term.name: term for term in diagnosis.model.terms}
     models = [replace(diagnosis.model, terms=tuple(map(terms.get, step["effects"]))) for step in diagnosis.steps]

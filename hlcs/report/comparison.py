@@ -9,12 +9,21 @@ from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.figures import comparison_panels
 from hlcs.report.notes import note_parts
 from hlcs.report.page import fragment, png
-from hlcs.report.sentences import comparison_opening, place
+from hlcs.report.sentences import NEAR_NOISE, comparison_opening, place
 from hlcs.report.statistics import where_table
 from hlcs.report.words import DASH, chance, number, size
 
 LEFT = {True: "nothing but noise", False: "more than noise", None: ""}
 MOST_PLACES = 5
+
+
+def left(comparison, adequate, over_noise, **_):
+    """What a model leaves, in words; adequate, over_noise: as in a row of its `errors`.
+
+    Of layers that are judged as adequate more may be left than tests scatter by."""
+    if adequate and comparison.kind == "layers" and over_noise and over_noise > NEAR_NOISE:
+        return "noise, campaigns, engines"
+    return LEFT[adequate]
 
 
 def line(comparison):
@@ -24,7 +33,7 @@ def line(comparison):
         return f"{comparison.title} ({comparison.kind}); not judged, the noise is unknown"
     what = f"{size(comparison.before.error['rms'], unit)} before, " if comparison.before else ""
     told = f"{what}error {size(error['rms'], unit)}, noise {size(error['noise'], unit)}"
-    return f"{comparison.title} ({comparison.kind}); {told}: {LEFT[comparison.adequate]} is left"
+    return f"{comparison.title} ({comparison.kind}); {told}: {left(comparison, **comparison.errors[-2])} is left"
 
 
 def text(comparison, details=False):
@@ -58,7 +67,7 @@ def _errors(comparison):
         return DASH if value is None else size(value if abs(value) > 1e-3 * noise else 0.0, unit)
 
     rows = tuple(
-        (row["model"], size(row["error"], unit), number(row["over_noise"]), bias(row["bias"]), LEFT[row["adequate"]])
+        (row["model"], size(row["error"], unit), number(row["over_noise"]), bias(row["bias"]), left(comparison, **row))
         for row in comparison.errors
     )
     head = (" ", comparison.error.get("measure") or "rms error", "times the noise", "bias", "what is left")

@@ -57,6 +57,10 @@ OTHERS = {
     "nominal diameter, Dn": "Edge of the cube that has the volume of the unit.",
     "null value": "Value of a number at which its effect is exactly absent.",
     "packing density": "Units of a layer per square of the nominal diameter in plan, 1/(a b) of the spacings of the grid.",
+    "pilot": "A few recordings, or rows of a table, from which a plan reads how many more are needed.",
+    "power": "The probability that an effect of a given size is found.",
+    "noncentrality": "By how much chi-square is expected to fall when an effect that is there is added: the sum of squares of "
+    'what the effect changes, less what unknown starts take up, in units of the noise. Plans print its root, "over the noise".',
     "placing density": "Units of a layer per square metre.",
     "plausible range": "Where a number is expected to lie. A belief and not a wall: a number beyond it is told as such.",
     "porosity": "Share of the structure that is not concrete.",

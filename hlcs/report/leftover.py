@@ -81,7 +81,11 @@ def _channel_spectrum(table, channel):
 def common_pattern(table):
     """(variable, share): the variable that residuals go with most in all recordings alike, and what share of their mean square
     its bins hold beyond what chance puts there; None where there is none."""
-    known = [name for name in ("time", "height", "speed", "layer", "input") if name in table]
+    angles_alone = (
+        "time" in table and np.min(table["channel"]) >= CHANNELS.index("rx") and np.max(table["channel"]) < CHANNELS.index("ax")
+    )
+    variables = ("time",) if angles_alone else ("time", "height", "speed", "layer", "input")
+    known = [name for name in variables if name in table]
     found = [(name, _binned(table, name)) for name in known]
     return max(found, key=lambda each: each[1], default=None)
 

@@ -9,9 +9,14 @@ from hlcs.files import folders
 from hlcs.files.spreadsheets import as_columns, csv_text
 from hlcs.report.figures import AFTER, BEFORE, INK, LINE, given_axes, legend, plain
 from hlcs.report.page import png
-from hlcs.report.words import note_lines, number
+from hlcs.report.words import DASH, note_lines, number
 
 MOST = 1000  # recordings that a plan counts up to
+EXPLAINED = (
+    "needed: how many like that find it with the probability asked for. over the noise: the root of the sum of squares",
+    "of what the effect changes, less what unknown starts take up, in units of the noise; of N alike it is sqrt(N) times",
+    "as much. found with: the probability that so many as in the pilot find it, also called power.",
+)
 
 
 def line(plan):
@@ -29,19 +34,26 @@ def text(plan):
     lines = [
         f"Plan: {plan.effect}, {_numbers(plan)}, to be found with probability {plan.power:g}",
         "",
-        f"Pilot: {count} {many}, noncentrality {plan.noncentrality:.3g}, power {plan.now['power']:.2f}",
+        f"Pilot: {count} {many}; the effect stands {_over_noise(plan.noncentrality)} times over the noise in them, and would be",
+        f"found with probability {plan.now['power']:.2f}.",
         "",
-        f"  {'':16s} {'length':>9s} {'sigma':>12s} {'needed':>7s}  noncentrality, each  power of {count}",
+        f"  {'':16s} {'length':>9s} {'noise':>12s} {'needed':>7s}  over the noise, each  found with {count}",
     ]
     for row in plan.options:
         needed = _needed(row["recordings"])
         lines.append(
             f"  {row['change']:16s} {number(row['length_s'], 's'):>9s} {number(row['sigma'], row['unit']):>12s} {needed:>7s}  "
-            f"{row['noncentrality']:19.3g}  {row['power']:{len(f'power of {count}')}.2f}"
+            f"{_over_noise(row['noncentrality']):>20s}  {row['power']:{len(f'found with {count}')}.2f}"
         )
+    lines += [f"  {line}" for line in EXPLAINED]
     lines += ["", _advice(plan)]
     lines += _look_alike_lines(plan)
     return "\n".join(lines + note_lines(plan.notes))
+
+
+def _over_noise(noncentrality):
+    """The root of a noncentrality: how many standard deviations an effect stands out by."""
+    return f"{np.sqrt(noncentrality):.3g}" if noncentrality >= 0 else DASH
 
 
 def _advice(plan):
@@ -52,7 +64,9 @@ def _advice(plan):
         sigma = number(plan.needed["sigma"], plan.needed["unit"])
         return f"Needed: {plan.needed['recordings']} {plan.what}{each}, with a noise of {sigma}."
     others = [row for row in plan.options[1:] if row["recordings"] is not None]
-    told = "; or ".join(f"{row['change']}: {row['recordings']}, noise {number(row['sigma'], row['unit'])}" for row in others)
+    told = "; or ".join(
+        f"{row['recordings']} {plan.what}, {row['change']}, with a noise of {number(row['sigma'], row['unit'])}" for row in others
+    )
     return f"Infeasible: more than 1,000 {plan.what} like these. " + (f"Instead: {told}." if told else "Change the experiment.")
 
 

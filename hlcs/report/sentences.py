@@ -7,12 +7,13 @@ from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness
-from hlcs.report.words import capital, joined, number, share, size, value, words
+from hlcs.report.words import capital, joined, share, size, value, words
 
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
 SLIGHT = 0.1  # of the noise, below which a bias is not worth a sentence
 LEFT_OUT = {"trajectory": "recordings", "outcomes": "rows", "layers": "layers"}  # what is held out, by the kind of measurement
+STANDS = 1e-6  # speed of a body that stands, to rounding [m/s]
 SMALL = 0.02  # share of the error below which its fall is told by chi-square instead
 
 
@@ -63,10 +64,9 @@ def _numbers(name, numbers):
 def _beyond(numbers):
     """A sentence for each number that is beyond what is usual."""
     return [
-        f"A {words(key)} of {number(entry['value'])} is beyond what is known of such bodies ({entry['usual']}): check the inputs "
-        "that it rests on."
+        f"A {words(key)} of {entry['beyond']}: check the inputs that it rests on."
         for key, entry in numbers.items()
-        if "usual" in entry
+        if "beyond" in entry
     ]
 
 
@@ -109,12 +109,17 @@ def _noise(diagnosis):
     error = error_of(diagnosis)
     if not error:
         return "What is left is noise."
-    noise = size(error["noise"], diagnosis.error.get("unit", ""))
-    if error["after"] <= NEAR_NOISE * error["noise"]:
-        return f"What is left is your noise ({noise})."
-    if diagnosis.kind == "layers":
-        return f"What is left is no more than the noise ({noise}) and what campaigns and engines differ by make together."
-    return f"What is left cannot be told from your noise ({noise})."
+    return f"What is left {left_by_adequate(diagnosis.kind, error['after'], error['noise'], diagnosis.error.get('unit', ''))}."
+
+
+def left_by_adequate(kind, after, noise, unit):
+    """What an adequate model of a kind of measurement leaves, as the end of a sentence; after, noise: errors in their unit."""
+    told = size(noise, unit)
+    if after <= NEAR_NOISE * noise:
+        return f"is your noise ({told})"
+    if kind == "layers":
+        return f"is no more than the noise ({told}) and what campaigns and engines differ by make together"
+    return f"cannot be told from your noise ({told})"
 
 
 def beyond_noise(diagnosis):
@@ -142,10 +147,17 @@ def place(row, unit):
     channel = f", {row['channel']}" if row.get("channel") and row.get("time") is not None else ""
     phase = f", {row['phase']}" if row.get("phase") not in (None, "table", "flight") else ""
     told = f"{row['trial']}{channel}{phase}: {size(row['rms'], unit_of(row.get('channel'), unit))}"
-    told += f", {abs(row['sigma']):.2g} times the noise"
-    if row.get("time") is not None:
-        told += f" (most at {row['time']:.3g} s, {row['height']:.3g} m high, {row['speed']:.3g} m/s)"
+    told += f", {_two_digits(abs(row['sigma']))} times the noise"
+    if (time := row.get("time")) is not None:
+        height = [] if row["height"] is None else [f"{row['height']:.3g} m high"]
+        speed = [] if row["speed"] is None else [f"{row['speed'] if row['speed'] > STANDS else 0.0:.3g} m/s"]
+        told += f" (most at {', '.join([f'{time:.3g} s', *height, *speed])})"
     return told
+
+
+def _two_digits(value):
+    """A number to two digits without a power of ten, where it is no larger than a million."""
+    return f"{float(f'{value:.2g}'):g}"
 
 
 # --- one opening for each verdict -------------------------------------------------------------------------------------------
@@ -304,9 +316,12 @@ def comparison_opening(comparison):
             f"With {joined(map(words, comparison.added))} added the error goes from {before} to {here}; the noise is {noise}."
         )
     if comparison.adequate:
-        told.append(f"The model agrees with the measurement: it misses by {here}, which is noise ({noise}).")
+        left = left_by_adequate(comparison.kind, error["rms"], error["noise"], unit)
+        told.append(f"The model agrees with the measurement: it misses by {here}, which {left}.")
     elif error["rms"] > 1.5 * error["noise"]:
-        told.append(f"The model misses the measurement by {here}, {error['rms'] / error['noise']:.2g} times the noise ({noise}).")
+        told.append(
+            f"The model misses the measurement by {here}, {_two_digits(error['rms'] / error['noise'])} times the noise ({noise})."
+        )
     else:
         told.append(
             f"The model misses the measurement by {here}; that is hardly more than the noise ({noise}), but it has a pattern "

@@ -4,7 +4,7 @@ from hlcs.data.quantities import unit_of
 from hlcs.records import VERDICTS, Reason
 from hlcs.report.document import Section, Table
 from hlcs.report.ranking import ranking
-from hlcs.report.words import chance, joined, number, size, words
+from hlcs.report.words import DASH, chance, joined, number, size, words
 
 UNITS = {"time": "s", "height": "m", "speed": "m/s"}
 SPOKE = {"variance": "the size of the residuals", "chi2": "chi-square"}  # other statistics are told by their own names
@@ -159,7 +159,7 @@ def where_table(rows, unit, most=12):
     texts = sum(key in ("trial", "channel", "phase") for key in keys)
     cells = tuple(
         (
-            *(f"{row[key]:.4g}" if isinstance(row[key], float) else str(row[key]) for key in keys),
+            *(f"{row[key]:.4g}" if isinstance(row[key], float) else DASH if row[key] is None else str(row[key]) for key in keys),
             number(row["rms"], unit_of(row.get("channel"), unit)),
             f"{row['sigma']:.2f}",
         )

@@ -207,4 +207,13 @@ def _visible(search, name):
     size = (np.sqrt(required) + 1.28) * free.spread / np.sqrt(information)
     if size > max(free.high - free.null, free.null - free.low):
         return ""
-    return f"{free.name} {size:.2g}{'' if free.unit == '1' else ' ' + free.unit} from {free.null:g}"
+    return change_told(free, size)
+
+
+def change_told(free, size):
+    """A number that is off its null value by a size, in words: "rate 0.02 1/s", "relative +-0.0025", "friction 0.05 more or less
+    than 0.5"."""
+    both, unit = free.least < free.null, "" if free.unit == "1" else f" {free.unit}"
+    if free.null == 0.0:
+        return f"{free.name} {'+-' * both}{size:.2g}{unit}"
+    return f"{free.name} {size:.2g}{unit} {'more or less' if both else 'more'} than {free.null:g}"

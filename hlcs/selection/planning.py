@@ -158,7 +158,7 @@ def stated_numbers(entry, at):
             raise InputError(f"{entry.name}: {name} = {value!r} must be a finite number")
         free = frees[name]
         if free.period is None and free.inside(value) != value:
-            raise InputError(f"{entry.name}: {name} = {value:g}; its law holds from {free.least:g} to {free.most:g}")
+            raise InputError(f"{entry.name}: {name} = {value:g}; its law holds {_range(free)}")
     numbers = entry.start | {name: float(value) for name, value in at.items()}
     if entry.absent is not None and all(free.null in (None, numbers[free.name]) for free in entry.free):
         raise InputError(f"{entry.name} with {_told(numbers)} is absent; state a size that you want to find")
@@ -215,6 +215,13 @@ def beside(search, plus):
         if entry.name != effect and entry.name in linear.entries and linear.visible(entry.name)
     }
     return {name: cosine for name, cosine in cosines.items() if cosine > ALIKE}, implied
+
+
+def _range(free):
+    """Where the law of a number holds, in words."""
+    if np.isfinite([free.least, free.most]).all():
+        return f"from {free.least:g} to {free.most:g}"
+    return f"from {free.least:g} on" if np.isfinite(free.least) else f"up to {free.most:g}"
 
 
 def _odds(search, entry, numbers, implied, pilot):

@@ -199,7 +199,8 @@ def _parameters(sets, effects, best):
 def told(number, free, setting):
     """A number with what a reader must know beside it: what the model states, and what is usual where it lies beyond that."""
     stated = {"stated": free.null} if setting and free.null is not None else {}
-    return number | stated | ({} if free.plausible(number["value"]) else {"usual": free.usual})
+    beyond = free.beyond(number["value"])
+    return number | stated | ({"usual": free.usual, "beyond": beyond} if beyond else {})
 
 
 def _withheld(holding, name, free):
@@ -232,10 +233,8 @@ def _doubts(fit):
     frees, notes = free_numbers(fit.model), []
     names = [f"{term.name}.{free.name}" for term in fit.model.terms for free in term.candidate.free]
     for name, free, value in zip(names, frees, fit.estimate, strict=True):
-        if not free.plausible(value):
-            notes.append(
-                f"{name} = {value:.3g} lies beyond what is known of such bodies ({free.usual}): check the inputs that it rests on"
-            )
+        if beyond := free.beyond(value):
+            notes.append(f"{name} = {beyond}: check the inputs that it rests on")
     deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
     correlation = fit.covariance / np.outer(deviation, deviation)
     for i, j in zip(*np.nonzero(np.triu(np.abs(correlation) > 0.9, 1)), strict=True):

@@ -1,5 +1,6 @@
 """A wrong word in Python is refused in one line that names it and the word that was meant, as in files and commands."""
 
+import numpy as np
 import pytest
 
 import hlcs
@@ -81,3 +82,44 @@ def test_a_placement_test_shows_what_it_is_with_units():
     assert (
         "vibration" not in shown and "<td>margin</td><td>0.008</td><td>Dn</td>" in hlcs.PlacementTest(margin=0.008)._repr_html_()
     )
+
+
+FITTING = {"body": BALL, "noise": {"position": 0.001}}
+NO_ARGUMENT = [  # what is called; the argument, what was given of it, and the remedy, as the message names them
+    (lambda: hlcs.Experiment.from_frames([], **FITTING), r"frames: got \[\]; give a pandas frame"),
+    (lambda: hlcs.Experiment.from_frames(3, **FITTING), "frames: got 3; give a pandas frame"),
+    (lambda: hlcs.Experiment.from_frames(None), "frames: got None; give a pandas frame"),
+    (lambda: hlcs.Experiment.from_frames(np.zeros((3, 2))), r"frames: got ndarray of shape \(3, 2\); give a pandas frame"),
+    (lambda: hlcs.Experiment.from_frames("drop.csv"), "frames: got 'drop.csv', a text; pandas.read_csv reads"),
+    (lambda: hlcs.Experiment.from_frames({"a": DROP, "b": DROP}), "frames: a dictionary of frames; give a list"),
+    (lambda: hlcs.Experiment.from_frames([DROP, 3]), "frame 2: int has no columns by name; give a pandas frame"),
+    (lambda: from_frames(trials=3), "trials: got 3; give a list of one dictionary for each frame"),
+    (lambda: from_frames(trials=["a"]), "trials: got 'a'; give a list of one dictionary for each frame"),
+    (lambda: from_frames(trials=[{}, {}]), "2 trials for 1 frames; give one dictionary for each frame"),
+    (lambda: from_frames(trial=[{}]), r"trial: frames have none; give trials=\[\{\.\.\}"),
+    (lambda: from_frames(kind=["trajectory"]), "kind: must be text"),
+    (lambda: from_frames(measurement=3), "measurement: got 3; give a dictionary"),
+    (lambda: from_frames(measurement={"noise": {"position": 0.1}}), r"measurement: noise = .* beside noise=..; give one of them"),
+    (lambda: from_frames(measurement={"file": "a.csv"}), "measurement: file = 'a.csv' beside the frame; give one of them"),
+    (lambda: from_frames(body=3), "body: must be a table, got 3"),
+    (lambda: hlcs.compare(3), "experiment: got 3; give the path of an experiment file"),
+    (lambda: hlcs.diagnose([DROP]), "experiment: got list; give the path of an experiment file"),
+    (lambda: hlcs.compare(from_frames(), effects=3), r"effects: got 3; give a list, such as \[minibullet.QuadraticDrag"),
+    (lambda: hlcs.compare(from_frames(), effects="drag"), "effects: got 'drag'; give a list"),
+    (lambda: hlcs.diagnose(from_frames(), candidates=3), "candidates: got 3; give a name or a list of names"),
+    (lambda: hlcs.diagnose(from_frames(), candidates=[]), r"candidates: got \[\]; give a name or a list of names"),
+    (lambda: from_frames(diagnose={"candidates": []}), "diagnose.candidates: names no effect; name some, or leave it out"),
+]
+
+
+@pytest.mark.parametrize(("call", "told"), NO_ARGUMENT, ids=[told[:30] for _, told in NO_ARGUMENT])
+def test_what_is_no_such_argument_is_refused_with_what_was_given_and_the_remedy(call, told):
+    with pytest.raises(hlcs.InputError, match=f"^(frames: )?{told}") as refused:
+        call()
+    assert "\n" not in str(refused.value)
+
+
+def test_the_noise_of_a_frame_may_stand_in_the_section_where_a_file_has_it():
+    """It was lost once beside the argument that was left out."""
+    said = hlcs.Experiment.from_frames([DROP], body=BALL, measurement={"noise": {"position": 0.002}})
+    assert said.file.noise == from_frames(noise={"position": 0.002}).file.noise != from_frames().file.noise

@@ -23,11 +23,20 @@ from hlcs.selection.thresholds import ODDS, ODDS_ALONE, REACH, TIED
 from hlcs.selection.verdict import select
 from minibullet.errors import InputError
 
-SEEDS = 8  # tests of a model on each measured set; in a search twice as many
+SEEDS = 16  # tests of a model on each measured set: the same ones in a comparison and in a search, so that both judge alike
 SCREEN = 4  # of them for a first look at every effect
 ROUNDS = 4  # of a search and of simulations of what it found to be among the best
 CHECKED = 3  # sets of effects that are simulated as a whole, at most
 NOTHING_PAYS = "the misfit is too small, or the numbers too few, to pay for any"
+
+
+def _check_candidates(file, test, sets):
+    """InputError, by its line, where a file names a candidate that no layers know: a misspelt name is the user's to mend."""
+    for name in file.candidates or ():
+        try:
+            named(name, test, sets)
+        except InputError as problem:
+            raise InputError(f"{file.place('diagnose.candidates')}: {problem}") from None
 
 
 class Layers:
@@ -48,6 +57,7 @@ class Layers:
         measurement = read_layers(file)
         self.options, self.title, self.tolerance = options, file.title, file.tolerance
         self.model = model_of(measurement)
+        _check_candidates(file, self.model.base, measurement.sets)  # what stands in the model may have been one
         self.sets = tuple(measured_set for measured_set in measurement.sets if measured_set.judgeable)
         self.measurement, self.judgeable = measurement, bool(self.sets)
         self.notes = (*measurement.notes, *stated_notes(file, self.model), *left_out(measurement, self.sets))
@@ -64,16 +74,16 @@ class Layers:
         }
         return {"position": None} | (known if self.judgeable else {"source": "unknown"})
 
-    def _problem(self, seeds):
+    def _problem(self):
         """The LayerProblem of the model under test, simulated on every set."""
         data = observations.observed(self.sets, self.measurement.group)
-        responses = Responses(self.simulator, self.model, self.sets, data, seeds)
+        responses = Responses(self.simulator, self.model, self.sets, data, self.seeds)
         names = tuple(dict.fromkeys(map(self.measurement.group, self.sets)))
         groups = tuple(Group(name, name, np.flatnonzero(data.group == index)) for index, name in enumerate(names))
         return LayerProblem(responses, groups, data.variance + responses.base.variance)
 
     def observe(self):
-        problem = self._problem(self.seeds)
+        problem = self._problem()
         fit = problem.fit(self.model)
         adequacy, table = self.judge(problem, fit)
         values, residual = table["measured"], table["residual"]
@@ -103,7 +113,7 @@ class Layers:
         raise InputError(f"{self.title}: plans are made for recordings and outcome tables, not yet for layers")
 
     def search(self, candidates):
-        problem = self._problem([self.seeds[0] + k for k in range(2 * len(self.seeds))])
+        problem = self._problem()
         responses, base = problem.responses, problem.fit(self.model)
         cross_validation = CrossValidation(problem.trials, self.measurement.hold_out)
         odds = ODDS if cross_validation.possible else ODDS_ALONE

@@ -36,7 +36,8 @@ class LayerProblem(DirectProblem):
         campaigns and engines change come to it?"""
         self.responses, self.data, self.trials, self.difference_steps = responses, responses.data, groups, {}
         self.rows, self.variance, self.values = np.concatenate([group.rows for group in groups]), variance, self.data.value
-        covariance = observations.covariance(self.data, variance, observations.doubt(self.data)) if shared else np.diag(variance)
+        doubt = observations.doubt(self.data, *responses.stated)
+        covariance = observations.covariance(self.data, variance, doubt) if shared else np.diag(variance)
         self.sigma, self.factor = np.sqrt(np.diag(covariance)), self._factor(covariance)
 
     def _factor(self, covariance):
@@ -51,8 +52,9 @@ class LayerProblem(DirectProblem):
         return self.responses.values(model)
 
     def doubt(self, model):
-        """The `observations.doubt` (n,) of a model."""
-        return observations.doubt(self.data, *self.responses.change(model))
+        """The `observations.doubt` (n,) of a model: of all that effects change in it, those that its file states among them."""
+        of_terms, stated = self.responses.change(model), self.responses.stated
+        return observations.doubt(self.data, *map(np.add, of_terms, stated))
 
     def fit(self, model, initial_states=None):
         """The Fit of a model's numbers; its cost knows how well is known what its effects do."""

@@ -5,6 +5,8 @@ straight lines through the numbers at which its effect was simulated; those of s
 model is simulated as a whole, and by what that differs from the sum every later answer for the same effects is mended.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from hlcs.kinds.layers import observations
@@ -27,6 +29,7 @@ class Responses:
                     f"tests stand; {simulator.refused or 'run `hlcs place` with these settings to see why'}"
                 )
         self.base = observations.simulated(data, self.runs)
+        self.stated = self._stated()
         self.taken = {}  # name of an effect -> {step of its number from the null value: its runs}
         self.nodes = {}  # the same -> (change of all values (n,), its variance), None where no placement stands
         self.whole = {}  # names of the simulated effects of a model -> (the model, its runs)
@@ -35,6 +38,20 @@ class Responses:
 
     def _simulate(self, models, label, pairs=None):
         return coefficients(self.simulator, models, self.sets, self.seeds[:pairs], label)
+
+    def _stated(self):
+        """(change of all values (n,) that the effects make which the file of the model states, its variance (n,)).
+
+        It is as little known as that of effects that a search finds: a model is judged alike before and after they are written
+        into its file. Nothing is doubted where no placement stands without them."""
+        read = tuple(term for term in self.model.stated if not term.candidate.simulated)
+        none = np.zeros((2, len(self.data.value)))
+        if read == self.model.stated:
+            return none
+        (without,) = self._simulate([replace(self.model, stated=read)], "model without its effects")
+        shared = observations.shared_scatter(without, [self.runs])
+        found = observations.change(self.data, without, self.runs, shared)
+        return none if found is None else found
 
     # --- simulations ----------------------------------------------------------------------------------------------------------
 

@@ -68,10 +68,18 @@ def judge(problem, fit):
     return fit_adequacy(problem, fit, partitions(table), models)[0], table
 
 
+def told_of(trial):
+    """Of what a Trial tells beside its own channels: time, and height and speed where it has positions to know them by."""
+    placed = np.isfinite(trial.position)
+    moves = placed.any() or trial.accelerations is not None
+    return ("time", *(["height"] if placed[:, 2].any() else []), *(["speed"] if moves else []))
+
+
 def where_it_fails(problem, table):
     """Rows {trial, channel, phase, rms, sigma, height, speed, time}, the worst first.
 
-    sigma: root mean square of the residual in units of the noise; height, speed and time where the residual is largest.
+    sigma: root mean square of the residual in units of the noise; height, speed and time where the residual is largest, None
+    for what the recording says nothing of: a height in a film from above, a speed beside angles alone.
     """
     where = []
     regimes = table.get("phase", np.full(len(table["trial"]), "flight"))
@@ -85,6 +93,7 @@ def where_it_fails(problem, table):
             "channel": CHANNELS[table["channel"][worst]],
             "phase": str(regimes[worst]),
         }
-        at_worst = {name: float(table[name][worst]) for name in ("time", "height", "speed")}
+        seen = told_of(problem.trials[table["trial"][worst]])
+        at_worst = {name: float(table[name][worst]) if name in seen else None for name in ("time", "height", "speed")}
         where.append(row | misses(table, inside) | at_worst)
     return tuple(sorted(where, key=lambda row: (-row["sigma"], row["trial"], row["channel"], row["phase"])))

@@ -14,6 +14,7 @@ from hlcs.estimation.outliers import isolated_outliers, rougher, spread_of
 from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.kinds.protocol import Prepared
+from hlcs.kinds.trajectories.release import release_notes
 from hlcs.kinds.trajectories.time_step import STILL, corrected, in_sigma, refine
 from hlcs.simulation.contact_motion import gap
 from hlcs.simulation.model import Model
@@ -119,7 +120,8 @@ def prepare(measurement: Recordings, own=(), noise=None):
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     for trial in trials[:1]:
         model.changes(trial.surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
-    above = [trial.name for trial in trials if seen_from_above(trial)]
+    notes += release_notes(trials, start_times(trials), [starts_seated(trial, noise) for trial in trials], noise.position)
+    above = [trial.name for trial in trials if seen_from_above(trial) and not trial.surroundings.planar]  # there it is stated
     if above:
         notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))
     problem, base, shift, sentences, aside = in_long_steps(measurement, noise, model) if contact else NOTHING

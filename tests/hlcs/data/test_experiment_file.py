@@ -55,7 +55,7 @@ def test_a_number_beyond_what_is_plausible_is_told_also_where_its_range_depends_
     """A drag rate is plausible up to 25 times rho A / (2 m) = 0.034 /s for this ball in air: 0.85 /s."""
     path = experiment(tmp_path, toml=TOML + '[model]\neffects = [{ name = "linear_drag", rate = 2.0 }]\n')
     (note,) = (note for note in hlcs.compare(path).notes if "plausible" in note)
-    assert "line 9: model.effects: linear_drag: rate = 2 lies beyond what is plausible (0 to 0.848" in note
+    assert "line 9: model.effects: linear_drag: rate = 2 lies above what is plausible (0 to 0.848" in note
 
 
 def test_overrides_of_a_trial(tmp_path):

@@ -67,5 +67,9 @@ def test_a_length_that_cannot_be_is_refused_by_its_place(tmp_path):
     refused(
         stated(both), "line 9: measurement.metres_per_pixel_sd: 0.002 m beside pixels of 0.002 m: measure a ruler in the view"
     )
+    metres = experiment(tmp_path, csv="t_s,z_m\n" + rows, toml=TOML + "metres_per_pixel = 0.002\n")
+    refused(
+        metres, "a.csv, row 1: column 'z_m' is in metres", "call it 'z_px' where it is in pixels, or leave metres_per_pixel out"
+    )
     two = experiment(tmp_path, csv="t_s,z_m,z_px\n" + rows.replace("\n", ",1\n"), toml=TOML + "metres_per_pixel = 0.002\n")
     refused(two, "column 'z_px' beside 'z_m'; keep one of them")

@@ -84,3 +84,11 @@ def test_a_number_with_an_underscore_is_not_another_number(tmp_path):
     """Python reads 0_95 as 95; a whole file of them would be one of another unit."""
     rows = "".join(f"{0.1 * k:.1f},{1 - 0.05 * k * k:.4f}\n" for k in range(8))
     refused(experiment(tmp_path, csv="t_s,z_m\n" + rows.replace("0.95", "0_95")), "row 3", "column z_m", "0_95")
+
+
+def test_a_noise_of_nothing_that_was_recorded_is_refused(tmp_path):
+    """Of heights alone a noise of the orientation says nothing; beside one of the position it may stand."""
+    toml = 'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[measurement]\nnoise = { %s }\n'
+    words = ("line 7: measurement.noise: is of orientation", "hold position alone", "write noise = { position = .. [m] }")
+    refused(experiment(tmp_path, toml=toml % "orientation = 0.01"), *words)
+    assert measured(experiment(tmp_path, toml=toml % "orientation = 0.01, position = 0.01")).trials[0].columns == ["z"]

@@ -70,6 +70,16 @@ def test_a_plausible_range_is_no_wall_but_where_a_law_ends_a_number_is_held():
     assert Free("a", "rad", 0.0, pi, 0.0, 0.0, period=pi).inside(1.5 * pi) == pytest.approx(0.5 * pi)
 
 
+def test_a_number_off_the_plausible_range_is_told_with_its_side_and_with_digits_that_show_it():
+    """47,000 is no more than 50,000; and 500,000.2 would read as the end that it exceeds."""
+    (critical,) = (free for free in candidate(effects.DragCrisis, FLOOR, BALL, True).free if free.name == "critical_reynolds")
+    assert (critical.low, critical.high) == (5e4, 5e5) and critical.beyond(5e4) == critical.beyond(2e5) == ""
+    assert critical.beyond(47_000.0) == "47000 lies below what is plausible (50000 to 500000)"
+    assert critical.beyond(500_000.2) == "500000.2 lies above what is plausible (50000 to 500000)"
+    assert critical.beyond(49_999.0).startswith("49999 lies below")
+    assert Free("a", "1", 0.0, 1 / 3, 0.0, 0.0).beyond(1 / 3 + 1e-12).startswith("0.333333")  # of ends as they are printed
+
+
 def test_surprise_is_minus_twice_the_log_of_a_cauchy_law():
     """One spread off costs 2 log 2; the spread is half the plausible range on its longer side."""
     free = Free("a", "1", -1.0, 4.0, 0.0, 0.0)

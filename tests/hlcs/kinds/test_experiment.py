@@ -65,7 +65,7 @@ def test_what_cannot_be_an_experiment_is_refused_by_what_was_given():
         ({"frames": [good], "trials": [{}, {}]}, "frames: 2 trials for 1 frames"),
         ({"frames": [good, good], "kind": "outcomes"}, 'frames: 2 frames; kind = "outcomes" takes one'),
         ({"frames": good, "body": {"mass": {1.0}}}, "frames: body.mass is a set"),
-        ({"frames": []}, "frames: no \\[\\[trial\\]\\]"),
+        ({"frames": []}, "frames: got \\[\\]; give a pandas frame"),
     ):
         with pytest.raises(hlcs.InputError, match=words):
             hlcs.Experiment.from_frames(**given)

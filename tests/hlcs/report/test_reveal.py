@@ -51,12 +51,12 @@ def test_look_alikes_have_a_number_of_the_data_and_no_true_one():
     assert rows[1] == ("time_scale", "factor", "-", "0.460 +- 0.020", "0.440 to 0.480")
 
 
-@pytest.mark.parametrize(("name", "candidates", "panels"), [("empty-gallery", [], 2), ("tall-tank", ["length_scale"], 3)])
-def test_before_and_after_are_drawn_and_after_only_where_something_is_added(name, candidates, panels):
-    found = hlcs.diagnose(mystery.experiment(name), candidates=candidates)
+@pytest.mark.parametrize(("name", "candidate", "panels"), [("empty-gallery", "mass_offset", 2), ("tall-tank", "length_scale", 3)])
+def test_before_and_after_are_drawn_and_after_only_where_something_is_added(name, candidate, panels):
+    found = hlcs.diagnose(mystery.experiment(name), candidates=candidate)
     axes = reveal.before_and_after(found)
     assert len(axes) == panels and all(ax.has_data() and ax.get_title(loc="left") for ax in axes)
-    assert bool(reveal.rows_of(mystery.answer(name), found)) == bool(candidates)
+    assert bool(reveal.rows_of(mystery.answer(name), found)) == bool(found.effects) == (panels == 3)
 
 
 def test_a_reveal_draws_into_axes_that_are_given_and_tells_that_without_a_fit_there_is_no_picture(tmp_path):

@@ -95,8 +95,9 @@ def test_a_complete_model_is_said_to_be_so_and_nothing_else():
 
 
 def test_a_number_beyond_what_is_usual_is_told_as_such():
-    odd = {"quadratic_drag": {"drag_coefficient": number(3.1, 0.1, usual="0 to 2")}}
-    assert "A drag coefficient of 3.1 is beyond what is known of such bodies (0 to 2)" in opening(diagnosis(parameters=odd))
+    beyond = "3.1 lies above what is plausible (0 to 2)"
+    odd = {"quadratic_drag": {"drag_coefficient": number(3.1, 0.1, usual="0 to 2", beyond=beyond)}}
+    assert f"A drag coefficient of {beyond}: check the inputs that it rests on." in opening(diagnosis(parameters=odd))
 
 
 def test_an_error_above_the_noise_is_never_called_noise():
@@ -166,7 +167,7 @@ def test_a_comparison_opens_in_plain_words_with_the_sign_in_words():
         "measured. It misses most in a.csv: 50 mm, 17 times the noise."
     )
     right = comparison(adequate=True, error={"rms": 0.003, "noise": NOISE, "unit": "m", "bias": -0.001})
-    assert opening(right) == "The model agrees with the measurement: it misses by 3 mm, which is noise (3 mm)."
+    assert opening(right) == "The model agrees with the measurement: it misses by 3 mm, which is your noise (3 mm)."
     assert "Statistic" in text(comparison(), details=True) and "Statistic" not in text(comparison())
 
 

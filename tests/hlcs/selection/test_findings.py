@@ -7,9 +7,10 @@ import pytest
 from linear_models import LAWS, Bend, sets
 
 from hlcs.effects import Candidate, classes
+from hlcs.effects.candidates import Free
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.records import Reason
-from hlcs.selection.findings import candidate_findings, set_label
+from hlcs.selection.findings import candidate_findings, change_told, set_label
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
 from hlcs.selection.verdict import starts_share
@@ -39,10 +40,16 @@ def test_what_does_as_well_is_named_on_both_sides_with_its_likeness(generator):
 
 
 def test_the_smallest_value_that_the_data_would_have_shown_has_its_unit(generator):
-    assert all(
-        finding.visible_from.startswith("rate 0.") and " 1/s from 0" in finding.visible_from
-        for finding in told(sets(0.3, generator))
-    )
+    assert all(re.fullmatch(r"rate 0\.\d+ 1/s", finding.visible_from) for finding in told(sets(0.3, generator)))
+
+
+def test_the_smallest_change_says_from_what_and_to_which_side():
+    """A drag is more than none, a ruler is too long or too short, and a density is off what is stated to both sides."""
+    either, number = Free("relative", "1", -0.02, 0.02, 0.0, 0.0), Free("rate", "1/s", 0.0, 5.0, 0.0, 0.0)
+    assert change_told(either, 0.0025) == "relative +-0.0025" and change_told(number, 0.02) == "rate 0.02 1/s"
+    stated = Free("friction", "1", 0.0, 1.5, 0.5, 0.5)
+    assert change_told(stated, 0.05) == "friction 0.05 more or less than 0.5"
+    assert change_told(Free("scale", "m", 1.0, 2.0, 1.0, 1.0), 0.1) == "scale 0.1 m more than 1"
 
 
 def test_sets_of_look_alikes_are_named_where_two_of_them_are_alike():
@@ -101,4 +108,5 @@ def test_a_number_tells_what_the_model_states_and_what_is_usual_where_it_is_not(
     number = {"value": 2.0, "low": 1.0, "high": 3.0, "unit": "1/s"}
     assert as_told(number, free, False) == number
     assert as_told(number, free, True) == number | {"stated": 0.0}
-    assert as_told(number | {"value": 20.0}, free, False)["usual"] == "0 to 10 1/s"
+    odd = as_told(number | {"value": 20.0}, free, False)
+    assert odd["usual"] == "0 to 10 1/s" and odd["beyond"] == "20 lies above what is plausible (0 to 10 1/s)"

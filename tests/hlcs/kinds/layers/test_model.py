@@ -46,7 +46,7 @@ def test_a_stated_number_beyond_what_is_plausible_is_told_by_file_and_line(tmp_p
     file = experiment(tmp_path, [measured("TPG", 1, "a")])
     file.path.write_text(file.path.read_text() + '[model]\neffects = [{ name = "plate_bias", offset = 0.3 }]\n')
     (note,) = (note for note in Layers(read_experiment_file(file.path), Options(), simulator).notes if "plausible" in note)
-    assert "layers.toml, line" in note and "plate_bias: offset = 0.3 lies beyond what is plausible (-0.05 to 0.05 Dn)" in note
+    assert "layers.toml, line" in note and "plate_bias: offset = 0.3 lies above what is plausible (-0.05 to 0.05 Dn)" in note
 
 
 def test_runs_come_back_by_model_set_and_seed_and_refused_ones_as_nan(tmp_path, simulator):

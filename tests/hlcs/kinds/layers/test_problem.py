@@ -14,7 +14,7 @@ from hlcs.kinds.protocol import Options
 @pytest.fixture
 def problem(tmp_path, simulator):
     file = experiment(tmp_path, [measured("TPG", 1, "a"), measured("RPG", 2, "b")], "margin = 0.0")
-    return Layers(read_experiment_file(file.path), Options(), simulator)._problem(range(1, 9))
+    return Layers(read_experiment_file(file.path), Options(), simulator, seeds=8)._problem()
 
 
 def test_white_residuals_have_the_covariance_of_the_table(problem):

@@ -26,7 +26,7 @@ def test_a_number_found_beyond_what_is_plausible_can_be_written_back(tmp_path):
     (factor,) = found.parameters["length_scale"].values()
     assert found.effects == ("length_scale",) and factor["value"] == pytest.approx(0.8, abs=0.01)
     seen = hlcs.compare(falls(tmp_path, 0.8, found.model.to_toml()))
-    assert seen.adequate and any("lies beyond what is plausible (0.9 to 1.1)" in note for note in seen.notes)
+    assert seen.adequate and any("lies below what is plausible (0.9 to 1.1)" in note for note in seen.notes)
 
 
 def test_what_no_law_allows_stays_refused_by_file_and_line(tmp_path):

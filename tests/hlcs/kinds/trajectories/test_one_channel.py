@@ -37,3 +37,16 @@ def test_heights_alone_show_the_drag_of_a_tennis_ball():
     assert (found.verdict, found.effects) == ("effect", ("quadratic_drag",))
     number = found.parameters["quadratic_drag"]["drag_coefficient"]
     assert number["low"] < 0.55 < number["high"] and number["high"] - number["low"] < 0.1
+
+
+def test_angles_that_nothing_explains_are_told_without_a_force_or_a_height():
+    """A spin that swings, which no effect makes: no law of a force is read from angles, and no height or speed is told of."""
+    draw, times, frames = np.random.default_rng(2), np.arange(0.0, 1.2, 1 / 60), []
+    for spin in (5.0, 8.0, 11.0, 14.0):
+        angle = spin * times + 0.2 * np.sin(9.0 * times) + 0.005 * draw.standard_normal(len(times))
+        frames.append({"t_s": times, "qw": np.cos(angle / 2), "qx": 0 * times, "qy": 0 * times, "qz": np.sin(angle / 2)})
+    found = diagnosed(frames, {"orientation": 0.005})
+    assert (found.verdict, found.learned) == ("unexplained", None)
+    assert found.where[0]["height"] is None and found.where[0]["speed"] is None and found.where[0]["time"] > 0
+    told = " ".join(str(found).split())
+    assert "m high" not in told and "goes with height" not in told and "goes with speed" not in told and "e+0" not in told
