@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
+from scipy import integrate
 
 LEAST = 5  # samples on each side [-]
 LONGEST = 0.15  # how far from an impact samples are used: their lines are straight but for a small bend [s]
@@ -57,7 +57,7 @@ class StraightFlight(NamedTuple):
         velocity = np.nan_to_num(slopes) + (times - self.times[0])[:, None] * self.pull
         slowed = -np.linalg.norm(velocity, axis=1)[:, None] * velocity
         for _ in ("velocity", "place"):
-            slowed = cumulative_trapezoid(slowed, times, axis=0, initial=0)
+            slowed = integrate.cumulative_trapezoid(slowed, times, axis=0, initial=0)
             slowed -= slowed[edge - part.start]
         return slowed
 
