@@ -1,10 +1,12 @@
 """Reveal: the sealed answer of a mystery, and what the data themselves give for it when its effects are fitted to them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import hlcs.mystery as mystery_sets
-from hlcs.diagnose import diagnose
+from hlcs.diagnose import diagnosis_of
 from hlcs.kinds.catalogue import named, whole_catalogue
+from hlcs.kinds.experiment import Experiment
+from hlcs.kinds.protocol import Options
 from hlcs.records import Diagnosis
 from hlcs.rendering import Result
 
@@ -41,7 +43,9 @@ def reveal(name, fit=True, workers=None, progress=False):
     catalogue = {facts.name for facts in whole_catalogue()}
     known = [effect for effect in (*answer["effects"], *answer["tied"]) if effect in catalogue]
     if fit:
-        diagnosis = diagnose(mystery_sets.experiment(name), candidates=known, workers=workers, progress=progress)
+        experiment = Experiment.read(mystery_sets.experiment(name))
+        opened = experiment.opened(Options(workers=workers, progress=progress))
+        diagnosis = replace(diagnosis_of(opened, known), experiment=experiment)  # of nothing hidden it is the model as it is
     laws = {effect: law_of(effect) for effect in answer["effects"] if effect in known}
     return Reveal(str(name), answer, laws, diagnosis)
 

@@ -65,6 +65,7 @@ def test_a_reveal_draws_into_axes_that_are_given_and_tells_that_without_a_fit_th
     assert all(ours is given and given.has_data() for ours, given in zip(told.plot(axes), axes, strict=True))
     with pytest.raises(hlcs.InputError, match="ax holds 1 Axes; this picture has 3"):
         told.plot(axes[0])
+    assert len(hlcs.reveal("empty-gallery").plot()) == 2  # before alone: nothing is hidden, so nothing is fitted
     told.save(tmp_path / "answer")
     names = {file.name for file in (tmp_path / "answer").iterdir()}
     assert {"reveal.json", "reveal.txt", "before_and_after.png"} <= names
