@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hlcs.files.folders import result_folder, write_bytes, write_text
 from hlcs.mystery.seal import SEALED, opened
-from minibullet.errors import InputError, nearest
+from minibullet.errors import InputError, if_alike
 
 FOLDER = Path(__file__).resolve().parent / "data"
 
@@ -93,5 +93,4 @@ def _folder(name):
         return FOLDER / name
     if (Path(name) / SEALED).is_file():
         return Path(name)
-    meant = f"did you mean '{near}'? " if (near := nearest(name, known, 0.6)) else ""
-    raise InputError(f"mystery '{name}': unknown, and no folder with {SEALED}; {meant}(all: {', '.join(known)})")
+    raise InputError(f"mystery '{name}': unknown, and no folder with {SEALED}{if_alike(name, known)} (all: {', '.join(known)})")

@@ -7,6 +7,7 @@ module of the engine is imported. Its people add their own: a scatter from test 
 import csv
 from collections import defaultdict
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -47,6 +48,7 @@ class Offer(NamedTuple):
     story: str  # what `reveal` says
 
 
+@cache
 def pybullet(cause):
     """Amplitudes (n,) of a cause that were run in pybullet, and of each the means, the coefficients of variation and the changes
     against no cause with the same seeds: three arrays (n, LAYERS), lengths in Dn."""

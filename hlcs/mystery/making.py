@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from hlcs.files.documents import to_toml
 from hlcs.mystery import layers, recording, scenes
 from hlcs.mystery.seal import SEALED, sealed
-from minibullet.errors import InputError, is_number, nearest, shown
+from minibullet.errors import InputError, if_alike, is_number, shown
 
 FINEST, COARSEST = 2e-4, 1e-2  # m: a good tracker close by, a film of a telephone from far
 SCENES = 8  # that are drawn until one can show an effect of the strength that is asked for
@@ -90,8 +90,7 @@ def made(effect, strength, seed):
     """
     known = OFFERS | layers.OFFERS
     if effect not in known:
-        meant = f"did you mean '{near}'? " if (near := nearest(effect, known, 0.6)) else ""
-        raise InputError(f"effect '{shown(effect)}': cannot be hidden; {meant}(all: {', '.join(known)})")
+        raise InputError(f"effect '{shown(effect)}': cannot be hidden{if_alike(effect, known)} (all: {', '.join(known)})")
     if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
         raise InputError(f"seed = {shown(seed)}: must be a whole number of at least 0")
     if not is_number(strength) or strength < 0:
