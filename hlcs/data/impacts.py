@@ -112,13 +112,17 @@ def kinks(times, height, sigma, width):
     return sorted(chosen)
 
 
-def impacts_of(trial, sigma, rho=0.0, drag=0.0):
-    """The impacts of one recording, list of Impact; empty where it has no floor or no height above it.
+def impacts_of(trial, sigma, rho=0.0):
+    """The impacts of one recording, no drag taken off, list of Impact; empty where it has no floor or no height above it.
 
-    sigma, rho: noise of a position [m] and its correlation from sample to sample, which widens the errors of slopes; drag: k of
-    the deceleration k v^2 that is taken off beside gravity [1/m].
+    sigma, rho: noise of a position [m] and its correlation from sample to sample, which widens the errors of slopes.
     """
-    flight, sides = sides_of(trial, sigma, rho)
+    return _impacts_between(trial, *sides_of(trial, sigma, rho), 0.0)
+
+
+def _impacts_between(trial, flight, sides, drag):
+    """The impacts of one recording between the parts of its StraightFlight, as `sides_of` gives them; drag: k of the deceleration
+    k v^2 that is taken off beside gravity [1/m]."""
     impacts = [_impact(trial, flight, before, after, drag) for before, after in sides]
     return [impact for impact in impacts if impact is not None]
 
@@ -205,14 +209,14 @@ def _along(vector, normal):
     return np.linalg.norm(vector - (vector @ normal) * normal)
 
 
-def read_drag(trials, sigma, rho=0.0):
+def read_drag(recordings):
     """k of the deceleration k v^2 [1/m] that bends the flights around the impacts of recordings of one body; 0.0 where they do
-    not show it by SHOWN standard errors.
+    not show it by SHOWN standard errors. recordings: what `sides_of` gives of each.
 
     Least squares in one number, a line of its own left to every side of every impact.
     """
     moment, information = 0.0, 0.0
-    for flight, sides in (sides_of(trial, sigma, rho) for trial in trials):
+    for flight, sides in recordings:
         for part in (part for both in sides for part in both):
             bend = flight.bend(part, part.start) @ flight.normal
             bend -= np.polyval(np.polyfit(flight.times[part], bend, 1), flight.times[part])
@@ -223,15 +227,15 @@ def read_drag(trials, sigma, rho=0.0):
 
 def read_impacts(measurement, noise):
     """The impacts of all recordings of a measurement, tuple of Impact; a drag is read for each body and fluid."""
-    alike = {}
-    for trial in measurement.trials:
-        alike.setdefault((trial.body, trial.surroundings.fluid_density), []).append(trial)
-    drag = {key: read_drag(trials, noise.position, noise.rho) for key, trials in alike.items()}
-    return tuple(
-        impact
+    found = [
+        ((trial.body, trial.surroundings.fluid_density), trial, sides_of(trial, noise.position, noise.rho))
         for trial in measurement.trials
-        for impact in impacts_of(trial, noise.position, noise.rho, drag[trial.body, trial.surroundings.fluid_density])
-    )
+    ]
+    alike = {}
+    for key, _, parts in found:
+        alike.setdefault(key, []).append(parts)
+    drag = {key: read_drag(recordings) for key, recordings in alike.items()}
+    return tuple(impact for key, trial, parts in found for impact in _impacts_between(trial, *parts, drag[key]))
 
 
 def mean_and_trend(values, errors, speeds):

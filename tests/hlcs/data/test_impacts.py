@@ -8,7 +8,7 @@ from hard_cases import CELLULOID, RUBBER, per_metre
 from hard_cases import bouncing as bouncing_in_air
 
 from hlcs.data.experiment_file import Body, Surroundings
-from hlcs.data.impacts import differing_from_model, impact_lines, impacts_of, mean_and_trend, read_drag, read_impacts
+from hlcs.data.impacts import differing_from_model, impact_lines, impacts_of, mean_and_trend, read_drag, read_impacts, sides_of
 from hlcs.data.recordings import Recordings, Trial
 from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.noise_model import Noise
@@ -130,7 +130,7 @@ def test_drag_takes_little_from_a_restitution(body, most):
         trials = dropped(body, 0.47, seed)
         seen += [one.restitution for one in read_impacts(Recordings(None, trials, None, ()), noise)]
         left_in += [one.restitution for trial in trials for one in impacts_of(trial, 1e-3)]
-        assert read_drag(trials, 1e-3) == pytest.approx(per_metre(0.47, **body), abs=3 * 0.0102)
+        assert read_drag([sides_of(trial, 1e-3) for trial in trials]) == pytest.approx(per_metre(0.47, **body), abs=3 * 0.0102)
     assert len(seen) == len(left_in) == 36
     assert abs(np.mean(seen) / 0.8 - 1) < most < 0.8 * abs(np.mean(left_in) / 0.8 - 1)
 
@@ -139,7 +139,7 @@ def test_flights_without_drag_are_not_bent_straight():
     """In a vacuum nothing is taken off: the readings keep every bit."""
     trials = dropped(RUBBER, 1e-9, 0)
     noise = Noise(CorrelatedNoise(1e-3, 0.0, 0.0, np.zeros((3, 3))), None, 1 / 120, "stated")
-    assert read_drag(trials, 1e-3) == 0.0
+    assert read_drag([sides_of(trial, 1e-3) for trial in trials]) == 0.0
     assert list(read_impacts(Recordings(None, trials, None, ()), noise)) == [
         one for trial in trials for one in impacts_of(trial, 1e-3)
     ]
