@@ -68,7 +68,7 @@ class Fit:
     @cached_property
     def surprise(self):
         """-2 log of what was believed of its numbers, relative to what was expected."""
-        return sum(free.surprise(value) for free, value in zip(free_numbers(self.model), self.estimate, strict=True))
+        return surprise(free_numbers(self.model), self.estimate)
 
     @cached_property
     def information(self):
@@ -77,7 +77,7 @@ class Fit:
         columns = np.concatenate(self.linearization.projected[1]) * spread
         return columns.T @ columns
 
-    @property
+    @cached_property
     def cost(self):
         """-2 log of the evidence for the model, up to a constant of the data."""
         return self.tempered(1.0)
@@ -131,3 +131,8 @@ def free_numbers(model):
 def values_of(model):
     """Values of the free numbers of a model's terms, in order (p,)."""
     return np.array([term.numbers[free.name] for term in model.terms for free in term.candidate.free])
+
+
+def surprise(frees, values):
+    """-2 log of what is believed of values (p,) of free numbers, relative to what is expected."""
+    return sum(free.surprise(value) for free, value in zip(frees, values, strict=True))

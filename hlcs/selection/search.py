@@ -14,6 +14,7 @@ import numpy as np
 
 from hlcs.estimation.budget import Budget
 from hlcs.estimation.least_squares import project_out
+from hlcs.estimation.linearization import free_numbers, surprise, values_of
 from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
@@ -125,8 +126,9 @@ class Search:
             if unforeseen:
                 unforeseen = []
                 continue
-            limit = self.cost(self.ranked()[0]) + self.reach()
-            promising = [each for each in self.open_proposals() if self.promising(*each, limit)]
+            best = self.ranked()[0]
+            limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
+            promising = [each for each in self.open_proposals() if self.promising(*each, limit, explained)]
             if not promising:
                 break
             if refits >= REFITS or self.budget.spent(f"{len(promising)} sets of effects that might do as well"):
@@ -178,8 +180,9 @@ class Search:
             sets += [effects - {name}, *(effects - {name} | {other} for other in held)]
         return [few for few in sets if few and self.compatible(few) and few not in self.fits and few not in self.impossible]
 
-    def promising(self, proposal, parent, limit):
+    def promising(self, proposal, parent, limit, explained):
         """May a set do as well as the best, cost no more than `limit`, and do better than every part of it that is fitted?
+        explained: does the best leave nothing but noise?
 
         What is foreseen to fall counts by the share that the fits of such sets found of it: where chi2 is rough, or nothing
         explains the data, a linear model promises much and keeps little. It may promise too little as well: in flight by what a
@@ -187,7 +190,7 @@ class Search:
         best ones. There, where a fit costs a hundred times as much, a set must also be foreseen to take away so much of the
         excess that the verdict would name it, while the best fit leaves more than noise.
         """
-        contact, explained = self.problem.simulator.contact, self.noise_alone(self.fits[self.ranked()[0]])
+        contact = self.problem.simulator.contact
         lost = max(1 - self.share_found(parent), 0.0) * max(proposal.fall, 0.0)
         parts = [self.cost(known) for known in self.fits if known < proposal.effects]
         more = 0.0 if explained else self.unsure.get(proposal.effects, 0.0)
@@ -219,8 +222,11 @@ class Search:
             }
         )
         waiting = [each for effects, each in self.foreseen.items() if effects not in known]
-        least = {effects: proposal.cost - self.unsure.get(effects, 0.0) for effects, (proposal, _) in self.foreseen.items()}
-        return sorted(waiting, key=lambda each: (least[each[0].effects], sorted(each[0].effects)))
+
+        def least(proposal):
+            return proposal.cost - self.unsure.get(proposal.effects, 0.0)
+
+        return sorted(waiting, key=lambda each: (least(each[0]), sorted(each[0].effects)))
 
     def expand(self):
         """Foresee neighbours of the best fitted sets: of the best alone where it explains the data, else of those too that are
@@ -304,12 +310,10 @@ class Search:
         """By how much less than foreseen from a fit each proposal may cost, {set: amount}: LOOKED times what one simulation at
         its numbers differs from it. Far from the data a law that is not linear in its numbers is foreseen at too much."""
         seen = self.problem.batched([partial(self.left_at, proposal.numbers, fit) for proposal in proposals])
-        foreseen = [misfit(fit) - proposal.fall - self.surprise(proposal.numbers) for proposal in proposals]
+        models = [self.model_with(proposal.numbers) for proposal in proposals]
+        believed = [surprise(free_numbers(model), values_of(model)) for model in models]
+        foreseen = [misfit(fit) - proposal.fall - part for proposal, part in zip(proposals, believed, strict=True)]
         return {each.effects: LOOKED * abs(a - b) for each, a, b in zip(proposals, seen, foreseen, strict=True)}
-
-    def surprise(self, numbers):
-        """-2 log of what is believed of numbers {effect: {number: value}}, relative to what is expected."""
-        return sum(free.surprise(numbers[name][free.name]) for name in sorted(numbers) for free in self.candidates[name].free)
 
     def beginnings(self, proposal):
         """Numbers to begin a fit from, {effect: {number: value}} each, without those that say the same."""

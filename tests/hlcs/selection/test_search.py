@@ -60,9 +60,9 @@ def test_what_is_foreseen_counts_by_the_share_that_fits_of_the_same_expansion_fo
     """A fall of 40 is foreseen to cost 10 less than the base; where fits found a quarter of such falls it costs 20 more."""
     search = searched(0.0, noise=0.1, generator=generator)
     proposal = Proposal(search.cost(frozenset()) - 10, frozenset({"another"}), {}, 40.0)
-    assert search.promising(proposal, search.base, search.cost(frozenset()))
+    assert search.promising(proposal, search.base, search.cost(frozenset()), False)
     search.found[id(search.base)] = [(10.0, 20.0), (0.0, 20.0)]
-    assert not search.promising(proposal, search.base, search.cost(frozenset()))
+    assert not search.promising(proposal, search.base, search.cost(frozenset()), False)
 
 
 def test_a_fit_begins_no_farther_off_than_the_misfit_allows():
