@@ -86,8 +86,9 @@ class TrajectoryProblem(Problem):
         table = np.empty((len(trial.times), len(CHANNELS)))
         table[:, :3] = trial.position - position
         if have_unit(recording.channel, "rad").any():
-            measured = np.nan_to_num(trial.orientation)
-            table[:, 3:6] = rotations.logarithm(rotations.product(measured, rotations.conjugate(orientation)))
+            seen = np.isfinite(trial.orientation[:, 0])
+            turns = rotations.logarithm(rotations.product(trial.orientation[seen], rotations.conjugate(orientation[seen])))
+            table[seen, 3:6] = continued(turns)
         if trial.accelerations:
             table[:, 6:] = trial.accelerations.values - force
         return table[recording.sample, recording.channel]
@@ -236,6 +237,18 @@ def told_how_high(design, path, longer):
     if "duration" not in design.what or down <= 0:
         return design
     return design._replace(text=f"{design.text}, from {down:.2g} m higher")
+
+
+def continued(turns):
+    """Rotation vectors of successive samples (n, 3) [rad], each with as many whole turns about its axis as bring it nearest the
+    one before: where a model loses more than half a turn the difference goes on growing."""
+    if not (np.linalg.norm(np.diff(turns, axis=0), axis=1) > np.pi).any():
+        return turns
+    angle = np.linalg.norm(turns, axis=1)
+    axes, turns = turns / np.where(angle > 0, angle, 1.0)[:, None], turns.copy()
+    for k in range(1, len(turns)):
+        turns[k] += 2 * np.pi * np.round((axes[k] @ turns[k - 1] - angle[k]) / (2 * np.pi)) * axes[k]
+    return turns
 
 
 def stacked(columns, rows):
