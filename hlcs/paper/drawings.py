@@ -56,9 +56,9 @@ def grids(nominal_diameter):
         first, second = (grid.centres(4, 4, layer) for layer in (1, 2))
         ax.plot(*first.T, "o", color="#6a8caf", markersize=13, label="first layer")
         ax.plot(*second.T, "x", color="#b5651d", markersize=8, markeredgewidth=2, label="hollows: second layer")
-        x, y = first[0]
+        (x, y), left = first[0], first[:, 0].min() - 0.65
         dimension(ax, (x, y - 0.45), (x + grid.spacing_x, y - 0.45), f"a = {grid.spacing_x:g} Dn")
-        dimension(ax, (x - 0.5, y), (x - 0.5, y + grid.spacing_y), f"b = {grid.spacing_y:g} Dn")
+        dimension(ax, (left, y), (left, y + grid.spacing_y), f"b = {grid.spacing_y:g} Dn")
         scale(ax, nominal_diameter)
         ax.set_title(f"{grid.name}, packing density {grid.packing_density:.3f}", fontsize=10)
     axes[0].legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(0.0, -0.2), ncols=2)
