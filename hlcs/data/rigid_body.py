@@ -113,3 +113,9 @@ def rigid_body(body: Body) -> RigidBody:
         tuple(rotations.from_matrix(axes)),
         shape,
     )
+
+
+def support(shape, orientation, normal):
+    """Heights of all vertices (less their rounding radius) above the centre of mass along the normal, (V,) [m]."""
+    heights = [rotations.rotate(orientation, piece.vertices) @ normal - piece.radius for piece in shape.pieces]
+    return np.concatenate(heights)

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.data.rigid_body import rigid_body
+from hlcs.data.rigid_body import rigid_body, support
 from hlcs.estimation.multiple_shooting import refit_initial_states
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
-from hlcs.simulation.contact_motion import lies_on_a_face, support
+from hlcs.simulation.contact_motion import lies_on_a_face
 from hlcs.simulation.initial_state import shifted
 from hlcs.simulation.simulator import Simulator
 from minibullet import rotations

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 import minibullet as mb
-from hlcs.data.rigid_body import RigidBody, rigid_body
+from hlcs.data.rigid_body import RigidBody, rigid_body, support
 from hlcs.simulation.batch_effects import shared_effects
 from hlcs.simulation.free_flight import Track
 from minibullet import rotations
@@ -38,12 +38,6 @@ class OffCentre:
 def off_centre(shape, centre):
     """The OffCentre of a shape; the same one for every run that has it."""
     return OffCentre(shape, centre)
-
-
-def support(shape, orientation, normal):
-    """Heights of all vertices (less their rounding radius) above the centre of mass along the normal, (V,) [m]."""
-    heights = [rotations.rotate(orientation, piece.vertices) @ normal - piece.radius for piece in shape.pieces]
-    return np.concatenate(heights)
 
 
 def gap(shape, position, orientation, surroundings):

@@ -6,7 +6,7 @@ of its unknowns is (slot, direction): the slot counts SLOTS, the direction is a 
 
 import numpy as np
 
-from hlcs.data.rigid_body import rigid_body
+from hlcs.data.rigid_body import rigid_body, support
 from hlcs.simulation import contact_motion
 from minibullet import rotations
 
@@ -104,7 +104,7 @@ def fastest_slide(trial):
 def height_on_floor(trial):
     """Height of the centre of mass of a body that lies on its floor in the attitude that is stated, else upright [m]."""
     turn = np.asarray(trial.start.get("orientation", (1.0, 0.0, 0.0, 0.0)), dtype=float)
-    heights = contact_motion.support(rigid_body(trial.body).shape, turn, np.asarray(trial.surroundings.floor_normal))
+    heights = support(rigid_body(trial.body).shape, turn, np.asarray(trial.surroundings.floor_normal))
     return float(-heights.min())
 
 

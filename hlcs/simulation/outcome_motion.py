@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hlcs.data.quantities import OUTCOMES
-from hlcs.data.rigid_body import rigid_body
+from hlcs.data.rigid_body import rigid_body, support
 from hlcs.effects.contract import Setup
-from hlcs.simulation.contact_motion import support
 from hlcs.simulation.free_flight import Track, fly
 from minibullet.bodies import Bodies, ContactLaw, Contacts
 from minibullet.effects import contact_law

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hlcs.simulation.contact_motion import support
+from hlcs.data.rigid_body import support
 from minibullet import rotations
 
 REGIMES = ("flight", "impact", "slide", "roll", "rest")
