@@ -14,12 +14,17 @@ from typing import NamedTuple
 import numpy as np
 from scipy import integrate
 
+from hlcs.data.rigid_body import lowest_points, rigid_body
+from hlcs.data.turns import continued
+from minibullet import rotations
+
 LEAST = 5  # samples on each side [-]
 LONGEST = 0.15  # how far from an impact samples are used: their lines are straight but for a small bend [s]
 SHOWN = 2.0  # standard errors from which a drag is taken off: below, it would scatter the readings more than it mends them
 UNSURE = 0.1  # standard error of a reading beyond which it tells no number to begin with [-]
 MOST_AT_ONCE = 2_000_000  # numbers of overlapping lines that are held at a time (16 MB each)
 CERTAIN = 6.0  # kinks below this many standard errors are no impacts [-]
+LOW = 5.0  # errors of a position above the lowest corner at which another may be the one that touches: of two on an edge one [-]
 
 
 @dataclass(frozen=True)
@@ -28,8 +33,8 @@ class Impact:
 
     trial: str
     time: float  # of contact [s]
-    speed: float  # of approach, along the normal, positive [m/s]
-    restitution: float | None  # None for bodies that are no spheres
+    speed: float  # of approach of the point that touches, of the centre where it is not known; along the normal, positive [m/s]
+    restitution: float | None  # None for bodies that are no spheres and whose turns were not recorded
     restitution_error: float | None
     slip: float | None  # speed along the floor before, of the centre [m/s]; None where it was not recorded
     friction: float | None  # |P_t|/P_n
@@ -41,6 +46,7 @@ class StraightFlight(NamedTuple):
 
     times: np.ndarray  # (n,) [s]
     positions: np.ndarray  # (n, 3) [m]
+    orientations: np.ndarray  # quaternions (n, 4), NaN where not recorded
     heights: np.ndarray  # along the normal of the floor (n,) [m]
     normal: np.ndarray  # of the floor (3,)
     pull: np.ndarray  # gravity (3,) [m/s2]
@@ -140,7 +146,7 @@ def sides_of(trial, sigma, rho=0.0):
     pull = np.array([0.0, 0.0, -around.gravity])
     straight = x - 0.5 * (t[:, None] - t[0]) ** 2 * pull
     sigma = sigma * np.sqrt((1 + rho) / (1 - rho))
-    flight = StraightFlight(t, straight, straight[:, used] @ normal[used], normal, pull, sigma)
+    flight = StraightFlight(t, straight, trial.orientation[there], straight[:, used] @ normal[used], normal, pull, sigma)
     width = max(LEAST, int(LONGEST / np.median(np.diff(t))))
     places = kinks(t, flight.heights, sigma, max(LEAST, width // 3))
     sides = []
@@ -148,7 +154,7 @@ def sides_of(trial, sigma, rho=0.0):
         first = max(k + 1 - width, places[number - 1] + 1 if number else 0)
         last = min(k + 1 + width, places[number + 1] + 1 if number + 1 < len(places) else len(t))
         split = _best_split(flight, first, k + 1, last)
-        if split is not None:
+        if split is not None and not _carried(flight, first, split, last):
             sides.append((slice(first, split), slice(split, last)))
     return flight, sides
 
@@ -165,6 +171,14 @@ def _best_split(flight, first, guess, last):
     while (near := min((best - 1, best + 1), key=left)) and left(near) < left(best):
         best = near
     return best if min(best - first, last - best) >= LEAST else None
+
+
+def _carried(flight, first, split, last):
+    """Do samples look more like those of a body that rests, slides or rolls on its floor than like two flights?"""
+    fallen = 0.5 * (flight.times - flight.times[0]) ** 2 * (flight.pull @ flight.normal)
+    carried = _misfit(flight._replace(heights=flight.heights + fallen), slice(first, last))
+    flown = _misfit(flight, slice(first, split)) + _misfit(flight, slice(split, last))
+    return carried / (last - first - 2) < flown / (last - first - 4)
 
 
 def _misfit(flight, part):
@@ -186,13 +200,12 @@ def _impact(trial, flight, before, after, drag):
     a, b = line(t[before], height[before], moment), line(t[after], height[after], moment)
     fall = (flight.pull @ flight.normal) * (moment - t[0])
     down, up = a[1] + fall, b[1] + fall
-    if down >= 0.0 or up <= 0.0:  # a kink on the way down, such as one made of the first samples after an impact that is too late
-        return None
     error_down, error_up = flight.sigma * np.sqrt(a[2][1, 1]), flight.sigma * np.sqrt(b[2][1, 1])
-    restitution = error = None
-    if trial.body.shape == "sphere":
-        restitution = float(-up / down)
-        error = float(np.hypot(error_up, restitution * error_down) / -down)
+    speeds, errors, restitution, error = (down, up), (error_down, error_up), None, None
+    if (points := _touching(trial.body, flight, before, after, moment)) is not None:
+        speeds, errors, restitution, error = _of_a_point(*points, flight.normal, speeds, errors)
+    if speeds[0] >= 0.0 or speeds[1] <= 0.0:  # on the way down: the first samples after an impact may be taken for one
+        return None
     slip = friction = friction_error = None
     if np.isfinite(flight.positions).all():
         velocities = [
@@ -201,7 +214,47 @@ def _impact(trial, flight, before, after, drag):
         slip = float(_along(velocities[0] + flight.pull * (moment - t[0]), flight.normal))
         friction = float(_along(velocities[1] - velocities[0], flight.normal) / (up - down))
         friction_error = float(np.hypot(error_up, error_down) * np.hypot(1.0, friction) / (up - down))
-    return Impact(trial.name, float(moment), float(-down), restitution, error, slip, friction, friction_error)
+    return Impact(trial.name, float(moment), float(-speeds[0]), restitution, error, slip, friction, friction_error)
+
+
+def _touching(body, flight, before, after, moment):
+    """(points that may touch, the lowest first, from the centre of mass (k, 3) [m], [(angular velocity (3,), its error [rad/s])
+    before and after]) of an impact; None where the body's turns were not recorded. That of a sphere moves along the normal
+    as its centre does."""
+    if body.shape == "sphere":
+        return np.zeros((1, 3)), [(np.zeros(3), 0.0)] * 2
+    if not np.isfinite(flight.orientations[before.start : after.stop]).all():
+        return None
+    (orientation, *first), (_, *second) = (_turning(flight, part, moment) for part in (before, after))
+    return lowest_points(rigid_body(body).shape, orientation, flight.normal, LOW * flight.sigma), (first, second)
+
+
+def _of_a_point(points, turning, normal, speeds, errors):
+    """((speed before, after), their errors, restitution, its error) of the point of a body that touches.
+
+    points, turning: see `_touching`; speeds, errors: of the centre along the normal. What the restitution of the other points
+    that may touch differs by is part of the error; where one of them does not approach it is not known: None.
+    """
+    down, up = (speed + np.cross(spin, points) @ normal for speed, (spin, _) in zip(speeds, turning, strict=True))
+    arm = _along(points[0], normal)
+    errors = [float(np.hypot(error, arm * its)) for error, (_, its) in zip(errors, turning, strict=True)]
+    speeds = down[0], up[0]
+    if not (down < 0.0).all():
+        return speeds, errors, None, None
+    ratio = -up / down
+    error = np.hypot(np.hypot(errors[1], ratio[0] * errors[0]) / -down[0], np.ptp(ratio) / 2)
+    return speeds, errors, float(ratio[0]), float(error)
+
+
+def _turning(flight, part, moment):
+    """(orientation at a moment, steady angular velocity (3,), its error [rad/s]) of a part of a flight."""
+    times, turns = flight.times[part], flight.orientations[part]
+    reference = turns[np.argmin(np.abs(times - moment))]
+    away = continued(rotations.logarithm(rotations.product(turns, rotations.conjugate(reference))))
+    values, spin, inverse = line(times, away, moment)
+    left = away - values - np.outer(times - moment, spin)
+    sigma = np.sqrt(np.sum(left**2) / (3 * (len(times) - 2)))
+    return rotations.product(rotations.exponential(values), reference), spin, sigma * np.sqrt(inverse[1, 1])
 
 
 def _along(vector, normal):

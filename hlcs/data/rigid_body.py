@@ -119,3 +119,12 @@ def support(shape, orientation, normal):
     """Heights of all vertices (less their rounding radius) above the centre of mass along the normal, (V,) [m]."""
     heights = [rotations.rotate(orientation, piece.vertices) @ normal - piece.radius for piece in shape.pieces]
     return np.concatenate(heights)
+
+
+def lowest_points(shape, orientation, normal, within):
+    """Points of a solid no more than so far above its lowest one, from the centre of mass, the lowest first, (k, 3) [m]."""
+    points = [rotations.rotate(orientation, piece.vertices) - piece.radius * normal for piece in shape.pieces]
+    points = np.concatenate(points)
+    heights = points @ normal
+    order = np.argsort(heights, kind="stable")
+    return points[order[heights[order] <= heights.min() + within]]

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
+from hlcs.data.turns import continued
 from hlcs.effects.witnesses import Camera
 from hlcs.estimation.designs import DEEP, FURTHER, HIGH, Designs, changes_of, other_bodies_tell
 from hlcs.estimation.linearization import Linearization, Recording
@@ -237,18 +238,6 @@ def told_how_high(design, path, longer):
     if "duration" not in design.what or down <= 0:
         return design
     return design._replace(text=f"{design.text}, from {down:.2g} m higher")
-
-
-def continued(turns):
-    """Rotation vectors of successive samples (n, 3) [rad], each with as many whole turns about its axis as bring it nearest the
-    one before: where a model loses more than half a turn the difference goes on growing."""
-    if not (np.linalg.norm(np.diff(turns, axis=0), axis=1) > np.pi).any():
-        return turns
-    angle = np.linalg.norm(turns, axis=1)
-    axes, turns = turns / np.where(angle > 0, angle, 1.0)[:, None], turns.copy()
-    for k in range(1, len(turns)):
-        turns[k] += 2 * np.pi * np.round((axes[k] @ turns[k - 1] - angle[k]) / (2 * np.pi)) * axes[k]
-    return turns
 
 
 def stacked(columns, rows):

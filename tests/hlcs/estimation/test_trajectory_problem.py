@@ -7,10 +7,9 @@ from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.recordings import Trial
 from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.noise_model import Noise
-from hlcs.estimation.trajectory_problem import TrajectoryProblem, continued
+from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.simulation.model import Model
 from hlcs.simulation.simulator import Simulator
-from minibullet import rotations
 
 SIGMA, STEP = 0.01, 0.05
 TIMES = STEP * np.arange(12)
@@ -60,13 +59,3 @@ def test_what_is_dropped_or_missing_is_no_observation():
     assert np.bincount(recording.channel).tolist() == [11, 0, 11]
     assert 3 not in recording.sample[recording.channel == 0] and 7 not in recording.sample[recording.channel == 2]
     assert len(recording.unknown) == 4  # nothing is known, or asked, of an axis that nobody measured
-
-
-def test_a_turn_that_goes_on_is_told_beyond_half_a_turn():
-    """Of a turn by up to 20 rad about a fixed axis a quaternion shows the shorter way round; samples in order show all of it,
-    also where one of them is a whole turn to the last digit."""
-    axis = np.array([2.0, -1.0, 2.0]) / 3
-    angles = np.array([0.0, 1.0, 2.9, 4.0, 2 * np.pi, 8.0, 10.9, 4 * np.pi, 15.0, 17.5, 20.0])
-    seen = rotations.logarithm(rotations.exponential(np.outer(angles, axis)))
-    assert np.linalg.norm(seen, axis=1).max() <= np.pi
-    np.testing.assert_allclose(continued(seen), np.outer(angles, axis), atol=1e-12)
