@@ -13,10 +13,11 @@ from hlcs.processes.interrupts import STOPPED
 SEGMENTED_LIMIT = 3.0e6  # body-steps of a search on a tumbling body: some 90 s at 30 us each
 SMOOTH_LIMIT = 10.0e6  # the same where recordings are not in segments: 60 to 70 s at 6 to 7 us each
 FLIGHT_LIMIT = 40.0e6  # the same where nothing touches: at most 2 us each, what a step costs by itself counted too
-SEARCH_LINEARISATIONS = 200  # that a search over the whole library needs
+SEARCH_LINEARISATIONS = 250  # that a search over the whole library needs
 FIT_LINEARISATIONS = 7  # that a fit takes, as a rule
 CONFIRM_LINEARISATIONS = 60  # to fit the model under test and to refit what was accepted, on more recordings
-LEFT_OUT = "left out to keep within the limit of time:"
+IN_TIME = "to keep within the limit of time "
+LEFT_OUT = f"left out {IN_TIME.strip()}:"
 TELLING = 0.02  # part of the limit after which the time left can be told
 LINEARISATION_RUNS = 13  # one, and one for each number of the initial state
 
@@ -31,17 +32,28 @@ class Budget:
             self.limit = SEGMENTED_LIMIT if problem.segmented else SMOOTH_LIMIT
         self.start, self.begun = self.simulator.body_steps, perf_counter()
         self.left_out, self.stopped = [], False
+        self.fits, self.on_fits = 0, 0  # how many sets were fitted, and what that took
+
+    @property
+    def steps(self):
+        """Body-steps that are spent."""
+        return self.simulator.body_steps - self.start
 
     @property
     def share(self):
         """Part of the limit that is spent [-]."""
-        return (self.simulator.body_steps - self.start) / self.limit
+        return self.steps / self.limit
+
+    def fitted(self, count, before):
+        """So many sets were fitted since so many `steps`: what the next ones take is told from them."""
+        self.fits, self.on_fits = self.fits + count, self.on_fits + self.steps - before
 
     def spent(self, what):
-        """Is the limit reached? Then `what` is noted as left out, once."""
-        if self.share > 1 and what not in self.left_out:
+        """Is the limit reached, or would the next fit go beyond it? Then `what` is noted as left out, once."""
+        over = self.share > 1 or bool(self.fits) and self.affordable(1) < 1
+        if over and what not in self.left_out:
             self.left_out.append(what)
-        return self.share > 1
+        return over
 
     def time_left(self):
         """Words on how long the search may still take at most, by what it took so far; none before that can be told."""
@@ -51,9 +63,12 @@ class Budget:
         return f", at most {seconds:.0f} s left" if seconds < 100 else f", at most {seconds / 60:.0f} min left"
 
     def affordable(self, most):
-        """How many fits, in one batch, what is left allows for: two at least, so many at most."""
-        cost = 2 * FIT_LINEARISATIONS * max(linearisation_cost(self.problem.trials, self.simulator.time_step), 1.0)
-        return int(np.clip(int((1 - self.share) * self.limit / cost), 2, most))
+        """How many fits, in one batch, what is left allows for: so many at most; two at least before any fit told its cost."""
+        if self.fits:
+            least, cost = 0, self.on_fits / self.fits
+        else:
+            least, cost = 2, 2 * FIT_LINEARISATIONS * linearisation_cost(self.problem.trials, self.simulator.time_step)
+        return int(np.clip(int((1 - self.share) * self.limit / max(cost, 1.0)), least, most))
 
     def notes(self):
         """Sentences on what was left out."""
@@ -79,13 +94,20 @@ def screening_subset(measurement, contact, limit=SEGMENTED_LIMIT):
         return measurement, measurement, ()
     order = round_robin(trials)
     first, second = ([trials[k] for k in sorted(order[:count])] for count in (few, many))
-    names = ", ".join(trial.name for trial in first[:6]) + " .." * (few > 6)
     rest = "all" if many >= len(trials) else f"{many}; the rest are left out"
-    note = (
-        f"to keep within the limit of time every candidate is tried on {few} of {len(trials)} recordings ({names}), "
-        f"those accepted are refitted on {rest}"
-    )
-    return replace(measurement, trials=tuple(first)), replace(measurement, trials=tuple(second)), (note,)
+    note = f"every candidate is tried on {told(first, trials)}, those accepted are refitted on {rest}"
+    return replace(measurement, trials=tuple(first)), replace(measurement, trials=tuple(second)), (IN_TIME + note,)
+
+
+def only(few, measurement):
+    """(Recordings to screen, the same to confirm on, sentences) where already a fit of these few takes what all may take."""
+    return few, few, (f"{IN_TIME}{told(few.trials, measurement.trials)} are used; the rest are left out",)
+
+
+def told(few, trials):
+    """Words on how many of the recordings these few are, and their names."""
+    names = ", ".join(trial.name for trial in few[:6]) + " .." * (len(few) > 6)
+    return f"{len(few)} of {len(trials)} recordings ({names})"
 
 
 def round_robin(trials):

@@ -27,6 +27,7 @@ REACH = (
 LINES = 4  # through a number at most, until a short one has the minimum inside
 GROWN = 3  # at one value of so many initial states are also sought from the samples anew: its neighbours take them over
 EXCHANGES = 3  # rounds in which segments try the initial states of the neighbouring values
+SETTLED = 0.02  # fall of chi2 along the line, relative, below which no segment has gained from its neighbours
 ROUNDS = 4  # steps of the initial states in each of them
 TAIL = 0.95  # of Student's law, at which an error from few segments is told as one from many
 WITNESSES = 2.0  # segments that must tell a number: the disagreement of fewer is not seen
@@ -143,7 +144,10 @@ def along(problem, fit, index, reach, thorough):
 
     results = problem.batched([lambda place=place: first(place) for place in range(len(models))])
     for _ in range(EXCHANGES if thorough else 0):
+        before = sum(result[0] for result in results)
         results = problem.batched([lambda place=place: exchanged(place) for place in range(len(models))])
+        if (sum(result[0] for result in results) > (1 - SETTLED) * before).all():
+            break
     chi2, states = (np.array(part) for part in zip(*results, strict=True))
     return Line(offsets, direction, chi2, states)
 

@@ -18,7 +18,20 @@ from hlcs.estimation.linearization import free_numbers, surprise, values_of
 from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
-from hlcs.selection.thresholds import AGAIN, EXPANDED, FORESEEN, HELPS, LOOKED, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
+from hlcs.selection.thresholds import (
+    AGAIN,
+    EXPANDED,
+    FORESEEN,
+    HELPS,
+    LOOKED,
+    MOST_EFFECTS,
+    NOISE,
+    ODDS,
+    REACH,
+    REFITS,
+    TIED,
+    TOGETHER,
+)
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
 
@@ -28,17 +41,18 @@ NEARER = (1, 1 / 2, 1 / 4, 1 / 8, 0)  # parts of the way to the numbers that wer
 class Search:
     """The fitted sets of effects of one problem."""
 
-    def __init__(self, problem, candidates, base, odds=ODDS, progress=None, readings=None, first=()):
+    def __init__(self, problem, candidates, base, odds=ODDS, progress=None, readings=None, first=(), budget=None):
         """base: Fit of the model under test; odds: against one effect; readings: candidate -> its numbers as samples around the
-        impacts show them; first: names of those that are fitted whatever is foreseen of them, from their readings: far from the
-        data nothing foresees them."""
+        impacts show them; first: sets that are fitted whatever is foreseen of them, {candidate: its numbers} each: far from the
+        data nothing foresees them; budget: of a search that this one goes on with."""
         self.problem, self.base, self.odds = problem, base, odds
         self.candidates = {entry.name: entry for entry in sorted(candidates, key=lambda entry: entry.name)}
         self.progress = progress or (lambda text: None)
-        self.readings, self.first = readings or {}, [name for name in first if name in self.candidates]
+        self.readings, self.first = readings or {}, tuple(first)
         self.base_has_drag = has_drag(base.model)
-        self.budget = Budget(problem)
+        self.budget = budget or Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
+        self.reduced = {}  # the same of sets that the search had no need of, fitted for the verdict
         self.base_model = None  # LinearModel at the model under test
         self.overdispersion = 1.0  # how many residuals count as one beside the best fit, where its adequacy has been judged
         self.expanded, self.foreseen = [], {}  # sets; set -> (Proposal, Fit that it was foreseen from)
@@ -89,6 +103,12 @@ class Search:
         drag = self.base_has_drag or any(entry.is_drag for entry in entries)
         return len(forms) == len(set(forms)) and (drag or not any(entry.through_drag for entry in entries))
 
+    def tied(self):
+        """The numbers of the sets that do as well as the best one, as `first` takes them; not those of the model under test."""
+        sets = self.ranked()
+        near = [effects for effects in sets if effects and self.cost(effects) < self.cost(sets[0]) + TIED]
+        return [{term.name: term.numbers for term in self.fits[effects].model.terms} for effects in near]
+
     # --- best first -----------------------------------------------------------------------------------------------------------
 
     def run(self):
@@ -106,7 +126,7 @@ class Search:
     def wider(self, overdispersion):
         """Go on as far as sets are of interest where so many residuals count as one; is one of them better than all before?"""
         best = self.cost(self.ranked()[0])
-        self.overdispersion, self.first = overdispersion, []
+        self.overdispersion, self.first = overdispersion, ()
         return not self.budget.stopped and self.cost(self.run().ranked()[0]) < best - AGAIN
 
     def reach(self):
@@ -119,12 +139,13 @@ class Search:
         refits, unforeseen = 0, self.first
         while True:
             self.expand()
-            for name in unforeseen:
-                known = Proposal(np.inf, frozenset({name}), {name: self.readings[name]})
-                if self.compatible(known.effects) and (fit := self.refit(known, self.base)) is not None:
-                    self.fits[known.effects] = fit
+            for numbers in unforeseen:
+                before = self.budget.steps
+                if (fit := self.refit(Proposal(np.inf, frozenset(numbers), numbers), self.base)) is not None:
+                    self.fits[frozenset(numbers)] = fit
+                self.budget.fitted(1, before)
             if unforeseen:
-                unforeseen = []
+                unforeseen = ()
                 continue
             best = self.ranked()[0]
             limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
@@ -137,7 +158,9 @@ class Search:
             together = together[: self.budget.affordable(TOGETHER)] if self.problem.simulator.contact else together[:1]
             named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3])
             self.progress(f"fitting {named}{self.budget.time_left()}")
+            before = self.budget.steps
             fits = self.problem.batched([partial(self.refit, *each) for each in together])
+            self.budget.fitted(len(together), before)
             for (proposal, parent), fit in zip(together, fits, strict=True):
                 effects = proposal.effects
                 if fit is None:

@@ -16,7 +16,7 @@ class FittedSets:
     def __init__(self, search, cross_validation, overdispersion=1.0):
         """overdispersion: how many residuals count as one where no set is adequate; a wrong model concentrates falsely."""
         self.search, self.cross_validation, self.overdispersion = search, cross_validation, overdispersion
-        self.judged, self.reduced = {}, {}  # (set, effect) -> HeldOut; set that the search did not fit -> its Fit
+        self.judged = {}  # (set, effect) -> HeldOut
 
     def tempered(self, overdispersion):
         """The same sets where the data count for less."""
@@ -83,14 +83,15 @@ class FittedSets:
         """The Fit of a set, made where the search had no need of it."""
         if effects in self.search.fits:
             return self.search.fits[effects]
-        if effects not in self.reduced:
+        reduced = self.search.reduced
+        if effects not in reduced:
             larger = min((known for known in self.search.fits if effects < known), key=lambda known: (len(known), sorted(known)))
             fit, base = self.search.fits[larger], self.search.fits[frozenset()]
             numbers = {term.name: term.numbers for term in fit.model.terms if term.name in effects}
             near = self.search.nearer(numbers, base)
             states = fit.initial_states if near == numbers else base.initial_states
-            self.reduced[effects] = self.search.problem.fit(self.search.model_with(near), states)
-        return self.reduced[effects]
+            reduced[effects] = self.search.problem.fit(self.search.model_with(near), states)
+        return reduced[effects]
 
     def worth(self, effects, name):
         """By how much the cost of a set would rise without one of its effects."""

@@ -12,7 +12,7 @@ from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
 from hlcs.data.recordings import read_recordings
 from hlcs.data.sinking import read_viscosity
 from hlcs.effects import check_names, class_named
-from hlcs.estimation.budget import SMOOTH_LIMIT, screening_subset
+from hlcs.estimation.budget import SMOOTH_LIMIT, only, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
 from hlcs.estimation.noise_model import estimate_noise
 from hlcs.kinds.protocol import Observation, misfit
@@ -97,7 +97,9 @@ class Trajectories:
         contact, measurement = touches(self.measurement.trials, noise), thinned(self.measurement, noise)
         few, many, notes = screening_subset(measurement, contact)
         prepared = prepare(few, own, noise)
-        if few is not many and not prepared.problem.segmented:  # cheaper than feared
+        if few is not many and prepared.problem.segmented:
+            few, many, notes = only(few, measurement)
+        elif few is not many:  # cheaper than feared
             few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
             prepared = prepare(few, own, noise)
         chosen, absent = self._candidates(few, prepared.contact, candidates)
@@ -111,16 +113,15 @@ class Trajectories:
         def searched(prepared, chosen, absent):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
             odds = ODDS if cross_validation.possible else ODDS_ALONE
-            begun = partial(
-                Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking, first=sinking
-            )
-            search, looked = begun(base=prepared.base).run(), [frozenset()]
+            first = together(impacts if prepared.problem.segmented else sinking, chosen)  # of segments few sets can be fitted
+            begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking)
+            search, looked = begun(base=prepared.base, first=[first] if first else []).run(), [frozenset()]
             while (best := search.ranked()[0]) not in looked and len(looked) <= LOOKS:
-                done = search.budget.stopped or search.noise_alone(search.fits[best])
+                done = search.budget.stopped or search.budget.left_out or search.noise_alone(search.fits[best])
                 if done or not (renewed := beside(prepared, search.fits[best])):
                     break
                 prepared, looked = renewed, [*looked, best]
-                search = begun(base=prepared.base).run()
+                search = begun(base=prepared.base, first=search.tied(), budget=search.budget).run()
             return select(self, prepared, search, cross_validation, absent, *on_all)
 
         first = searched(prepared, chosen, absent)
@@ -154,3 +155,12 @@ class Trajectories:
         """What the figure of a Diagnosis draws."""
         names = tuple(trial.name for trial in problem.trials)
         return Pictures(before, after, names, "time", "time [s]", CHANNELS, tuple(np.repeat(CHANNEL_UNITS, 3).tolist()))
+
+
+def together(readings, candidates):
+    """Those of readings {candidate: its numbers} that may stand in one model: of two forms of one law the first."""
+    form = {candidate.name: candidate.form_of or candidate.name for candidate in candidates}
+    kept = {}
+    for name in sorted(readings.keys() & form.keys(), reverse=True):
+        kept[form[name]] = name
+    return {name: readings[name] for name in sorted(kept.values())}
