@@ -19,8 +19,8 @@ from hlcs.kinds.protocol import Observation, Prepared
 from hlcs.placement import statistics
 from hlcs.records import Pictures, Reason
 from hlcs.selection.search import Search
-from hlcs.selection.thresholds import ODDS, ODDS_ALONE, REACH, TIED
-from hlcs.selection.verdict import select
+from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE, REACH, TIED
+from hlcs.selection.verdict import explained, select
 from minibullet.errors import InputError
 
 SEEDS = 16  # tests of a model on each measured set: the same ones in a comparison and in a search, so that both judge alike
@@ -124,6 +124,9 @@ class Layers:
         fallen = [entry.name for entry in chosen if entry.simulated and responses.nodes[entry.name][entry.step] is None]
         absent |= dict.fromkeys(fallen, "no such placement stands")
         chosen = [candidate for candidate in chosen if candidate.name not in fallen]
+        if switch := self._switched(problem, base, chosen):
+            others = [entry for entry in chosen if entry.simulated and entry is not switch]
+            responses.take_beside(switch, others, SCREEN)
         first = {entry.name: {free.name: free.null + entry.step for free in entry.free} for entry in chosen if entry.simulated}
         searched, checked = partial(Search, problem, chosen, base, odds, self.options.log, first), set()
         search = searched().run()
@@ -138,6 +141,17 @@ class Layers:
         selection = select(self, prepared, search, cross_validation, absent)
         return replace(selection, notes=(*set_notes(problem, selection.model), *selection.notes))
 
+    def _switched(self, problem, base, candidates):
+        """The switch that explains most of the misfit, where that is HELPS of it or more; else None. What the others do is then
+        measured beside it: it makes another model."""
+        fits = {
+            entry: problem.fit(self.model.with_effect(entry, entry.step))
+            for entry in candidates
+            if entry.simulated and not entry.free
+        }
+        helpful = [entry for entry in fits if explained(base, fits[entry]) >= HELPS]
+        return min(helpful, key=lambda entry: fits[entry].cost, default=None)
+
     @staticmethod
     def _check(search, checked):
         """Simulate what the best sets of a search rest on and what has not been simulated yet; is anything new known now?
@@ -146,11 +160,7 @@ class Layers:
         that do as well, whose effects are more than one."""
         responses, (best, *others) = search.problem.responses, search.ranked()
         reach = [effects for effects in (best, *others) if search.cost(effects) <= search.cost(best) + REACH]
-        terms = [term for effects in reach for term in search.fits[effects].model.terms]
-        wanted = {(term.name, responses.missing(term)): term.candidate for term in terms}
-        wanted = [(candidate, step) for (_, step), candidate in wanted.items() if step is not None]
-        responses.take(wanted)
-        if wanted:
+        if responses.complete([search.fits[effects].model for effects in reach]):
             return True
         together = [other for other in others if len(other) > 1 and search.cost(other) <= search.cost(best) + TIED]
         simulated = {effects for effects in (best, *together) if any(search.candidates[name].simulated for name in effects)}

@@ -1,8 +1,9 @@
 """What effects do to layers, from paired simulations: a response of all values to each number, checked against runs.
 
 Every model is simulated with the same seeds, so that a difference of two is known better than either. A response is a chain of
-straight lines through the numbers at which its effect was simulated; those of several effects add up. Where the search ends the
-model is simulated as a whole, and by what that differs from the sum every later answer for the same effects is mended.
+straight lines through the numbers at which its effect was simulated; those of several effects add up. A switch makes another
+model, beside which effects are simulated anew. Where the search ends the model is simulated as a whole, and by what that differs
+from the sum every later answer for the same effects is mended.
 """
 
 from dataclasses import replace
@@ -32,6 +33,7 @@ class Responses:
         self.stated = self._stated()
         self.taken = {}  # name of an effect -> {step of its number from the null value: its runs}
         self.nodes = {}  # the same -> (change of all values (n,), its variance), None where no placement stands
+        self.beside = {}  # name of a switch -> the Responses of the model with it
         self.whole = {}  # names of the simulated effects of a model -> (the model, its runs)
         self.mended = {}  # the same -> how far off the sum of responses is (n,)
         self.variance = {}  # the same -> variance (n,) of its change
@@ -60,12 +62,46 @@ class Responses:
         models = [self.model.with_effect(candidate, step) for candidate, step in wanted]
         for (candidate, step), runs in zip(wanted, self._simulate(models, "effects", pairs) if models else (), strict=True):
             self.taken.setdefault(candidate.name, {})[step] = runs
+        self._renew()
+
+    def take_beside(self, switch, others, pairs):
+        """Simulate other candidates in the model with a switch, as far as that can be placed: there they act as they do here no
+        longer (units that slide more settle deeper, unless they are as wide as their hulls)."""
+        model = self.model.with_effect(switch, switch.step)
+        try:
+            inner = Responses(self.simulator, model, self.sets, self.data, self.seeds)
+        except InputError:
+            return
+        inner.take([(candidate, candidate.step) for candidate in others], pairs)
+        self.beside[switch.name], self.taken[switch.name] = inner, {switch.step: inner.runs}
+        self._renew()
+
+    def _renew(self):
+        """Read all responses anew: how far tests scatter is told by all that were run."""
         self.shared = observations.shared_scatter(self.runs, [runs for steps in self.taken.values() for runs in steps.values()])
         self.nodes = {
             name: {step: observations.change(self.data, self.runs, runs, self.shared) for step, runs in steps.items()}
             for name, steps in self.taken.items()
         }
         self._compare()
+
+    def complete(self, models):
+        """Simulate the effects of models near to their numbers, where that has not been done; was there anything to simulate?"""
+        wanted = {}
+        for model in models:
+            for term in model.terms:
+                own = self._holder(model, term)
+                if (step := own.missing(term)) is not None:
+                    wanted.setdefault(own, {})[term.name, step] = term.candidate
+        for own, its in wanted.items():
+            own.take([(candidate, step) for (_, step), candidate in its.items()])
+        self._compare()
+        return bool(wanted)
+
+    def _holder(self, model, term):
+        """The Responses that know what a term does beside the others of a model."""
+        switch = next((name for name in model.effects if name in self.beside), term.name)
+        return self if switch == term.name else self.beside[switch]
 
     def missing(self, term):
         """Where the effect of a term is to be simulated next, a step from its null value; None where that has been done near to
@@ -113,7 +149,7 @@ class Responses:
         """(change of all values (n,) that the simulated effects of a model make, its variance (n,) by the seeds).
 
         InputError where none stands."""
-        moved = np.array([self._moved(term) for term in model.terms if term.candidate.simulated])
+        moved = np.array([self._holder(model, term)._moved(term) for term in model.terms if term.candidate.simulated])
         change, variance = moved.sum(axis=0) if len(moved) else np.zeros((2, len(self.data.value)))
         if _simulated(model) in self.mended:
             change, variance = change + self.mended[_simulated(model)], self.variance[_simulated(model)]

@@ -92,6 +92,28 @@ def test_two_effects_add_up_until_both_are_simulated_together(tmp_path):
     np.testing.assert_allclose(responses.runs_of(both)[0].mean(axis=0), 1.0 + 0.066 + 0.0045)
 
 
+def test_beside_a_switch_effects_act_as_they_do_there(tmp_path):
+    """A stand-in in which friction counts for the pieces alone: from the hull its response is zero, beside the pieces 0.3 a unit
+    of friction, with and without what was simulated there nearer to the number."""
+
+    def stand_in(test):
+        pieces = test.shape == "pieces"
+        return {"k": [1.0 - 0.1 * pieces + 0.3 * pieces * test.friction + 0.001 * test.seed] * test.layers, "lost": 0}
+
+    simulator = PlacementSimulator(tmp_path / "s.sqlite", workers=1, function=stand_in)
+    responses = responses_of(tmp_path, simulator, 'shape = "hull"\nfriction = 0.6\nmargin = 0.0')
+    slid, friction = effect(responses, "friction", -0.2)
+    hull = effect(responses, "convex_hull_shape", 1.0)[1]
+    responses.take([(friction, friction.step), (hull, 1.0)], pairs=4)
+    responses.take_beside(hull, [friction], pairs=4)
+    layers, start = responses.data.layer > 0, responses.base.value
+    both = slid.with_effect(hull, 1.0)
+    np.testing.assert_allclose((responses.values(slid) - start)[layers], 0.0, atol=1e-12)
+    np.testing.assert_allclose((responses.values(both) - start)[layers], -0.1 + 0.3 * 0.4)
+    assert responses.complete([both]) and not responses.complete([both])
+    np.testing.assert_allclose((responses.values(both) - start)[layers], -0.1 + 0.3 * 0.4)
+
+
 def test_a_model_simulated_as_a_whole_keeps_its_values_when_its_responses_are_known_better(tmp_path):
     """Layers that rise with the square of the margin: at 0.012 the line from 0.008 says 0.0384, the one to 0.016 0.064."""
 
