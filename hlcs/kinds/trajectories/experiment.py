@@ -103,9 +103,7 @@ class Trajectories:
             few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
             prepared = prepare(few, own, noise)
         chosen, absent = self._candidates(few, prepared.contact, candidates)
-        screening = {trial.name for trial in few.trials}
-        seen = replace(self.measurement, trials=tuple(trial for trial in self.measurement.trials if trial.name in screening))
-        impacts = differing_from_model(read_impacts(seen, noise), few.trials[0].surroundings)
+        impacts = differing_from_model(read_impacts(self.measurement, noise), few.trials[0].surroundings)
         eta = read_viscosity(few.trials)
         sinking = {"stokes_drag": {"viscosity": eta}} if eta else {}
         on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
@@ -113,7 +111,8 @@ class Trajectories:
         def searched(prepared, chosen, absent):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
             odds = ODDS if cross_validation.possible else ODDS_ALONE
-            first = together(impacts if prepared.problem.segmented else sinking, chosen)  # of segments few sets can be fitted
+            seen = impacts if prepared.problem.segmented else sinking  # of segments few sets can be fitted
+            first = {entry.name: seen[entry.name] for entry in chosen if entry.name in seen}
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking)
             search, looked = begun(base=prepared.base, first=[first] if first else []).run(), [frozenset()]
             while (best := search.ranked()[0]) not in looked and len(looked) <= LOOKS:
@@ -155,12 +154,3 @@ class Trajectories:
         """What the figure of a Diagnosis draws."""
         names = tuple(trial.name for trial in problem.trials)
         return Pictures(before, after, names, "time", "time [s]", CHANNELS, tuple(np.repeat(CHANNEL_UNITS, 3).tolist()))
-
-
-def together(readings, candidates):
-    """Those of readings {candidate: its numbers} that may stand in one model: of two forms of one law the first."""
-    form = {candidate.name: candidate.form_of or candidate.name for candidate in candidates}
-    kept = {}
-    for name in sorted(readings.keys() & form.keys(), reverse=True):
-        kept[form[name]] = name
-    return {name: readings[name] for name in sorted(kept.values())}
