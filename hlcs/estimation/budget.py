@@ -49,8 +49,8 @@ class Budget:
         self.fits, self.on_fits = self.fits + count, self.on_fits + self.steps - before
 
     def spent(self, what):
-        """Is the limit reached, or would the next fit go beyond it? Then `what` is noted as left out, once."""
-        over = self.share > 1 or bool(self.fits) and self.affordable(1) < 1
+        """Is the limit reached, or would a fit of segments, each a good part of it, go beyond it? Then `what` is noted, once."""
+        over = self.share > 1 or self.problem.segmented and bool(self.fits) and self.affordable(1) < 1
         if over and what not in self.left_out:
             self.left_out.append(what)
         return over
@@ -65,7 +65,7 @@ class Budget:
     def affordable(self, most):
         """How many fits, in one batch, what is left allows for: so many at most; two at least before any fit told its cost."""
         if self.fits:
-            least, cost = 0, self.on_fits / self.fits
+            least, cost = 0 if self.problem.segmented else 2, self.on_fits / self.fits
         else:
             least, cost = 2, 2 * FIT_LINEARISATIONS * linearisation_cost(self.problem.trials, self.simulator.time_step)
         return int(np.clip(int((1 - self.share) * self.limit / max(cost, 1.0)), least, most))

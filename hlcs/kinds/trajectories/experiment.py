@@ -111,16 +111,18 @@ class Trajectories:
         def searched(prepared, chosen, absent):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
             odds = ODDS if cross_validation.possible else ODDS_ALONE
-            seen = impacts if prepared.problem.segmented else sinking  # of segments few sets can be fitted
+            few_fits = prepared.problem.segmented  # are affordable: where the impacts point to, and where a look ended
+            seen = impacts if few_fits else sinking
             first = {entry.name: seen[entry.name] for entry in chosen if entry.name in seen}
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking)
             search, looked = begun(base=prepared.base, first=[first] if first else []).run(), [frozenset()]
             while (best := search.ranked()[0]) not in looked and len(looked) <= LOOKS:
-                done = search.budget.stopped or search.budget.left_out or search.noise_alone(search.fits[best])
-                if done or not (renewed := beside(prepared, search.fits[best])):
+                spent = search.budget.stopped or few_fits and search.budget.left_out
+                if spent or search.noise_alone(search.fits[best]) or not (renewed := beside(prepared, search.fits[best])):
                     break
                 prepared, looked = renewed, [*looked, best]
-                search = begun(base=prepared.base, first=search.tied(), budget=search.budget).run()
+                known = {"first": search.tied(), "budget": search.budget} if few_fits else {"first": [first] if first else []}
+                search = begun(base=prepared.base, **known).run()
             return select(self, prepared, search, cross_validation, absent, *on_all)
 
         first = searched(prepared, chosen, absent)
