@@ -32,7 +32,7 @@ class Budget:
             self.limit = SEGMENTED_LIMIT if problem.segmented else SMOOTH_LIMIT
         self.start, self.begun = self.simulator.body_steps, perf_counter()
         self.left_out, self.stopped = [], False
-        self.fits, self.on_fits = 0, 0  # how many sets were fitted, and what that took
+        self.numbers, self.on_fits = 0, 0  # how many numbers were fitted, counted once a fit, and what that took
 
     @property
     def steps(self):
@@ -44,13 +44,13 @@ class Budget:
         """Part of the limit that is spent [-]."""
         return self.steps / self.limit
 
-    def fitted(self, count, before):
-        """So many sets were fitted since so many `steps`: what the next ones take is told from them."""
-        self.fits, self.on_fits = self.fits + count, self.on_fits + self.steps - before
+    def fitted(self, numbers, before):
+        """Fits of so many numbers were made since so many `steps`: what the next ones take is told from them."""
+        self.numbers, self.on_fits = self.numbers + numbers, self.on_fits + self.steps - before
 
-    def spent(self, what):
-        """Is the limit reached, or would a fit of segments, each a good part of it, go beyond it? Then `what` is noted, once."""
-        over = self.share > 1 or self.problem.segmented and bool(self.fits) and self.affordable(1) < 1
+    def spent(self, what, affordable=1):
+        """Is the limit reached, or no fit affordable? Then `what` is noted as left out, once."""
+        over = self.share > 1 or affordable < 1
         if over and what not in self.left_out:
             self.left_out.append(what)
         return over
@@ -62,13 +62,14 @@ class Budget:
         seconds = (perf_counter() - self.begun) * (1 / self.share - 1)
         return f", at most {seconds:.0f} s left" if seconds < 100 else f", at most {seconds / 60:.0f} min left"
 
-    def affordable(self, most):
-        """How many fits, in one batch, what is left allows for: so many at most; two at least before any fit told its cost."""
-        if self.fits:
-            least, cost = 0 if self.problem.segmented else 2, self.on_fits / self.fits
-        else:
-            least, cost = 2, 2 * FIT_LINEARISATIONS * linearisation_cost(self.problem.trials, self.simulator.time_step)
-        return int(np.clip(int((1 - self.share) * self.limit / max(cost, 1.0)), least, most))
+    def affordable(self, numbers, most):
+        """How many fits, of so many numbers each, what is left allows for in one batch, at most so many. Of segments, where a fit
+        is a good part of the limit, as told by what each number took so far; else two at least."""
+        left = (1 - self.share) * self.limit
+        if self.problem.segmented and self.numbers:
+            return int(np.sum(np.cumsum(numbers)[:most] * self.on_fits <= left * self.numbers))
+        cost = 2 * FIT_LINEARISATIONS * linearisation_cost(self.problem.trials, self.simulator.time_step)
+        return int(np.clip(int(left / max(cost, 1.0)), 2, most))
 
     def notes(self):
         """Sentences on what was left out."""

@@ -103,6 +103,10 @@ class Search:
         drag = self.base_has_drag or any(entry.is_drag for entry in entries)
         return len(forms) == len(set(forms)) and (drag or not any(entry.through_drag for entry in entries))
 
+    def count(self, effects):
+        """How many numbers a set has, one at least."""
+        return max(sum(len(self.candidates[name].free) for name in effects), 1)
+
     def tied(self):
         """The numbers of the sets that do as well as the best one, as `first` takes them; not those of the model under test."""
         sets = self.ranked()
@@ -143,7 +147,7 @@ class Search:
                 before = self.budget.steps
                 if (fit := self.refit(Proposal(np.inf, frozenset(numbers), numbers), self.base)) is not None:
                     self.fits[frozenset(numbers)] = fit
-                self.budget.fitted(1, before)
+                self.budget.fitted(self.count(numbers), before)
             if unforeseen:
                 unforeseen = ()
                 continue
@@ -152,15 +156,17 @@ class Search:
             promising = [each for each in self.open_proposals() if self.promising(*each, limit, explained)]
             if not promising:
                 break
-            if refits >= REFITS or self.budget.spent(f"{len(promising)} sets of effects that might do as well"):
-                break
             together = self.parts_first(promising, limit)
-            together = together[: self.budget.affordable(TOGETHER)] if self.problem.simulator.contact else together[:1]
+            numbers = [self.count(proposal.effects) for proposal, _ in together]
+            affordable = self.budget.affordable(numbers, TOGETHER) if self.problem.simulator.contact else 1
+            if refits >= REFITS or self.budget.spent(f"{len(promising)} sets of effects that might do as well", affordable):
+                break
+            together = together[:affordable]
             named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3])
             self.progress(f"fitting {named}{self.budget.time_left()}")
             before = self.budget.steps
             fits = self.problem.batched([partial(self.refit, *each) for each in together])
-            self.budget.fitted(len(together), before)
+            self.budget.fitted(sum(numbers[:affordable]), before)
             for (proposal, parent), fit in zip(together, fits, strict=True):
                 effects = proposal.effects
                 if fit is None:
