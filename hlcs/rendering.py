@@ -64,3 +64,10 @@ def table_of(tables, name):
     if name not in tables:
         raise InputError(one_of(name, tables, f"table {shown_value(name)} is none of"))
     return pd.DataFrame(list(tables[name]))
+
+
+def counted(axes, count):
+    """The Axes of a picture (n,), as many as it has panels; InputError for another number of them."""
+    if len(axes) != count:
+        raise InputError(f"plot: ax holds {len(axes)} Axes; this picture has {count}: give {count}, or leave ax out")
+    return axes

@@ -13,11 +13,11 @@ from hlcs.processes.interrupts import STOPPED
 SEGMENTED_LIMIT = 3.0e6  # body-steps of a search on a tumbling body: some 90 s at 30 us each
 SMOOTH_LIMIT = 10.0e6  # the same where recordings are not in segments: 60 to 70 s at 6 to 7 us each
 FLIGHT_LIMIT = 40.0e6  # the same where nothing touches: at most 2 us each, what a step costs by itself counted too
-SEARCH_LINEARISATIONS = 250  # that a search over the whole library needs
+SEARCH_LINEARISATIONS = 250  # that a search over the whole library needs: twenty tosses of a cube are told from four, in 150 s
 FIT_LINEARISATIONS = 7  # that a fit takes, as a rule
 CONFIRM_LINEARISATIONS = 60  # to fit the model under test and to refit what was accepted, on more recordings
-IN_TIME = "to keep within the limit of time "
-LEFT_OUT = f"left out {IN_TIME.strip()}:"
+IN_TIME = "to keep within the limit of time"
+LEFT_OUT = f"left out {IN_TIME}:"
 TELLING = 0.02  # part of the limit after which the time left can be told
 LINEARISATION_RUNS = 13  # one, and one for each number of the initial state
 
@@ -97,12 +97,12 @@ def screening_subset(measurement, contact, limit=SEGMENTED_LIMIT):
     first, second = ([trials[k] for k in sorted(order[:count])] for count in (few, many))
     rest = "all" if many >= len(trials) else f"{many}; the rest are left out"
     note = f"every candidate is tried on {told(first, trials)}, those accepted are refitted on {rest}"
-    return replace(measurement, trials=tuple(first)), replace(measurement, trials=tuple(second)), (IN_TIME + note,)
+    return replace(measurement, trials=tuple(first)), replace(measurement, trials=tuple(second)), (f"{IN_TIME} {note}",)
 
 
 def only(few, measurement):
     """(Recordings to screen, the same to confirm on, sentences) where already a fit of these few takes what all may take."""
-    return few, few, (f"{IN_TIME}{told(few.trials, measurement.trials)} are used; the rest are left out",)
+    return few, few, (f"{IN_TIME} {told(few.trials, measurement.trials)} are used; the rest are left out",)
 
 
 def told(few, trials):

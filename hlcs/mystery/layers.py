@@ -17,8 +17,8 @@ from scipy.optimize import brentq
 PYBULLET = Path(__file__).resolve().parent / "layers_in_pybullet.csv"
 TITLE = "Cubipods laid in three layers on a yard, in four weeks"
 GRID, SPACING = "TPG", (1.58, 1.27)  # the triangular grid, its spacings along and across [Dn]
-LAYERS = 3
-WEEKS = 4
+LAYERS = 3  # set here: causes differ in the first layer and in those above it
+WEEKS = 4  # campaigns (set here)
 HANDS = 0.008  # scatter of a layer from test to test, over its mean; first layers of the laboratory's Table 2: 0.006 and 0.008
 WEEK = 0.005  # scatter of the factor of a week, one crew and one plate (set here); between the laboratory's campaigns it is 0.017
 FEWEST, MOST, USUAL = 4, 12, 8  # tests in a week; usual: where nothing is hidden

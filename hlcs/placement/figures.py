@@ -6,8 +6,8 @@ import numpy as np
 
 from hlcs.placement import statistics
 from hlcs.placement.sea_bottom import Survey
+from hlcs.rendering import counted
 from minibullet import rotations
-from minibullet.errors import InputError
 from minibullet.report import drawing
 
 # by the first of these words in a label
@@ -170,10 +170,8 @@ def workability_axes(cases, ax=None):
 def panel_axes(ax, count, size, **settings):
     """The Axes that were given, or `count` side by side in a new figure of that size [inch]; (count,). InputError for another
     number of them."""
-    axes = np.array(canvas(*size, count, **settings)[1] if ax is None else ax, dtype=object).reshape(-1)
-    if len(axes) != count:
-        raise InputError(f"plot: ax holds {len(axes)} Axes; this picture has {count}: give {count}, or leave ax out")
-    return axes
+    axes = canvas(*size, count, **settings)[1] if ax is None else ax
+    return counted(np.array(axes, dtype=object).reshape(-1), count)
 
 
 def canvas(width, height, columns=1, **settings):

@@ -3,13 +3,12 @@
 import html as markup
 from textwrap import fill
 
-import numpy as np
-
 from hlcs.files import folders
 from hlcs.processes.interrupts import STOPPED
+from hlcs.rendering import counted
 from hlcs.report.diagnosis_figures import fit_panel, residual_panels
 from hlcs.report.document import WIDTH, Section, Table, as_text
-from hlcs.report.figures import new_axes
+from hlcs.report.figures import given_axes
 from hlcs.report.page import png
 from hlcs.report.words import interval, joined, number, size
 from hlcs.report.words import value as written
@@ -104,9 +103,7 @@ def save(reveal, folder):
 def before_and_after(diagnosis, ax=None):
     """Measured and modelled, and the residuals before and after, in one row; the Axes: two where nothing is to be added."""
     count = 3 if diagnosis.effects else 2
-    axes = new_axes(1, count, SHEET if diagnosis.effects else (9.0, 4.2)) if ax is None else np.asarray(ax).reshape(-1)
-    if len(axes) != count:
-        raise InputError(f"plot: ax holds {len(axes)} Axes; this picture has {count}: give {count}, or leave ax out")
+    axes = counted(given_axes(ax, 1, count, SHEET if diagnosis.effects else (9.0, 4.2)), count)
     fit_panel(diagnosis, axes[0])
     residual_panels(diagnosis, diagnosis.pictures.over, axes[1:])
     return axes
