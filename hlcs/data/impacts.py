@@ -52,6 +52,12 @@ class StraightFlight(NamedTuple):
     pull: np.ndarray  # gravity (3,) [m/s2]
     sigma: float  # of a position, its correlation from sample to sample included [m]
 
+    @property
+    def on_floor(self):
+        """The same with the heights as they were recorded: those of a body that stays on its floor are a straight line."""
+        fallen = 0.5 * (self.times - self.times[0]) ** 2 * (self.pull @ self.normal)
+        return self._replace(heights=self.heights + fallen)
+
     def bend(self, part, edge):
         """What a drag k |v| v bends a part (a slice) by (n, 3), for k = 1/m: place and slope are kept at the sample `edge`, which
         is next to the impact.
@@ -175,8 +181,7 @@ def _best_split(flight, first, guess, last):
 
 def _carried(flight, first, split, last):
     """Do samples look more like those of a body that rests, slides or rolls on its floor than like two flights?"""
-    fallen = 0.5 * (flight.times - flight.times[0]) ** 2 * (flight.pull @ flight.normal)
-    carried = _misfit(flight._replace(heights=flight.heights + fallen), slice(first, last))
+    carried = _misfit(flight.on_floor, slice(first, last))
     flown = _misfit(flight, slice(first, split)) + _misfit(flight, slice(split, last))
     return carried / (last - first - 2) < flown / (last - first - 4)
 
@@ -188,23 +193,31 @@ def _misfit(flight, part):
     return float(np.sum((heights - value - slope * (times - times[0])) ** 2))
 
 
+def _along_normal(flight, part, moment):
+    """(height [m], velocity [m/s], its error) of the centre along the normal at a moment, by a part of a flight; where it stays
+    at one height there, gravity pulls it no further."""
+    if len(flight.times[part]) * np.var(flight.on_floor.heights[part]) < _misfit(flight, part):
+        flight, since, pull = flight.on_floor, 0.0, 0.0
+    else:
+        since, pull = moment - flight.times[0], flight.pull @ flight.normal
+    value, slope, inverse = line(flight.times[part], flight.heights[part], moment)
+    return value + pull * since**2 / 2, slope + pull * since, flight.sigma * np.sqrt(inverse[1, 1])
+
+
 def _impact(trial, flight, before, after, drag):
     """The Impact between two parts (slices) of a flight, None where they do not meet in an impact upwards."""
     flight = flight.without(drag, before, before.stop - 1).without(drag, after, after.start)
-    t, height = flight.times, flight.heights
+    t = flight.times
     middle = (t[before.stop - 1] + t[after.start]) / 2
-    a, b = line(t[before], height[before], middle), line(t[after], height[after], middle)
-    moment = middle - (b[0] - a[0]) / (b[1] - a[1])
+    (ends, down, _), (begins, up, _) = (_along_normal(flight, part, middle) for part in (before, after))
+    moment = middle - (begins - ends) / (up - down)
     if not t[before.stop - 1] - (t[1] - t[0]) <= moment <= t[after.start] + (t[1] - t[0]):
         return None
-    a, b = line(t[before], height[before], moment), line(t[after], height[after], moment)
-    fall = (flight.pull @ flight.normal) * (moment - t[0])
-    down, up = a[1] + fall, b[1] + fall
-    error_down, error_up = flight.sigma * np.sqrt(a[2][1, 1]), flight.sigma * np.sqrt(b[2][1, 1])
+    (_, down, error_down), (_, up, error_up) = (_along_normal(flight, part, moment) for part in (before, after))
     speeds, errors, restitution, error = (down, up), (error_down, error_up), None, None
     if (points := _touching(trial.body, flight, before, after, moment)) is not None:
         speeds, errors, restitution, error = _of_a_point(*points, flight.normal, speeds, errors)
-    if speeds[0] >= 0.0 or speeds[1] <= 0.0:  # on the way down: the first samples after an impact may be taken for one
+    if speeds[0] >= 0.0 or speeds[1] < -CERTAIN * errors[1]:  # on the way down: samples after an impact may be taken for one
         return None
     slip = friction = friction_error = None
     if np.isfinite(flight.positions).all():

@@ -66,20 +66,33 @@ def cube(times, height, angle, sigma, seed=5):
     return Trial("cube.csv", "1", times, place, turns, {}, body, Surroundings(floor_height=0.0))
 
 
-@pytest.mark.parametrize(("tilt", "turning"), [(0.3, 0.0), (0.3, 4.0), (0.6, -3.0)])
-def test_the_edge_on_which_a_cube_lands_shows_its_restitution(tilt, turning):
-    """e = 0.4 whatever its tilt and spin, within four errors. Its lower edge falls without friction on the floor; Newton's law
+@pytest.mark.parametrize(
+    ("tilt", "turning", "restitution", "seed"),
+    [(0.3, 0.0, 0.4, 5), (0.3, 4.0, 0.4, 5), (0.6, -3.0, 0.4, 5)] + [(0.3, 0.0, 0.0, seed) for seed in range(5)],
+)
+def test_the_edge_on_which_a_cube_lands_shows_its_restitution(tilt, turning, restitution, seed):
+    """Whatever its tilt and spin, within four errors; none at all is read from either side of zero. Its lower edge falls without friction on the floor; Newton's law
     for the edge gives a blow J along the normal with J = (1 + e) m v / (1 + m x2 / I), I = m a2 / 6, x its arm."""
     times, moment, inertia = np.arange(0.0, 0.45, 1 / 240), 0.35, 0.1**2 / 6  # over the mass [m2]
     x, z = 0.05 * np.array([np.cos(tilt) - np.sin(tilt), -np.sin(tilt) - np.cos(tilt)])  # the edge from the centre
     speed = 9.81 * moment + turning * x  # of approach of the edge; its velocity is v_z - omega_y x
-    blow = 1.4 * speed / (1 + x**2 / inertia)  # over the mass
+    blow = (1 + restitution) * speed / (1 + x**2 / inertia)  # over the mass
     since, after = times - moment, times > moment
     height = -z - 9.81 * moment * since + np.where(after, blow, 0.0) * since - 9.81 * since**2 / 2
     angle = tilt + turning * since - np.where(after, x * blow / inertia, 0.0) * since
-    (found,) = impacts_of(cube(times, height, angle, 3e-4), 3e-4)
+    (found,) = impacts_of(cube(times, height, angle, 3e-4, seed), 3e-4)
     assert found.time == pytest.approx(moment, abs=0.2 / 240) and found.speed == pytest.approx(speed, abs=0.05)
-    assert abs(found.restitution - 0.4) < 4 * found.restitution_error < 0.1
+    assert abs(found.restitution - restitution) < 4 * found.restitution_error < 0.1
+
+
+def test_a_ball_that_stays_where_it_falls_shows_no_restitution():
+    """Within four errors: gravity does not pull what lies on its floor, whose heights less its share would be bent upwards."""
+    times, moment = np.arange(0.0, 1.0, 1 / 240), 0.45
+    height = 0.05 + 9.81 / 2 * np.maximum(moment**2 - times**2, 0.0)
+    for seed in range(5):
+        rows = np.column_stack([0 * times, 0 * times, height])
+        (found,) = impacts_of(rows_to_trial(times, rows, 5e-4, np.random.default_rng(seed), "sphere"), 5e-4)
+        assert abs(found.restitution) < 4 * found.restitution_error < 0.01
 
 
 def test_a_cube_that_lies_or_slides_on_its_floor_has_no_impacts():
