@@ -72,7 +72,8 @@ def cube(times, height, angle, sigma, seed=5):
 )
 def test_the_edge_on_which_a_cube_lands_shows_its_restitution(tilt, turning, restitution, seed):
     """Whatever its tilt and spin, within four errors; none at all is read from either side of zero. Its lower edge falls without
-    friction on the floor; Newton's law for the edge gives a blow J along the normal with J = (1 + e) m v / (1 + m x2 / I), I = m a2 / 6, x its arm."""
+    friction on the floor; Newton's law for the edge gives a blow J along the normal with J = (1 + e) m v / (1 + m x2 / I),
+    I = m a2 / 6, x its arm."""
     times, moment, inertia = np.arange(0.0, 0.45, 1 / 240), 0.35, 0.1**2 / 6  # over the mass [m2]
     x, z = 0.05 * np.array([np.cos(tilt) - np.sin(tilt), -np.sin(tilt) - np.cos(tilt)])  # the edge from the centre
     speed = 9.81 * moment + turning * x  # of approach of the edge; its velocity is v_z - omega_y x
