@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import optimize
 
-from hlcs.estimation.least_squares import project_out
-from hlcs.estimation.whitening import kalman_filter, whiten_series
+from hlcs.estimation.whitening import filter_of, whiten_series
 
 LEAST_CERTAIN = 0.3  # largest standard deviation of log sigma, rho and share: series that tell less tell nothing
 MOST_RHO, MOST_WHITE = 0.98, 0.9  # beyond them series of some hundred samples tell nothing more
@@ -22,31 +21,26 @@ class CorrelatedNoise(NamedTuple):
 
 
 class RestrictedLikelihood:
-    """Restricted likelihood of correlated noise in series [(times (n,), values (n,), columns (n, k))].
-
-    The columns of series with the same times since their first sample are the same functions of time.
-    """
+    """Restricted likelihood of correlated noise in series [(times (n,), values (n,), columns (n, k))], k the same in all."""
 
     def __init__(self, series, step):
-        self.step = step
-        self.freedom = float(sum(len(values) - columns.shape[1] for _, values, columns in series))
-        alike = {}  # samples at the same times since the first of them are whitened together
-        for times, values, columns in series:
-            key = columns.shape[1], np.round((times - times[0]) / step, 3).tobytes()
-            alike.setdefault(key, (times, columns, []))[2].append(values)
-        self.series = [(times, columns, np.column_stack(values)) for times, columns, values in alike.values()]
+        times, values, columns = zip(*series, strict=True)
+        lengths = np.array([len(part) for part in times])
+        self.freedom = float(np.sum(lengths - columns[0].shape[1]))
+        self.gaps = np.concatenate([np.append(np.diff(part) / step, np.inf) for part in times])  # series know nothing of each other
+        self.table = np.column_stack([np.concatenate(columns), np.concatenate(values)])
+        self.inside = np.arange(lengths.max()) < lengths[:, None]  # (series, samples of the longest)
 
     def terms(self, rho, share):
-        """(sum of squares of the whitened values less what the columns fit, sum of the log determinants)."""
-        squares = logs = 0.0
-        for times, columns, values in self.series:
-            filter = kalman_filter(times, rho, share, self.step)
-            white, count = whiten_series(filter, np.column_stack([columns, values])), columns.shape[1]
-            q, upper = np.linalg.qr(white[:, :count])
-            squares += float(np.sum(project_out(q, white[:, count:]) ** 2))
-            log_size = np.sum(np.log(filter.deviation)) + np.sum(np.log(np.abs(np.diag(upper)) + 1e-300))
-            logs += 2 * values.shape[1] * log_size
-        return squares, logs
+        """(sum of squares of the whitened values less what the columns fit, sum of the log determinants).
+
+        With [columns, values] = Q R, what the columns leave of the values is the last diagonal entry of R."""
+        filter = filter_of(self.gaps, rho, share)
+        white = np.zeros((*self.inside.shape, self.table.shape[1]))
+        white[self.inside] = whiten_series(filter, self.table)
+        sizes = np.abs(np.diagonal(np.linalg.qr(white, mode="r"), axis1=1, axis2=2))
+        logs = np.sum(np.log(filter.deviation)) + np.sum(np.log(sizes[:, :-1] + 1e-300))
+        return float(np.sum(sizes[:, -1] ** 2)), 2 * float(logs)
 
     def deviance(self, log_sigma, rho, share):
         """Minus twice the log likelihood; log_sigma None: at the best sigma. Outside their ranges rho and share are clipped."""

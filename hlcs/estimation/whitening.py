@@ -71,8 +71,13 @@ def _colour(decay, gain, deviation, values, foreseen):
 
 def kalman_filter(times, rho, white, step):
     """Filter of noise of variance 1 at the times (n,), increasing: AR(1) with rho per step, and a share `white` of its own."""
-    exponent = np.diff(times, append=times[-1:]) / step * np.log(max(rho, 1e-12))
-    result = Filter(np.exp(exponent), np.empty(len(times)), np.empty(len(times)))
+    return filter_of(np.diff(times, append=times[-1:]) / step, rho, white)
+
+
+def filter_of(gaps, rho, white):
+    """The same of samples with these times from each to the next (n,) [steps]; inf: there another series begins."""
+    exponent = gaps * np.log(max(rho, 1e-12))
+    result = Filter(np.exp(exponent), np.empty(len(gaps)), np.empty(len(gaps)))
     _fill_in(result.decay, -np.expm1(2 * exponent), float(white), result.gain, result.deviation)
     return result
 
