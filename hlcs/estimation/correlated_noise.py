@@ -27,7 +27,7 @@ class RestrictedLikelihood:
         times, values, columns = zip(*series, strict=True)
         lengths = np.array([len(part) for part in times])
         self.freedom = float(np.sum(lengths - columns[0].shape[1]))
-        self.gaps = np.concatenate([np.append(np.diff(part) / step, np.inf) for part in times])  # series know nothing of each other
+        self.gaps = np.concatenate([np.append(np.diff(part) / step, np.inf) for part in times])  # no series knows of another
         self.table = np.column_stack([np.concatenate(columns), np.concatenate(values)])
         self.inside = np.arange(lengths.max()) < lengths[:, None]  # (series, samples of the longest)
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from hlcs.estimation import fitting
 from hlcs.estimation.fitting import fit_at, with_values
@@ -175,7 +175,7 @@ def read(line, freedom):
     scores = slope + 2 * curvature * offset
     witnesses = np.sum(np.maximum(curvature, 0.0)) ** 2 / np.sum(np.maximum(curvature, 0.0) ** 2)
     few = max(witnesses, WITNESSES) - 1
-    scatter = np.sqrt(np.sum(scores**2) * (few + 1) / few) / (2 * bend) * stats.t.ppf(TAIL, few) / stats.norm.ppf(TAIL)
+    scatter = np.sqrt(np.sum(scores**2) * (few + 1) / few) / (2 * bend) * special.stdtrit(few, TAIL) / special.ndtri(TAIL)
     return Reading(float(offset), float(bend**-0.5), float(max(scatter, bend**-0.5)), float(witnesses))
 
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy import signal, stats
+from scipy import signal, special
 
 from hlcs.data.quantities import CHANNELS
 from hlcs.report.words import joined
@@ -73,7 +73,7 @@ def _channel_spectrum(table, channel):
         total += signal.lombscargle(times, white, 2 * np.pi * frequency) / max(np.mean(white**2), 1e-300)
         swing += 4 * signal.lombscargle(times, residual, 2 * np.pi * frequency) / len(times)  # squares of amplitudes
     place = int(np.argmax(total))
-    p = min(1.0, count * float(stats.gamma.sf(total[place], len(parts))))
+    p = min(1.0, count * float(special.gammaincc(len(parts), total[place])))
     amplitude = float(np.sqrt(swing[place] / len(parts)))
     return Spectrum(int(channel), frequency, total / len(parts), float(frequency[place]), p, amplitude, CYCLES * lowest)
 

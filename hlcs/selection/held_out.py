@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from hlcs.selection.reasons import Rule
 from hlcs.selection.thresholds import BEATEN, BY_CHANCE, FALL, FALL_IN_SIGMA, TIED
@@ -44,7 +44,7 @@ def held_out(problem, cross_validation, before, after):
         dots += float(difference @ a)
         spread += float(difference @ difference)
         clustered += float(difference @ b) ** 2
-    p = float(stats.norm.sf(dots / np.sqrt(max(spread, clustered)))) if spread > 0 else 1.0
+    p = float(special.ndtr(-dots / np.sqrt(max(spread, clustered)))) if spread > 0 else 1.0
     raw0, raw1 = problem.in_sigmas(r0), problem.in_sigmas(r1)
     halves = [np.flatnonzero(cross_validation.half == half) for half in (0, 1)]
     directions = tuple(1 - rms([raw1[k] for k in inside]) / rms([raw0[k] for k in inside]) for inside in halves)
@@ -63,7 +63,7 @@ def beaten(cross_validation, fit, other):
         return False
     a, b = (np.concatenate(cross_validation.residuals(each)) for each in (other, fit))
     worse, spread = float(a @ a - b @ b), 2 * np.linalg.norm(a - b)
-    return bool(worse > max(TIED, stats.norm.isf(BEATEN) * spread))
+    return bool(worse > max(TIED, -special.ndtri(BEATEN) * spread))
 
 
 def rms(parts):

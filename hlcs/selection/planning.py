@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize, special
 
 from hlcs.estimation.least_squares import largest_cosine, project_out
 from hlcs.estimation.linearization import occam
@@ -29,7 +29,7 @@ from minibullet.errors import InputError, is_number
 MOST = 1000  # recordings that anybody makes
 ALIKE = 0.95  # cosine of two signatures from which a tenth of the noncentrality, or less, tells them apart: 1 - 0.95^2
 SHARPEST = 1e-3  # noise, in parts of the pilot's, below which no tracker is looked for
-QUANTILES = stats.norm.ppf(0.5 + (np.arange(20) + 0.5) / 40)  # of the size of a normal deviate
+QUANTILES = special.ndtri(0.5 + (np.arange(20) + 0.5) / 40)  # of the size of a normal deviate
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Odds:
         least = self.paid + np.array([occam(n * signal.information, n * signal.count) for n in count])[:, None]
         if self.by_chance is not None:
             least = np.maximum(least, self.held_out(count[:, None], signal, numbers))
-        return np.mean(stats.ncx2.sf(least, numbers, noncentrality[:, None]), axis=1)
+        return np.mean(1 - special.chndtr(least, numbers, noncentrality[:, None]), axis=1)
 
     def held_out(self, count, signal, numbers):
         """The fall of chi2 with which the rules of `HeldOut.broken` are kept (m, quantiles).
@@ -230,7 +230,7 @@ def _odds(search, entry, numbers, implied, pilot):
     price = search.price(implied | {entry.name}) - search.price(implied - {entry.name})
     surprise = sum(free.surprise(numbers[free.name]) for free in entry.free)
     held_out = pilot.hold_out and entry.name not in implied
-    deviation = stats.norm.isf(min(BY_CHANCE / len(pilot.candidates), 0.5))
+    deviation = -special.ndtri(min(BY_CHANCE / len(pilot.candidates), 0.5))
     return Odds(price + surprise, float(deviation**2) if held_out else None, pilot.few_below)
 
 

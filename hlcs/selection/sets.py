@@ -3,7 +3,7 @@
 from functools import cached_property
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize, special
 
 from hlcs.estimation.linearization import free_numbers
 from hlcs.selection.held_out import HeldOut, beaten, held_out
@@ -163,9 +163,9 @@ def interval(parts, free, freedom):
     value, weights = values[0], weights / weights.sum()
 
     def below(x):
-        return float(weights @ stats.t.cdf((x - values) / np.maximum(errors, 1e-300), freedom))
+        return float(weights @ special.stdtr(freedom, (x - values) / np.maximum(errors, 1e-300)))
 
-    reach = stats.t.ppf(0.5 + INTERVAL / 2, freedom) * errors
+    reach = special.stdtrit(freedom, 0.5 + INTERVAL / 2) * errors
     low, high = (
         optimize.brentq(lambda x, tail=tail: below(x) - tail, np.min(values - 2 * reach), np.max(values + 2 * reach), xtol=1e-12)
         if len(parts) > 1 and np.max(errors) > 0

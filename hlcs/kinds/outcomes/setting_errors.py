@@ -7,7 +7,7 @@ no noise of single rows: it stands in the covariance of the rows of one setting.
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.simulation import outcome_motion
@@ -117,7 +117,7 @@ def between_settings(table, sigma, known, expected):
     left = np.eye(len(x)) - hat
     rest, freedom = left @ misfit, len(x) - degree - 1
     excess = float(weights @ rest**2)
-    seen = stats.f.sf(excess / freedom, freedom, freedom_of_rows) < SEEN
+    seen = special.fdtrc(freedom, freedom_of_rows, excess / freedom) < SEEN
     if not seen or neighbours_alike(rest, left, np.sqrt(variance)):
         return Scatter()
     alone = carried_by_one(misfit, curve, variance)
