@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hlcs.estimation.correlated_noise import lower_factor
 from hlcs.estimation.least_squares import belief, least_squares
 from hlcs.estimation.linearization import free_numbers
 
@@ -23,16 +24,35 @@ class CrossValidation:
 
     def residuals(self, fit):
         """White, projected residuals of every recording, numbers taken from the other half (list of (n_i,))."""
+        held_out = [None] * len(self.half)
+        for inside, left, _ in self._halves(fit):
+            for k, part in zip(inside, left, strict=True):
+                held_out[k] = part
+        return held_out
+
+    def foretold(self, fit):
+        """(the same in one row (n,), white for what the other half leaves unknown of the numbers too, log determinant of that).
+
+        The squares of the row and the logarithm make -2 log of the density that each half foretells of the other: r is normal
+        with the covariance 1 + J C J^T, C that of the numbers and J their columns.
+        """
+        rows, logarithm = [], 0.0
+        for _, left, columns in self._halves(fit):
+            left = np.concatenate(left)
+            u, size, _ = np.linalg.svd(np.concatenate(columns), full_matrices=False)
+            rows.append(left - u @ ((1 - 1 / np.hypot(1, size)) * (u.T @ left)))
+            logarithm += float(np.sum(np.log1p(size**2)))
+        return np.concatenate(rows), logarithm
+
+    def _halves(self, fit):
+        """[(recordings of a half, what the other leaves of each (n_i,), its columns in units of what that leaves unknown)]"""
         r, s = fit.linearization.projected
         believed, slopes = belief(fit.estimate, free_numbers(fit.model))
-        held_out = [None] * len(r)
+        halves = []
         for half in (0, 1):
-            train = np.flatnonzero(self.half != half)
-            rows, aims = (
-                np.concatenate([*(s[k] for k in train), np.diag(slopes)]),
-                np.concatenate([*(r[k] for k in train), -believed]),
-            )
-            step = least_squares(rows, aims).estimate
-            for k in np.flatnonzero(self.half == half):
-                held_out[k] = r[k] - s[k] @ step
-        return held_out
+            train, inside = np.flatnonzero(self.half != half), np.flatnonzero(self.half == half)
+            rows = np.concatenate([*(s[k] for k in train), np.diag(slopes)])
+            found = least_squares(rows, np.concatenate([*(r[k] for k in train), -believed]))
+            unknown = lower_factor(found.covariance)
+            halves.append((inside, [r[k] - s[k] @ found.estimate for k in inside], [s[k] @ unknown for k in inside]))
+        return halves

@@ -55,14 +55,14 @@ def held_out(problem, cross_validation, before, after):
 def beaten(cross_validation, fit, other):
     """Does `other` predict recordings that it was not fitted to worse than `fit`: at p < 0.01, and by more than TIED?
 
-    The difference of the two sums of squares is set beside its own spread, so that neither law need be the true one (Q. H. Vuong,
-    Econometrica 57 (1989) 307). Of two that predict nearly the same that spread is less than what the errors of their numbers
-    differ by; as odds, less than TIED tells no law from another.
+    The difference of -2 log of what each half foretells of the other is set beside its own spread, so that neither law need be
+    the true one (Q. H. Vuong, Econometrica 57 (1989) 307). What a half tells badly of the numbers of a law widens what it
+    foretells: that they are badly known is no evidence against it. As odds, less than TIED tells no law from another.
     """
     if not cross_validation.possible:
         return False
-    a, b = (np.concatenate(cross_validation.residuals(each)) for each in (other, fit))
-    worse, spread = float(a @ a - b @ b), 2 * np.linalg.norm(a - b)
+    (a, more), (b, less) = (cross_validation.foretold(each) for each in (other, fit))
+    worse, spread = float(a @ a - b @ b) + more - less, 2 * np.linalg.norm(a - b)
     return bool(worse > max(TIED, -special.ndtri(BEATEN) * spread))
 
 

@@ -5,6 +5,8 @@ import pytest
 from linear_models import Line, model
 
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
+from hlcs.estimation.least_squares import belief
+from hlcs.estimation.linearization import free_numbers
 
 TIMES = [np.linspace(0.0, 1.0 + k, 6) for k in range(4)]
 SLOPES = (1.0, 2.0, 3.0, 4.0)
@@ -26,6 +28,22 @@ def test_a_half_is_predicted_by_the_slope_of_the_other():
     for k, held_out in enumerate(halves.residuals(fit)):
         expected = (SLOPES[k] - other[k % 2]) * centred[k] / 1e-3
         np.testing.assert_allclose(held_out, expected, rtol=1e-6, atol=1e-3)
+
+
+def test_what_a_half_foretells_is_a_normal_density_that_knows_how_well_the_number_is_known(generator):
+    """-2 log of it, from the full covariance 1 + j j^T / (sum of the squares of the other half's columns + belief)."""
+    problem = Line(TIMES, [3.0 * t + 0.5 * generator.standard_normal(6) for t in TIMES], 0.5, ["a", "b", "a", "b"])
+    halves, fit = CrossValidation(problem.trials, "group"), problem.fit(model(1.0))
+    left, logarithm = halves.foretold(fit)
+    columns, (_, (slope,)) = fit.linearization.projected[1], belief(fit.estimate, free_numbers(fit.model))
+    expected = 0.0
+    for half in (0, 1):
+        told = sum(np.sum(columns[k] ** 2) for k in (1 - half, 3 - half)) + slope**2
+        column = np.concatenate([columns[half], columns[half + 2]])
+        residual = np.concatenate([halves.residuals(fit)[k] for k in (half, half + 2)])
+        covariance = np.eye(12) + column @ column.T / told
+        expected += residual @ np.linalg.solve(covariance, residual) + np.linalg.slogdet(covariance)[1]
+    assert left @ left + logarithm == pytest.approx(expected, rel=1e-9)
 
 
 def test_one_group_or_none_held_out_leaves_nothing_to_predict():

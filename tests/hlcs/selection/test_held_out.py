@@ -51,3 +51,13 @@ def test_a_worse_law_is_beaten_and_an_equal_one_is_not(generator):
     problem, base, fit = fits((3.0,) * 4, 0.1, generator)
     halves = CrossValidation(problem.trials, "group")
     assert beaten(halves, fit, base) and not beaten(halves, fit, fit) and not beaten(halves, base, fit)
+
+
+def test_a_number_that_one_half_hardly_tells_does_not_beat_its_law():
+    """Of a slope that is not zero, told twenty times worse by the short half: it predicts the long one badly, and says so."""
+    times = [np.linspace(0.0, length, 10) for length in (0.2, 4.0, 0.2, 4.0)]
+    for seed in range(20):
+        noise = 0.1 * np.random.default_rng(seed).standard_normal((4, 10))
+        problem = Line(times, [0.2 * t + part for t, part in zip(times, noise, strict=True)], 0.1, ["a", "b", "a", "b"])
+        halves = CrossValidation(problem.trials, "group")
+        assert not beaten(halves, problem.fit(Model()), problem.fit(model(1.0)))
