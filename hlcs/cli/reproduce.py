@@ -52,7 +52,7 @@ def reproduce(table, repeats, workers, seed, preset_name, out, json_file, quiet,
         compile_engine(quiet)
         for name in TABLES if table == "all" else (table,):
             with ProgressBar(name, None, quiet) as bar:
-                documents[name], text = reproduce_files.run(name, plan, folder, None if quiet else bar.start)
+                documents[name], text = reproduce_files.run(name, plan, folder, None if quiet else bar.start, out)
             texts[name] = text + "\n"
             if not quiet and not out:  # shown at once where a broken terminal takes no files with it
                 error_handling.say(texts.pop(name))

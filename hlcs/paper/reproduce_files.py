@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from hlcs.files import folders
+from hlcs.kinds.experiment import Experiment
 from hlcs.paper import blender, drawings, figure_list, index_page, ladder, reproduce, slope, workability
 from hlcs.paper.reproduce_text import text_of, variants_of
 from hlcs.placement import figures, playback
@@ -27,10 +28,10 @@ PICTURES = {  # file of the picture of a table
 }
 
 
-def run(name, plan, folder=None, progress=None):
-    """(document, text) of table `name`; its files go into `folder` where one is given."""
+def run(name, plan, folder=None, progress=None, out=None):
+    """(document, text) of table `name`; its files go into `folder` where one is given, whose name will be `out` in the end."""
     if name == "ladder":
-        return _ladder(plan, folder, progress)
+        return _ladder(plan, folder, progress, out or folder)
     if name == "blender":
         return _blender(plan, folder, progress)
     make = {"slope": slope.slope, "set_back": workability.set_back, "workability": workability.workability}
@@ -79,10 +80,15 @@ def _draw(plan, folder, progress):
     return [entry._asdict() for entry in entries]
 
 
-def _ladder(plan, folder, progress):
+def _ladder(plan, folder, progress, out):
     """The ladder, and into the folder besides: the experiment files, and the report of the diagnosis."""
     with nullcontext(folder) if folder else TemporaryDirectory() as place:
         document, diagnosis = ladder.ladder(plan, Path(place), progress is not None)
+    if folder:
+        mended = diagnosis.apply(diagnosis.experiment)
+        diagnosis = replace(diagnosis, mended=Experiment(replace(mended.file, path=Path(out) / "model.toml")))
+    else:  # its files are gone
+        diagnosis = replace(diagnosis, experiment=None)
     text = f"{ladder.ladder_text(document)}\n\n{diagnosis.summary()}"
     if folder:
         diagnosis.save(folder)

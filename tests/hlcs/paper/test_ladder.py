@@ -6,7 +6,7 @@ from layer_tables import compare_layers, emulate
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.kinds.layers.data import read_layers
 from hlcs.kinds.layers.model import PlacementSimulator
-from hlcs.paper import ladder
+from hlcs.paper import ladder, reproduce_files
 from hlcs.paper.reproduce import Plan
 
 
@@ -27,3 +27,17 @@ def test_the_ladder_leads_from_the_naive_model_and_holds_the_slope_out(tmp_path)
     assert again.error["rms"] == pytest.approx(steps[-1]["fitted"], abs=1e-3)
     text = ladder.ladder_text(document)
     assert "the naive model" in text and "+ convex_hull_shape" in text and "a perfect model" in text
+
+
+def test_the_report_names_the_folder_that_its_files_end_in(tmp_path, monkeypatch):
+    """They are written elsewhere first, and moved when all are whole: the command to type next must find them there."""
+    simulator = PlacementSimulator(tmp_path / "runs.sqlite", workers=1, function=emulate)
+    monkeypatch.setattr(ladder, "PlacementSimulator", lambda **_: simulator)
+    written, end = tmp_path / "written", tmp_path / "end"
+    written.mkdir()
+    _, text = reproduce_files.run("ladder", Plan({}, repeats=4), written, out=end)
+    assert f"hlcs compare {end / 'model.toml'}" in text
+    for name in ("ladder.txt", "report.txt", "report.html", "result.json"):
+        assert str(written) not in (written / name).read_text(), name
+    _, text = reproduce_files.run("ladder", Plan({}, repeats=4))
+    assert "To add it:" in text and ".toml" not in text.split("To add it:")[1]  # nothing is left of its files
