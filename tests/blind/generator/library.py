@@ -67,6 +67,7 @@ ALIASES = {
     "margin_offset": ("plate_bias", "settlement", "slop"),
     "size_error": ("edge_rounding",),
     "static_friction": ("stribeck_friction",),
+    "viscous_friction": ("linear_drag",),  # its twin on one load; air gives a block of stated mass and size none that shows
     "restitution": ("contact_compliance", "error_reduction"),
     "velocity_dependent_restitution": ("ground_cushion", "contact_compliance"),
     "rolling_friction": ("damping",),

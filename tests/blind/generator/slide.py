@@ -63,7 +63,6 @@ HIDDEN = {
     "stribeck_friction": Dial(_stribeck, 2e-3, 0.8, ("launched",)),
     "viscous_friction": one("viscous_friction", "slope", 5e-4, 0.3, STYLES, form="form"),
     "anisotropic_friction": Dial(_anisotropic, 2e-3, 0.6, STYLES),
-    "linear_drag": one("linear_drag", "rate", 0.003, 1.5, STYLES),
     "tilted_gravity": tilt("tilted_gravity", STYLES),
     "tilted_frame": tilt("tilted_frame", STYLES),
     "bottom_slope": Dial(_slope, 3e-4, 0.08, STYLES),
@@ -80,15 +79,9 @@ OUTSIDE = {
     "wavy_floor": Dial(_wave, 1e-3, 0.4, STYLES),
     "shaken_board": Dial(_shaken, 0.01, 4.0, STYLES),
 }
-DEGENERATE = (
-    ("linear_drag", "one_slope"),
-    ("viscous_friction", "one_slope"),
-    ("viscous_friction", "launched"),
-    ("linear_drag", "launched"),
-)  # on one slope the load never changes
+DEGENERATE = (("viscous_friction", "one_slope"), ("viscous_friction", "launched"))  # on one slope the load never changes
 JOINT = (
     ("friction", "viscous_friction", "launched"),
-    ("friction", "linear_drag", "launched"),
     ("friction", "clock_offset", "incline"),
     ("friction", "length_scale", "launched"),
     ("friction", "time_scale", "incline"),
@@ -140,7 +133,6 @@ def setup(rng, stamps, style, hidden=()):
         "stribeck_friction",
         "viscous_friction",
         "anisotropic_friction",
-        "linear_drag",
         "tilted_gravity",
         "tilted_frame",
         "bottom_slope",

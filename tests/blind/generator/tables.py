@@ -25,7 +25,7 @@ SIGMAS = {"flight": (1.5e-3, 1e-2), "bounce": (3e-3, 1.5e-2), "slide": (4e-3, 3e
 RIVALS = {
     "flight": ("linear_drag", "quadratic_drag", "buoyancy", "added_mass", "clock_offset", "time_scale", "length_scale"),
     "bounce": ("restitution", "velocity_dependent_restitution", "linear_drag", "quadratic_drag", "length_scale"),
-    "slide": ("friction", "viscous_friction", "stribeck_friction", "linear_drag", "quadratic_drag", "length_scale"),
+    "slide": ("friction", "viscous_friction", "stribeck_friction", "quadratic_drag", "length_scale"),
 }
 
 
@@ -70,7 +70,6 @@ HIDDEN = {
         "friction": Dial(_either("friction", "coefficient", 0.30), 5e-4, 0.15, TABLE),
         "viscous_friction": one("viscous_friction", "slope", 5e-4, 0.3, TABLE, form="form"),
         "stribeck_friction": Dial(_stribeck, 5e-3, 0.9, TABLE),
-        "linear_drag": one("linear_drag", "rate", 0.003, 1.5, TABLE),
     },
 }
 OUTSIDE = {
@@ -81,12 +80,12 @@ OUTSIDE = {
 DEGENERATE = {
     "flight": (("time_scale", "table"), ("length_scale", "table"), ("quadratic_drag", "narrow"), ("clock_offset", "narrow")),
     "bounce": (("restitution", "table"), ("length_scale", "table"), ("velocity_dependent_restitution", "narrow")),
-    "slide": (("linear_drag", "table"), ("viscous_friction", "table"), ("friction", "table")),
+    "slide": (("viscous_friction", "table"), ("friction", "table")),
 }
 JOINT = {
     "flight": (("quadratic_drag", "clock_offset", "table"), ("linear_drag", "time_scale", "table")),
     "bounce": (("restitution", "quadratic_drag", "table"), ("restitution", "linear_drag", "table")),
-    "slide": (("friction", "viscous_friction", "table"), ("friction", "linear_drag", "table")),
+    "slide": (("friction", "viscous_friction", "table"),),
 }
 DOUBLES = {
     "flight": (("quadratic_drag", "clock_offset", "table"),),
