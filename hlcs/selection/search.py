@@ -19,10 +19,11 @@ from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
 from hlcs.selection.thresholds import (
-    AGAIN,
+    EQUAL,
     EXPANDED,
     FORESEEN,
     HELPS,
+    IMITATED,
     LOOKED,
     MOST_EFFECTS,
     NOISE,
@@ -131,7 +132,7 @@ class Search:
         """Go on as far as sets are of interest where so many residuals count as one; is one of them better than all before?"""
         best = self.cost(self.ranked()[0])
         self.overdispersion, self.first = overdispersion, ()
-        return not self.budget.stopped and self.cost(self.run().ranked()[0]) < best - AGAIN
+        return not self.budget.stopped and self.cost(self.run().ranked()[0]) < best - EQUAL
 
     def reach(self):
         """What a set may be foreseen to cost more than the best one, to be fitted: where more than noise is left, in units of it,
@@ -215,16 +216,17 @@ class Search:
 
         What is foreseen to fall counts by the share that the fits of such sets found of it: where chi2 is rough, or nothing
         explains the data, a linear model promises much and keeps little. It may promise too little as well: in flight by what a
-        look there shows, through contacts by as much more as fits found, of all that a set takes away which holds none of the
-        best ones. There, where a fit costs a hundred times as much, a set must also be foreseen to take away so much of the
-        excess that the verdict would name it, while the best fit leaves more than noise.
+        look there shows; and of all that a set takes away which holds none of the best ones, by IMITATED, through contacts by as
+        much more as fits found. There, where a fit costs a hundred times as much, a set must also be foreseen to take away so
+        much of the excess that the verdict would name it, while the best fit leaves more than noise.
         """
         contact = self.problem.simulator.contact
         lost = max(1 - self.share_found(parent), 0.0) * max(proposal.fall, 0.0)
         parts = [self.cost(known) for known in self.fits if known < proposal.effects]
         more = 0.0 if explained else self.unsure.get(proposal.effects, 0.0)
-        if contact and min(parts, default=np.inf) > limit:
-            more = max(self.share_found(self.base) - 1, 0.0) * (misfit(self.base) - misfit(parent) + proposal.fall)
+        if min(parts, default=np.inf) > limit:
+            share = max(self.share_found(self.base) - 1, IMITATED) if contact else IMITATED
+            more = max(more, share * (misfit(self.base) - misfit(parent) + proposal.fall))
         if not proposal.cost + lost - more < min([limit, *parts]):
             return False
         if not contact or explained:
@@ -303,10 +305,10 @@ class Search:
                 continue
             if not np.isfinite(fit.cost):
                 continue
-            again = best is not None and fit.cost > best.cost - AGAIN  # another beginning led to no better end
+            again = best is not None and fit.cost > best.cost - EQUAL  # another beginning led to no better end
             if best is None or fit.cost < best.cost:
                 best = fit
-            if again or best.cost + self.price(proposal.effects) < proposal.cost + AGAIN or self.noise_alone(best):
+            if again or best.cost + self.price(proposal.effects) < proposal.cost + EQUAL or self.noise_alone(best):
                 break
         return best
 
