@@ -40,10 +40,11 @@ class Linearization:
     @cached_property
     def projected(self):
         """(white residuals, parameter columns) with the initial states projected out."""
-        return tuple(
-            [project_out(q, part) for q, part in zip(self.state_bases, parts, strict=True)]
-            for parts in (self.white, self.parameter_columns)
-        )
+        return self.without_states(self.white), self.without_states(self.parameter_columns)
+
+    def without_states(self, white):
+        """White values of every recording, list of (n_i,) or (n_i, k), with the initial states projected out."""
+        return [project_out(q, part) for q, part in zip(self.state_bases, white, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,12 @@ class Fit:
     converged: bool = True
     withheld: dict = field(default_factory=dict)  # (effect, number) -> why its value is not given
     doubt: float = 0.0  # -2 log of its likelihood less chi2, where what its effects do is not known exactly
+
+    @property
+    def numbers(self):
+        """Its free numbers, in order: [(effect, Free, value)]."""
+        free = [(term.name, free) for term in self.model.terms for free in term.candidate.free]
+        return [(*number, value) for number, value in zip(free, self.estimate, strict=True)]
 
     def numbers_of(self, index):
         """Where the free numbers of one term stand among those of all, a slice; -1 is the newest term."""

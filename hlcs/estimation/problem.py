@@ -10,7 +10,7 @@ from hlcs.data.quantities import have_unit
 from hlcs.effects.contract import in_sessions
 from hlcs.effects.witnesses import direct_reading
 from hlcs.estimation import fitting, segment_profiles
-from hlcs.estimation.least_squares import least_squares, project_out
+from hlcs.estimation.least_squares import least_squares
 from hlcs.estimation.linearization import free_numbers
 from hlcs.estimation.whitening import colour, whiten
 from hlcs.simulation.batching import run_tasks
@@ -101,8 +101,7 @@ class Problem:
             return self.whitened([a - b for a, b in zip(linear.raw, after, strict=True)])
 
         def size(changes):
-            left = [np.sum(project_out(q, part) ** 2) for q, part in zip(linear.state_bases, changes, strict=True)]
-            return float(np.sqrt(sum(left)))
+            return float(np.sqrt(sum(np.sum(part**2) for part in linear.without_states(changes))))
 
         while True:
             step = -amount if value + amount > free.most else amount

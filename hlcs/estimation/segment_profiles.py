@@ -53,18 +53,18 @@ class Reading(NamedTuple):
 
 def profiled(problem, fit):
     """A Fit of segments with the numbers and errors of their profiles; `withheld` says which cannot be given, and why."""
-    names = [(term.name, free.name) for term in fit.model.terms for free in term.candidate.free]
     readings, withheld = [], {}
-    for index, name in enumerate(names):
+    for index, (effect, free, _) in enumerate(fit.numbers):
         fit, reading = centred(problem, fit, index)
         readings.append(reading)
         if reading is None:
-            withheld[name] = "the segments into which its recordings are split have no common minimum in it"
+            withheld[effect, free.name] = "the segments into which its recordings are split have no common minimum in it"
         elif reading.witnesses < WITNESSES:
-            withheld[name] = "fewer than two of the segments into which its recordings are split tell it: nothing shows its error"
+            withheld[effect, free.name] = (
+                "fewer than two of the segments into which its recordings are split tell it: nothing shows its error"
+            )
     errors = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
-    scale = np.array([1.0 if reading is None else reading.error for reading in readings])
-    scale = np.where([reading is None for reading in readings], 1.0, scale / errors)
+    scale = np.array([1.0 if reading is None else reading.error / error for reading, error in zip(readings, errors, strict=True)])
     return replace(fit, covariance=fit.covariance * np.outer(scale, scale), withheld=withheld)
 
 

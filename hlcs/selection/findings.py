@@ -5,6 +5,7 @@ import numpy as np
 from hlcs.estimation.least_squares import basis, largest_cosine, project_out
 from hlcs.records import Finding, Reason, untested
 from hlcs.selection.held_out import fitted_error, held_out_error
+from hlcs.selection.prediction import AMPLITUDE
 from hlcs.selection.reasons import sentences
 from hlcs.selection.search import misfit
 from hlcs.selection.thresholds import FALL
@@ -100,8 +101,7 @@ def _own_columns(problem, fit, name):
     own, rest = columns[:, its], basis(np.delete(columns, its, axis=1))
     if not own.shape[1]:
         whole = problem.signature(fit.model.without(index), fit.initial_states, fit.model)
-        parts = zip(fit.linearization.state_bases, whole, strict=True)
-        own = np.concatenate([project_out(q, part) for q, part in parts])[:, None]
+        own = np.concatenate(fit.linearization.without_states(whole))[:, None]
     return project_out(rest, own)
 
 
@@ -183,7 +183,7 @@ def _outside(search, name):
     """Why a law of one number cannot explain what it would explain beyond its end; "" where that is not so. To first order."""
     linear = search.base_model
     places = linear.places.get(name, ())
-    if len(places) != 1 or linear.entries.get(name, (None, None))[1] is None or not linear.visible(name):
+    if len(places) != 1 or linear.columns[places[0]].free is AMPLITUDE or not linear.visible(name):
         return ""
     (place,) = places
     column, dot, information = linear.columns[place], linear.dots[place], linear.gram[place, place]

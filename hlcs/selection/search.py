@@ -13,7 +13,6 @@ from functools import partial
 import numpy as np
 
 from hlcs.estimation.budget import Budget
-from hlcs.estimation.least_squares import project_out
 from hlcs.estimation.linearization import free_numbers, surprise, values_of
 from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
@@ -329,8 +328,7 @@ class Search:
         try:
             with np.errstate(all="ignore"):  # a run may leave the finite numbers there
                 white = self.problem.white_residuals(self.model_with(numbers), parent.initial_states)
-                left = [project_out(q, part) for q, part in zip(parent.linearization.state_bases, white, strict=True)]
-                total = float(np.sum(np.concatenate(left) ** 2))
+                total = float(np.sum(np.concatenate(parent.linearization.without_states(white)) ** 2))
         except InputError:
             return np.inf
         return total if np.isfinite(total) else np.inf

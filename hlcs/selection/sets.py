@@ -5,7 +5,6 @@ from functools import cached_property
 import numpy as np
 from scipy import optimize, stats
 
-from hlcs.estimation.linearization import free_numbers
 from hlcs.selection.held_out import HeldOut, beaten, held_out
 from hlcs.selection.thresholds import EQUAL, INTERVAL, TIED
 
@@ -62,8 +61,7 @@ class FittedSets:
 
     def contradicts(self, fit):
         """Does a fit need a number of what the file implies that is far from plausible?"""
-        stated = [(free, value) for free, value in zip(free_numbers(fit.model), fit.estimate, strict=True) if free.certain]
-        return any(not free.plausible(value) for free, value in stated)
+        return any(free.certain and not free.plausible(value) for _, free, value in fit.numbers)
 
     def held_out(self, effects, name) -> HeldOut:
         """What one effect of a set does beside the others, and with it whatever acts through it alone."""

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from hlcs.data.quantities import have_unit
-from hlcs.estimation.linearization import free_numbers
 from hlcs.records import Finding, NextExperiment, Pictures
 from hlcs.selection import experiment_design
 from hlcs.selection.findings import candidate_findings
@@ -211,7 +210,7 @@ def _withheld(holding, name, free):
 
 def _number(fit, name, number, overdispersion):
     """(value, standard error) of one number of a fit, wider where the model is not adequate."""
-    place = [(term.name, free.name) for term in fit.model.terms for free in term.candidate.free].index((name, number))
+    place = [(effect, free.name) for effect, free, _ in fit.numbers].index((name, number))
     return fit.estimate[place], float(np.sqrt(overdispersion * max(fit.covariance[place, place], 0.0)))
 
 
@@ -230,11 +229,12 @@ def _steps(sets, ordered, errors):
 
 def _doubts(fit):
     """Sentences on numbers beyond what is plausible, on numbers that hang together, and on a fit that did not come to its end."""
-    frees, notes = free_numbers(fit.model), []
-    names = [f"{term.name}.{free.name}" for term in fit.model.terms for free in term.candidate.free]
-    for name, free, value in zip(names, frees, fit.estimate, strict=True):
-        if beyond := free.beyond(value):
-            notes.append(f"{name} = {beyond}: check the inputs that it rests on")
+    names = [f"{effect}.{free.name}" for effect, free, _ in fit.numbers]
+    notes = [
+        f"{name} = {beyond}: check the inputs that it rests on"
+        for name, (_, free, value) in zip(names, fit.numbers, strict=True)
+        if (beyond := free.beyond(value))
+    ]
     deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
     correlation = fit.covariance / np.outer(deviation, deviation)
     for i, j in zip(*np.nonzero(np.triu(np.abs(correlation) > 0.9, 1)), strict=True):
