@@ -206,10 +206,19 @@ class Layers:
         names, rows = [measured_set.name for measured_set in problem.responses.sets], []
         for k, layer in enumerate(table["layer"]):
             measured, model = float(table["measured"][k]), float(table["model"][k])
-            row = {"trial": names[table["trial"][k]], "phase": f"layer {layer}", "layer": int(layer)}
-            row |= {"measured": measured, "model": model, "bias %": 100 * (model / measured - 1.0)}
-            row |= {"z": float(table["welch_t"][k]), "holm p": float(table["holm_p"][k])}
-            rows.append({**row, "rms": abs(model / measured - 1.0), "sigma": -float(table["sigmas"][k])})
+            row = {
+                "trial": names[table["trial"][k]],
+                "phase": f"layer {layer}",
+                "layer": int(layer),
+                "measured": measured,
+                "model": model,
+                "bias %": 100 * (model / measured - 1.0),
+                "z": float(table["welch_t"][k]),
+                "holm p": float(table["holm_p"][k]),
+                "rms": abs(model / measured - 1.0),
+                "sigma": -float(table["sigmas"][k]),
+            }
+            rows.append(row)
         return tuple(sorted(rows, key=lambda row: (-abs(row["sigma"]), row["trial"], row["layer"])))
 
     @staticmethod
