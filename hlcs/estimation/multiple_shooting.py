@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hlcs.estimation.fitting import chi2_of
 from hlcs.estimation.least_squares import least_squares
 from hlcs.estimation.whitening import whiten
 from hlcs.simulation.initial_state import stepped
@@ -39,11 +40,9 @@ def grown_states(problem, model, which):
     ends before most impacts, where the way to the best state is straight; each stretch begins with what the one before found.
     """
     states = problem.initial_guess()
+    times = {k: problem.recordings[k].times for k in which}
     for stretch in STRETCHES:
-        stretches = {}
-        for k in which:
-            times = problem.recordings[k].times
-            stretches[k] = times <= times.min() + stretch * np.ptp(times)
+        stretches = {k: seen <= seen.min() + stretch * np.ptp(seen) for k, seen in times.items()}
         improve_for(ROUNDS, problem, model, states, stretches)
     return states
 
@@ -52,9 +51,8 @@ def improve_for(rounds, problem, model, states, stretches):
     """Up to so many rounds of `improve` for the recordings that have a stretch, in place."""
     active = np.array(sorted(stretches))
     for _ in range(rounds):
-        active = improve(problem, model, states, stretches, active)
-        if len(active) == 0:
-            break
+        if len(active):
+            active = improve(problem, model, states, stretches, active)
 
 
 def chi2_over(problem, model, states, owner, stretches):
@@ -65,7 +63,7 @@ def chi2_over(problem, model, states, owner, stretches):
             whiten(problem.recordings[k].whitening, problem.residual(k, trajectory))[stretches[k]]
             for k, trajectory in zip(owner, trajectories, strict=True)
         ]
-    return np.nan_to_num([float(part @ part) for part in white], nan=np.inf)
+    return chi2_of(white)
 
 
 def improve(problem, model, states, stretches, active):
@@ -82,8 +80,6 @@ def improve(problem, model, states, stretches, active):
             move = least_squares(rows, np.concatenate([r, np.zeros(n.shape[1])])).estimate / size
             tried.append(stepped(states[k], problem.recordings[k].unknown, move))
             owner.append(k)
-    if not tried:
-        return active[:0]
     chi2 = chi2_over(problem, model, np.array(tried), np.array(owner), stretches).reshape(-1, len(DAMPINGS))
     moving = []
     for place, (k, old) in enumerate(zip(active, before, strict=True)):

@@ -136,7 +136,8 @@ class Problem:
     def fit(self, model, initial_states=None):
         """Fit of the model's free numbers and of all initial states: trust-region least squares (`estimation.fitting`)."""
         fit = segment_profiles.fit if self.segmented and free_numbers(model) else fitting.fit
-        return fit(self, model, self.initial_guess() if initial_states is None else initial_states)
+        with np.errstate(all="ignore"):  # a run may leave the finite numbers on the way; its chi2 is then infinite
+            return fit(self, model, self.initial_guess() if initial_states is None else initial_states)
 
     def stepped(self, initial_states, moves):
         """Initial states after moves of their unknowns, list of (unknowns_i,) -> (trials, 13)."""
