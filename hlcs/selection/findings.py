@@ -6,7 +6,6 @@ from hlcs.estimation.least_squares import basis, largest_cosine, project_out
 from hlcs.records import Finding, Reason, untested
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.prediction import AMPLITUDE
-from hlcs.selection.reasons import sentences
 from hlcs.selection.search import misfit
 from hlcs.selection.thresholds import FALL
 
@@ -123,10 +122,9 @@ def _explained(sets, name, same, holding, evidence, left):
     better = [other for other in sorted(best) if entry.alike and search.candidates[other].alike == entry.alike]
     if better and evidence > 0:
         return Reason.OTHER_FORM(form=entry.alike, better=better[0])
-    broken = sets.broken(holding, name) if holding is not None and evidence > 0 else []
-    if broken:
+    if holding is not None and evidence > 0 and (broken := sets.broken(holding, name)):
         beside = f", beside {_names(holding - {name})}" if len(holding) > 1 else ""
-        return Reason.SUSPECTED(why=sentences(broken) + beside)
+        return Reason.SUSPECTED(why=broken.why + beside)
     if evidence > 0 and (why := _adds_nothing(sets, name, holding)):
         return Reason.NOT_SEEN(at=at, why=why)
     if evidence > 0:
