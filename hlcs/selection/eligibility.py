@@ -28,19 +28,6 @@ class Shown:
     trials: tuple
     contact: bool  # does anything touch?
 
-    @property
-    def body_known(self):
-        return all(known_body(trial.body) for trial in self.trials)
-
-    @property
-    def drag_known(self):
-        return all(known_to_drag(trial.body) for trial in self.trials)
-
-    @cached_property
-    def fastest(self):
-        """The highest mean speed over an eighth of a recording [m/s]."""
-        return max(map(fastest, self.trials))
-
     @cached_property
     def columns(self):
         return set().union(*(trial.columns for trial in self.trials))
@@ -57,7 +44,10 @@ class Shown:
 
 # need: (what is said where it is missing, test of what recordings show)
 NEEDS = {
-    Need.MASS_AND_SIZE: ("mass and size of the body are not stated", lambda shown: shown.body_known),
+    Need.MASS_AND_SIZE: (
+        "mass and size of the body are not stated",
+        lambda shown: all(known_body(trial.body) for trial in shown.trials),
+    ),
     Need.FLUID: (
         "the file states a vacuum (fluid_density = 0.0)",
         lambda shown: any(trial.surroundings.fluid_density for trial in shown.trials),
@@ -86,13 +76,15 @@ NEEDS = {
 
 def candidates_for(measurement, contact, names=None, own=()):
     """(candidates, {name: why it cannot take part}) for trajectories; `names` None = all that fit, else just these."""
-    first, shown = measurement.trials[0], Shown(measurement.trials, contact)
+    trials, shown = measurement.trials, Shown(measurement.trials, contact)
+    body, surroundings, speed = trials[0].body, trials[0].surroundings, max(map(fastest, trials))
     why = {kind: stated(kind, measurement.file) or obstacle(kind, shown) for kind in wanted(names, own)}
-    why = with_drag_that_fits(why, first.body, first.surroundings, shown.fastest)
-    heights = np.concatenate([trial.position[:, 2] for trial in measurement.trials])
+    why = with_drag_that_fits(why, body, surroundings, speed)
+    heights = np.concatenate([trial.position[:, 2] for trial in trials])
     extent = float(np.nanmax(heights) - np.nanmin(heights)) if np.isfinite(heights).any() else 1.0
-    found, absent = eligible(why, first.body, first.surroundings, shown.drag_known, own, max(extent, 1e-3), shown.fastest)
-    sessions = sorted({trial.session for trial in measurement.trials} - {""})
+    drag_known = all(known_to_drag(trial.body) for trial in trials)
+    found, absent = eligible(why, body, surroundings, drag_known, own, max(extent, 1e-3), speed)
+    sessions = sorted({trial.session for trial in trials} - {""})
     found = [each_session(entry, sessions) for entry in found]
     if error := measurement.file.scale_error:
         found = [in_doubt(entry, "factor", error) if entry.kind is LengthScale else entry for entry in found]

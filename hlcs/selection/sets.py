@@ -17,10 +17,6 @@ class FittedSets:
         self.search, self.cross_validation, self.overdispersion = search, cross_validation, overdispersion
         self.judged = {}  # (set, effect) -> HeldOut
 
-    def tempered(self, overdispersion):
-        """The same sets where the data count for less."""
-        return FittedSets(self.search, self.cross_validation, overdispersion)
-
     def cost(self, effects):
         """-2 log of the posterior probability of a fitted set, up to a constant of the data."""
         return self.search.fits[effects].tempered(self.overdispersion) + self.search.price(effects)
@@ -40,10 +36,11 @@ class FittedSets:
         """The cheapest set that stands or, of those of as many effects that cost no more than EQUAL beyond it, that of the fewest
         numbers: a scale before a curve of five."""
         cheapest = self.cheapest
-        near = [cheapest]
-        for effects in self.ranked:
-            if len(effects) == len(cheapest) and 0 <= self.cost(effects) - self.cost(cheapest) <= EQUAL:
-                near += [effects] if self.stands(effects) else []
+        near = [
+            effects
+            for effects in self.ranked
+            if len(effects) == len(cheapest) and self.cost(effects) - self.cost(cheapest) <= EQUAL and self.stands(effects)
+        ]
         return min(near, key=lambda effects: len(self.search.fits[effects].estimate))
 
     def stands(self, effects):
@@ -52,12 +49,11 @@ class FittedSets:
         return np.isfinite(self.search.fits[effects].chi2) and not any(self.broken(effects, name) for name in doubtful)
 
     def broken(self, effects, name):
-        """Explanations of the rules that an effect of a set breaks on held-out data; none where the data are explained without
-        it only by numbers that contradict what the file states, such as a liquid as heavy as the body."""
-        count = len(self.search.candidates)
+        """Explanation of the rule that an effect of a set breaks on held-out data; None of none, and where the data are explained
+        without it only by numbers that contradict what the file states, such as a liquid as heavy as the body."""
         if self.contradicts(self.fit(self.without(effects, name))):
-            return []
-        return self.held_out(effects, name).broken(self.cross_validation.few, count)
+            return None
+        return self.held_out(effects, name).broken(self.cross_validation.few, len(self.search.candidates))
 
     def contradicts(self, fit):
         """Does a fit need a number of what the file implies that is far from plausible?"""
@@ -85,7 +81,7 @@ class FittedSets:
         if effects not in reduced:
             larger = min((known for known in self.search.fits if effects < known), key=lambda known: (len(known), sorted(known)))
             fit, base = self.search.fits[larger], self.search.fits[frozenset()]
-            numbers = {term.name: term.numbers for term in fit.model.terms if term.name in effects}
+            numbers = {name: numbers for name, numbers in fit.model.numbers.items() if name in effects}
             near = self.search.nearer(numbers, base)
             states = fit.initial_states if near == numbers else base.initial_states
             reduced[effects] = self.search.problem.fit(self.search.model_with(near), states)
@@ -107,13 +103,13 @@ class FittedSets:
         best, search = self.best, self.search
         reach = self.cost(best) + TIED
         near = [effects for effects in self.ranked if self.cost(effects) <= reach and self.stands(effects)]
-        kept = [best]
-        for effects in near:
-            if effects == best or any(self.simpler(other, effects) for other in near if self.cost(other) < self.cost(effects)):
-                continue
-            if self.overdispersion > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]):
-                kept.append(effects)
-        return kept
+        return [best] + [
+            effects
+            for effects in near
+            if effects != best
+            and not any(self.simpler(other, effects) for other in near if self.cost(other) < self.cost(effects))
+            and (self.overdispersion > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]))
+        ]
 
     def simpler(self, few, many):
         """Is a set part of another one, its laws special cases of the other's counted as part of them?"""

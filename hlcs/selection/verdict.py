@@ -71,7 +71,6 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     ordered, places = sets.ordered(effects), sets.alternatives()
     final = search.fits[effects]
     errors = partial(held_out_error, problem, cross_validation)
-    described = [_described(sets, members, errors) for members in sets.tied]
     return Selection(
         effects=ordered,
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
@@ -99,7 +98,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         pictures=experiment.pictures(problem, table_before, table_after),
         notes=(*prepared.notes, *prepared.aside, *_doubts(best), *search.budget.notes()),
         left_out=search.budget.notes(),
-        sets=tuple(described),
+        sets=tuple(_described(sets, members, errors) for members in sets.tied),
         inclusion=sets.inclusion,
         explained=explained(base, final),
         learned=None if after.adequate else experiment.learn(problem, final),
@@ -121,7 +120,7 @@ def best_set(search, cross_validation, finished):
         told = finished(sets.best)
     if told[2].adequate:
         return sets, told
-    first, sets = sets.best, sets.tempered(max(told[2].overdispersion, 1.0))
+    first, sets = sets.best, FittedSets(search, cross_validation, max(told[2].overdispersion, 1.0))
     if sets.best and explained(search.base, search.fits[sets.best]) < HELPS:
         sets.best = frozenset()
     return sets, told if sets.best == first else finished(sets.best)
@@ -165,7 +164,7 @@ def _described(sets, members, errors):
         "weight": sets.weights[members],
         "chi2": fit.chi2,
         "held_out": errors(fit),
-        "parameters": {term.name: term.numbers for term in fit.model.terms},
+        "parameters": fit.model.numbers,
     }
 
 
@@ -173,25 +172,22 @@ def _parameters(sets, effects, best):
     """{effect: {number: value, low, high, unit}} of all effects of the sets that do as well; best: the final Fit of the first."""
     fits = {members: best if members == effects else sets.search.fits[members] for members in sets.tied}
     numbers = {}
-    for first in sets.tied:
-        for name in sets.ordered(first):
-            entry = sets.search.candidates[name]
-            if name in numbers:
-                continue
-            holding = [(sets.weights[members], fits[members]) for members in sets.tied if name in members]
-            numbers[name] = {
-                free.name: _withheld(holding, name, free)
-                or told(
-                    interval(
-                        [(max(weight, 1e-12), *_number(fit, name, free.name, sets.overdispersion)) for weight, fit in holding],
-                        free,
-                        best.freedom,
-                    ),
+    for name in dict.fromkeys(name for members in sets.tied for name in sets.ordered(members)):
+        entry = sets.search.candidates[name]
+        holding = [(sets.weights[members], fits[members]) for members in sets.tied if name in members]
+        numbers[name] = {
+            free.name: _withheld(holding, name, free)
+            or told(
+                interval(
+                    [(max(weight, 1e-12), *_number(fit, name, free.name, sets.overdispersion)) for weight, fit in holding],
                     free,
-                    entry.setting,
-                )
-                for free in entry.free
-            } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
+                    best.freedom,
+                ),
+                free,
+                entry.setting,
+            )
+            for free in entry.free
+        } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
     return numbers
 
 
@@ -221,8 +217,7 @@ def _steps(sets, ordered, errors):
         members = frozenset(ordered[:count])
         if members in sets.search.fits:
             fit = sets.search.fits[members]
-            fitted = fitted_error(sets.search.problem, fit)
-            step = {"effects": list(ordered[:count]), "held_out": errors(fit), "fitted": fitted}
+            step = {"effects": list(ordered[:count]), "held_out": errors(fit), "fitted": fitted_error(sets.search.problem, fit)}
             steps.append(step | {"chi2_per_freedom": fit.chi2 / fit.freedom})
     return tuple(steps)
 
