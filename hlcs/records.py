@@ -163,8 +163,30 @@ class NextExperiment:
         return self.text
 
 
-@dataclass(frozen=True, repr=False)
-class Diagnosis(Judgement):
+@dataclass(frozen=True, kw_only=True)
+class Found:
+    """What a search found, in any kind of measurement; fields as in the result file, plus `model`, the mended model."""
+
+    effects: tuple[str, ...]
+    parameters: dict  # effect -> name -> {value, low, high, unit}; 90 % intervals; stated: what the model has; usual: beyond that
+    ambiguous: tuple[tuple[str, ...], ...]
+    error: dict
+    steps: tuple[dict, ...]
+    adequate: dict
+    candidates: tuple[Finding, ...]
+    where: tuple[dict, ...]
+    notes: tuple[str, ...] = ()
+    sets: tuple[dict, ...] = ()  # of comparable weight, the heaviest first: effects, weight, chi2, held_out, parameters
+    inclusion: dict = field(default_factory=dict)  # effect -> weight of all fitted sets that hold it
+    explained: float | None = None  # share of the excess of chi2 over its expectation that the final model removes
+    tolerance: dict | None = None  # what the user needs beside what is left: value, unit, left, met
+    learned: Any = None  # learning.Learned: the law that explains what no effect does, if any
+    model: Any = None
+    pictures: "Pictures | None" = field(default=None, compare=False)
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Diagnosis(Judgement, Found):
     """The answer of `hlcs.diagnose`; fields as in the result file, plus `model`, the mended model, ready to run.
 
     `plot` draws four panels: fit, residuals, ranking, the error falling to the noise floor; `save` writes result.json,
@@ -174,24 +196,8 @@ class Diagnosis(Judgement):
     kind: str
     title: str
     verdict: str
-    effects: tuple[str, ...]
-    parameters: dict  # effect -> name -> {value, low, high, unit}; 90 % intervals; stated: what the model has; usual: beyond that
-    ambiguous: tuple[tuple[str, ...], ...]
-    error: dict
-    steps: tuple[dict, ...]
-    adequate: dict
-    candidates: tuple[Finding, ...]
-    where: tuple[dict, ...]
     next_experiment: NextExperiment | None
-    notes: tuple[str, ...] = ()
     noise: dict = field(default_factory=dict)
-    sets: tuple[dict, ...] = ()  # of comparable weight, the heaviest first: effects, weight, chi2, held_out, parameters
-    inclusion: dict = field(default_factory=dict)  # effect -> weight of all fitted sets that hold it
-    explained: float | None = None  # share of the excess of chi2 over its expectation that the final model removes
-    tolerance: dict | None = None  # what the user needs beside what is left: value, unit, left, met
-    learned: Any = None  # learning.Learned: the law that explains what no effect does, if any
-    model: Any = None
-    pictures: "Pictures | None" = field(default=None, compare=False)
     experiment: Any = field(default=None, compare=False)  # the Experiment that was diagnosed
     mended: Any = field(default=None, compare=False)  # the Experiment that it was applied to and saved as
 

@@ -159,6 +159,10 @@ class Candidate:
         """What is believed of its numbers beforehand, {name: value}."""
         return {entry.name: entry.expected for entry in self.free}
 
+    def surprise(self, numbers):
+        """-2 log of what is believed of its numbers {name: value}, relative to what is expected."""
+        return sum(free.surprise(numbers[free.name]) for free in self.free)
+
     @property
     def form_of(self):
         """Label of the law that it is one form of, or an empty text."""

@@ -113,8 +113,5 @@ def told(few, trials):
 
 def round_robin(trials):
     """Indices of recordings, one of each group after the other, in their order."""
-    groups = {}
-    for index, trial in enumerate(trials):
-        groups.setdefault(trial.group, []).append(index)
-    queues = [groups[name] for name in sorted(groups)]
-    return [queue[place] for place in range(max(map(len, queues))) for queue in queues if place < len(queue)]
+    groups = [trial.group for trial in trials]
+    return sorted(range(len(trials)), key=lambda index: (groups[:index].count(groups[index]), groups[index]))

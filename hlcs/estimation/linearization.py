@@ -75,7 +75,7 @@ class Fit:
     @cached_property
     def surprise(self):
         """-2 log of what was believed of its numbers, relative to what was expected."""
-        return surprise(free_numbers(self.model), self.estimate)
+        return sum(free.surprise(value) for _, free, value in self.numbers)
 
     @cached_property
     def information(self):
@@ -138,8 +138,3 @@ def free_numbers(model):
 def values_of(model):
     """Values of the free numbers of a model's terms, in order (p,)."""
     return np.array([term.numbers[free.name] for term in model.terms for free in term.candidate.free])
-
-
-def surprise(frees, values):
-    """-2 log of what is believed of values (p,) of free numbers, relative to what is expected."""
-    return sum(free.surprise(value) for free, value in zip(frees, values, strict=True))

@@ -13,16 +13,10 @@ DAMPINGS = (0.0, 1e-3, 0.03, 1.0)  # of Levenberg and Marquardt, tried in one ba
 ROUNDS = 5  # steps on each stretch
 
 
-def poorly_fitted(fit):
-    """Indices of the recordings that a fit explains poorly."""
-    linear = fit.linearization
-    freedom = np.array([max(len(r) - q.shape[1], 1) for r, q in zip(linear.white, linear.state_bases, strict=True)])
-    return np.flatnonzero(fit.chi2_per_recording > BAD * freedom)
-
-
 def refit_initial_states(problem, fit):
     """The fit with better initial states for recordings that it explains poorly; itself where there are none."""
-    bad = poorly_fitted(fit)
+    known = zip(fit.linearization.white, fit.linearization.state_bases, strict=True)
+    bad = np.flatnonzero(fit.chi2_per_recording > BAD * np.array([max(len(r) - q.shape[1], 1) for r, q in known]))
     if len(bad) == 0:
         return fit
     states = grown_states(problem, fit.model, bad)

@@ -67,11 +67,9 @@ class Problem:
 
     def error(self, white):
         """RMS over the observations that have the unit of the problem, in that unit, of white residuals, list of (n_i,)."""
-        total, count = 0.0, 0
-        for recording, part in zip(self.recordings, self.in_sigmas(white), strict=True):
-            inside = have_unit(recording.channel, self.unit)
-            total += float(np.sum(part[inside] ** 2))
-            count += int(inside.sum())
+        known = zip(self.recordings, self.in_sigmas(white), strict=True)
+        parts = [part[have_unit(recording.channel, self.unit)] for recording, part in known]
+        total, count = sum(float(np.sum(part**2)) for part in parts), sum(map(len, parts))
         return float(self.noise_level * np.sqrt(total / max(count, 1)))
 
     # --- derivatives ----------------------------------------------------------------------------------------------------------
@@ -113,10 +111,8 @@ class Problem:
             self.difference_steps[name, free.name] = min(amount, widest * WIDE / reach)
         moves = [np.zeros(columns.shape[1]) for columns in linear.state_columns]
         if self.simulator.contact and any(len(move) for move in moves) and np.isfinite(size(changes)):
-            along = [
-                -least_squares(columns, part).estimate if columns.shape[1] else np.zeros(0)
-                for columns, part in zip(linear.state_columns, changes, strict=True)
-            ]
+            known = zip(linear.state_columns, changes, strict=True)
+            along = [-least_squares(columns, part).estimate for columns, part in known]
             followed = change(step, self.stepped(initial_states, along))
             if size(followed) < size(changes):
                 changes, moves = followed, along

@@ -142,8 +142,7 @@ def _names(effects):
 
 def _too_little(gain, short):
     """What is said where the misfit would fall by `gain`, and by `short` too little for its price."""
-    gain = max(gain, 0.0)
-    return f"the misfit would fall by {gain:.1f}, which is {short:.1f} less than the price of it"
+    return f"the misfit would fall by {max(gain, 0.0):.1f}, which is {short:.1f} less than the price of it"
 
 
 def _adds_nothing(sets, name, holding):
@@ -157,8 +156,8 @@ def _adds_nothing(sets, name, holding):
     rest = sets.without(holding, name)
     if rest not in search.fits or search.cost(rest) - search.cost(holding) > 0:
         return ""
-    gain = misfit(search.fits[rest]) - misfit(search.fits[holding])
-    return f"beside {_names(rest)} " + _too_little(gain, search.cost(holding) - search.cost(rest))
+    gain, short = misfit(search.fits[rest]) - misfit(search.fits[holding]), search.cost(holding) - search.cost(rest)
+    return f"beside {_names(rest)} " + _too_little(gain, short)
 
 
 def _leaves(sets, name, left):

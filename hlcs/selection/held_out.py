@@ -39,12 +39,10 @@ def held_out(problem, cross_validation, before, after):
     if not cross_validation.possible:
         return HeldOut()
     r0, r1 = cross_validation.residuals(before), cross_validation.residuals(after)
-    dots = spread = clustered = 0.0
-    for a, b in zip(r0, r1, strict=True):
-        difference = a - b
-        dots += float(difference @ a)
-        spread += float(difference @ difference)
-        clustered += float(difference @ b) ** 2
+    differences = [a - b for a, b in zip(r0, r1, strict=True)]
+    dots = sum(float(difference @ a) for difference, a in zip(differences, r0, strict=True))
+    spread = sum(float(difference @ difference) for difference in differences)
+    clustered = sum(float(difference @ b) ** 2 for difference, b in zip(differences, r1, strict=True))
     p = float(stats.norm.sf(dots / np.sqrt(max(spread, clustered)))) if spread > 0 else 1.0
     raw0, raw1 = problem.in_sigmas(r0), problem.in_sigmas(r1)
     halves = [np.flatnonzero(cross_validation.half == half) for half in (0, 1)]

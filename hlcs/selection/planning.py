@@ -228,10 +228,9 @@ def _odds(search, entry, numbers, implied, pilot):
     """The Odds of an effect at these numbers, in a search over all candidates."""
     search.implied = implied
     price = search.price(implied | {entry.name}) - search.price(implied - {entry.name})
-    surprise = sum(free.surprise(numbers[free.name]) for free in entry.free)
     held_out = pilot.hold_out and entry.name not in implied
     deviation = stats.norm.isf(min(BY_CHANCE / len(pilot.candidates), 0.5))
-    return Odds(price + surprise, float(deviation**2) if held_out else None, pilot.few_below)
+    return Odds(price + entry.surprise(numbers), float(deviation**2) if held_out else None, pilot.few_below)
 
 
 # --- what is told ------------------------------------------------------------------------------------------------------------

@@ -13,12 +13,11 @@ from functools import partial
 import numpy as np
 
 from hlcs.estimation.budget import Budget
-from hlcs.estimation.linearization import free_numbers, surprise, values_of
 from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
 from hlcs.selection.thresholds import (
-    AGAIN,
+    EQUAL,
     EXPANDED,
     FORESEEN,
     HELPS,
@@ -129,7 +128,7 @@ class Search:
         """Go on as far as sets are of interest where so many residuals count as one; is one of them better than all before?"""
         best = self.cost(self.ranked()[0])
         self.overdispersion, self.first = overdispersion, ()
-        return not self.budget.stopped and self.cost(self.run().ranked()[0]) < best - AGAIN
+        return not self.budget.stopped and self.cost(self.run().ranked()[0]) < best - EQUAL
 
     def reach(self):
         """What a set may be foreseen to cost more than the best one, to be fitted: where more than noise is left, in units of it,
@@ -189,12 +188,11 @@ class Search:
             parts = []
             for part in self.simpler(proposal.effects):
                 numbers = {name: proposal.numbers.get(name, self.candidates[name].expected) for name in part}
-                part, origin = self.foreseen.get(part, (Proposal(limit, part, numbers), parent))
-                if part.cost <= limit or len(part.effects) == len(proposal.effects):
-                    parts.append((part, origin))
-            for part in sorted(parts, key=lambda each: each[0].cost):
-                ordered.setdefault(part[0].effects, part)
-            ordered.setdefault(proposal.effects, (proposal, parent))
+                parts.append(self.foreseen.get(part, (Proposal(limit, part, numbers), parent)))
+            same = len(proposal.effects)
+            first = [each for each in parts if each[0].cost <= limit or len(each[0].effects) == same]
+            for each in (*sorted(first, key=lambda each: each[0].cost), (proposal, parent)):
+                ordered.setdefault(each[0].effects, each)
         return list(ordered.values())
 
     def simpler(self, effects):
@@ -292,10 +290,10 @@ class Search:
                 continue
             if not np.isfinite(fit.cost):
                 continue
-            again = best is not None and fit.cost > best.cost - AGAIN  # another beginning led to no better end
+            again = best is not None and fit.cost > best.cost - EQUAL  # another beginning led to no better end
             if best is None or fit.cost < best.cost:
                 best = fit
-            if again or best.cost + self.price(proposal.effects) < proposal.cost + AGAIN or self.noise_alone(best):
+            if again or best.cost + self.price(proposal.effects) < proposal.cost + EQUAL or self.noise_alone(best):
                 break
         return best
 
@@ -327,8 +325,9 @@ class Search:
         """By how much less than foreseen from a fit each proposal may cost, {set: amount}: LOOKED times what one simulation at
         its numbers differs from it. Far from the data a law that is not linear in its numbers is foreseen at too much."""
         seen = self.problem.batched([partial(self.left_at, proposal.numbers, fit) for proposal in proposals])
-        models = [self.model_with(proposal.numbers) for proposal in proposals]
-        believed = [surprise(free_numbers(model), values_of(model)) for model in models]
+        believed = [
+            sum(self.candidates[name].surprise(numbers) for name, numbers in proposal.numbers.items()) for proposal in proposals
+        ]
         foreseen = [misfit(fit) - proposal.fall - part for proposal, part in zip(proposals, believed, strict=True)]
         return {each.effects: LOOKED * abs(a - b) for each, a, b in zip(proposals, seen, foreseen, strict=True)}
 

@@ -7,7 +7,8 @@ effects know of their own numbers stands in their classes.
 ODDS = 6.0  # against any one effect: 1 to 20, so that of some forty candidates two are expected to be missing
 ODDS_ALONE = 12.0  # the same where nothing can be held out
 TIED = 6.0  # sets within it of the best do as well: it has less than twenty times their probability
-EQUAL = 1.0  # sets whose costs differ by no more are as good (odds of 1 to 1.6): the one of fewer numbers is named first
+EQUAL = 1.0  # costs that differ by no more are as good (odds of 1 to 1.6): of two sets that of fewer numbers is named first, and
+# two fits of one set are one
 REACH = 12.0  # sets foreseen within it of the best are fitted: twice TIED, since what is foreseen is not what is found
 MOST_EFFECTS = 3  # in a set: with more, recordings of one body tell nothing apart
 FORESEEN = 0.2  # part of what a set takes away that is foreseen at least before any fit: a rebound, seen from a model of none
@@ -16,7 +17,6 @@ REFITS = 30  # of sets in one search, so that it ends
 EXPANDED = 4  # sets whose neighbours are foreseen, while the best one leaves more than noise
 TOGETHER = 6  # sets fitted in one batch where simulations with contacts are shared
 NOISE = 3.0  # standard deviations of chi2 within which a fit leaves nothing but noise
-AGAIN = 1.0  # two fits of one set whose costs differ by less are one
 FALL = 0.02  # of the held-out error, relative: in each direction where recordings are few
 FALL_IN_SIGMA = 0.1  # or this, where they are many
 BY_CHANCE = 0.05  # p of a gain on held-out recordings, after the number of candidates

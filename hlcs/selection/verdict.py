@@ -3,12 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from hlcs.data.quantities import have_unit
-from hlcs.records import Finding, NextExperiment, Pictures
+from hlcs.records import Found, NextExperiment
 from hlcs.selection import experiment_design
 from hlcs.selection.findings import candidate_findings
 from hlcs.selection.held_out import fitted_error, held_out_error
@@ -16,27 +15,11 @@ from hlcs.selection.sets import FittedSets, interval
 from hlcs.selection.thresholds import HELPS
 
 
-@dataclass(frozen=True)
-class Selection:
-    """What a search found, in any kind of measurement; fields as in `records.Diagnosis`."""
+@dataclass(frozen=True, kw_only=True)
+class Selection(Found):
+    """What a search found, and what follows from it."""
 
-    effects: tuple[str, ...]
-    ambiguous: tuple[tuple[str, ...], ...]
-    parameters: dict
-    error: dict
-    steps: tuple[dict, ...]
-    adequate: dict
-    candidates: tuple[Finding, ...]
-    where: tuple[dict, ...]
-    model: Any
-    pictures: Pictures
-    notes: tuple[str, ...]
     next_experiment: Callable[[str], NextExperiment] = field(repr=False)  # of a verdict that leaves something open
-    sets: tuple[dict, ...] = ()
-    inclusion: dict = field(default_factory=dict)
-    explained: float | None = None
-    tolerance: dict | None = None
-    learned: Any = None
     left_out: tuple[str, ...] = ()  # of the notes, what was left out to keep within the limit of time
 
     @property
@@ -133,13 +116,11 @@ def _record(problem, error, base, final):
 
 def starts_share(problem, fit):
     """Share of the variance of the noise that the fitted initial states take up, in the channel that errors are told in [-]."""
-    taken, count = 0.0, 0
     if not any(basis.shape[1] for basis in fit.linearization.state_bases):  # no starts, as in tables
         return 0.0
-    for recording, basis in zip(problem.recordings, fit.linearization.state_bases, strict=True):
-        inside = have_unit(recording.channel, problem.unit)
-        taken, count = taken + float(np.sum(basis[inside] ** 2)), count + int(inside.sum())
-    return taken / max(count, 1)
+    known = zip(problem.recordings, fit.linearization.state_bases, strict=True)
+    parts = [basis[have_unit(recording.channel, problem.unit)] for recording, basis in known]
+    return sum(float(np.sum(part**2)) for part in parts) / max(sum(map(len, parts)), 1)
 
 
 def explained(base, final):
@@ -232,8 +213,8 @@ def _doubts(fit):
     ]
     deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
     correlation = fit.covariance / np.outer(deviation, deviation)
-    for i, j in zip(*np.nonzero(np.triu(np.abs(correlation) > 0.9, 1)), strict=True):
-        notes.append(f"{names[i]} and {names[j]} hang together: correlation {correlation[i, j]:+.2f}")
+    hanging = zip(*np.nonzero(np.triu(np.abs(correlation) > 0.9, 1)), strict=True)
+    notes += [f"{names[i]} and {names[j]} hang together: correlation {correlation[i, j]:+.2f}" for i, j in hanging]
     if not fit.converged:
         notes.append("the final fit did not come to its end: its numbers may be off by more than their intervals")
     return tuple(notes)

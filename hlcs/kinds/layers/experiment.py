@@ -15,7 +15,7 @@ from hlcs.kinds.layers.model import PlacementSimulator, model_of
 from hlcs.kinds.layers.notes import campaign_notes, left_out, samples, search_notes, set_notes, stated_notes
 from hlcs.kinds.layers.problem import Group, LayerProblem
 from hlcs.kinds.layers.responses import Responses
-from hlcs.kinds.protocol import Observation, Prepared
+from hlcs.kinds.protocol import Observation, Prepared, Tabulated
 from hlcs.placement import statistics
 from hlcs.records import Pictures, Reason
 from hlcs.selection.search import Search
@@ -39,7 +39,7 @@ def _check_candidates(file, test, sets):
             raise InputError(f"{file.place('diagnose.candidates')}: {problem}") from None
 
 
-class Layers:
+class Layers(Tabulated):
     """An OpenExperiment (`kinds.protocol`) of layer coefficients of repeated placement tests.
 
     simulator: runs the tests that are not yet in its store; seeds: tests of each model on each measured set.
@@ -220,15 +220,6 @@ class Layers:
             }
             rows.append(row)
         return tuple(sorted(rows, key=lambda row: (-abs(row["sigma"]), row["trial"], row["layer"])))
-
-    @staticmethod
-    def polished(problem, fit):
-        """The fit itself: its model was simulated as a whole."""
-        return fit
-
-    @staticmethod
-    def learn(problem, fit):
-        """Nothing: a law is learned from motion."""
 
     @staticmethod
     def pictures(problem, before, after):

@@ -135,11 +135,8 @@ class Responses:
         """Simulated tests (seeds, M) of each set, as a model has them: those of a model that was simulated, moved to its mean."""
         _, runs = self.whole.get(_simulated(model), (self.model, self.runs))
         values = self.values(model)
-        moved = []
-        for index, tests in enumerate(runs):
-            layers, _ = observations.rows_of(self.data, index)
-            moved.append(tests + values[layers] - np.nanmean(tests, axis=0))
-        return moved
+        layers = [observations.rows_of(self.data, index)[0] for index in range(len(runs))]
+        return [tests + values[here] - np.nanmean(tests, axis=0) for here, tests in zip(layers, runs, strict=True)]
 
     # --- answers ----------------------------------------------------------------------------------------------------------------
 

@@ -19,7 +19,18 @@ def test_an_explanation_carries_reason_and_sentence():
 
 def diagnosis(*findings):
     return Diagnosis(
-        "trajectory", "t", "complete", (), {}, (), {"unit": "m"}, (), {"before": None, "after": None}, findings, (), None
+        kind="trajectory",
+        title="t",
+        verdict="complete",
+        effects=(),
+        parameters={},
+        ambiguous=(),
+        error={"unit": "m"},
+        steps=(),
+        adequate={"before": None, "after": None},
+        candidates=findings,
+        where=(),
+        next_experiment=None,
     )
 
 
