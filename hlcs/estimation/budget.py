@@ -93,7 +93,8 @@ def screening_subset(measurement, contact, limit=SEGMENTED_LIMIT):
     few, many = (int(max(limit / (count * each), 1)) for count in (SEARCH_LINEARISATIONS, CONFIRM_LINEARISATIONS))
     if few >= len(trials):
         return measurement, measurement, ()
-    order = round_robin(trials)
+    groups = [trial.group for trial in trials]  # one recording of each after the other, in their order
+    order = sorted(range(len(trials)), key=lambda index: (groups[:index].count(groups[index]), groups[index]))
     first, second = ([trials[k] for k in sorted(order[:count])] for count in (few, many))
     rest = "all" if many >= len(trials) else f"{many}; the rest are left out"
     note = f"every candidate is tried on {told(first, trials)}, those accepted are refitted on {rest}"
@@ -109,9 +110,3 @@ def told(few, trials):
     """Words on how many of the recordings these few are, and their names."""
     names = ", ".join(trial.name for trial in few[:6]) + " .." * (len(few) > 6)
     return f"{len(few)} of {len(trials)} recordings ({names})"
-
-
-def round_robin(trials):
-    """Indices of recordings, one of each group after the other, in their order."""
-    groups = [trial.group for trial in trials]
-    return sorted(range(len(trials)), key=lambda index: (groups[:index].count(groups[index]), groups[index]))

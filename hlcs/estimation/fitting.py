@@ -37,9 +37,6 @@ class Elimination:
         self.linear, self.best = None, (np.inf, self.start, initial_states)  # of all points seen: cost, numbers, initial states
         self.settle(self.start, initial_states)
 
-    def values_at(self, step):
-        return self.start + (step - 1.0) * self.spread
-
     def linearise(self, values, initial_states):
         """Linearise at numbers (p,) and initial states, where that has not just been done."""
         if self.linear is None or values is not self.values or initial_states is not self.states:
@@ -106,7 +103,7 @@ class Elimination:
     def residuals(self, step):
         """White residuals of all recordings and what is believed of the numbers, (n + p,); step: from one spread below the start
         of each number, in spreads."""
-        values = self.values_at(step)
+        values = self.start + (step - 1.0) * self.spread
         change, linear = values - self.values, self.linear
         moves = [
             least_squares(n, r - s @ change).estimate + (0.0 if along is None else along @ change)
@@ -128,9 +125,8 @@ class Elimination:
         return rows
 
     def slopes(self, step):
-        """Their derivatives with the initial states projected out, (n + p, p); called where the residuals were found last."""
-        if not np.array_equal(self.values_at(step), self.last[0]):
-            self.residuals(step)
+        """Their derivatives with the initial states projected out, (n + p, p), where the residuals were found last: scipy asks
+        for them nowhere else."""
         self.linearise(*self.last)
         values = self.values
         slopes = np.concatenate([*(-part for part in self.linear.projected[1]), np.diag(belief(values, self.frees)[1])])
@@ -178,8 +174,8 @@ def chi2_of(white):
 
 def with_values(model, values):
     """The model with other values of its free numbers (p,), each kept where its law holds."""
-    terms, values = [], iter(values)
-    for term in model.terms:
-        numbers = {free.name: float(free.inside(value)) for free, value in zip(term.candidate.free, values, strict=False)}
-        terms.append(term.at(term.numbers | numbers))
-    return replace(model, terms=tuple(terms))
+    values = iter(values)
+    numbers = [
+        {free.name: free.inside(value) for free, value in zip(term.candidate.free, values, strict=False)} for term in model.terms
+    ]
+    return replace(model, terms=tuple(term.at(term.numbers | its) for term, its in zip(model.terms, numbers, strict=True)))

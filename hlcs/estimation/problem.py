@@ -88,11 +88,9 @@ class Problem:
         moves the impacts, so there the initial states go along by what would absorb the change: what a fit would see is left.
         reach: part of the plausible range that the widest step may span; to: value as far as which it is taken, if that is known.
         """
-        amount = self.difference_steps.get((name, free.name)) or difference_step(free, value) * self.difference_scale
-        widest = reach * min(free.high - free.low, 1e3)
-        to = None if to == value else to
-        if to is not None:
-            amount = to - value
+        usual = self.difference_steps.get((name, free.name)) or difference_step(free, value) * self.difference_scale
+        known = to not in (None, value)
+        amount, widest = to - value if known else usual, reach * min(free.high - free.low, 1e3)
 
         def change(step, states):
             after = self.residuals(moved(value + step), states)
@@ -104,15 +102,15 @@ class Problem:
         while True:
             step = -amount if value + amount > free.most else amount
             changes = change(step, initial_states)
-            if to is not None or not self.simulator.contact or not size(changes) < LEAST_CHANGE or amount >= widest:
+            if known or not self.simulator.contact or not size(changes) < LEAST_CHANGE or amount >= widest:
                 break
             amount = min(amount * float(np.clip(1.5 * LEAST_CHANGE / max(size(changes), 1e-9), 2.0, 30.0)), widest)
-        if to is None:
+        if not known:
             self.difference_steps[name, free.name] = min(amount, widest * WIDE / reach)
         moves = [np.zeros(columns.shape[1]) for columns in linear.state_columns]
         if self.simulator.contact and any(len(move) for move in moves) and np.isfinite(size(changes)):
-            known = zip(linear.state_columns, changes, strict=True)
-            along = [-least_squares(columns, part).estimate for columns, part in known]
+            absorbed = zip(linear.state_columns, changes, strict=True)
+            along = [-least_squares(columns, part).estimate for columns, part in absorbed]
             followed = change(step, self.stepped(initial_states, along))
             if size(followed) < size(changes):
                 changes, moves = followed, along

@@ -90,9 +90,10 @@ def centred(problem, fit, index, thorough=True):
     wide, error = WIDE * min(free.high - free.low, 1e3), float(np.sqrt(max(fit.covariance[index, index], 0.0)))
     short = thorough and 0.0 < REACH * error < wide
     reach = REACH * error if short else wide
+    freedom = np.array([max(len(recording.times) - len(recording.unknown), 1) for recording in problem.recordings])
     for _ in range(LINES):
         line = along(problem, fit, index, reach, thorough)
-        reading = read(line, freedom_of(problem))
+        reading = read(line, freedom)
         inside = reading is not None and line.offsets[0] < reading.offset < line.offsets[-1]
         if inside and short:
             return moved(problem, fit, index, line, reading.offset), reading
@@ -100,11 +101,6 @@ def centred(problem, fit, index, thorough=True):
         fit = moved(problem, fit, index, line, lowest)
         short, reach = inside, REACH * reading.bare if inside else wide
     return fit, None
-
-
-def freedom_of(problem):
-    """Observations of each segment less the unknowns of its initial state (segments,)."""
-    return np.array([max(len(recording.times) - len(recording.unknown), 1) for recording in problem.recordings])
 
 
 def along(problem, fit, index, reach, thorough):
@@ -160,7 +156,8 @@ def best(options):
 
 
 def read(line, freedom):
-    """The Reading of a Line, None where the sum of its curves has no minimum; freedom: of each segment.
+    """The Reading of a Line, None where the sum of its curves has no minimum; freedom: observations of each segment less the
+    unknowns of its initial state (segments,).
 
     A segment that misses by more than its noise counts for as much less.
     """

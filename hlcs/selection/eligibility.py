@@ -30,16 +30,8 @@ class Shown:
 
     @cached_property
     def columns(self):
+        """The channels that they measure."""
         return set().union(*(trial.columns for trial in self.trials))
-
-    @property
-    def filmed(self):
-        """Is anything measured beside accelerations?"""
-        return bool(self.columns - set(CHANNELS[6:])) or not self.columns
-
-    def starts_with(self, key):
-        """Does any recording state this part of its start?"""
-        return any(key in trial.start for trial in self.trials)
 
 
 # need: (what is said where it is missing, test of what recordings show)
@@ -56,7 +48,7 @@ NEEDS = {
     Need.CONTACT: ("nothing touches in these data", lambda shown: shown.contact),
     Need.SPIN: (
         "the spin is neither measured nor stated",
-        lambda shown: "rx" in shown.columns or shown.starts_with("angular_velocity"),
+        lambda shown: "rx" in shown.columns or any("angular_velocity" in trial.start for trial in shown.trials),
     ),
     Need.ROTATION: (NO_TURNING, lambda shown: "rx" in shown.columns),
     DataNeed.TURNING: (NO_TURNING, lambda shown: "rx" in shown.columns or shown.contact),
@@ -64,7 +56,10 @@ NEEDS = {
         NO_TURNING,
         lambda shown: "rx" in shown.columns or shown.contact and shown.trials[0].body.shape != "sphere",
     ),
-    Need.RELEASE: ("the moment of release is not known (no start velocity stated)", lambda shown: shown.starts_with("velocity")),
+    Need.RELEASE: (
+        "the moment of release is not known (no start velocity stated)",
+        lambda shown: any("velocity" in trial.start for trial in shown.trials),
+    ),
     Need.SIDEWAYS: ("no horizontal position is measured", lambda shown: bool(shown.columns & {"x", "y"})),
     DataNeed.HEIGHT: ("no height is measured", lambda shown: "z" in shown.columns),
     DataNeed.UNLIKE_HEIGHTS: (
@@ -100,7 +95,8 @@ def eligible(why, body, surroundings, body_known, own, extent=1.0, speed=0.0):
 
 def obstacle(kind, shown):
     """What a class needs that recordings do not show, in words, or None."""
-    if getattr(kind, "look", Change.look) is not Change.look and not shown.filmed:
+    unfilmed = shown.columns and shown.columns <= set(CHANNELS[6:])
+    if unfilmed and getattr(kind, "look", Change.look) is not Change.look:
         return "it is an error of a camera, and accelerations alone are measured"
     return next((text for text, met in map(NEEDS.get, kind.needs) if not met(shown)), None)
 

@@ -28,11 +28,9 @@ def _finding(sets, name, cosines):
     search, best, problem = sets.search, sets.best, sets.search.problem
     same = set().union(*({name_of_set, *others} for name_of_set, others in cosines.items() if name in {name_of_set, *others}))
     like = cosines.get(name) or {effect: others[name] for effect, others in cosines.items() if name in others}
-    alone, fitted, held = frozenset({name}), None, None
+    alone = frozenset({name})
     holding = best if name in best else min((known for known in search.fits if name in known), key=search.cost, default=None)
-    if holding is not None:
-        fit = search.fits[holding]
-        fitted, held = fitted_error(problem, fit), held_out_error(problem, sets.cross_validation, fit)
+    fit = search.fits.get(holding)
     if name in best:
         evidence = sets.worth(best, name)
     elif holding is not None:
@@ -45,8 +43,8 @@ def _finding(sets, name, cosines):
     entry, fluid = search.candidates[name], getattr(getattr(problem.trials[0], "surroundings", None), "fluid", "air")
     return Finding(
         effect=name,
-        fitted=fitted,
-        held_out=held,
+        fitted=fit and fitted_error(problem, fit),
+        held_out=fit and held_out_error(problem, sets.cross_validation, fit),
         evidence=evidence,
         accepted=name in best,
         same_as=same,

@@ -66,8 +66,8 @@ def beaten(cross_validation, fit, other):
 
 
 def rms(parts):
-    total = np.concatenate(parts)
-    return float(np.sqrt(np.mean(total**2)))
+    """Root mean square of all numbers of a list of arrays."""
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
 def fitted_error(problem, fit):

@@ -139,11 +139,11 @@ class FittedSets:
 
     def alternatives(self):
         """{effect of the best set: names that take its place in the sets that do as well}."""
-        places = {name: [] for name in self.ordered(self.best)}
-        for effects in self.tied[1:]:
-            for name in self.best - effects:
-                places[name] += [other for other in sorted(effects - self.best) if other not in places[name]]
-        return places
+        others = {
+            name: [other for effects in self.tied[1:] if name not in effects for other in sorted(effects - self.best)]
+            for name in self.ordered(self.best)
+        }
+        return {name: list(dict.fromkeys(places)) for name, places in others.items()}
 
 
 def interval(parts, free, freedom):
