@@ -30,8 +30,7 @@ class Comparison(Judgement):
     """The answer of `hlcs.compare` for an experiment file: the model beside the measurement.
 
     `plot` draws residuals against time, height and speed (or the inputs of a table), and measured over model; `save` writes
-    comparison.json, residuals.csv, comparison.txt and comparison.png.
-    """
+    comparison.json, residuals.csv, comparison.txt and comparison.png."""
 
     kind: str
     title: str
@@ -80,8 +79,7 @@ class Comparison(Judgement):
         """A table of the comparison as a pandas frame.
 
         "observations": one row each with trial, channel, time, height, speed (or its inputs), measured, model, residual, sigmas;
-        "errors": before, after and noise; "where": where the model misses; "impacts": what each impact with the floor shows.
-        """
+        "errors": before, after and noise; "where": where the model misses; "impacts": what each impact with the floor shows."""
         others = {"errors": self.errors, "where": self.where, "impacts": [asdict(impact) for impact in self.impacts]}
         return self._observations() if table == "observations" else table_of({"observations": ()} | others, table)
 
@@ -190,8 +188,7 @@ class Diagnosis(Judgement, Found):
     """The answer of `hlcs.diagnose`; fields as in the result file, plus `model`, the mended model, ready to run.
 
     `plot` draws four panels: fit, residuals, ranking, the error falling to the noise floor; `save` writes result.json,
-    candidates.csv, report.txt, report.html, its pictures and model.toml.
-    """
+    candidates.csv, report.txt, report.html, its pictures and model.toml."""
 
     kind: str
     title: str
@@ -247,16 +244,14 @@ class Diagnosis(Judgement, Found):
         following = self.next_experiment and asdict(self.next_experiment)
         candidates = [{name: value for name, value in asdict(finding).items() if name != "reason"} for finding in self.candidates]
         numbers = {name: getattr(self, name) for name in (*names, "notes")}
-        learned = self.learned and self.learned.to_json()
-        others = {"add": self.add, "learned": learned, "candidates": candidates, "next_experiment": following}
-        return plain({"format": 1, **numbers, **others})
+        others = {"add": self.add, "learned": self.learned and self.learned.to_json(), "candidates": candidates}
+        return plain({"format": 1, **numbers, **others, "next_experiment": following})
 
     def to_dataframe(self, table="candidates"):
         """A table of the diagnosis as a pandas frame.
 
         "candidates": one row each, best first; "numbers": of the effects, with their intervals; "steps": the error falling;
-        "sets": fitted sets of comparable weight; "where": where the model still misses.
-        """
+        "sets": fitted sets of comparable weight; "where": where the model still misses."""
         import pandas as pd
 
         if table == "candidates":

@@ -17,7 +17,6 @@ SEARCH_LINEARISATIONS = 250  # that a search over the whole library needs: twent
 FIT_LINEARISATIONS = 7  # that a fit takes, as a rule
 CONFIRM_LINEARISATIONS = 60  # to fit the model under test and to refit what was accepted, on more recordings
 IN_TIME = "to keep within the limit of time"
-LEFT_OUT = f"left out {IN_TIME}:"
 TELLING = 0.02  # part of the limit after which the time left can be told
 LINEARISATION_RUNS = 13  # one, and one for each number of the initial state
 
@@ -73,7 +72,7 @@ class Budget:
 
     def notes(self):
         """Sentences on what was left out."""
-        return (*(f"{LEFT_OUT} {what}" for what in self.left_out), *[STOPPED] * self.stopped)
+        return (*(f"left out {IN_TIME}: {what}" for what in self.left_out), *[STOPPED] * self.stopped)
 
 
 def linearisation_cost(trials, step):

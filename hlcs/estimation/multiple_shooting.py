@@ -63,7 +63,7 @@ def chi2_over(problem, model, states, owner, stretches):
 def improve(problem, model, states, stretches, active):
     """Move the states of the active recordings, in place, by the best of the damped steps; those that are still on their way."""
     linear = problem.linearise(model, states, only=active)
-    tried, owner, before = [], [], []
+    tried, before, owner = [], [], np.repeat(active, len(DAMPINGS))
     for k, r, n in zip(active, linear.white, linear.state_columns, strict=True):
         r, n = r[stretches[k]], n[stretches[k]]
         before.append(float(r @ r))
@@ -73,8 +73,7 @@ def improve(problem, model, states, stretches, active):
             rows = np.concatenate([n / size, np.sqrt(damping) * np.eye(n.shape[1])])
             move = least_squares(rows, np.concatenate([r, np.zeros(n.shape[1])])).estimate / size
             tried.append(stepped(states[k], problem.recordings[k].unknown, move))
-            owner.append(k)
-    chi2 = chi2_over(problem, model, np.array(tried), np.array(owner), stretches).reshape(-1, len(DAMPINGS))
+    chi2 = chi2_over(problem, model, np.array(tried), owner, stretches).reshape(-1, len(DAMPINGS))
     moving = []
     for place, (k, old) in enumerate(zip(active, before, strict=True)):
         best = int(np.argmin(chi2[place]))

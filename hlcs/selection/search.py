@@ -250,13 +250,11 @@ class Search:
         """Foresee neighbours of the best fitted sets: of the best alone where it explains the data, else of those too that are
         as good as it in units of what it leaves."""
         first = self.ranked()[0]
-        fit = self.fits[first]
-        reach = 0.0 if self.noise_alone(fit) or self.budget.share > 0.5 else self.reach()
-        for effects in self.ranked()[:EXPANDED]:
+        reach = 0.0 if self.noise_alone(self.fits[first]) or self.budget.share > 0.5 else self.reach()
+        near = [first, *(each for each in self.ranked()[1:EXPANDED] if self.cost(each) < self.cost(first) + reach)]
+        for effects in near:
             if effects in self.expanded or not np.isfinite(self.fits[effects].chi2):
                 continue
-            if effects != first and not self.cost(effects) < self.cost(first) + reach:
-                break
             self.expanded.append(effects)
             fit = self.fits[effects]
             entries = [entry for name, entry in self.candidates.items() if name not in effects]

@@ -86,13 +86,12 @@ class Layers(Tabulated):
         problem = self._problem()
         fit = problem.fit(self.model)
         adequacy, table = self.judge(problem, fit)
-        values, residual = table["measured"], table["residual"]
         error = {
             "measure": self.measure,
             "rms": problem.error(fit.linearization.white),
             "unit": self.unit,
             "noise": problem.noise_level,
-            "bias": float(np.mean(-residual / values)),
+            "bias": float(np.mean(-table["residual"] / table["measured"])),
         }
         notes = (*self.notes, *set_notes(problem, self.model), *campaign_notes(self.sets))
         where, shown = self.where(problem, table), {"against": ("layer", "input")}
