@@ -75,8 +75,7 @@ class Elimination:
             if fall < HELD * promised:
                 if not renew or fresh and fall <= self.close:
                     break
-                everyone = np.arange(len(white))
-                columns, fresh = self.problem.linearise(model, initial_states, everyone).state_columns, True
+                columns, fresh = self.problem.linearise(model, initial_states, np.arange(len(white))).state_columns, True
         return initial_states, white
 
     def step(self, model, initial_states, white, moves):

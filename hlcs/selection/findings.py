@@ -26,7 +26,8 @@ def candidate_findings(sets, places, absent):
 def _finding(sets, name, cosines):
     """What became of one candidate; cosines: {effect of the best set: {name that takes its place: likeness}}."""
     search, best, problem = sets.search, sets.best, sets.search.problem
-    same = set().union(*({name_of_set, *others} for name_of_set, others in cosines.items() if name in {name_of_set, *others}))
+    groups = ({effect, *others} for effect, others in cosines.items())
+    same = tuple(sorted(set().union(*(group for group in groups if name in group)) - {name}))
     like = cosines.get(name) or {effect: others[name] for effect, others in cosines.items() if name in others}
     alone = frozenset({name})
     holding = best if name in best else min((known for known in search.fits if name in known), key=search.cost, default=None)
@@ -37,7 +38,6 @@ def _finding(sets, name, cosines):
         evidence = search.cost(frozenset()) - search.cost(holding)
     else:
         evidence = search.cost(frozenset()) - search.foreseen[alone][0].cost if alone in search.foreseen else None
-    same = tuple(sorted(same - {name}))
     left = remains(sets, name, holding)
     why = _explained(sets, name, same, holding, evidence, left)
     entry, fluid = search.candidates[name], getattr(getattr(problem.trials[0], "surroundings", None), "fluid", "air")

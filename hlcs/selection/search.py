@@ -75,11 +75,9 @@ class Search:
 
     def implies(self, linear, name):
         """Does the file state what makes an effect certain, and would these data show it?"""
-        certain = [free for free in self.candidates[name].free if free.certain]
-        if not certain or name not in linear.entries:
-            return False
-        size = max(abs(free.expected - free.null) / free.spread for free in certain)
-        return linear.information(name) * size**2 > self.odds
+        certain = [free for free in self.candidates[name].free if free.certain and name in linear.entries]
+        size = max((abs(free.expected - free.null) / free.spread for free in certain), default=0.0)
+        return size > 0 and linear.information(name) * size**2 > self.odds
 
     def ranked(self):
         """The fitted sets, the best first."""
