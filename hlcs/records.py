@@ -143,9 +143,9 @@ class Finding:
     reason: Reason = field(kw_only=True)  # what `why` says in words; not in the result file
 
 
-def untested(effect, explanation, same_as=()):
+def untested(effect, explanation):
     """The Finding on a candidate without any numbers."""
-    return Finding(effect, None, None, None, False, same_as, explanation.why, reason=explanation.reason)
+    return Finding(effect, None, None, None, False, **explanation._asdict())
 
 
 @dataclass(frozen=True)

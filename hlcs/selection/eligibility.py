@@ -86,8 +86,9 @@ def candidates_for(measurement, contact, names=None, own=()):
     return found, absent
 
 
-def eligible(why, body, surroundings, body_known, own, extent=1.0, speed=0.0):
-    """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}."""
+def eligible(why, body, surroundings, body_known, own, extent, speed):
+    """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}; the rest as `candidate`
+    takes it."""
     known = surroundings, rigid_body(body), body_known
     found = [candidate(kind, *known, kind in own, extent, speed) for kind, text in why.items() if not text]
     return sorted(found, key=lambda entry: entry.name), {name_of(kind): text for kind, text in why.items() if text}

@@ -48,13 +48,12 @@ def _finding(sets, name, cosines):
         evidence=evidence,
         accepted=name in best,
         same_as=same,
-        why=why.why,
         cosines=like,
         visible_from=_visible(search, name),
         called=entry.called(fluid),
         lacking=entry.group.startswith(LAWS),
         remains=left,
-        reason=why.reason,
+        **why._asdict(),
     )
 
 
