@@ -6,11 +6,8 @@ from dataclasses import fields, replace
 from hlcs.effects import own_classes
 from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.protocol import OpenExperiment, Options
-from hlcs.records import Diagnosis, NextExperiment, untested
-from hlcs.selection.verdict import Selection
+from hlcs.records import Diagnosis, Found, NextExperiment, untested
 from minibullet.errors import InputError, shown_value
-
-OWN = ("left_out", "next_experiment")  # of a Selection: what a Diagnosis has not
 
 
 def diagnose(
@@ -44,7 +41,7 @@ def diagnosis_of(experiment: OpenExperiment, candidates=None):
     common = {"kind": experiment.kind, "title": experiment.title, "noise": experiment.noise}
     if experiment.judgeable:
         selection = experiment.search(candidates)
-        told = {entry.name: getattr(selection, entry.name) for entry in fields(Selection) if entry.name not in OWN}
+        told = {entry.name: getattr(selection, entry.name) for entry in fields(Found)}
         open_question = selection.verdict in ("ambiguous", "unexplained")
         following = selection.next_experiment(selection.verdict) if open_question else None
         return Diagnosis(**common, **told, verdict=selection.verdict, next_experiment=following)

@@ -30,8 +30,7 @@ class Comparison(Judgement):
     """The answer of `hlcs.compare` for an experiment file: the model beside the measurement.
 
     `plot` draws residuals against time, height and speed (or the inputs of a table), and measured over model; `save` writes
-    comparison.json, residuals.csv, comparison.txt and comparison.png.
-    """
+    comparison.json, residuals.csv, comparison.txt and comparison.png."""
 
     kind: str
     title: str
@@ -80,8 +79,7 @@ class Comparison(Judgement):
         """A table of the comparison as a pandas frame.
 
         "observations": one row each with trial, channel, time, height, speed (or its inputs), measured, model, residual, sigmas;
-        "errors": before, after and noise; "where": where the model misses; "impacts": what each impact with the floor shows.
-        """
+        "errors": before, after and noise; "where": where the model misses; "impacts": what each impact with the floor shows."""
         others = {"errors": self.errors, "where": self.where, "impacts": [asdict(impact) for impact in self.impacts]}
         return self._observations() if table == "observations" else table_of({"observations": ()} | others, table)
 
@@ -145,9 +143,9 @@ class Finding:
     reason: Reason = field(kw_only=True)  # what `why` says in words; not in the result file
 
 
-def untested(effect, explanation, same_as=()):
+def untested(effect, explanation):
     """The Finding on a candidate without any numbers."""
-    return Finding(effect, None, None, None, False, same_as, explanation.why, reason=explanation.reason)
+    return Finding(effect, None, None, None, False, **explanation._asdict())
 
 
 @dataclass(frozen=True)
@@ -163,17 +161,10 @@ class NextExperiment:
         return self.text
 
 
-@dataclass(frozen=True, repr=False)
-class Diagnosis(Judgement):
-    """The answer of `hlcs.diagnose`; fields as in the result file, plus `model`, the mended model, ready to run.
+@dataclass(frozen=True, kw_only=True)
+class Found:
+    """What a search found, in any kind of measurement; fields as in the result file, plus `model`, the mended model."""
 
-    `plot` draws four panels: fit, residuals, ranking, the error falling to the noise floor; `save` writes result.json,
-    candidates.csv, report.txt, report.html, its pictures and model.toml.
-    """
-
-    kind: str
-    title: str
-    verdict: str
     effects: tuple[str, ...]
     parameters: dict  # effect -> name -> {value, low, high, unit}; 90 % intervals; stated: what the model has; usual: beyond that
     ambiguous: tuple[tuple[str, ...], ...]
@@ -182,9 +173,7 @@ class Diagnosis(Judgement):
     adequate: dict
     candidates: tuple[Finding, ...]
     where: tuple[dict, ...]
-    next_experiment: NextExperiment | None
     notes: tuple[str, ...] = ()
-    noise: dict = field(default_factory=dict)
     sets: tuple[dict, ...] = ()  # of comparable weight, the heaviest first: effects, weight, chi2, held_out, parameters
     inclusion: dict = field(default_factory=dict)  # effect -> weight of all fitted sets that hold it
     explained: float | None = None  # share of the excess of chi2 over its expectation that the final model removes
@@ -192,6 +181,20 @@ class Diagnosis(Judgement):
     learned: Any = None  # learning.Learned: the law that explains what no effect does, if any
     model: Any = None
     pictures: "Pictures | None" = field(default=None, compare=False)
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Diagnosis(Judgement, Found):
+    """The answer of `hlcs.diagnose`; fields as in the result file, plus `model`, the mended model, ready to run.
+
+    `plot` draws four panels: fit, residuals, ranking, the error falling to the noise floor; `save` writes result.json,
+    candidates.csv, report.txt, report.html, its pictures and model.toml."""
+
+    kind: str
+    title: str
+    verdict: str
+    next_experiment: NextExperiment | None
+    noise: dict = field(default_factory=dict)
     experiment: Any = field(default=None, compare=False)  # the Experiment that was diagnosed
     mended: Any = field(default=None, compare=False)  # the Experiment that it was applied to and saved as
 
@@ -241,16 +244,14 @@ class Diagnosis(Judgement):
         following = self.next_experiment and asdict(self.next_experiment)
         candidates = [{name: value for name, value in asdict(finding).items() if name != "reason"} for finding in self.candidates]
         numbers = {name: getattr(self, name) for name in (*names, "notes")}
-        learned = self.learned and self.learned.to_json()
-        others = {"add": self.add, "learned": learned, "candidates": candidates, "next_experiment": following}
-        return plain({"format": 1, **numbers, **others})
+        others = {"add": self.add, "learned": self.learned and self.learned.to_json(), "candidates": candidates}
+        return plain({"format": 1, **numbers, **others, "next_experiment": following})
 
     def to_dataframe(self, table="candidates"):
         """A table of the diagnosis as a pandas frame.
 
         "candidates": one row each, best first; "numbers": of the effects, with their intervals; "steps": the error falling;
-        "sets": fitted sets of comparable weight; "where": where the model still misses.
-        """
+        "sets": fitted sets of comparable weight; "where": where the model still misses."""
         import pandas as pd
 
         if table == "candidates":

@@ -101,7 +101,18 @@ class Weighings:
         numbers = {"zero_offset": {"offset": number}} if found else {}
         error = {"measure": self.measure, "unit": self.unit, "fitted": None, "held_out": None}
         pictures = Pictures(before[2], after[2], (), "row", "row")
-        return Selection(found, (), numbers, error, (), adequate, (), (), None, pictures, (), lambda verdict: None)
+        return Selection(
+            effects=found,
+            parameters=numbers,
+            ambiguous=(),
+            error=error,
+            steps=(),
+            adequate=adequate,
+            candidates=(),
+            where=(),
+            pictures=pictures,
+            next_experiment=lambda verdict: None,
+        )
 
 
 def test_the_recipe_of_a_kind_needs_one_class_and_its_name(tmp_path, monkeypatch):

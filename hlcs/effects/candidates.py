@@ -117,10 +117,14 @@ class Free:
         """The plausible range in words, with its unit."""
         return f"{self.low:g} to {self.high:g}" + ("" if self.unit == "1" else f" {self.unit}")
 
+    def aside(self, value):
+        """How far a value stands from what is expected, in spreads; an angle is as good as any other."""
+        return 0.0 if self.period is not None else (value - self.expected) / self.spread
+
     def surprise(self, value):
         """-2 log of the belief in a value over that in the expected one: a Cauchy law, whose tails leave room for what nobody
-        expected (A. Gelman et al., Ann. Appl. Stat. 2 (2008) 1360). An angle is as good as any other."""
-        return 0.0 if self.period is not None else 2 * np.log1p(((value - self.expected) / self.spread) ** 2)
+        expected (A. Gelman et al., Ann. Appl. Stat. 2 (2008) 1360)."""
+        return 2 * np.log1p(self.aside(value) ** 2)
 
 
 @dataclass(frozen=True)
@@ -154,6 +158,10 @@ class Candidate:
     def expected(self):
         """What is believed of its numbers beforehand, {name: value}."""
         return {entry.name: entry.expected for entry in self.free}
+
+    def surprise(self, numbers):
+        """-2 log of what is believed of its numbers {name: value}, relative to what is expected."""
+        return sum(free.surprise(numbers[free.name]) for free in self.free)
 
     @property
     def form_of(self):

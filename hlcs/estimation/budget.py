@@ -17,7 +17,6 @@ SEARCH_LINEARISATIONS = 250  # that a search over the whole library needs: twent
 FIT_LINEARISATIONS = 7  # that a fit takes, as a rule
 CONFIRM_LINEARISATIONS = 60  # to fit the model under test and to refit what was accepted, on more recordings
 IN_TIME = "to keep within the limit of time"
-LEFT_OUT = f"left out {IN_TIME}:"
 TELLING = 0.02  # part of the limit after which the time left can be told
 LINEARISATION_RUNS = 13  # one, and one for each number of the initial state
 
@@ -73,7 +72,7 @@ class Budget:
 
     def notes(self):
         """Sentences on what was left out."""
-        return (*(f"{LEFT_OUT} {what}" for what in self.left_out), *[STOPPED] * self.stopped)
+        return (*(f"left out {IN_TIME}: {what}" for what in self.left_out), *[STOPPED] * self.stopped)
 
 
 def linearisation_cost(trials, step):
@@ -93,7 +92,8 @@ def screening_subset(measurement, contact, limit=SEGMENTED_LIMIT):
     few, many = (int(max(limit / (count * each), 1)) for count in (SEARCH_LINEARISATIONS, CONFIRM_LINEARISATIONS))
     if few >= len(trials):
         return measurement, measurement, ()
-    order = round_robin(trials)
+    groups = [trial.group for trial in trials]  # one recording of each after the other, in their order
+    order = sorted(range(len(trials)), key=lambda index: (groups[:index].count(groups[index]), groups[index]))
     first, second = ([trials[k] for k in sorted(order[:count])] for count in (few, many))
     rest = "all" if many >= len(trials) else f"{many}; the rest are left out"
     note = f"every candidate is tried on {told(first, trials)}, those accepted are refitted on {rest}"
@@ -109,12 +109,3 @@ def told(few, trials):
     """Words on how many of the recordings these few are, and their names."""
     names = ", ".join(trial.name for trial in few[:6]) + " .." * (len(few) > 6)
     return f"{len(few)} of {len(trials)} recordings ({names})"
-
-
-def round_robin(trials):
-    """Indices of recordings, one of each group after the other, in their order."""
-    groups = {}
-    for index, trial in enumerate(trials):
-        groups.setdefault(trial.group, []).append(index)
-    queues = [groups[name] for name in sorted(groups)]
-    return [queue[place] for place in range(max(map(len, queues))) for queue in queues if place < len(queue)]

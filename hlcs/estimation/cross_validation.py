@@ -1,5 +1,7 @@
 """Cross-validation: numbers fitted to one half of the recordings predict the other."""
 
+from collections import Counter
+
 import numpy as np
 
 from hlcs.estimation.correlated_noise import lower_factor
@@ -15,12 +17,10 @@ class CrossValidation:
     def __init__(self, trials, hold_out):
         groups = sorted({trial.group for trial in trials})
         self.possible = hold_out != "none" and len(groups) >= 2
-        half = {name: index % 2 for index, name in enumerate(groups)}
-        self.half = np.array([half[trial.group] for trial in trials])  # of each recording, 0 or 1
-        bodies = {}
-        for trial in trials:
-            bodies.setdefault(trial.body, set()).add(trial.recording or trial.name)
-        self.few = min(len(names) for names in bodies.values()) < FEW_RECORDINGS  # so few that each half must show a fall
+        self.half = np.array([groups.index(trial.group) % 2 for trial in trials])  # of each recording, 0 or 1
+        recordings = {(trial.body, trial.recording or trial.name) for trial in trials}
+        counts = Counter(body for body, _ in recordings)
+        self.few = min(counts.values()) < FEW_RECORDINGS  # so few that each half must show a fall
 
     def residuals(self, fit):
         """White, projected residuals of every recording, numbers taken from the other half (list of (n_i,))."""

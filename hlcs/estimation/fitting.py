@@ -37,23 +37,16 @@ class Elimination:
         self.linear, self.best = None, (np.inf, self.start, initial_states)  # of all points seen: cost, numbers, initial states
         self.settle(self.start, initial_states)
 
-    def at(self, values):
-        """The model with other values of its free numbers (p,)."""
-        return with_values(self.model, values)
-
-    def values_at(self, step):
-        return self.start + (step - 1.0) * self.spread
-
     def linearise(self, values, initial_states):
         """Linearise at numbers (p,) and initial states, where that has not just been done."""
         if self.linear is None or values is not self.values or initial_states is not self.states:
             self.values, self.states = values, initial_states
-            self.linear = self.problem.linearise(self.at(values), initial_states)
+            self.linear = self.problem.linearise(with_values(self.model, values), initial_states)
 
     def settle(self, values, initial_states):
         """Linearise at numbers (p,) where no recording has a better initial state nearby."""
         self.linearise(values, initial_states)
-        initial_states, _ = self.follow(self.at(values), initial_states, self.linear.white, renew=True)
+        initial_states, _ = self.follow(with_values(self.model, values), initial_states, self.linear.white, renew=True)
         self.linearise(values, initial_states)
         self.last = values, self.states
         self.remember(np.concatenate([*self.linear.white, belief(values, self.frees)[0]]))
@@ -82,8 +75,7 @@ class Elimination:
             if fall < HELD * promised:
                 if not renew or fresh and fall <= self.close:
                     break
-                everyone = np.arange(len(white))
-                columns, fresh = self.problem.linearise(model, initial_states, everyone).state_columns, True
+                columns, fresh = self.problem.linearise(model, initial_states, np.arange(len(white))).state_columns, True
         return initial_states, white
 
     def step(self, model, initial_states, white, moves):
@@ -110,7 +102,7 @@ class Elimination:
     def residuals(self, step):
         """White residuals of all recordings and what is believed of the numbers, (n + p,); step: from one spread below the start
         of each number, in spreads."""
-        values = self.values_at(step)
+        values = self.start + (step - 1.0) * self.spread
         change, linear = values - self.values, self.linear
         moves = [
             least_squares(n, r - s @ change).estimate + (0.0 if along is None else along @ change)
@@ -123,19 +115,17 @@ class Elimination:
             )
         ]
         try:
-            with np.errstate(all="ignore"):  # numbers may lead where nothing can be: scipy then tries a shorter step
-                model, states = self.at(values), self.problem.stepped(self.states, moves)
-                states, white = self.follow(model, states, self.problem.white_residuals(model, states))
-        except InputError:
+            model, states = with_values(self.model, values), self.problem.stepped(self.states, moves)
+            states, white = self.follow(model, states, self.problem.white_residuals(model, states))
+        except InputError:  # numbers may lead where nothing can be: scipy then tries a shorter step
             return np.full(sum(map(len, linear.white)) + len(values), np.nan)
         self.last, rows = (values, states), np.concatenate([*white, belief(values, self.frees)[0]])
         self.remember(rows)
         return rows
 
     def slopes(self, step):
-        """Their derivatives with the initial states projected out, (n + p, p); called where the residuals were found last."""
-        if not np.array_equal(self.values_at(step), self.last[0]):
-            self.residuals(step)
+        """Their derivatives with the initial states projected out, (n + p, p), where the residuals were found last: scipy asks
+        for them nowhere else."""
         self.linearise(*self.last)
         values = self.values
         slopes = np.concatenate([*(-part for part in self.linear.projected[1]), np.diag(belief(values, self.frees)[1])])
@@ -144,11 +134,6 @@ class Elimination:
 
 def fit(problem, model, initial_states):
     """The Fit of a model's free numbers and of all initial states, from where they stand."""
-    with np.errstate(all="ignore"):  # a run may leave the finite numbers on the way; its chi2 is then infinite
-        return _fit(problem, model, initial_states)
-
-
-def _fit(problem, model, initial_states):
     path, converged = Elimination(problem, model, initial_states), True
     if path.frees and np.isfinite(chi2_of(path.linear.white)).all():
         count = sum(map(len, path.linear.white))
@@ -168,7 +153,7 @@ def _fit(problem, model, initial_states):
         except ValueError:  # scipy's, where nothing can be simulated right beside the start
             converged = False
         path.settle(*path.best[1:])
-    return fit_at(path.at(path.values), path.states, path.linear, converged)
+    return fit_at(with_values(model, path.values), path.states, path.linear, converged)
 
 
 def fit_at(model, initial_states, linear, converged=True):
@@ -188,8 +173,8 @@ def chi2_of(white):
 
 def with_values(model, values):
     """The model with other values of its free numbers (p,), each kept where its law holds."""
-    terms, values = [], iter(values)
-    for term in model.terms:
-        numbers = {free.name: float(free.inside(value)) for free, value in zip(term.candidate.free, values, strict=False)}
-        terms.append(term.at(term.numbers | numbers))
-    return replace(model, terms=tuple(terms))
+    values = iter(values)
+    numbers = [
+        {free.name: free.inside(value) for free, value in zip(term.candidate.free, values, strict=False)} for term in model.terms
+    ]
+    return replace(model, terms=tuple(term.at(term.numbers | its) for term, its in zip(model.terms, numbers, strict=True)))

@@ -56,12 +56,7 @@ def belief(values, frees):
 
     The square of each residual is -2 log of its relative density (`Free.surprise`).
     """
-    aside = np.array(
-        [
-            0.0 if free.period is not None else (value - free.expected) / free.spread
-            for value, free in zip(values, frees, strict=True)
-        ]
-    )
+    aside = np.array([free.aside(value) for value, free in zip(values, frees, strict=True)])
     rows = np.sign(aside) * np.sqrt(2 * np.log1p(aside**2))
     slopes = np.where(np.abs(aside) > 1e-6, 2 * aside / (1 + aside**2) / np.where(rows == 0, 1.0, rows), np.sqrt(2.0))
     still = np.array([free.period is not None for free in frees], bool)

@@ -40,10 +40,11 @@ class Linearization:
     @cached_property
     def projected(self):
         """(white residuals, parameter columns) with the initial states projected out."""
-        return tuple(
-            [project_out(q, part) for q, part in zip(self.state_bases, parts, strict=True)]
-            for parts in (self.white, self.parameter_columns)
-        )
+        return self.without_states(self.white), self.without_states(self.parameter_columns)
+
+    def without_states(self, white):
+        """White values of every recording, list of (n_i,) or (n_i, k), with the initial states projected out."""
+        return [project_out(q, part) for q, part in zip(self.state_bases, white, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,12 @@ class Fit:
     withheld: dict = field(default_factory=dict)  # (effect, number) -> why its value is not given
     doubt: float = 0.0  # -2 log of its likelihood less chi2, where what its effects do is not known exactly
 
+    @property
+    def numbers(self):
+        """Its free numbers, in order: [(effect, Free, value)]."""
+        free = [(term.name, free) for term in self.model.terms for free in term.candidate.free]
+        return [(*number, value) for number, value in zip(free, self.estimate, strict=True)]
+
     def numbers_of(self, index):
         """Where the free numbers of one term stand among those of all, a slice; -1 is the newest term."""
         counts = [len(term.candidate.free) for term in self.model.terms]
@@ -68,7 +75,7 @@ class Fit:
     @cached_property
     def surprise(self):
         """-2 log of what was believed of its numbers, relative to what was expected."""
-        return surprise(free_numbers(self.model), self.estimate)
+        return sum(free.surprise(value) for _, free, value in self.numbers)
 
     @cached_property
     def information(self):
@@ -131,8 +138,3 @@ def free_numbers(model):
 def values_of(model):
     """Values of the free numbers of a model's terms, in order (p,)."""
     return np.array([term.numbers[free.name] for term in model.terms for free in term.candidate.free])
-
-
-def surprise(frees, values):
-    """-2 log of what is believed of values (p,) of free numbers, relative to what is expected."""
-    return sum(free.surprise(value) for free, value in zip(frees, values, strict=True))

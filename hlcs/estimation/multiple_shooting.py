@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hlcs.estimation.fitting import chi2_of
 from hlcs.estimation.least_squares import least_squares
 from hlcs.estimation.whitening import whiten
 from hlcs.simulation.initial_state import stepped
@@ -12,16 +13,10 @@ DAMPINGS = (0.0, 1e-3, 0.03, 1.0)  # of Levenberg and Marquardt, tried in one ba
 ROUNDS = 5  # steps on each stretch
 
 
-def poorly_fitted(fit):
-    """Indices of the recordings that a fit explains poorly."""
-    linear = fit.linearization
-    freedom = np.array([max(len(r) - q.shape[1], 1) for r, q in zip(linear.white, linear.state_bases, strict=True)])
-    return np.flatnonzero(fit.chi2_per_recording > BAD * freedom)
-
-
 def refit_initial_states(problem, fit):
     """The fit with better initial states for recordings that it explains poorly; itself where there are none."""
-    bad = poorly_fitted(fit)
+    known = zip(fit.linearization.white, fit.linearization.state_bases, strict=True)
+    bad = np.flatnonzero(fit.chi2_per_recording > BAD * np.array([max(len(r) - q.shape[1], 1) for r, q in known]))
     if len(bad) == 0:
         return fit
     states = grown_states(problem, fit.model, bad)
@@ -39,11 +34,9 @@ def grown_states(problem, model, which):
     ends before most impacts, where the way to the best state is straight; each stretch begins with what the one before found.
     """
     states = problem.initial_guess()
+    times = {k: problem.recordings[k].times for k in which}
     for stretch in STRETCHES:
-        stretches = {}
-        for k in which:
-            times = problem.recordings[k].times
-            stretches[k] = times <= times.min() + stretch * np.ptp(times)
+        stretches = {k: seen <= seen.min() + stretch * np.ptp(seen) for k, seen in times.items()}
         improve_for(ROUNDS, problem, model, states, stretches)
     return states
 
@@ -52,9 +45,8 @@ def improve_for(rounds, problem, model, states, stretches):
     """Up to so many rounds of `improve` for the recordings that have a stretch, in place."""
     active = np.array(sorted(stretches))
     for _ in range(rounds):
-        active = improve(problem, model, states, stretches, active)
-        if len(active) == 0:
-            break
+        if len(active):
+            active = improve(problem, model, states, stretches, active)
 
 
 def chi2_over(problem, model, states, owner, stretches):
@@ -65,13 +57,13 @@ def chi2_over(problem, model, states, owner, stretches):
             whiten(problem.recordings[k].whitening, problem.residual(k, trajectory))[stretches[k]]
             for k, trajectory in zip(owner, trajectories, strict=True)
         ]
-    return np.nan_to_num([float(part @ part) for part in white], nan=np.inf)
+    return chi2_of(white)
 
 
 def improve(problem, model, states, stretches, active):
     """Move the states of the active recordings, in place, by the best of the damped steps; those that are still on their way."""
     linear = problem.linearise(model, states, only=active)
-    tried, owner, before = [], [], []
+    tried, before, owner = [], [], np.repeat(active, len(DAMPINGS))
     for k, r, n in zip(active, linear.white, linear.state_columns, strict=True):
         r, n = r[stretches[k]], n[stretches[k]]
         before.append(float(r @ r))
@@ -81,10 +73,7 @@ def improve(problem, model, states, stretches, active):
             rows = np.concatenate([n / size, np.sqrt(damping) * np.eye(n.shape[1])])
             move = least_squares(rows, np.concatenate([r, np.zeros(n.shape[1])])).estimate / size
             tried.append(stepped(states[k], problem.recordings[k].unknown, move))
-            owner.append(k)
-    if not tried:
-        return active[:0]
-    chi2 = chi2_over(problem, model, np.array(tried), np.array(owner), stretches).reshape(-1, len(DAMPINGS))
+    chi2 = chi2_over(problem, model, np.array(tried), owner, stretches).reshape(-1, len(DAMPINGS))
     moving = []
     for place, (k, old) in enumerate(zip(active, before, strict=True)):
         best = int(np.argmin(chi2[place]))

@@ -10,7 +10,7 @@ from hlcs.data.quantities import have_unit
 from hlcs.effects.contract import in_sessions
 from hlcs.effects.witnesses import direct_reading
 from hlcs.estimation import fitting, segment_profiles
-from hlcs.estimation.least_squares import least_squares, project_out
+from hlcs.estimation.least_squares import least_squares
 from hlcs.estimation.linearization import free_numbers
 from hlcs.estimation.whitening import colour, whiten
 from hlcs.simulation.batching import run_tasks
@@ -67,11 +67,9 @@ class Problem:
 
     def error(self, white):
         """RMS over the observations that have the unit of the problem, in that unit, of white residuals, list of (n_i,)."""
-        total, count = 0.0, 0
-        for recording, part in zip(self.recordings, self.in_sigmas(white), strict=True):
-            inside = have_unit(recording.channel, self.unit)
-            total += float(np.sum(part[inside] ** 2))
-            count += int(inside.sum())
+        known = zip(self.recordings, self.in_sigmas(white), strict=True)
+        parts = [part[have_unit(recording.channel, self.unit)] for recording, part in known]
+        total, count = sum(float(np.sum(part**2)) for part in parts), sum(map(len, parts))
         return float(self.noise_level * np.sqrt(total / max(count, 1)))
 
     # --- derivatives ----------------------------------------------------------------------------------------------------------
@@ -90,34 +88,29 @@ class Problem:
         moves the impacts, so there the initial states go along by what would absorb the change: what a fit would see is left.
         reach: part of the plausible range that the widest step may span; to: value as far as which it is taken, if that is known.
         """
-        amount = self.difference_steps.get((name, free.name)) or difference_step(free, value) * self.difference_scale
-        widest = reach * min(free.high - free.low, 1e3)
-        to = None if to == value else to
-        if to is not None:
-            amount = to - value
+        usual = self.difference_steps.get((name, free.name)) or difference_step(free, value) * self.difference_scale
+        known = to not in (None, value)
+        amount, widest = to - value if known else usual, reach * min(free.high - free.low, 1e3)
 
         def change(step, states):
             after = self.residuals(moved(value + step), states)
             return self.whitened([a - b for a, b in zip(linear.raw, after, strict=True)])
 
         def size(changes):
-            left = [np.sum(project_out(q, part) ** 2) for q, part in zip(linear.state_bases, changes, strict=True)]
-            return float(np.sqrt(sum(left)))
+            return float(np.sqrt(sum(np.sum(part**2) for part in linear.without_states(changes))))
 
         while True:
             step = -amount if value + amount > free.most else amount
             changes = change(step, initial_states)
-            if to is not None or not self.simulator.contact or not size(changes) < LEAST_CHANGE or amount >= widest:
+            if known or not self.simulator.contact or not size(changes) < LEAST_CHANGE or amount >= widest:
                 break
             amount = min(amount * float(np.clip(1.5 * LEAST_CHANGE / max(size(changes), 1e-9), 2.0, 30.0)), widest)
-        if to is None:
+        if not known:
             self.difference_steps[name, free.name] = min(amount, widest * WIDE / reach)
         moves = [np.zeros(columns.shape[1]) for columns in linear.state_columns]
         if self.simulator.contact and any(len(move) for move in moves) and np.isfinite(size(changes)):
-            along = [
-                -least_squares(columns, part).estimate if columns.shape[1] else np.zeros(0)
-                for columns, part in zip(linear.state_columns, changes, strict=True)
-            ]
+            absorbed = zip(linear.state_columns, changes, strict=True)
+            along = [-least_squares(columns, part).estimate for columns, part in absorbed]
             followed = change(step, self.stepped(initial_states, along))
             if size(followed) < size(changes):
                 changes, moves = followed, along
@@ -137,7 +130,8 @@ class Problem:
     def fit(self, model, initial_states=None):
         """Fit of the model's free numbers and of all initial states: trust-region least squares (`estimation.fitting`)."""
         fit = segment_profiles.fit if self.segmented and free_numbers(model) else fitting.fit
-        return fit(self, model, self.initial_guess() if initial_states is None else initial_states)
+        with np.errstate(all="ignore"):  # a run may leave the finite numbers on the way; its chi2 is then infinite
+            return fit(self, model, self.initial_guess() if initial_states is None else initial_states)
 
     def stepped(self, initial_states, moves):
         """Initial states after moves of their unknowns, list of (unknowns_i,) -> (trials, 13)."""

@@ -53,18 +53,18 @@ class Reading(NamedTuple):
 
 def profiled(problem, fit):
     """A Fit of segments with the numbers and errors of their profiles; `withheld` says which cannot be given, and why."""
-    names = [(term.name, free.name) for term in fit.model.terms for free in term.candidate.free]
     readings, withheld = [], {}
-    for index, name in enumerate(names):
+    for index, (effect, free, _) in enumerate(fit.numbers):
         fit, reading = centred(problem, fit, index)
         readings.append(reading)
         if reading is None:
-            withheld[name] = "the segments into which its recordings are split have no common minimum in it"
+            withheld[effect, free.name] = "the segments into which its recordings are split have no common minimum in it"
         elif reading.witnesses < WITNESSES:
-            withheld[name] = "fewer than two of the segments into which its recordings are split tell it: nothing shows its error"
+            withheld[effect, free.name] = (
+                "fewer than two of the segments into which its recordings are split tell it: nothing shows its error"
+            )
     errors = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
-    scale = np.array([1.0 if reading is None else reading.error for reading in readings])
-    scale = np.where([reading is None for reading in readings], 1.0, scale / errors)
+    scale = np.array([1.0 if reading is None else reading.error / error for reading, error in zip(readings, errors, strict=True)])
     return replace(fit, covariance=fit.covariance * np.outer(scale, scale), withheld=withheld)
 
 
@@ -90,9 +90,10 @@ def centred(problem, fit, index, thorough=True):
     wide, error = WIDE * min(free.high - free.low, 1e3), float(np.sqrt(max(fit.covariance[index, index], 0.0)))
     short = thorough and 0.0 < REACH * error < wide
     reach = REACH * error if short else wide
+    freedom = np.array([max(len(recording.times) - len(recording.unknown), 1) for recording in problem.recordings])
     for _ in range(LINES):
         line = along(problem, fit, index, reach, thorough)
-        reading = read(line, freedom_of(problem))
+        reading = read(line, freedom)
         inside = reading is not None and line.offsets[0] < reading.offset < line.offsets[-1]
         if inside and short:
             return moved(problem, fit, index, line, reading.offset), reading
@@ -100,11 +101,6 @@ def centred(problem, fit, index, thorough=True):
         fit = moved(problem, fit, index, line, lowest)
         short, reach = inside, REACH * reading.bare if inside else wide
     return fit, None
-
-
-def freedom_of(problem):
-    """Observations of each segment less the unknowns of its initial state (segments,)."""
-    return np.array([max(len(recording.times) - len(recording.unknown), 1) for recording in problem.recordings])
 
 
 def along(problem, fit, index, reach, thorough):
@@ -160,7 +156,8 @@ def best(options):
 
 
 def read(line, freedom):
-    """The Reading of a Line, None where the sum of its curves has no minimum; freedom: of each segment.
+    """The Reading of a Line, None where the sum of its curves has no minimum; freedom: observations of each segment less the
+    unknowns of its initial state (segments,).
 
     A segment that misses by more than its noise counts for as much less.
     """

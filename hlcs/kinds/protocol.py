@@ -70,6 +70,19 @@ class OpenExperiment(Protocol):
         """These data as what other experiments, to find an effect of this name, would be like."""
 
 
+class Tabulated:
+    """What the kinds of measurement have in common whose models foretell every number of a table at once."""
+
+    @staticmethod
+    def polished(problem, fit):
+        """The fit itself: no time step stands between it and the numbers."""
+        return fit
+
+    @staticmethod
+    def learn(problem, fit):
+        """Nothing: a law is learned from motion."""
+
+
 @dataclass(frozen=True)
 class Prepared:
     """An experiment with a Problem that is ready to be compared or diagnosed."""

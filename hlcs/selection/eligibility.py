@@ -27,36 +27,18 @@ class Shown:
     trials: tuple
     contact: bool  # does anything touch?
 
-    @property
-    def body_known(self):
-        return all(known_body(trial.body) for trial in self.trials)
-
-    @property
-    def drag_known(self):
-        return all(known_to_drag(trial.body) for trial in self.trials)
-
-    @cached_property
-    def fastest(self):
-        """The highest mean speed over an eighth of a recording [m/s]."""
-        return max(map(fastest, self.trials))
-
     @cached_property
     def columns(self):
+        """The channels that they measure."""
         return set().union(*(trial.columns for trial in self.trials))
-
-    @property
-    def filmed(self):
-        """Is anything measured beside accelerations?"""
-        return bool(self.columns - set(CHANNELS[6:])) or not self.columns
-
-    def starts_with(self, key):
-        """Does any recording state this part of its start?"""
-        return any(key in trial.start for trial in self.trials)
 
 
 # need: (what is said where it is missing, test of what recordings show)
 NEEDS = {
-    Need.MASS_AND_SIZE: ("mass and size of the body are not stated", lambda shown: shown.body_known),
+    Need.MASS_AND_SIZE: (
+        "mass and size of the body are not stated",
+        lambda shown: all(known_body(trial.body) for trial in shown.trials),
+    ),
     Need.FLUID: (
         "the file states a vacuum (fluid_density = 0.0)",
         lambda shown: any(trial.surroundings.fluid_density for trial in shown.trials),
@@ -65,7 +47,7 @@ NEEDS = {
     Need.CONTACT: ("nothing touches in these data", lambda shown: shown.contact),
     Need.SPIN: (
         "the spin is neither measured nor stated",
-        lambda shown: "rx" in shown.columns or shown.starts_with("angular_velocity"),
+        lambda shown: "rx" in shown.columns or any("angular_velocity" in trial.start for trial in shown.trials),
     ),
     Need.ROTATION: (NO_TURNING, lambda shown: "rx" in shown.columns),
     DataNeed.TURNING: (NO_TURNING, lambda shown: "rx" in shown.columns or shown.contact),
@@ -73,7 +55,10 @@ NEEDS = {
         NO_TURNING,
         lambda shown: "rx" in shown.columns or shown.contact and shown.trials[0].body.shape != "sphere",
     ),
-    Need.RELEASE: ("the moment of release is not known (no start velocity stated)", lambda shown: shown.starts_with("velocity")),
+    Need.RELEASE: (
+        "the moment of release is not known (no start velocity stated)",
+        lambda shown: any("velocity" in trial.start for trial in shown.trials),
+    ),
     Need.SIDEWAYS: ("no horizontal position is measured", lambda shown: bool(shown.columns & {"x", "y"})),
     DataNeed.HEIGHT: ("no height is measured", lambda shown: "z" in shown.columns),
     DataNeed.UNLIKE_HEIGHTS: (
@@ -85,21 +70,24 @@ NEEDS = {
 
 def candidates_for(measurement, contact, names=None, own=()):
     """(candidates, {name: why it cannot take part}) for trajectories; `names` None = all that fit, else just these."""
-    first, shown = measurement.trials[0], Shown(measurement.trials, contact)
+    trials, shown = measurement.trials, Shown(measurement.trials, contact)
+    body, surroundings, speed = trials[0].body, trials[0].surroundings, max(map(fastest, trials))
     why = {kind: stated(kind, measurement.file) or obstacle(kind, shown) for kind in wanted(names, own)}
-    why = with_drag_that_fits(why, first.body, first.surroundings, shown.fastest)
-    heights = np.concatenate([trial.position[:, 2] for trial in measurement.trials])
+    why = with_drag_that_fits(why, body, surroundings, speed)
+    heights = np.concatenate([trial.position[:, 2] for trial in trials])
     extent = float(np.nanmax(heights) - np.nanmin(heights)) if np.isfinite(heights).any() else 1.0
-    found, absent = eligible(why, first.body, first.surroundings, shown.drag_known, own, max(extent, 1e-3), shown.fastest)
-    sessions = sorted({trial.session for trial in measurement.trials} - {""})
+    drag_known = all(known_to_drag(trial.body) for trial in trials)
+    found, absent = eligible(why, body, surroundings, drag_known, own, max(extent, 1e-3), speed)
+    sessions = sorted({trial.session for trial in trials} - {""})
     found = [each_session(entry, sessions) for entry in found]
     if error := measurement.file.scale_error:
         found = [in_doubt(entry, "factor", error) if entry.kind is LengthScale else entry for entry in found]
     return found, absent
 
 
-def eligible(why, body, surroundings, body_known, own, extent=1.0, speed=0.0):
-    """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}."""
+def eligible(why, body, surroundings, body_known, own, extent, speed):
+    """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}; the rest as `candidate`
+    takes it."""
     known = surroundings, rigid_body(body), body_known
     found = [candidate(kind, *known, kind in own, extent, speed) for kind, text in why.items() if not text]
     return sorted(found, key=lambda entry: entry.name), {name_of(kind): text for kind, text in why.items() if text}
@@ -107,7 +95,8 @@ def eligible(why, body, surroundings, body_known, own, extent=1.0, speed=0.0):
 
 def obstacle(kind, shown):
     """What a class needs that recordings do not show, in words, or None."""
-    if getattr(kind, "look", Change.look) is not Change.look and not shown.filmed:
+    unfilmed = shown.columns and shown.columns <= set(CHANNELS[6:])
+    if unfilmed and getattr(kind, "look", Change.look) is not Change.look:
         return "it is an error of a camera, and accelerations alone are measured"
     return next((text for text, met in map(NEEDS.get, kind.needs) if not met(shown)), None)
 

@@ -5,7 +5,7 @@ import numpy as np
 from hlcs.estimation.least_squares import basis, largest_cosine, project_out
 from hlcs.records import Finding, Reason, untested
 from hlcs.selection.held_out import fitted_error, held_out_error
-from hlcs.selection.reasons import sentences
+from hlcs.selection.prediction import AMPLITUDE
 from hlcs.selection.search import misfit
 from hlcs.selection.thresholds import FALL
 
@@ -26,37 +26,34 @@ def candidate_findings(sets, places, absent):
 def _finding(sets, name, cosines):
     """What became of one candidate; cosines: {effect of the best set: {name that takes its place: likeness}}."""
     search, best, problem = sets.search, sets.best, sets.search.problem
-    same = set().union(*({name_of_set, *others} for name_of_set, others in cosines.items() if name in {name_of_set, *others}))
+    groups = ({effect, *others} for effect, others in cosines.items())
+    same = tuple(sorted(set().union(*(group for group in groups if name in group)) - {name}))
     like = cosines.get(name) or {effect: others[name] for effect, others in cosines.items() if name in others}
-    alone, fitted, held = frozenset({name}), None, None
+    alone = frozenset({name})
     holding = best if name in best else min((known for known in search.fits if name in known), key=search.cost, default=None)
-    if holding is not None:
-        fit = search.fits[holding]
-        fitted, held = fitted_error(problem, fit), held_out_error(problem, sets.cross_validation, fit)
+    fit = search.fits.get(holding)
     if name in best:
         evidence = sets.worth(best, name)
     elif holding is not None:
         evidence = search.cost(frozenset()) - search.cost(holding)
     else:
         evidence = search.cost(frozenset()) - search.foreseen[alone][0].cost if alone in search.foreseen else None
-    same = tuple(sorted(same - {name}))
     left = remains(sets, name, holding)
     why = _explained(sets, name, same, holding, evidence, left)
     entry, fluid = search.candidates[name], getattr(getattr(problem.trials[0], "surroundings", None), "fluid", "air")
     return Finding(
         effect=name,
-        fitted=fitted,
-        held_out=held,
+        fitted=fit and fitted_error(problem, fit),
+        held_out=fit and held_out_error(problem, sets.cross_validation, fit),
         evidence=evidence,
         accepted=name in best,
         same_as=same,
-        why=why.why,
         cosines=like,
         visible_from=_visible(search, name),
         called=entry.called(fluid),
         lacking=entry.group.startswith(LAWS),
         remains=left,
-        reason=why.reason,
+        **why._asdict(),
     )
 
 
@@ -100,8 +97,7 @@ def _own_columns(problem, fit, name):
     own, rest = columns[:, its], basis(np.delete(columns, its, axis=1))
     if not own.shape[1]:
         whole = problem.signature(fit.model.without(index), fit.initial_states, fit.model)
-        parts = zip(fit.linearization.state_bases, whole, strict=True)
-        own = np.concatenate([project_out(q, part) for q, part in parts])[:, None]
+        own = np.concatenate(fit.linearization.without_states(whole))[:, None]
     return project_out(rest, own)
 
 
@@ -123,10 +119,9 @@ def _explained(sets, name, same, holding, evidence, left):
     better = [other for other in sorted(best) if entry.alike and search.candidates[other].alike == entry.alike]
     if better and evidence > 0:
         return Reason.OTHER_FORM(form=entry.alike, better=better[0])
-    broken = sets.broken(holding, name) if holding is not None and evidence > 0 else []
-    if broken:
+    if holding is not None and evidence > 0 and (broken := sets.broken(holding, name)):
         beside = f", beside {_names(holding - {name})}" if len(holding) > 1 else ""
-        return Reason.SUSPECTED(why=sentences(broken) + beside)
+        return Reason.SUSPECTED(why=broken.why + beside)
     if evidence > 0 and (why := _adds_nothing(sets, name, holding)):
         return Reason.NOT_SEEN(at=at, why=why)
     if evidence > 0:
@@ -144,8 +139,7 @@ def _names(effects):
 
 def _too_little(gain, short):
     """What is said where the misfit would fall by `gain`, and by `short` too little for its price."""
-    gain = max(gain, 0.0)
-    return f"the misfit would fall by {gain:.1f}, which is {short:.1f} less than the price of it"
+    return f"the misfit would fall by {max(gain, 0.0):.1f}, which is {short:.1f} less than the price of it"
 
 
 def _adds_nothing(sets, name, holding):
@@ -159,8 +153,8 @@ def _adds_nothing(sets, name, holding):
     rest = sets.without(holding, name)
     if rest not in search.fits or search.cost(rest) - search.cost(holding) > 0:
         return ""
-    gain = misfit(search.fits[rest]) - misfit(search.fits[holding])
-    return f"beside {_names(rest)} " + _too_little(gain, search.cost(holding) - search.cost(rest))
+    gain, short = misfit(search.fits[rest]) - misfit(search.fits[holding]), search.cost(holding) - search.cost(rest)
+    return f"beside {_names(rest)} " + _too_little(gain, short)
 
 
 def _leaves(sets, name, left):
@@ -183,7 +177,7 @@ def _outside(search, name):
     """Why a law of one number cannot explain what it would explain beyond its end; "" where that is not so. To first order."""
     linear = search.base_model
     places = linear.places.get(name, ())
-    if len(places) != 1 or linear.entries.get(name, (None, None))[1] is None or not linear.visible(name):
+    if len(places) != 1 or linear.columns[places[0]].free is AMPLITUDE or not linear.visible(name):
         return ""
     (place,) = places
     column, dot, information = linear.columns[place], linear.dots[place], linear.gram[place, place]

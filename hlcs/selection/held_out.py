@@ -19,18 +19,19 @@ class HeldOut:
     falls_in_sigma: float = 0.0
 
     def broken(self, few, count):
-        """Explanations of the rules that it breaks, chosen among `count` candidates; few: so few recordings that each half must
-        show a fall."""
+        """Explanation of the rule that it breaks, chosen among `count` candidates, None of none; few: so few recordings that each
+        half must show a fall."""
         if not self.directions:
-            return []  # nothing could be held out
-        if few and min(self.directions) <= FALL:
+            return None  # nothing could be held out
+        if few:
             changes = " and ".join(f"{-100 * fall:+.0f} %" for fall in self.directions)
-            return [Rule.BOTH_DIRECTIONS(changes=changes)]
-        if not few and min(1.0, count * self.p) >= BY_CHANCE:  # Bonferroni's bound: Holm's first step
-            return [Rule.NO_CHANCE(p=min(1.0, count * self.p))]
-        if not few and self.falls <= FALL and self.falls_in_sigma <= FALL_IN_SIGMA:
-            return [Rule.HELD_OUT_ERROR(percent=100 * self.falls)]
-        return []
+            return Rule.BOTH_DIRECTIONS(changes=changes) if min(self.directions) <= FALL else None
+        p = min(1.0, count * self.p)  # Bonferroni's bound: Holm's first step
+        if p >= BY_CHANCE:
+            return Rule.NO_CHANCE(p=p)
+        if self.falls <= FALL and self.falls_in_sigma <= FALL_IN_SIGMA:
+            return Rule.HELD_OUT_ERROR(percent=100 * self.falls)
+        return None
 
 
 def held_out(problem, cross_validation, before, after):
@@ -67,8 +68,8 @@ def beaten(cross_validation, fit, other):
 
 
 def rms(parts):
-    total = np.concatenate(parts)
-    return float(np.sqrt(np.mean(total**2)))
+    """Root mean square of all numbers of a list of arrays."""
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
 def fitted_error(problem, fit):

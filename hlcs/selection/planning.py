@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import optimize, special
 
-from hlcs.estimation.least_squares import largest_cosine, project_out
+from hlcs.estimation.least_squares import largest_cosine
 from hlcs.estimation.linearization import occam
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.records import Plan
@@ -172,7 +172,7 @@ def signal_of(problem, base, plus, count):
     """The Signal of what the model `plus` has more than that of the Fit `base`; count: of recordings."""
     changes = problem.signature(base.model, base.initial_states, plus)
     linear = problem.linearise(plus, base.initial_states)
-    left = [project_out(q, part) for q, part in zip(linear.state_bases, changes, strict=True)]
+    left = linear.without_states(changes)
     size, raw = (float(sum(part @ part for part in parts)) for parts in (left, problem.in_sigmas(left)))
     spread = np.array([free.spread for free in plus.terms[-1].candidate.free])
     columns = np.concatenate(linear.projected[1])[:, -len(spread) :] * spread
@@ -206,7 +206,7 @@ def beside(search, plus):
     implied = frozenset(name for name in search.candidates if search.implies(linear, name))
 
     def projected(parts):
-        return np.concatenate([project_out(q, part) for q, part in zip(base.linearization.state_bases, parts, strict=True)])
+        return np.concatenate(base.linearization.without_states(parts))
 
     its = projected(problem.signature(base.model, base.initial_states, plus))[:, None]
     cosines = {
@@ -228,10 +228,9 @@ def _odds(search, entry, numbers, implied, pilot):
     """The Odds of an effect at these numbers, in a search over all candidates."""
     search.implied = implied
     price = search.price(implied | {entry.name}) - search.price(implied - {entry.name})
-    surprise = sum(free.surprise(numbers[free.name]) for free in entry.free)
     held_out = pilot.hold_out and entry.name not in implied
     deviation = -special.ndtri(min(BY_CHANCE / len(pilot.candidates), 0.5))
-    return Odds(price + surprise, float(deviation**2) if held_out else None, pilot.few_below)
+    return Odds(price + entry.surprise(numbers), float(deviation**2) if held_out else None, pilot.few_below)
 
 
 # --- what is told ------------------------------------------------------------------------------------------------------------

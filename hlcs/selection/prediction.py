@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.estimation.least_squares import project_out
+from hlcs.effects import Free
+from hlcs.estimation.least_squares import least_squares
 from hlcs.estimation.linearization import occam
 from hlcs.selection.eligibility import lacks_drag
 from hlcs.simulation.model import Term
@@ -20,6 +21,8 @@ from minibullet.errors import InputError
 
 FAR = 0.3  # part of its range over which a number is varied that shows nothing nearer: a rebound goes with its square
 NEARLY_FREE = 0.01  # weight of the belief in a first estimate: data decide where it is looked at
+# how much of a law that is never absent is there, as a number of its own: all of it is expected
+AMPLITUDE = Free("amplitude", "1", low=0.0, high=1.0, null=0.0, start=1.0, stated=1.0, error=1.0)
 
 
 class Proposal(NamedTuple):
@@ -38,11 +41,6 @@ class Column:
     effect: str
     free: object  # Free
     value: float  # where it stands
-
-    @property
-    def aside(self):
-        """How far it stands from what is expected, in spreads."""
-        return 0.0 if self.free.period is not None else (self.value - self.free.expected) / self.free.spread
 
     @property
     def absent(self):
@@ -89,38 +87,27 @@ class LinearModel:
 
     def __init__(self, fit, views, price):
         """views: candidate -> its signatures (see `signatures`); price: of a set of names."""
-        self.price, self.entries, self.count = price, {}, fit.count
+        self.price, self.count = price, fit.count
+        self.entries = {}  # name of a candidate that can join it -> its numbers while absent
         r = np.concatenate(fit.linearization.projected[0])
         parts = [np.concatenate(fit.linearization.projected[1])]
-        self.columns = [
-            Column(term.name, free, value)
-            for term, free, value in zip(
-                [term for term in fit.model.terms for _ in term.candidate.free],
-                [free for term in fit.model.terms for free in term.candidate.free],
-                fit.estimate,
-                strict=True,
-            )
-        ]
+        self.columns = [Column(*number) for number in fit.numbers]
         self.present = tuple(term.name for term in fit.model.terms)
         for entry, choices in views.items():
-            looks = []
-            for view, signature in choices:
-                its = np.concatenate(
-                    [project_out(q, part) for q, part in zip(fit.linearization.state_bases, signature, strict=True)]
-                )
-                looks.append((float(_gain(its, r)), view, its))
+            looks = [(view, np.concatenate(fit.linearization.without_states(signature))) for view, signature in choices]
             if looks:
-                _, view, its = max(looks, key=lambda look: look[0])
-                self.entries[entry.name] = entry, view
-                varied = [free for free in entry.free if free.null is not None] if view else [_amplitude(entry)]
+                view, its = max(looks, key=lambda look: least_squares(look[1], r).gain)
+                self.entries[entry.name] = entry.start | (view or {})
+                varied = [free for free in entry.free if free.null is not None] if view else [AMPLITUDE]
                 self.columns += [Column(entry.name, free, free.null if view else 0.0) for free in varied]
                 parts.append(its)
         spread = np.array([column.free.spread for column in self.columns])
         table = np.nan_to_num(np.hstack(parts) * spread)
         self.gram, self.dots, self.total = table.T @ table, table.T @ r, float(r @ r)
-        self.places = {name: [] for name in self.present}
-        for place, column in enumerate(self.columns):
-            self.places.setdefault(column.effect, []).append(place)
+        self.places = {
+            name: [place for place, column in enumerate(self.columns) if column.effect == name]
+            for name in (*self.present, *self.entries)
+        }
 
     def proposals(self, most, compatible):
         """Proposals of all sets one or two effects away, of at most so many effects; compatible: may names stand together?"""
@@ -150,25 +137,19 @@ class LinearModel:
         total = self.total - 2 * self.dots[gone] @ back + back @ self.gram[np.ix_(gone, gone)] @ back
         step, fall = self._step(kept, dots)
         cost = total - fall + occam(self.gram[np.ix_(kept, kept)], self.count) + self.price(names)
-        before = self.total + sum(
-            2 * np.log1p(self.columns[place].aside ** 2) for name in self.present for place in self.places[name]
-        )
-        numbers = {name: {} for name in names}
+        standing = [self.columns[place] for name in self.present for place in self.places[name]]
+        before = self.total + sum(column.free.surprise(column.value) for column in standing)
+        numbers = {name: dict(self.entries.get(name, {})) for name in names}
         for place, move in zip(kept, step, strict=True):
             column = self.columns[place]
-            if column.effect in self.present or self.entries[column.effect][1] is not None:
-                value = column.free.inside(column.value + move * column.free.spread)
-                numbers[column.effect][column.free.name] = value
-        for name in names:
-            if name in self.entries:
-                entry, view = self.entries[name]
-                numbers[name] = entry.start | (view or {}) | numbers[name]
+            if column.free is not AMPLITUDE:
+                numbers[column.effect][column.free.name] = column.free.inside(column.value + move * column.free.spread)
         return Proposal(float(cost), frozenset(names), numbers, float(before - total + fall))
 
     def _step(self, kept, dots):
         """(best step of the numbers `kept` in spreads, by how much the misfit and the surprise fall together)."""
         gram = self.gram[np.ix_(kept, kept)]
-        aside = np.array([self.columns[place].aside for place in kept])
+        aside = np.array([self.columns[place].free.aside(self.columns[place].value) for place in kept])
         believed = np.array([self.columns[place].free.period is None for place in kept], float)
         low, high = np.array([self.columns[place].ends for place in kept]).reshape(-1, 2).T
         weight, step = NEARLY_FREE * believed, np.zeros(len(kept))
@@ -190,29 +171,3 @@ def _solved(matrix, right):
     them apart, though one of them may be known a million times better than it was believed."""
     size = np.sqrt(np.where(np.diag(matrix) > 0, np.diag(matrix), 1.0))
     return np.linalg.lstsq(matrix / np.outer(size, size), right / size, rcond=1e-10)[0] / size
-
-
-def _gain(signature, r):
-    """chi2 that a signature explains of r; numbers that say the same share it."""
-    size = np.linalg.norm(signature, axis=0)
-    u, d, _ = np.linalg.svd(signature / np.where(size > 0, size, 1.0), full_matrices=False)
-    return np.sum((u[:, d > 1e-6 * max(d[0], 1e-300)].T @ r) ** 2)
-
-
-class _Amplitude(NamedTuple):
-    """How much of a law that is never absent is there, as a number of its own: all of it is expected."""
-
-    name: str
-    expected: float = 1.0
-    spread: float = 1.0
-    null: float = 0.0
-    period: None = None
-    least: float = 0.0
-    most: float = np.inf
-
-    def inside(self, value):
-        return min(max(value, self.least), self.most)
-
-
-def _amplitude(entry):
-    return _Amplitude(entry.name)

@@ -9,8 +9,3 @@ class Rule(Sentence):
     BOTH_DIRECTIONS = "held-out error changes by {changes} in the two directions; a fall above 2 % in each is needed"
     NO_CHANCE = "no better on recordings it was not fitted to (p = {p:.2g} after the number of candidates)"
     HELD_OUT_ERROR = "held-out error falls by {percent:.1f} % only"
-
-
-def sentences(broken):
-    """The sentences on rules that are broken (Explanations) as one."""
-    return "; ".join(explanation.why for explanation in broken)

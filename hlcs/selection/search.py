@@ -13,8 +13,6 @@ from functools import partial
 import numpy as np
 
 from hlcs.estimation.budget import Budget
-from hlcs.estimation.least_squares import project_out
-from hlcs.estimation.linearization import free_numbers, surprise, values_of
 from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
@@ -60,8 +58,7 @@ class Search:
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
         self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
         self.implied = frozenset()  # effects that the file implies and the data would show
-        self.impossible = set()  # sets that could not be simulated from anywhere
-        self.again = set()  # sets that were fitted twice
+        self.closed = {frozenset()}  # sets that are not fitted again: they cannot be simulated, or were fitted twice
 
     # --- what a set costs -----------------------------------------------------------------------------------------------------
 
@@ -79,11 +76,9 @@ class Search:
 
     def implies(self, linear, name):
         """Does the file state what makes an effect certain, and would these data show it?"""
-        certain = [free for free in self.candidates[name].free if free.certain]
-        if not certain or name not in linear.entries:
-            return False
-        size = max(abs(free.expected - free.null) / free.spread for free in certain)
-        return linear.information(name) * size**2 > self.odds
+        certain = [free for free in self.candidates[name].free if free.certain and name in linear.entries]
+        size = max((abs(free.expected - free.null) / free.spread for free in certain), default=0.0)
+        return size > 0 and linear.information(name) * size**2 > self.odds
 
     def ranked(self):
         """The fitted sets, the best first."""
@@ -112,7 +107,7 @@ class Search:
         """The numbers of the sets that do as well as the best one, as `first` takes them; not those of the model under test."""
         sets = self.ranked()
         near = [effects for effects in sets if effects and self.cost(effects) < self.cost(sets[0]) + TIED]
-        return [{term.name: term.numbers for term in self.fits[effects].model.terms} for effects in near]
+        return [self.fits[effects].model.numbers for effects in near]
 
     # --- best first -----------------------------------------------------------------------------------------------------------
 
@@ -141,17 +136,12 @@ class Search:
         return REACH * max(self.overdispersion, 1.0 if self.noise_alone(fit) else fit.chi2 / fit.freedom)
 
     def _expand_and_refit(self):
-        refits, unforeseen = 0, self.first
+        self.expand()
+        for numbers in self.first:
+            self.fit_sets([(Proposal(np.inf, frozenset(numbers), numbers), self.base)])
+        refits = 0
         while True:
             self.expand()
-            for numbers in unforeseen:
-                before = self.budget.steps
-                if (fit := self.refit(Proposal(np.inf, frozenset(numbers), numbers), self.base)) is not None:
-                    self.fits[frozenset(numbers)] = fit
-                self.budget.fitted(self.count(numbers), before)
-            if unforeseen:
-                unforeseen = ()
-                continue
             best = self.ranked()[0]
             limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
             promising = [each for each in self.open_proposals() if self.promising(*each, limit, explained)]
@@ -165,22 +155,25 @@ class Search:
             together = together[:affordable]
             named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3])
             self.progress(f"fitting {named}{self.budget.time_left()}")
-            before = self.budget.steps
-            fits = self.problem.batched([partial(self.refit, *each) for each in together])
-            self.budget.fitted(sum(numbers[:affordable]), before)
-            for (proposal, parent), fit in zip(together, fits, strict=True):
-                effects = proposal.effects
-                if fit is None:
-                    self.impossible.add(effects)
-                    continue
-                if effects in self.fits:
-                    self.again.add(effects)
-                if effects not in self.fits or fit.cost < self.fits[effects].cost:
-                    self.fits[effects] = fit
-                if proposal.fall > 0:
-                    found = max(misfit(parent) - misfit(fit), 0.0)
-                    self.found.setdefault(id(parent), []).append((found, proposal.fall))
+            self.fit_sets(together)
             refits += len(together)
+
+    def fit_sets(self, proposals):
+        """Fit sets in one batch, [(Proposal, Fit it was foreseen from)], and keep what was found."""
+        before = self.budget.steps
+        fits = self.problem.batched([partial(self.refit, *each) for each in proposals])
+        self.budget.fitted(sum(self.count(proposal.effects) for proposal, _ in proposals), before)
+        for (proposal, parent), fit in zip(proposals, fits, strict=True):
+            effects = proposal.effects
+            if effects in self.fits or fit is None and np.isfinite(proposal.cost):
+                self.closed.add(effects)  # of what nothing foresaw the way there may yet be found
+            if fit is None:
+                continue
+            if effects not in self.fits or fit.cost < self.fits[effects].cost:
+                self.fits[effects] = fit
+            if proposal.fall > 0:
+                found = max(misfit(parent) - misfit(fit), 0.0)
+                self.found.setdefault(id(parent), []).append((found, proposal.fall))
 
     def parts_first(self, proposals, limit):
         """The same [(Proposal, Fit it was foreseen from)], before each set what is simpler and not fitted, the cheapest first:
@@ -194,12 +187,11 @@ class Search:
             parts = []
             for part in self.simpler(proposal.effects):
                 numbers = {name: proposal.numbers.get(name, self.candidates[name].expected) for name in part}
-                part, origin = self.foreseen.get(part, (Proposal(limit, part, numbers), parent))
-                if part.cost <= limit or len(part.effects) == len(proposal.effects):
-                    parts.append((part, origin))
-            for part in sorted(parts, key=lambda each: each[0].cost):
-                ordered.setdefault(part[0].effects, part)
-            ordered.setdefault(proposal.effects, (proposal, parent))
+                parts.append(self.foreseen.get(part, (Proposal(limit, part, numbers), parent)))
+            same = len(proposal.effects)
+            first = [each for each in parts if each[0].cost <= limit or len(each[0].effects) == same]
+            for each in (*sorted(first, key=lambda each: each[0].cost), (proposal, parent)):
+                ordered.setdefault(each[0].effects, each)
         return list(ordered.values())
 
     def simpler(self, effects):
@@ -208,7 +200,7 @@ class Search:
         for name in sorted(effects):
             held = [other for other in self.candidates if self.candidates[name].holds(self.candidates[other])]
             sets += [effects - {name}, *(effects - {name} | {other} for other in held)]
-        return [few for few in sets if few and self.compatible(few) and few not in self.fits and few not in self.impossible]
+        return [few for few in sets if self.compatible(few) and few not in self.fits and few not in self.closed]
 
     def promising(self, proposal, parent, limit, explained):
         """May a set do as well as the best, cost no more than `limit`, and do better than every part of it that is fitted?
@@ -242,42 +234,33 @@ class Search:
     def open_proposals(self):
         """[(Proposal, Fit it was foreseen from)] of the sets that are not fitted yet, the cheapest first; and once more of those
         whose fit got stuck, since from another one they are foreseen at far less."""
-        known = (
-            {frozenset()}  # the model under test has its fit
-            | self.impossible
-            | self.again
-            | {
-                effects
-                for effects, (proposal, _) in self.foreseen.items()
-                if effects in self.fits and self.cost(effects) < proposal.cost + REACH
-            }
-        )
-        waiting = [each for effects, each in self.foreseen.items() if effects not in known]
+        waiting = [
+            (proposal, parent)
+            for effects, (proposal, parent) in self.foreseen.items()
+            if effects not in self.closed and not (effects in self.fits and self.cost(effects) < proposal.cost + REACH)
+        ]
 
-        def least(proposal):
-            return proposal.cost - self.unsure.get(proposal.effects, 0.0)
+        def order(each):
+            effects = each[0].effects
+            return each[0].cost - self.unsure.get(effects, 0.0), sorted(effects)
 
-        return sorted(waiting, key=lambda each: (least(each[0]), sorted(each[0].effects)))
+        return sorted(waiting, key=order)
 
     def expand(self):
         """Foresee neighbours of the best fitted sets: of the best alone where it explains the data, else of those too that are
         as good as it in units of what it leaves."""
         first = self.ranked()[0]
-        fit = self.fits[first]
-        reach = 0.0 if self.noise_alone(fit) or self.budget.share > 0.5 else self.reach()
-        for effects in self.ranked()[:EXPANDED]:
+        reach = 0.0 if self.noise_alone(self.fits[first]) or self.budget.share > 0.5 else self.reach()
+        near = [first, *(each for each in self.ranked()[1:EXPANDED] if self.cost(each) < self.cost(first) + reach)]
+        for effects in near:
             if effects in self.expanded or not np.isfinite(self.fits[effects].chi2):
                 continue
-            if effects != first and not self.cost(effects) < self.cost(first) + reach:
-                break
             self.expanded.append(effects)
             fit = self.fits[effects]
             entries = [entry for name, entry in self.candidates.items() if name not in effects]
             self.progress(f"screening {len(entries)} candidates{self.budget.time_left()}")
-            at = [self.readings.get(entry.name, {}) for entry in entries]
-            views = self.problem.batched(
-                [partial(signatures, self.problem, fit, *each) for each in zip(entries, at, strict=True)]
-            )
+            looks = [partial(signatures, self.problem, fit, entry, self.readings.get(entry.name, {})) for entry in entries]
+            views = self.problem.batched(looks)
             linear = LinearModel(fit, dict(zip(entries, views, strict=True)), self.price)
             if not effects:
                 self.base_model = linear
@@ -315,7 +298,7 @@ class Search:
     def nearer(self, numbers, parent):
         """Numbers {effect: {number: value}} that were foreseen from a fit, or nearer to where they stand in it, while the misfit
         is larger there than at that fit: far away a linear model promises what cannot be, and a fit would get lost."""
-        known = {term.name: term.numbers for term in parent.model.terms}
+        known = parent.model.numbers
         for share in NEARER:
             tried = {
                 name: {free.name: free.towards(known.get(name, {}), numbers[name][free.name], share) for free in entry.free}
@@ -331,8 +314,7 @@ class Search:
         try:
             with np.errstate(all="ignore"):  # a run may leave the finite numbers there
                 white = self.problem.white_residuals(self.model_with(numbers), parent.initial_states)
-                left = [project_out(q, part) for q, part in zip(parent.linearization.state_bases, white, strict=True)]
-                total = float(np.sum(np.concatenate(left) ** 2))
+                total = float(np.sum(np.concatenate(parent.linearization.without_states(white)) ** 2))
         except InputError:
             return np.inf
         return total if np.isfinite(total) else np.inf
@@ -341,31 +323,25 @@ class Search:
         """By how much less than foreseen from a fit each proposal may cost, {set: amount}: LOOKED times what one simulation at
         its numbers differs from it. Far from the data a law that is not linear in its numbers is foreseen at too much."""
         seen = self.problem.batched([partial(self.left_at, proposal.numbers, fit) for proposal in proposals])
-        models = [self.model_with(proposal.numbers) for proposal in proposals]
-        believed = [surprise(free_numbers(model), values_of(model)) for model in models]
+        believed = [
+            sum(self.candidates[name].surprise(numbers) for name, numbers in proposal.numbers.items()) for proposal in proposals
+        ]
         foreseen = [misfit(fit) - proposal.fall - part for proposal, part in zip(proposals, believed, strict=True)]
         return {each.effects: LOOKED * abs(a - b) for each, a, b in zip(proposals, seen, foreseen, strict=True)}
 
     def beginnings(self, proposal):
         """Numbers to begin a fit from, {effect: {number: value}} each, without those that say the same."""
         names = sorted(proposal.effects)
-        seen = [proposal.numbers]
-        read = {name: self.readings[name] for name in names if name in self.readings}
-        if read:
-            seen.append({name: proposal.numbers[name] | read.get(name, {}) for name in names})
+        seen = [proposal.numbers, {name: proposal.numbers[name] | self.readings.get(name, {}) for name in names}]
         for neighbour in self.ranked():
             shared = proposal.effects & neighbour
             if len(shared) == len(names) - 1:
-                known = {term.name: term.numbers for term in self.fits[neighbour].model.terms}
+                known = self.fits[neighbour].model.numbers
                 seen.append({name: known.get(name, self.candidates[name].expected) for name in names})
-        for number in range(max(len(self.candidates[name].starts) for name in names)):
-            starts = {name: self.candidates[name].starts for name in names}
+        starts = {name: self.candidates[name].starts for name in names}
+        for number in range(max(map(len, starts.values()))):
             seen.append({name: dict(some[number % len(some)]) for name, some in starts.items()})
-        distinct = []
-        for numbers in seen:
-            if numbers not in distinct:
-                distinct.append(numbers)
-        return distinct
+        return [numbers for place, numbers in enumerate(seen) if numbers not in seen[:place]]
 
     def model_with(self, numbers):
         """The model under test with these effects in it; what acts through a drag stands behind it."""

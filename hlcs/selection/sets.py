@@ -5,7 +5,6 @@ from functools import cached_property
 import numpy as np
 from scipy import optimize, special
 
-from hlcs.estimation.linearization import free_numbers
 from hlcs.selection.held_out import HeldOut, beaten, held_out
 from hlcs.selection.thresholds import EQUAL, INTERVAL, TIED
 
@@ -17,10 +16,6 @@ class FittedSets:
         """overdispersion: how many residuals count as one where no set is adequate; a wrong model concentrates falsely."""
         self.search, self.cross_validation, self.overdispersion = search, cross_validation, overdispersion
         self.judged = {}  # (set, effect) -> HeldOut
-
-    def tempered(self, overdispersion):
-        """The same sets where the data count for less."""
-        return FittedSets(self.search, self.cross_validation, overdispersion)
 
     def cost(self, effects):
         """-2 log of the posterior probability of a fitted set, up to a constant of the data."""
@@ -41,10 +36,11 @@ class FittedSets:
         """The cheapest set that stands or, of those of as many effects that cost no more than EQUAL beyond it, that of the fewest
         numbers: a scale before a curve of five."""
         cheapest = self.cheapest
-        near = [cheapest]
-        for effects in self.ranked:
-            if len(effects) == len(cheapest) and 0 <= self.cost(effects) - self.cost(cheapest) <= EQUAL:
-                near += [effects] if self.stands(effects) else []
+        near = [
+            effects
+            for effects in self.ranked
+            if len(effects) == len(cheapest) and self.cost(effects) - self.cost(cheapest) <= EQUAL and self.stands(effects)
+        ]
         return min(near, key=lambda effects: len(self.search.fits[effects].estimate))
 
     def stands(self, effects):
@@ -53,17 +49,15 @@ class FittedSets:
         return np.isfinite(self.search.fits[effects].chi2) and not any(self.broken(effects, name) for name in doubtful)
 
     def broken(self, effects, name):
-        """Explanations of the rules that an effect of a set breaks on held-out data; none where the data are explained without
-        it only by numbers that contradict what the file states, such as a liquid as heavy as the body."""
-        count = len(self.search.candidates)
+        """Explanation of the rule that an effect of a set breaks on held-out data; None of none, and where the data are explained
+        without it only by numbers that contradict what the file states, such as a liquid as heavy as the body."""
         if self.contradicts(self.fit(self.without(effects, name))):
-            return []
-        return self.held_out(effects, name).broken(self.cross_validation.few, count)
+            return None
+        return self.held_out(effects, name).broken(self.cross_validation.few, len(self.search.candidates))
 
     def contradicts(self, fit):
         """Does a fit need a number of what the file implies that is far from plausible?"""
-        stated = [(free, value) for free, value in zip(free_numbers(fit.model), fit.estimate, strict=True) if free.certain]
-        return any(not free.plausible(value) for free, value in stated)
+        return any(free.certain and not free.plausible(value) for _, free, value in fit.numbers)
 
     def held_out(self, effects, name) -> HeldOut:
         """What one effect of a set does beside the others, and with it whatever acts through it alone."""
@@ -87,7 +81,7 @@ class FittedSets:
         if effects not in reduced:
             larger = min((known for known in self.search.fits if effects < known), key=lambda known: (len(known), sorted(known)))
             fit, base = self.search.fits[larger], self.search.fits[frozenset()]
-            numbers = {term.name: term.numbers for term in fit.model.terms if term.name in effects}
+            numbers = {name: numbers for name, numbers in fit.model.numbers.items() if name in effects}
             near = self.search.nearer(numbers, base)
             states = fit.initial_states if near == numbers else base.initial_states
             reduced[effects] = self.search.problem.fit(self.search.model_with(near), states)
@@ -109,13 +103,13 @@ class FittedSets:
         best, search = self.best, self.search
         reach = self.cost(best) + TIED
         near = [effects for effects in self.ranked if self.cost(effects) <= reach and self.stands(effects)]
-        kept = [best]
-        for effects in near:
-            if effects == best or any(self.simpler(other, effects) for other in near if self.cost(other) < self.cost(effects)):
-                continue
-            if self.overdispersion > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]):
-                kept.append(effects)
-        return kept
+        return [best] + [
+            effects
+            for effects in near
+            if effects != best
+            and not any(self.simpler(other, effects) for other in near if self.cost(other) < self.cost(effects))
+            and (self.overdispersion > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]))
+        ]
 
     def simpler(self, few, many):
         """Is a set part of another one, its laws special cases of the other's counted as part of them?"""
@@ -145,11 +139,11 @@ class FittedSets:
 
     def alternatives(self):
         """{effect of the best set: names that take its place in the sets that do as well}."""
-        places = {name: [] for name in self.ordered(self.best)}
-        for effects in self.tied[1:]:
-            for name in self.best - effects:
-                places[name] += [other for other in sorted(effects - self.best) if other not in places[name]]
-        return places
+        others = {
+            name: [other for effects in self.tied[1:] if name not in effects for other in sorted(effects - self.best)]
+            for name in self.ordered(self.best)
+        }
+        return {name: list(dict.fromkeys(places)) for name, places in others.items()}
 
 
 def interval(parts, free, freedom):

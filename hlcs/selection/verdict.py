@@ -3,13 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from hlcs.data.quantities import have_unit
-from hlcs.estimation.linearization import free_numbers
-from hlcs.records import Finding, NextExperiment, Pictures
+from hlcs.records import Found, NextExperiment
 from hlcs.selection import experiment_design
 from hlcs.selection.findings import candidate_findings
 from hlcs.selection.held_out import fitted_error, held_out_error
@@ -17,27 +15,11 @@ from hlcs.selection.sets import FittedSets, interval
 from hlcs.selection.thresholds import HELPS
 
 
-@dataclass(frozen=True)
-class Selection:
-    """What a search found, in any kind of measurement; fields as in `records.Diagnosis`."""
+@dataclass(frozen=True, kw_only=True)
+class Selection(Found):
+    """What a search found, and what follows from it."""
 
-    effects: tuple[str, ...]
-    ambiguous: tuple[tuple[str, ...], ...]
-    parameters: dict
-    error: dict
-    steps: tuple[dict, ...]
-    adequate: dict
-    candidates: tuple[Finding, ...]
-    where: tuple[dict, ...]
-    model: Any
-    pictures: Pictures
-    notes: tuple[str, ...]
     next_experiment: Callable[[str], NextExperiment] = field(repr=False)  # of a verdict that leaves something open
-    sets: tuple[dict, ...] = ()
-    inclusion: dict = field(default_factory=dict)
-    explained: float | None = None
-    tolerance: dict | None = None
-    learned: Any = None
     left_out: tuple[str, ...] = ()  # of the notes, what was left out to keep within the limit of time
 
     @property
@@ -72,7 +54,6 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     ordered, places = sets.ordered(effects), sets.alternatives()
     final = search.fits[effects]
     errors = partial(held_out_error, problem, cross_validation)
-    described = [_described(sets, members, errors) for members in sets.tied]
     return Selection(
         effects=ordered,
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
@@ -100,7 +81,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         pictures=experiment.pictures(problem, table_before, table_after),
         notes=(*prepared.notes, *prepared.aside, *_doubts(best), *search.budget.notes()),
         left_out=search.budget.notes(),
-        sets=tuple(described),
+        sets=tuple(_described(sets, members, errors) for members in sets.tied),
         inclusion=sets.inclusion,
         explained=explained(base, final),
         learned=None if after.adequate else experiment.learn(problem, final),
@@ -122,7 +103,7 @@ def best_set(search, cross_validation, finished):
         told = finished(sets.best)
     if told[2].adequate:
         return sets, told
-    first, sets = sets.best, sets.tempered(max(told[2].overdispersion, 1.0))
+    first, sets = sets.best, FittedSets(search, cross_validation, max(told[2].overdispersion, 1.0))
     if sets.best and explained(search.base, search.fits[sets.best]) < HELPS:
         sets.best = frozenset()
     return sets, told if sets.best == first else finished(sets.best)
@@ -135,13 +116,11 @@ def _record(problem, error, base, final):
 
 def starts_share(problem, fit):
     """Share of the variance of the noise that the fitted initial states take up, in the channel that errors are told in [-]."""
-    taken, count = 0.0, 0
     if not any(basis.shape[1] for basis in fit.linearization.state_bases):  # no starts, as in tables
         return 0.0
-    for recording, basis in zip(problem.recordings, fit.linearization.state_bases, strict=True):
-        inside = have_unit(recording.channel, problem.unit)
-        taken, count = taken + float(np.sum(basis[inside] ** 2)), count + int(inside.sum())
-    return taken / max(count, 1)
+    known = zip(problem.recordings, fit.linearization.state_bases, strict=True)
+    parts = [basis[have_unit(recording.channel, problem.unit)] for recording, basis in known]
+    return sum(float(np.sum(part**2)) for part in parts) / max(sum(map(len, parts)), 1)
 
 
 def explained(base, final):
@@ -166,7 +145,7 @@ def _described(sets, members, errors):
         "weight": sets.weights[members],
         "chi2": fit.chi2,
         "held_out": errors(fit),
-        "parameters": {term.name: term.numbers for term in fit.model.terms},
+        "parameters": fit.model.numbers,
     }
 
 
@@ -174,25 +153,22 @@ def _parameters(sets, effects, best):
     """{effect: {number: value, low, high, unit}} of all effects of the sets that do as well; best: the final Fit of the first."""
     fits = {members: best if members == effects else sets.search.fits[members] for members in sets.tied}
     numbers = {}
-    for first in sets.tied:
-        for name in sets.ordered(first):
-            entry = sets.search.candidates[name]
-            if name in numbers:
-                continue
-            holding = [(sets.weights[members], fits[members]) for members in sets.tied if name in members]
-            numbers[name] = {
-                free.name: _withheld(holding, name, free)
-                or told(
-                    interval(
-                        [(max(weight, 1e-12), *_number(fit, name, free.name, sets.overdispersion)) for weight, fit in holding],
-                        free,
-                        best.freedom,
-                    ),
+    for name in dict.fromkeys(name for members in sets.tied for name in sets.ordered(members)):
+        entry = sets.search.candidates[name]
+        holding = [(sets.weights[members], fits[members]) for members in sets.tied if name in members]
+        numbers[name] = {
+            free.name: _withheld(holding, name, free)
+            or told(
+                interval(
+                    [(max(weight, 1e-12), *_number(fit, name, free.name, sets.overdispersion)) for weight, fit in holding],
                     free,
-                    entry.setting,
-                )
-                for free in entry.free
-            } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
+                    best.freedom,
+                ),
+                free,
+                entry.setting,
+            )
+            for free in entry.free
+        } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
     return numbers
 
 
@@ -211,7 +187,7 @@ def _withheld(holding, name, free):
 
 def _number(fit, name, number, overdispersion):
     """(value, standard error) of one number of a fit, wider where the model is not adequate."""
-    place = [(term.name, free.name) for term in fit.model.terms for free in term.candidate.free].index((name, number))
+    place = [(effect, free.name) for effect, free, _ in fit.numbers].index((name, number))
     return fit.estimate[place], float(np.sqrt(overdispersion * max(fit.covariance[place, place], 0.0)))
 
 
@@ -222,23 +198,23 @@ def _steps(sets, ordered, errors):
         members = frozenset(ordered[:count])
         if members in sets.search.fits:
             fit = sets.search.fits[members]
-            fitted = fitted_error(sets.search.problem, fit)
-            step = {"effects": list(ordered[:count]), "held_out": errors(fit), "fitted": fitted}
+            step = {"effects": list(ordered[:count]), "held_out": errors(fit), "fitted": fitted_error(sets.search.problem, fit)}
             steps.append(step | {"chi2_per_freedom": fit.chi2 / fit.freedom})
     return tuple(steps)
 
 
 def _doubts(fit):
     """Sentences on numbers beyond what is plausible, on numbers that hang together, and on a fit that did not come to its end."""
-    frees, notes = free_numbers(fit.model), []
-    names = [f"{term.name}.{free.name}" for term in fit.model.terms for free in term.candidate.free]
-    for name, free, value in zip(names, frees, fit.estimate, strict=True):
-        if beyond := free.beyond(value):
-            notes.append(f"{name} = {beyond}: check the inputs that it rests on")
+    names = [f"{effect}.{free.name}" for effect, free, _ in fit.numbers]
+    notes = [
+        f"{name} = {beyond}: check the inputs that it rests on"
+        for name, (_, free, value) in zip(names, fit.numbers, strict=True)
+        if (beyond := free.beyond(value))
+    ]
     deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
     correlation = fit.covariance / np.outer(deviation, deviation)
-    for i, j in zip(*np.nonzero(np.triu(np.abs(correlation) > 0.9, 1)), strict=True):
-        notes.append(f"{names[i]} and {names[j]} hang together: correlation {correlation[i, j]:+.2f}")
+    hanging = zip(*np.nonzero(np.triu(np.abs(correlation) > 0.9, 1)), strict=True)
+    notes += [f"{names[i]} and {names[j]} hang together: correlation {correlation[i, j]:+.2f}" for i, j in hanging]
     if not fit.converged:
         notes.append("the final fit did not come to its end: its numbers may be off by more than their intervals")
     return tuple(notes)

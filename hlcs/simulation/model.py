@@ -54,6 +54,11 @@ class Terms:
         """The model with other numbers in its term number `index`."""
         return replace(self, terms=self.terms[:index] + (self.terms[index].at(numbers),) + self.terms[index + 1 :])
 
+    @property
+    def numbers(self):
+        """The numbers of its effects, {effect: {number: value}}."""
+        return {term.name: term.numbers for term in self.terms}
+
     def terms_named(self, name):
         """The number of the term of that name."""
         return [term.name for term in self.terms].index(name)

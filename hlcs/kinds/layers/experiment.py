@@ -15,7 +15,7 @@ from hlcs.kinds.layers.model import PlacementSimulator, model_of
 from hlcs.kinds.layers.notes import campaign_notes, left_out, samples, search_notes, set_notes, stated_notes
 from hlcs.kinds.layers.problem import Group, LayerProblem
 from hlcs.kinds.layers.responses import Responses
-from hlcs.kinds.protocol import Observation, Prepared
+from hlcs.kinds.protocol import Observation, Prepared, Tabulated
 from hlcs.placement import statistics
 from hlcs.records import Pictures, Reason
 from hlcs.selection.search import Search
@@ -39,7 +39,7 @@ def _check_candidates(file, test, sets):
             raise InputError(f"{file.place('diagnose.candidates')}: {problem}") from None
 
 
-class Layers:
+class Layers(Tabulated):
     """An OpenExperiment (`kinds.protocol`) of layer coefficients of repeated placement tests.
 
     simulator: runs the tests that are not yet in its store; seeds: tests of each model on each measured set.
@@ -86,13 +86,12 @@ class Layers:
         problem = self._problem()
         fit = problem.fit(self.model)
         adequacy, table = self.judge(problem, fit)
-        values, residual = table["measured"], table["residual"]
         error = {
             "measure": self.measure,
             "rms": problem.error(fit.linearization.white),
             "unit": self.unit,
             "noise": problem.noise_level,
-            "bias": float(np.mean(-residual / values)),
+            "bias": float(np.mean(-table["residual"] / table["measured"])),
         }
         notes = (*self.notes, *set_notes(problem, self.model), *campaign_notes(self.sets))
         where, shown = self.where(problem, table), {"against": ("layer", "input")}
@@ -206,20 +205,20 @@ class Layers:
         names, rows = [measured_set.name for measured_set in problem.responses.sets], []
         for k, layer in enumerate(table["layer"]):
             measured, model = float(table["measured"][k]), float(table["model"][k])
-            row = {"trial": names[table["trial"][k]], "phase": f"layer {layer}", "layer": int(layer)}
-            row |= {"measured": measured, "model": model, "bias %": 100 * (model / measured - 1.0)}
-            row |= {"z": float(table["welch_t"][k]), "holm p": float(table["holm_p"][k])}
-            rows.append({**row, "rms": abs(model / measured - 1.0), "sigma": -float(table["sigmas"][k])})
+            row = {
+                "trial": names[table["trial"][k]],
+                "phase": f"layer {layer}",
+                "layer": int(layer),
+                "measured": measured,
+                "model": model,
+                "bias %": 100 * (model / measured - 1.0),
+                "z": float(table["welch_t"][k]),
+                "holm p": float(table["holm_p"][k]),
+                "rms": abs(model / measured - 1.0),
+                "sigma": -float(table["sigmas"][k]),
+            }
+            rows.append(row)
         return tuple(sorted(rows, key=lambda row: (-abs(row["sigma"]), row["trial"], row["layer"])))
-
-    @staticmethod
-    def polished(problem, fit):
-        """The fit itself: its model was simulated as a whole."""
-        return fit
-
-    @staticmethod
-    def learn(problem, fit):
-        """Nothing: a law is learned from motion."""
 
     @staticmethod
     def pictures(problem, before, after):

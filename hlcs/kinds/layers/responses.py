@@ -35,8 +35,7 @@ class Responses:
         self.nodes = {}  # the same -> (change of all values (n,), its variance), None where no placement stands
         self.beside = {}  # name of a switch -> the Responses of the model with it
         self.whole = {}  # names of the simulated effects of a model -> (the model, its runs)
-        self.mended = {}  # the same -> how far off the sum of responses is (n,)
-        self.variance = {}  # the same -> variance (n,) of its change
+        self.mended = {}  # the same -> (how far off the sum of responses is (n,), variance (n,) of its change)
 
     def _simulate(self, models, label, pairs=None):
         return coefficients(self.simulator, models, self.sets, self.seeds[:pairs], label)
@@ -127,21 +126,17 @@ class Responses:
 
     def _compare(self):
         """Set models that were simulated as a whole beside the sums of the responses as these are now."""
-        self.mended, self.variance = {}, {}
+        self.mended = {}
         for names, (model, runs) in self.whole.items():
             moved, variance = observations.change(self.data, self.runs, runs, self.shared)
-            self.mended[names] = self.base.value + moved - self.values(model)
-            self.variance[names] = variance
+            self.mended[names] = self.base.value + moved - self.values(model), variance
 
     def runs_of(self, model):
         """Simulated tests (seeds, M) of each set, as a model has them: those of a model that was simulated, moved to its mean."""
         _, runs = self.whole.get(_simulated(model), (self.model, self.runs))
         values = self.values(model)
-        moved = []
-        for index, tests in enumerate(runs):
-            layers, _ = observations.rows_of(self.data, index)
-            moved.append(tests + values[layers] - np.nanmean(tests, axis=0))
-        return moved
+        layers = [observations.rows_of(self.data, index)[0] for index in range(len(runs))]
+        return [tests + values[here] - np.nanmean(tests, axis=0) for here, tests in zip(layers, runs, strict=True)]
 
     # --- answers ----------------------------------------------------------------------------------------------------------------
 
@@ -152,7 +147,8 @@ class Responses:
         moved = np.array([self._holder(model, term)._moved(term) for term in model.terms if term.candidate.simulated])
         change, variance = moved.sum(axis=0) if len(moved) else np.zeros((2, len(self.data.value)))
         if _simulated(model) in self.mended:
-            change, variance = change + self.mended[_simulated(model)], self.variance[_simulated(model)]
+            off, variance = self.mended[_simulated(model)]
+            change = change + off
         return change, variance
 
     def values(self, model):

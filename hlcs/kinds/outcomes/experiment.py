@@ -8,7 +8,7 @@ from hlcs.data.quantities import OUTCOMES
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.outcomes.problem import judge_table, posed, prepare_table, table_candidates, where_in_table
-from hlcs.kinds.protocol import Observation, misfit
+from hlcs.kinds.protocol import Observation, Tabulated, misfit
 from hlcs.records import Pictures, Reason
 from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search
@@ -19,7 +19,7 @@ FEW = 12  # rows below which a table is small
 AGAIN = 3  # searches at most, each with the errors of inputs as the best set of the last one propagates them
 
 
-class Outcomes:
+class Outcomes(Tabulated):
     """An OpenExperiment (`kinds.protocol`) of an outcome table: one row, one experiment, one number."""
 
     kind, measure = "outcomes", "rms"
@@ -78,15 +78,6 @@ class Outcomes:
         groups = prepared.problem.trials if prepared.problem else ()
         possible = CrossValidation(groups, self.file.hold_out).possible if groups else False
         return Pilot(candidates, absent, lambda: prepared, possible, FEW, len(self.table.values), "rows")
-
-    @staticmethod
-    def learn(problem, fit):
-        """Nothing: a law is learned from motion."""
-
-    @staticmethod
-    def polished(problem, fit):
-        """The fit itself: no time step stands between it and the numbers."""
-        return fit
 
     @staticmethod
     def pictures(problem, before, after):

@@ -254,11 +254,10 @@ def table_candidates(file, table, names, own):
             return "the load does not vary"
         return None
 
-    why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
+    why, speed = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}, fastest_row(file, table)
     if known:
         first = outcome_motion.row_setup(file, table.inputs, int(np.argmax(table.inputs.get("radius_m", np.zeros(1)))))
-        why = with_drag_that_fits(why, first.body, first.surroundings, fastest_row(file, table))
-    speed = fastest_row(file, table)
+        why = with_drag_that_fits(why, first.body, first.surroundings, speed)
     return eligible(why, file.body, file.surroundings, known or known_to_drag(file.body), own, extent, speed)
 
 

@@ -4,7 +4,7 @@ import json
 from dataclasses import replace
 
 from hlcs.records import Diagnosis, Finding, Reason, untested
-from hlcs.selection.reasons import Rule, sentences
+from hlcs.selection.reasons import Rule
 
 
 def test_sentences_are_distinct():
@@ -13,14 +13,24 @@ def test_sentences_are_distinct():
 
 
 def test_an_explanation_carries_reason_and_sentence():
-    fall, chance = Rule.HELD_OUT_ERROR(percent=1.23), Rule.NO_CHANCE(p=0.5)
+    fall = Rule.HELD_OUT_ERROR(percent=1.23)
     assert fall.reason is Rule.HELD_OUT_ERROR and fall.why == "held-out error falls by 1.2 % only"
-    assert sentences([fall, chance]) == f"{fall.why}; {chance.why}" and sentences([]) == ""
 
 
 def diagnosis(*findings):
     return Diagnosis(
-        "trajectory", "t", "complete", (), {}, (), {"unit": "m"}, (), {"before": None, "after": None}, findings, (), None
+        kind="trajectory",
+        title="t",
+        verdict="complete",
+        effects=(),
+        parameters={},
+        ambiguous=(),
+        error={"unit": "m"},
+        steps=(),
+        adequate={"before": None, "after": None},
+        candidates=findings,
+        where=(),
+        next_experiment=None,
     )
 
 
