@@ -208,17 +208,18 @@ class Search:
 
         What is foreseen to fall counts by the share that the fits of such sets found of it: where chi2 is rough, or nothing
         explains the data, a linear model promises much and keeps little. It may promise too little as well: in flight by what a
-        look there shows; and of all that a set takes away which holds none of the best ones, by IMITATED, through contacts by as
-        much more as fits found. There, where a fit costs a hundred times as much, a set must also be foreseen to take away so
-        much of the excess that the verdict would name it, while the best fit leaves more than noise.
+        look there shows; through contacts, of a set that holds none of the best ones, by IMITATED of what it is exchanged for
+        and by as much more of all that it takes away as fits found. There, where a fit costs a hundred times as much, a set
+        must also be foreseen to take away so much of the excess that the verdict would name it, while the best fit leaves more
+        than noise.
         """
         contact = self.problem.simulator.contact
         lost = max(1 - self.share_found(parent), 0.0) * max(proposal.fall, 0.0)
         parts = [self.cost(known) for known in self.fits if known < proposal.effects]
         more = 0.0 if explained else self.unsure.get(proposal.effects, 0.0)
-        if min(parts, default=np.inf) > limit:
-            share = max(self.share_found(self.base) - 1, IMITATED) if contact else IMITATED
-            more = max(more, share * (misfit(self.base) - misfit(parent) + proposal.fall))
+        if contact and min(parts, default=np.inf) > limit:
+            exchanged = misfit(self.base) - misfit(parent)
+            more = max(IMITATED * exchanged, (self.share_found(self.base) - 1) * (exchanged + proposal.fall))
         if not proposal.cost + lost - more < min([limit, *parts]):
             return False
         if not contact or explained:
