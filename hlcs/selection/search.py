@@ -35,6 +35,7 @@ from hlcs.simulation.model import Term
 from minibullet.errors import InputError
 
 NEARER = (1, 1 / 2, 1 / 4, 1 / 8, 0)  # parts of the way to the numbers that were foreseen
+FARTHER = (2, 4, 8, 16)  # times that way: seen from no drag, drops that a drag hardly lets bounce foretell a sixteenth of it
 
 
 class Search:
@@ -111,10 +112,13 @@ class Search:
 
     # --- best first -----------------------------------------------------------------------------------------------------------
 
-    def run(self):
-        """Expand and refit until no set is foreseen within reach of the best, or until Ctrl-C: what is fitted by then stays."""
+    def run(self, pause=None):
+        """Expand and refit until no set is foreseen within reach of the best, or until Ctrl-C: what is fitted by then stays.
+
+        pause: function of the best set that says whether to stop before that; `run` goes on from there.
+        """
         try:
-            self._expand_and_refit()
+            self._expand_and_refit(pause or (lambda best: False))
         except KeyboardInterrupt:
             if self.base_model is None:  # nothing is known yet
                 raise
@@ -126,7 +130,7 @@ class Search:
     def wider(self, overdispersion):
         """Go on as far as sets are of interest where so many residuals count as one; is one of them better than all before?"""
         best = self.cost(self.ranked()[0])
-        self.overdispersion, self.first = overdispersion, ()
+        self.overdispersion = overdispersion
         return not self.budget.stopped and self.cost(self.run().ranked()[0]) < best - EQUAL
 
     def reach(self):
@@ -135,19 +139,19 @@ class Search:
         fit = self.fits[self.ranked()[0]]
         return REACH * max(self.overdispersion, 1.0 if self.noise_alone(fit) else fit.chi2 / fit.freedom)
 
-    def _expand_and_refit(self):
+    def _expand_and_refit(self, pause):
         self.expand()
         for numbers in self.first:
             self.fit_sets([(Proposal(np.inf, frozenset(numbers), numbers), self.base)])
-        refits = 0
-        while True:
+        self.first, refits = (), 0
+        while not pause(best := self.ranked()[0]):
             self.expand()
-            best = self.ranked()[0]
             limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
             promising = [each for each in self.open_proposals() if self.promising(*each, limit, explained)]
             if not promising:
                 break
-            together = self.parts_first(promising, limit)
+            twice = promising[0][0].cost / HELPS  # what is foreseen to leave more comes later, if ever
+            together = self.parts_first([each for each in promising if each[0].cost <= twice], limit)
             numbers = [self.count(proposal.effects) for proposal, _ in together]
             affordable = self.budget.affordable(numbers, TOGETHER) if self.problem.simulator.contact else 1
             if refits >= REFITS or self.budget.spent(f"{len(promising)} sets of effects that might do as well", affordable):
@@ -267,8 +271,11 @@ class Search:
                 self.base_model = linear
                 self.implied = frozenset(name for name in self.candidates if self.implies(linear, name))
             proposals = linear.proposals(MOST_EFFECTS, self.compatible)
-            if not effects and not self.problem.simulator.contact:  # through contacts chi2 is rough, and readings tell more
-                self.unsure = self.look([proposal for proposal in proposals if len(proposal.effects) == 1], fit)
+            singles = [proposal for proposal in proposals if len(proposal.effects) == 1]
+            if not effects and not self.problem.simulator.contact:
+                self.unsure = self.look(singles, fit)
+            elif not effects and all(proposal.fall < self.excess(fit) for proposal in proposals):
+                proposals += self.farther(singles, fit)
             for proposal in proposals:
                 known = self.foreseen.get(proposal.effects)
                 if known is None or proposal.cost < known[0].cost:
@@ -292,22 +299,46 @@ class Search:
             again = best is not None and fit.cost > best.cost - EQUAL  # another beginning led to no better end
             if best is None or fit.cost < best.cost:
                 best = fit
-            if again or best.cost + self.price(proposal.effects) < proposal.cost + EQUAL or self.noise_alone(best):
+            missed = best.cost + self.price(proposal.effects) - proposal.cost
+            if again or -REACH < missed < EQUAL or self.noise_alone(best):
                 break
         return best
 
     def nearer(self, numbers, parent):
         """Numbers {effect: {number: value}} that were foreseen from a fit, or nearer to where they stand in it, while the misfit
         is larger there than at that fit: far away a linear model promises what cannot be, and a fit would get lost."""
-        known = parent.model.numbers
         for share in NEARER:
-            tried = {
-                name: {free.name: free.towards(known.get(name, {}), numbers[name][free.name], share) for free in entry.free}
-                for name, entry in ((name, self.candidates[name]) for name in numbers)
-            }
+            tried = self.on_the_way(numbers, parent, share)
             if self.left_at(tried, parent) <= parent.chi2:
                 break
         return tried
+
+    def on_the_way(self, numbers, parent, share):
+        """The numbers {effect: {number: value}} that stand at a part of the way from those of a fit, or at a multiple of it."""
+        known = parent.model.numbers
+        return {
+            name: {free.name: free.towards(known.get(name, {}), numbers[name][free.name], share) for free in entry.free}
+            for name, entry in ((name, self.candidates[name]) for name in numbers)
+        }
+
+    def farther(self, proposals, fit):
+        """Proposals with numbers that lie FARTHER on the way, where a simulation there leaves less than was foreseen of a fit.
+
+        Through contacts what a law does far away is no continuation of what it does here: a body comes to rest, or misses what
+        it hit before. So where nothing is foreseen to explain the data, it is looked at.
+        """
+        ways = [(each, self.on_the_way(each.numbers, fit, share)) for each in proposals for share in FARTHER]
+        seen = self.problem.batched([partial(self.left_at, numbers, fit) for _, numbers in ways])
+        found = []
+        for (proposal, numbers), left in zip(ways, seen, strict=True):
+            more = misfit(fit) - left - self.believed(numbers) - proposal.fall
+            if more > 0:
+                found.append(proposal._replace(cost=proposal.cost - more, numbers=numbers, fall=proposal.fall + more))
+        return found
+
+    def believed(self, numbers):
+        """The surprise of numbers {effect: {number: value}}."""
+        return sum(self.candidates[name].surprise(numbers[name]) for name in numbers)
 
     def left_at(self, numbers, parent):
         """chi2 at numbers {effect: {number: value}}, the initial states moved linearly from a fit; inf where nothing can be
@@ -324,10 +355,7 @@ class Search:
         """By how much less than foreseen from a fit each proposal may cost, {set: amount}: LOOKED times what one simulation at
         its numbers differs from it. Far from the data a law that is not linear in its numbers is foreseen at too much."""
         seen = self.problem.batched([partial(self.left_at, proposal.numbers, fit) for proposal in proposals])
-        believed = [
-            sum(self.candidates[name].surprise(numbers) for name, numbers in proposal.numbers.items()) for proposal in proposals
-        ]
-        foreseen = [misfit(fit) - proposal.fall - part for proposal, part in zip(proposals, believed, strict=True)]
+        foreseen = [misfit(fit) - proposal.fall - self.believed(proposal.numbers) for proposal in proposals]
         return {each.effects: LOOKED * abs(a - b) for each, a, b in zip(proposals, seen, foreseen, strict=True)}
 
     def beginnings(self, proposal):

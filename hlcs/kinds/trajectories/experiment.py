@@ -26,7 +26,7 @@ from hlcs.records import Pictures, Reason
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search
-from hlcs.selection.thresholds import ODDS, ODDS_ALONE
+from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
 
 LOOKS = 2  # for samples that stand alone, beside what was found: a third changes nothing that a verdict notices
@@ -115,14 +115,20 @@ class Trajectories:
             seen = impacts if few_fits else sinking
             first = {entry.name: seen[entry.name] for entry in chosen if entry.name in seen}
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking)
-            search, looked = begun(base=prepared.base, first=[first] if first else []).run(), [frozenset()]
-            while (best := search.ranked()[0]) not in looked and len(looked) <= LOOKS:
+            search, looked = begun(base=prepared.base, first=[first] if first else []), [frozenset()]
+
+            def pause(best):  # what is left may be what the misfit of a worse model did to the numerics
+                left = min(search.excess(search.fits[effects]) for effects in looked if effects in search.fits)
+                return len(looked) <= LOOKS and 0 < search.excess(search.fits[best]) < HELPS * left
+
+            while (best := search.run(pause).ranked()[0]) not in looked and len(looked) <= LOOKS:
                 spent = search.budget.stopped or few_fits and search.budget.left_out
-                if spent or search.noise_alone(search.fits[best]) or not (renewed := beside(prepared, search.fits[best])):
+                if spent or search.noise_alone(search.fits[best]):
                     break
-                prepared, looked = renewed, [*looked, best]
-                known = {"first": search.tied(), "budget": search.budget} if few_fits else {"first": [first] if first else []}
-                search = begun(base=prepared.base, **known).run()
+                looked.append(best)
+                if renewed := beside(prepared, search.fits[best]):
+                    prepared, known = renewed, {"budget": search.budget} if few_fits else {}
+                    search = begun(base=prepared.base, first=search.tied(), **known)
             return select(self, prepared, search, cross_validation, absent, *on_all)
 
         first = searched(prepared, chosen, absent)
