@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from experiments import measured
 from hard_cases import write_sinking
-from throws import write_drops
+from throws import write_damped_drops, write_drops
 
+import hlcs
 from hlcs.effects import Candidate, Free, class_named
 from hlcs.estimation.linearization import Fit, Linearization, occam
 from hlcs.kinds.trajectories.preparation import prepare
@@ -92,3 +93,26 @@ def test_a_look_far_from_the_data_tells_what_a_linear_model_can_foresee_there(tm
     assert foreseen[drag] > foreseen[scale] + 1e4
     assert foreseen[drag] - search.unsure[drag] < 0 and search.unsure[scale] < 1.0
     assert search.run().ranked()[0] == drag and scale not in search.fits
+
+
+def test_a_law_that_changes_what_a_body_hits_is_looked_at_far_away(tmp_path):
+    """Of balls that bounce with no drag in the model the slope foretells a small part of a drag of 8 1/s, and of the misfit to
+    fall little: what they hit, and when, is another with it."""
+    measurement = measured(write_damped_drops(tmp_path, 8.0))
+    prepared = prepare(measurement)
+    entries, _ = candidates_for(measurement, True, ["linear_drag", "restitution", "time_scale"])
+    search = Search(prepared.problem, entries, prepared.base)
+    search.expand()
+    drag = frozenset({"linear_drag"})
+    proposal, base = search.foreseen[drag]
+    slope = search.base_model.proposal(drag)
+    assert slope.numbers["linear_drag"]["rate"] < 2.0 and slope.fall < 0.5 * base.chi2
+    assert proposal.numbers["linear_drag"]["rate"] == pytest.approx(8.0, abs=4.0) and proposal.fall > 0.8 * base.chi2
+
+
+def test_numerics_of_a_wrong_model_do_not_call_for_a_second_effect(tmp_path):
+    """The error of the time step at balls that bounce on and on is not that of balls that a drag stops."""
+    path = write_damped_drops(tmp_path, 8.0)
+    diagnosis = hlcs.diagnose(path, candidates=["linear_drag", "time_scale"])
+    assert diagnosis.effects == ("linear_drag",) and diagnosis.verdict == "effect"
+    assert diagnosis.parameters["linear_drag"]["rate"]["value"] == pytest.approx(8.0, abs=0.02)
