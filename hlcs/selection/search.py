@@ -299,8 +299,7 @@ class Search:
             again = best is not None and fit.cost > best.cost - EQUAL  # another beginning led to no better end
             if best is None or fit.cost < best.cost:
                 best = fit
-            missed = best.cost + self.price(proposal.effects) - proposal.cost
-            if again or -REACH < missed < EQUAL or self.noise_alone(best):
+            if again or best.cost + self.price(proposal.effects) < proposal.cost + EQUAL or self.noise_alone(best):
                 break
         return best
 
