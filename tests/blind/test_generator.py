@@ -18,6 +18,7 @@ from .generator import bounce, deck, flight, motion, noise, plane, seal, slide, 
 from .generator.build import Deal, balanced, judge
 from .generator.case import Setup, toml_text
 from .generator.noise import REGIMES
+from .generator.observe import with_errors
 
 FOLDER = Path(__file__).resolve().parent
 BALL = {"mass": 0.0577, "radius": 0.0335, "gravity": 9.81, "fluid_density": 1.2, "v_ref": 6.0}
@@ -138,6 +139,19 @@ def test_ball_rolls_with_five_sevenths_of_the_slope():
     way = np.linalg.norm(seen[-1] - seen[0])
     assert way == pytest.approx(0.5 * 5 / 7 * 9.81 * (np.sin(0.05) - np.cos(0.05) * 2e-4 / 0.03), rel=1e-6)
     np.testing.assert_allclose(turns[-1], noise.small_turn(np.array([0, way / 0.03, 0])), atol=1e-9)
+
+
+def test_a_larger_ball_of_the_same_mass_displaces_more_fluid():
+    """(5/7) g sin (1 - rho V / m) with V of the true radius (Archimedes)."""
+    normal, _, _ = slide.floor_of(0.05, 0.0)
+    volume = 4 / 3 * np.pi * 0.03**3
+    inputs = {"mass": 0.2, "radius": 0.03, "gravity": 9.81, "volume": volume, "clearance": 0.03, "floor_normal": normal}
+    laws = {"buoyancy": {"fluid_density": 998.0}, "size_error": {"relative": 0.02}}
+    true = with_errors({**inputs, "nominal_diameter": volume ** (1 / 3)}, {}, {}, laws)
+    start = {**thrown(0.03 * normal, [0, 0, 0]), "orientation": np.array([1.0, 0, 0, 0])}
+    seen, _ = plane.simulate(None, true, laws, start, np.array([0.0, 1.0]), 2e-3, rolling=True)
+    expected = 0.5 * 5 / 7 * 9.81 * np.sin(0.05) * (1 - 998.0 * volume * 1.02**3 / 0.2)
+    assert np.linalg.norm(seen[1] - seen[0]) == pytest.approx(expected, rel=1e-6)
 
 
 def test_toppling_block_keeps_its_energy():

@@ -236,7 +236,6 @@ def parameters(inputs, effects):
         height=inputs.get("floor_height", 0.0),
     )
     p["mass"] *= 1 + effects.get("mass_offset", {}).get("relative", 0.0)
-    p["radius"] *= 1 + effects.get("size_error", {}).get("relative", 0.0)
     p["height"] += effects.get("margin_offset", {}).get("offset", 0.0) * p["radius"] * (4 * np.pi / 3) ** (1 / 3)
     ax, ay = lean(inputs, effects)
     g = inputs["gravity"]

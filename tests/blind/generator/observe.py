@@ -7,18 +7,27 @@ from .noise import product, small_turn, turn_between
 FINE, COARSE = 1e-4, 2e-3  # steps [s]: of what is recorded, and of the sensitivities that set coefficients
 
 
-def with_errors(inputs, overrides, errors):
-    """Inputs of one trial: nominal ones, the trial's own, and the true deviations {mass, size: relative, tilt_x, tilt_y: rad}."""
+# power of the size that an input goes with
+LENGTHS = {"radius": 1, "width": 1, "block_height": 1, "clearance": 1, "nominal_diameter": 1, "area": 2, "volume": 3}
+
+
+def with_errors(inputs, overrides, errors, effects):
+    """Inputs of one trial: nominal ones, the trial's own, and the true deviations {mass, size: relative, tilt_x, tilt_y: rad}.
+
+    A body that is larger than its file says (`size_error`, or by a little) displaces more fluid and meets more of it.
+    """
     true = {**inputs, **{key: value for key, value in overrides.items() if key in ("mass", "radius", "friction", "restitution")}}
     if "floor" in overrides:
         true["floor_height"], true["floor_normal"] = overrides["floor"]["height"], overrides["floor"]["normal"]
     if "radius" in overrides and "clearance" in true:
         true["clearance"] = overrides["radius"]
-        true["nominal_diameter"] = overrides["radius"] * (4 * np.pi / 3) ** (1 / 3)
+        true["volume"] = 4 / 3 * np.pi * overrides["radius"] ** 3
+        true["nominal_diameter"] = true["volume"] ** (1 / 3)
     true["mass"] = true["mass"] * (1 + errors.get("mass", 0.0))
-    for key in ("radius", "width", "block_height", "clearance", "nominal_diameter"):
+    size = (1 + errors.get("size", 0.0)) * (1 + effects.get("size_error", {}).get("relative", 0.0))
+    for key, power in LENGTHS.items():
         if key in true:
-            true[key] = true[key] * (1 + errors.get("size", 0.0))
+            true[key] = true[key] * size**power
     true["tilt_x"], true["tilt_y"] = errors.get("tilt_x", 0.0), errors.get("tilt_y", 0.0)
     return true
 
@@ -29,8 +38,8 @@ def film(setup, trial, effects, errors=None, start=None, step=COARSE):
     True time = factor * stamp - offset (`time_scale`, `clock_offset`: late release); reported = factor * R(tilt) position
     (`length_scale`, `tilted_frame`); `camera_shake` and `camera_drift` add a motion of the support of the camera.
     """
-    inputs = with_errors(setup.inputs, trial.overrides, errors or {})
     own = {name: {**law, **trial.own.get(name, {})} for name, law in effects.items()}
+    inputs = with_errors(setup.inputs, trial.overrides, errors or {}, own)
     times = trial.times * own.get("time_scale", {}).get("factor", 1.0) - own.get("clock_offset", {}).get("offset", 0.0)
     position, orientation = setup.simulate(trial, inputs, own, start or trial.start, times, step)
     tilt = own.get("tilted_frame", {})

@@ -178,7 +178,7 @@ def parameters(inputs, effects, axes, rolling):
     mass = inputs["mass"] * (1 + effects.get("mass_offset", {}).get("relative", 0.0))
     lifted, moved_along = displaced(inputs, effects, mass)
     g = g * (1 - lifted)
-    radius = inputs.get("radius", 0.0) * (1 + effects.get("size_error", {}).get("relative", 0.0))
+    radius = inputs.get("radius", 0.0)
     fluid, area = inputs.get("fluid_density", 0.0), np.pi * radius**2 if rolling else inputs.get("area", 0.0)
     p.update(
         g_1=axes[0] @ g,
@@ -234,8 +234,7 @@ def simulate(trial, inputs, effects, start, times, step, rolling=False):
     normal = np.asarray(inputs["floor_normal"], float) + [-slope.get("grade_x", 0.0), -slope.get("grade_y", 0.0), 0.0]
     axes = frame(normal)
     p = parameters(inputs, effects, axes, rolling)
-    size = 1 + effects.get("size_error", {}).get("relative", 0.0)
-    clearance = inputs["clearance"] * size + effects.get("margin_offset", {}).get("offset", 0.0) * inputs["nominal_diameter"]
+    clearance = inputs["clearance"] + effects.get("margin_offset", {}).get("offset", 0.0) * inputs["nominal_diameter"]
     place = axes @ np.asarray(start["position"], float)
     velocity = axes @ np.asarray(start["velocity"], float)
     states = travel(np.array([place[0], place[1], velocity[0], velocity[1]]), np.asarray(times, float), step, p)
@@ -249,7 +248,7 @@ def simulate(trial, inputs, effects, start, times, step, rolling=False):
             # increments between samples: rolling turns about n x travelled, spinning about n
             travelled = np.diff(states[:, :2], axis=0, prepend=place[None, :2]) @ axes[:2]
             angle = spin_angle(axes[2] @ start["angular_velocity"], p[SPIN_TORQUE], p[SPIN_RATE], np.asarray(times))
-            turns = np.cross(axes[2], travelled) / (inputs["radius"] * size) + np.diff(angle, prepend=0.0)[:, None] * axes[2]
+            turns = np.cross(axes[2], travelled) / inputs["radius"] + np.diff(angle, prepend=0.0)[:, None] * axes[2]
             current = first
             for i, turn in enumerate(small_turn(turns)):
                 current = product(turn, current)

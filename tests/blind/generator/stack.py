@@ -70,10 +70,9 @@ def simulate(trial, inputs, effects, start, times, step):
     g *= (1 - lifted) / (1 + moved_along)
     coefficient = effects.get("quadratic_drag", {}).get("drag_coefficient", 0.0)
     drag = 0.5 * inputs["fluid_density"] * coefficient * inputs["area"] / (inputs["mass"] * (1 + moved_along))
-    size = 1 + effects.get("size_error", {}).get("relative", 0.0)
     rest = (
         inputs["floor_height"]
-        + inputs["clearance"] * size
+        + inputs["clearance"]
         + effects.get("margin_offset", {}).get("offset", 0.0) * inputs["nominal_diameter"]
     )
     first = np.asarray(start["position"], float)

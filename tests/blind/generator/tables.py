@@ -130,7 +130,7 @@ def respond(setup, effects, errors, settings):
     k = 0.5 * inputs["fluid_density"] * law.get("drag_coefficient", 0.0) * area / mass
     k_form = -0.3 * law.get("form", 0.0)
     rate, rate_form = effects.get("linear_drag", {}).get("rate", 0.0), 0.15 * effects.get("linear_drag", {}).get("form", 0.0)
-    lifted, moved_along = displaced(inputs, effects, mass)
+    lifted, moved_along = displaced({**inputs, "volume": 4 / 3 * np.pi * radius**3}, effects, mass)
     share = 1 / (1 + moved_along)  # of every force that accelerates the body; the rest goes to the fluid that moves along
     g, scale = G * (1 - lifted) * share, effects.get("length_scale", {}).get("factor", 1.0)
 
@@ -186,8 +186,6 @@ def further(setup, effects, errors, column, tests):
         for key, value in test.items():
             if key != column:
                 inputs[NOMINAL[key]] = value
-            if key == "radius_m":
-                inputs["volume"] = 4 / 3 * np.pi * value**3
         try:  # the other settings stay: an outside effect is laid over their range
             settings = np.append(np.unique(setup.trials), test[column])
             known[row] = respond(replace(setup, inputs=inputs), effects, errors, settings)[-1]
@@ -223,7 +221,7 @@ def setup(rng, family, hidden=(), narrow=False):
     radius, mass = ((0.0335, 0.0577), (0.11, 0.43), (0.02, 0.0027))[rng.integers(3)]
     shape = {"shape": "sphere", "radius": radius}
     air = around(rng, hidden, "box" if family == "slide" else "sphere")
-    inputs = {"mass": mass, "radius": radius, "gravity": G, "fluid_density": air.density, "volume": 4 / 3 * np.pi * radius**3}
+    inputs = {"mass": mass, "radius": radius, "gravity": G, "fluid_density": air.density}
     surroundings = {"gravity": G, **air.stated, "floor": {"height": 0.0, "normal": [0.0, 0.0, 1.0]}}
     title = "fall time against height"
     if family == "bounce":

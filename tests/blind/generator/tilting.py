@@ -42,10 +42,8 @@ def turn(angle, rate, times, step, p):
 def levers(inputs, effects):
     """Centre of mass from the edge, upright (horizontal, vertical) [m], the tracked centre likewise, and inertia about the
     edge / m [m2]."""
-    factor = 1 + effects.get("size_error", {}).get("relative", 0.0)
-    width, height = inputs["width"] * factor, inputs["block_height"] * factor
+    width, height, size = inputs["width"], inputs["block_height"], inputs["nominal_diameter"]
     offset = effects.get("centre_of_mass_offset", {})
-    size = inputs["nominal_diameter"] * factor
     centre = np.array([-width / 2, height / 2])
     mass_centre = centre + [offset.get("x", 0.0) * size, offset.get("z", 0.0) * size]
     inertia = effects.get("inertia_error", {}).get("factor", 1.0) * (width**2 + height**2) / 12
