@@ -117,9 +117,9 @@ class Trajectories:
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking)
             search, looked = begun(base=prepared.base, first=[first] if first else []), [frozenset()]
 
-            def pause(best):  # what the misfit of a worse model did to the numerics and to single samples is not to be explained
+            def pause(best):  # what the misfit of a worse model did to the numerics and to single samples is nothing to explain
                 left = min(search.excess(search.fits[effects]) for effects in looked if effects in search.fits)
-                return len(looked) <= LOOKS and left > 0 and search.excess(search.fits[best]) < HELPS * left
+                return not few_fits and len(looked) <= LOOKS and left > 0 and search.excess(search.fits[best]) < HELPS * left
 
             while (best := search.run(pause).ranked()[0]) not in looked and len(looked) <= LOOKS:
                 if search.budget.stopped or few_fits and search.budget.left_out:
