@@ -421,15 +421,10 @@ def main(arguments=None):
     parser.add_argument("--markdown", action="store_true", help="print the table as Markdown")
     given = parser.parse_args(arguments)
     said, answers = judge(given.cases, given.verdicts, given.first, given.markdown)
-    rows = table(said, answers)
+    told = {"format": 1, "cases": len(answers), "rows": table(said, answers), "verdicts": said}
     if given.out:
-        text = json.dumps({"format": 1, "cases": len(answers), "rows": rows, "verdicts": said}, indent=1)
-        Path(given.out).write_text(text, encoding="utf-8")
-    if given.markdown:
-        lines = [[row, *(cells.get(peer, "-") for peer in said)] for row, cells in rows.items()]
-        print(score.markdown_table([f"{len(answers)} recordings of flight and sinking", *said], lines))
-    else:
-        print(pd.DataFrame(rows).T.to_string())
+        Path(given.out).write_text(json.dumps(told, indent=1), encoding="utf-8")
+    print(score.peers_table(told) if given.markdown else pd.DataFrame(told["rows"]).T.to_string())
     if pysindy is None:
         print("pysindy is not installed (pip install pysindy): its column is left out")
 

@@ -2,7 +2,7 @@
 
 DIR holds answers.json and, in `verdicts` and `verdicts-COMMIT`, one CASE.json per case as `hlcs diagnose --json` writes it: the
 analyst of this checkout and others asked with `run --analyst`, scored side by side on the cases that all were asked. A case that
-was asked and has no verdict (CASE.error) counts as a failure.
+was asked and has no verdict (CASE.error) counts as a failure. What `again` and `peers` left there is told too.
 """
 
 import argparse
@@ -90,6 +90,12 @@ def markdown_table(header, lines):
     return "\n".join(rows + ["| " + " | ".join(line) + " |" for line in lines]) + "\n"
 
 
+def peers_table(told):
+    """The table of `peers.py` as Markdown text, from what it stores."""
+    lines = [[row, *(cells.get(peer, "-") for peer in told["verdicts"])] for row, cells in told["rows"].items()]
+    return markdown_table([f"{told['cases']} recordings of flight and sinking", *told["verdicts"]], lines)
+
+
 def was_asked(verdicts, name):
     """Whether a case was put before the analyst whose verdicts stand in a folder, with a verdict or without."""
     return any((Path(verdicts) / f"{name}.{end}").exists() for end in ("json", "error"))
@@ -164,6 +170,9 @@ def report(cases, also=None, register=seal.REGISTER):
     text += markdown_table(header, lines)
     text += "\n## CPU seconds per verdict: median, longest\n\n" + markdown_table(["family", *analysts], times(analysts))
     text += commands(record) + KINDNESS
+    if (beside := Path(cases) / "peers.json").exists():
+        told = json.loads(beside.read_text(encoding="utf-8"))
+        text += "\n## Simpler tools\n\nWhat they are is told in `tests/blind/peers.py`.\n\n" + peers_table(told)
     if again is not None:
         text += "\n## The recommended experiments, done\n\nA direct reading is taken to be right: where it rules a suspect "
         text += "out, what is measured is that what is hidden is still found.\n\n"
@@ -185,6 +194,7 @@ def commands(record):
     else:
         first = f"python -m tests.blind.run --cases {record['asked']}{only} --seed {record['seed']} --out DIR"
     lines = [first, "python -m tests.blind.run --out DIR --analyst OTHER_CHECKOUT", "python -m tests.blind.again --out DIR"]
+    lines.append("python -m tests.blind.peers --cases DIR --verdicts DIR/verdicts --out DIR/peers.json")
     lines.append("python -m tests.blind.score --cases DIR --markdown docs/blind.md")
     return "\nTo make this page again:\n\n" + "".join(f"    {line}\n" for line in lines)
 

@@ -263,6 +263,16 @@ def test_analysts_are_compared_on_the_cases_that_all_were_asked(tmp_path):
     assert "| bounce | - (n = 0, 1 without a verdict) |" in text
 
 
+def test_what_simpler_tools_say_stands_on_the_page_where_they_were_asked(tmp_path):
+    write_deck(tmp_path, {"verdicts": {number: FOUND for number in range(1, 5)}})
+    assert "Simpler tools" not in report(tmp_path)
+    told = {"cases": 1, "rows": {"unique but wrong": {"hlcs": "0/1", "AIC": "1/1"}, "held out": {"AIC": "3"}}}
+    (tmp_path / "peers.json").write_text(json.dumps(told | {"verdicts": {"hlcs": {}, "AIC": {}}}))
+    text = report(tmp_path)
+    assert "| 1 recordings of flight and sinking | hlcs | AIC |" in text
+    assert "| unique but wrong | 0/1 | 1/1 |" in text and "| held out | - | 3 |" in text
+
+
 def test_a_run_in_pieces_asks_cheap_cases_first_and_opens_a_judging_deck_last(tmp_path, monkeypatch, capsys):
     """Tables, then families by the time of a verdict; what was asked is not asked again; the answers wait for the last case."""
     commit, order = "c" * 40, []
