@@ -2,7 +2,8 @@
 
 In free flight a coordinate less its share of gravity is a straight line in time. Lines through at least five samples on each
 side of a kink meet at the moment of contact and give the velocities there. With P = m (v+ - v-), whatever the shape,
-mu_eff = |P_t|/P_n; for a sphere e = -v_n+/v_n-, because its centre moves along the normal as its lowest point does.
+mu_eff = |P_t|/P_n, which is the friction where the contact slides one way and less where it grips; for a sphere e = -v_n+/v_n-,
+because its centre moves along the normal as its lowest point does.
 
 Drag bends these lines, and a slope at their end is then off: e of a table-tennis ball by 4 %. So a drag k |v| v is read from the
 bend of all lines of a body together, and taken off with gravity where they show it.
@@ -12,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy import integrate
+from scipy import integrate, special
 
 from hlcs.data.rigid_body import lowest_points, rigid_body
 from hlcs.data.turns import continued
@@ -24,6 +25,7 @@ SHOWN = 2.0  # standard errors from which a drag is taken off: below, it would s
 UNSURE = 0.1  # standard error of a reading beyond which it tells no number to begin with [-]
 MOST_AT_ONCE = 2_000_000  # numbers of overlapping lines that are held at a time (16 MB each)
 CERTAIN = 6.0  # kinks below this many standard errors are no impacts [-]
+CURVED = 0.01  # part of its friction by which a sliding contact shows less, since its path bends [-]
 LOW = 5.0  # errors of a position above the lowest corner at which another may be the one that touches: of two on an edge one [-]
 
 
@@ -221,13 +223,22 @@ def _impact(trial, flight, before, after, drag):
         return None
     slip = friction = friction_error = None
     if np.isfinite(flight.positions).all():
-        velocities = [
-            np.array([line(t[part], flight.positions[part, axis], moment)[1] for axis in range(3)]) for part in (before, after)
-        ]
-        slip = float(_along(velocities[0] + flight.pull * (moment - t[0]), flight.normal))
-        friction = float(_along(velocities[1] - velocities[0], flight.normal) / (up - down))
-        friction_error = float(np.hypot(error_up, error_down) * np.hypot(1.0, friction) / (up - down))
+        slip, friction, friction_error = _friction(flight, before, after, moment)
     return Impact(trial.name, float(moment), float(-speeds[0]), restitution, error, slip, friction, friction_error)
+
+
+def _friction(flight, before, after, moment):
+    """(speed along the floor before an impact [m/s], |P_t|/P_n, its error) from parts (slices) of a flight on its two sides.
+
+    P is what the floor gave on average between the two parts, while the body stayed on it too: the same average of all three
+    coordinates, gravity taken off. So |P_t| <= mu P_n whatever the contact does, and equal while it slides one way.
+    """
+    lines = [[line(flight.times[part], axis[part], moment) for axis in flight.positions.T] for part in (before, after)]
+    down, up = (np.array([slope for _, slope, _ in side]) for side in lines)
+    error = flight.sigma * np.sqrt(sum(side[0][2][1, 1] for side in lines))
+    normal, along = (up - down) @ flight.normal, _along(up - down, flight.normal)
+    slip = _along(down + flight.pull * (moment - flight.times[0]), flight.normal)
+    return float(slip), float(along / normal), float(error * np.hypot(1.0, along / normal) / normal)
 
 
 def _touching(body, flight, before, after, moment):
@@ -322,18 +333,20 @@ def mean_and_trend(values, errors, speeds):
 def differing_from_model(impacts, surroundings):
     """{candidate: {number: value}} of restitution and friction where impacts show others than the model's; a place to begin.
 
-    A contact that grips shows less than its friction, so the largest readings but one in five tell it; a restitution that
-    falls with speed is read as a power of it.
+    A restitution that falls with speed is read as a power of it.
     """
     candidates = {}
-    for name, share in (("restitution", 0.5), ("friction", 0.8)):
+    for name in ("restitution", "friction"):
         readings = reliable(impacts, name)
         if len(readings) < LEAST:
             continue
         values, errors, speeds = (np.array(column) for column in zip(*readings, strict=True))
-        value, error = float(np.quantile(values, share)), float(np.median(errors))
+        if name == "friction":
+            value, error = sliding_friction(values, errors)
+        else:
+            value, error = np.clip(np.median(values), 0.0, 1.0), np.median(errors)
         if abs(value - getattr(surroundings, name)) > 3 * error:
-            candidates[name] = {"coefficient": float(np.clip(value, 0.0, 1.0))}
+            candidates[name] = {"coefficient": float(value)}
         if name == "restitution" and (values > 0).all():
             _, _, trend, trend_error = mean_and_trend(values, errors, speeds)
             if trend is not None and trend < -3 * trend_error:
@@ -341,6 +354,23 @@ def differing_from_model(impacts, surroundings):
                 numbers = {"exponent": float(np.clip(exponent, 0.0, 0.3)), "threshold": 0.0}
                 candidates["velocity_dependent_restitution"] = numbers
     return candidates
+
+
+def sliding_friction(values, errors):
+    """(friction, its standard error) that readings |P_t|/P_n with their errors show, in units of 1.
+
+    A contact that slides shows the friction, one that grips any share of it, all alike. The middle of the posterior law over the
+    friction and the share of contacts that slide, and half of its middle 68 %; where none slides about the largest reading.
+    """
+    friction = np.linspace(0.0, 2 * max(values.max(), 0.01), 1001)[1:, None]
+    error = np.hypot(errors, CURVED * friction)
+    slides = np.exp(-(((values - friction) / error) ** 2) / 2) / (error * np.sqrt(2 * np.pi))
+    grips = (special.ndtr((friction - values) / error) - special.ndtr(-values / error)) / friction
+    share = (np.arange(20) + 0.5)[:, None, None] / 20
+    logarithm = np.log(np.maximum(share * slides + (1 - share) * grips, 1e-300)).sum(axis=-1)
+    law = np.cumsum(np.exp(logarithm - logarithm.max()).sum(axis=0))
+    low, middle, high = np.interp((0.16, 0.5, 0.84), law / law[-1], friction[:, 0])
+    return middle, (high - low) / 2
 
 
 def reliable(impacts, key):
@@ -373,12 +403,14 @@ def impact_lines(impacts, stated):
     for name, key, against, what in (("e", "restitution", "speed", "approach speed"), ("mu_eff", "friction", "slip", "slip")):
         readings = [impact for impact in impacts if getattr(impact, key) is not None]
         if readings:
-            mean, error, slope, slope_error = mean_and_trend(
-                [getattr(impact, key) for impact in readings],
-                [getattr(impact, f"{key}_error") for impact in readings],
-                [getattr(impact, against) for impact in readings],
+            values, errors, speeds = (
+                np.array([getattr(impact, each) for impact in readings]) for each in (key, f"{key}_error", against)
             )
-            text = f"  {name} = {mean:.3g} +- {error:.2g} on average; the model has {stated[key]:.3g}"
+            value, error, slope, slope_error = mean_and_trend(values, errors, speeds)
+            where = "on average"
+            if key == "friction":
+                (value, error), where = sliding_friction(values, errors), "where a contact slides"
+            text = f"  {name} = {value:.3g} +- {error:.2g} {where}; the model has {stated[key]:.3g}"
             if slope is not None:
                 seen = "changes" if abs(slope) > 3 * slope_error else "no change seen"
                 text += f"; {seen} with {what}: {slope:+.2g} +- {slope_error:.2g} per m/s"
