@@ -2,7 +2,7 @@
 
 import json
 
-from hlcs.data.impacts import impact_lines
+from hlcs.data.shown_by_impacts import impact_lines
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.report.document import Lines, Points, Section, Table, as_text

@@ -7,9 +7,10 @@ from functools import partial
 import numpy as np
 
 from hlcs.data.experiment_file import LAYOUTS
-from hlcs.data.impacts import differing_from_model, read_impacts
+from hlcs.data.impacts import read_impacts
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
 from hlcs.data.recordings import read_recordings
+from hlcs.data.shown_by_impacts import differing_from_model
 from hlcs.data.sinking import read_viscosity
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.budget import SMOOTH_LIMIT, only, screening_subset

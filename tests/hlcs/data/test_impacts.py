@@ -8,17 +8,9 @@ from hard_cases import CELLULOID, RUBBER, per_metre
 from hard_cases import bouncing as bouncing_in_air
 
 from hlcs.data.experiment_file import Body, Surroundings
-from hlcs.data.impacts import (
-    differing_from_model,
-    impact_lines,
-    impacts_of,
-    mean_and_trend,
-    read_drag,
-    read_impacts,
-    sides_of,
-    sliding_friction,
-)
+from hlcs.data.impacts import impacts_of, read_drag, read_impacts, sides_of
 from hlcs.data.recordings import Recordings, Trial
+from hlcs.data.shown_by_impacts import differing_from_model, impact_lines, mean_and_trend, sliding_friction
 from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.noise_model import Noise
 

@@ -1,0 +1,114 @@
+"""What the impacts of a measurement show together, without any engine: its restitution, its friction, and a table of both."""
+
+import numpy as np
+from scipy import special
+
+from hlcs.data.impacts import LEAST
+
+UNSURE = 0.1  # standard error of a reading beyond which it tells no number to begin with [-]
+CURVED = 0.01  # part of its friction by which a sliding contact shows less, since its path bends [-]
+
+
+def mean_and_trend(values, errors, speeds):
+    """(weighted mean, its error, change per m/s, its error) of readings against speed; errors widened where the readings scatter
+    more than they say; the trend is None for fewer than four readings."""
+    values, weights, speeds = np.asarray(values), 1.0 / np.asarray(errors) ** 2, np.asarray(speeds)
+    mean = float(weights @ values / weights.sum())
+    wide = np.sqrt(max(1.0, float(weights @ (values - mean) ** 2) / max(len(values) - 1, 1)))
+    if len(values) < 4 or np.ptp(speeds) < 1e-9:
+        return mean, float(wide / np.sqrt(weights.sum())), None, None
+    centred = speeds - weights @ speeds / weights.sum()
+    slope = float((weights * centred) @ values / (weights @ centred**2))
+    left = values - mean - slope * centred
+    scatter = np.sqrt(max(1.0, float(weights @ left**2) / (len(values) - 2)))
+    return mean, float(wide / np.sqrt(weights.sum())), slope, float(scatter / np.sqrt(weights @ centred**2))
+
+
+def differing_from_model(impacts, surroundings):
+    """{candidate: {number: value}} of restitution and friction where impacts show others than the model's; a place to begin.
+
+    A restitution that falls with speed is read as a power of it.
+    """
+    candidates = {}
+    for name in ("restitution", "friction"):
+        readings = reliable(impacts, name)
+        if len(readings) < LEAST:
+            continue
+        values, errors, speeds = (np.array(column) for column in zip(*readings, strict=True))
+        if name == "friction":
+            value, error = sliding_friction(values, errors)
+        else:
+            value, error = np.clip(np.median(values), 0.0, 1.0), np.median(errors)
+        if abs(value - getattr(surroundings, name)) > 3 * error:
+            candidates[name] = {"coefficient": float(value)}
+        if name == "restitution" and (values > 0).all():
+            _, _, trend, trend_error = mean_and_trend(values, errors, speeds)
+            if trend is not None and trend < -3 * trend_error:
+                exponent = -float(np.polyfit(np.log(speeds), np.log(values), 1, w=values / errors)[0])
+                numbers = {"exponent": float(np.clip(exponent, 0.0, 0.3)), "threshold": 0.0}
+                candidates["velocity_dependent_restitution"] = numbers
+    return candidates
+
+
+def sliding_friction(values, errors):
+    """(friction, its standard error) that readings |P_t|/P_n with their errors show, in units of 1.
+
+    A contact that slides shows the friction, one that grips any share of it, all alike. The middle of the posterior law over the
+    friction and the share of contacts that slide, and half of its middle 68 %; where none slides about the largest reading.
+    """
+    friction = np.linspace(0.0, 2 * max(values.max(), 0.01), 1001)[1:, None]
+    error = np.hypot(errors, CURVED * friction)
+    slides = np.exp(-(((values - friction) / error) ** 2) / 2) / (error * np.sqrt(2 * np.pi))
+    grips = (special.ndtr((friction - values) / error) - special.ndtr(-values / error)) / friction
+    share = (np.arange(20) + 0.5)[:, None, None] / 20
+    logarithm = np.log(np.maximum(share * slides + (1 - share) * grips, 1e-300)).sum(axis=-1)
+    law = np.cumsum(np.exp(logarithm - logarithm.max()).sum(axis=0))
+    low, middle, high = np.interp((0.16, 0.5, 0.84), law / law[-1], friction[:, 0])
+    return middle, (high - low) / 2
+
+
+def reliable(impacts, key):
+    """[(reading, its error, speed of approach)] of restitution or friction, those with an error below UNSURE."""
+    readings = [(getattr(impact, key), getattr(impact, f"{key}_error"), impact.speed) for impact in impacts]
+    return [reading for reading in readings if reading[0] is not None and reading[1] < UNSURE]
+
+
+def impact_lines(impacts, stated):
+    """The printed table of impacts, list of lines. stated: restitution and friction of the model under test."""
+    if not impacts:
+        return []
+    lines = [
+        "",
+        f"Impacts, read from the samples around them ({len(impacts)}; the model is not asked)",
+        f"  {'trial':>24s} {'time s':>9s} {'v_n m/s':>9s} {'e':>9s} {'+-':>7s} {'slip m/s':>9s} {'mu_eff':>9s} {'+-':>7s}",
+    ]
+
+    def cell(value, width):
+        return f"{'-' if value is None else format(value, '.3g'):>{width}s}"
+
+    for impact in impacts[:12]:
+        lines.append(
+            f"  {impact.trial[-24:]:>24s} {impact.time:9.4g} {impact.speed:9.3g} {cell(impact.restitution, 9)} "
+            f"{cell(impact.restitution_error, 7)} {cell(impact.slip, 9)} {cell(impact.friction, 9)} "
+            f"{cell(impact.friction_error, 7)}"
+        )
+    if len(impacts) > 12:
+        lines.append(f"  .. and {len(impacts) - 12} more")
+    for name, key, against, what in (("e", "restitution", "speed", "approach speed"), ("mu_eff", "friction", "slip", "slip")):
+        readings = [impact for impact in impacts if getattr(impact, key) is not None]
+        if readings:
+            values, errors, speeds = (
+                np.array([getattr(impact, each) for impact in readings]) for each in (key, f"{key}_error", against)
+            )
+            value, error, slope, slope_error = mean_and_trend(values, errors, speeds)
+            where = "on average"
+            if key == "friction":
+                (value, error), where = sliding_friction(values, errors), "where a contact slides"
+            text = f"  {name} = {value:.3g} +- {error:.2g} {where}; the model has {stated[key]:.3g}"
+            if slope is not None:
+                seen = "changes" if abs(slope) > 3 * slope_error else "no change seen"
+                text += f"; {seen} with {what}: {slope:+.2g} +- {slope_error:.2g} per m/s"
+            lines.append(text)
+    return lines + ["  a contact that grips shows a smaller mu_eff than its coefficient of friction"] * any(
+        impact.friction is not None for impact in impacts
+    )
