@@ -30,7 +30,7 @@ from hlcs.selection.search import Search
 from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
 
-LOOKS = 2  # for samples that stand alone, beside what was found: a third changes nothing that a verdict notices
+LOOKS = 2  # for samples that stand alone, on the way to what is found, and as many beside it: more change nothing that is noticed
 
 
 class Trajectories:
@@ -122,7 +122,7 @@ class Trajectories:
                 left = min(search.excess(search.fits[effects]) for effects in looked if effects in search.fits)
                 return not few_fits and len(looked) <= LOOKS and left > 0 and search.excess(search.fits[best]) < HELPS * left
 
-            while (best := search.run(pause).ranked()[0]) not in looked and len(looked) <= LOOKS:
+            while (best := search.run(pause).ranked()[0]) not in looked and len(looked) <= 2 * LOOKS:
                 if search.budget.stopped or few_fits and search.budget.left_out:
                     break
                 looked.append(best)

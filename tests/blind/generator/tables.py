@@ -130,7 +130,8 @@ def respond(setup, effects, errors, settings):
     k = 0.5 * inputs["fluid_density"] * law.get("drag_coefficient", 0.0) * area / mass
     k_form = -0.3 * law.get("form", 0.0)
     rate, rate_form = effects.get("linear_drag", {}).get("rate", 0.0), 0.15 * effects.get("linear_drag", {}).get("form", 0.0)
-    lifted, moved_along = displaced({**inputs, "volume": 4 / 3 * np.pi * radius**3}, effects, mass)
+    volume = inputs.get("volume", 4 / 3 * np.pi * inputs["radius"] ** 3) * (radius / inputs["radius"]) ** 3
+    lifted, moved_along = displaced({**inputs, "volume": volume}, effects, mass)
     share = 1 / (1 + moved_along)  # of every force that accelerates the body; the rest goes to the fluid that moves along
     g, scale = G * (1 - lifted) * share, effects.get("length_scale", {}).get("factor", 1.0)
 
