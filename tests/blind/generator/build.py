@@ -171,7 +171,7 @@ def judge(deal, lens, hidden, errors):
     for _ in range(7):
         laws = _soften(hidden, blend)
         rows = lens.signal(laws, errors, step=FINE)
-        fitted, left = lens.fit(names, rows, near=laws) if names else ({}, lens.information(rows))
+        fitted, left = lens.beside(laws).fit(names, rows, near=laws) if names else ({}, lens.information(rows))
         if left <= MISFIT or deal.kind in ("outside", "mixed", "placebo"):
             break
         blend *= 0.4

@@ -4,6 +4,7 @@ Strength (discovery page): RMS that the law adds to the observations after the i
 Information: the same rows whitened for AR(1) noise and summed, i.e. the noncentrality of chi2.
 """
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,17 +35,28 @@ class Lens:
 
     def __post_init__(self):
         self.base_effects = self.setup.base()
-        self.plain, self.white, self.base = [], [], []
+        self.base = self._look({})
+
+    def _look(self, laws):
+        """The films of the model under test with these laws beside it; what unknown starts can absorb there is kept."""
+        self.plain, self.white, films = [], [], []
         for trial in self.setup.trials:
-            base = film(self.setup, trial, self.base_effects)
-            columns = []
+            effects = {**self.base_effects, **laws}
+            plain, columns = film(self.setup, trial, effects), []
             for key, direction, step in unknowns(self.setup, trial):
-                moved = film(self.setup, trial, self.base_effects, start=shifted(trial.start, key, direction, step))
-                columns.append(self._rows(moved, base) / step)
-            self.base.append(base)
+                moved = film(self.setup, trial, effects, start=shifted(trial.start, key, direction, step))
+                columns.append(self._rows(moved, plain) / step)
+            films.append(plain)
             self.plain.append(_basis([column.ravel() for column in columns]))
             self.white.append(_basis([whitened(column, self.rho).ravel() for column in columns]))
         self._sensitivities = {}
+        return films
+
+    def beside(self, laws):
+        """The same lens, what starts absorb taken where these laws act: far from the model under test it is another space."""
+        there = copy(self)
+        there._look(laws)
+        return there
 
     def _rows(self, new, old):
         return difference(self.setup, new, old, self.sigma_position, self.sigma_orientation)

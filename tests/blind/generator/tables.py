@@ -206,6 +206,10 @@ class TableLens(Lens):
         self.base = respond(self.setup, self.base_effects, {}, self.single)
         self._sensitivities = {}
 
+    def beside(self, laws):
+        """Itself: no start of a row is unknown."""
+        return self
+
     def signal(self, effects, errors=None, step=None):
         """[(n, 1)] change of the outcomes, in sigmas."""
         seen = respond(self.setup, {**self.base_effects, **effects}, errors or {}, self.single)
