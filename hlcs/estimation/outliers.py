@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 STANDS_OUT = 4.0  # standard deviations of a second difference: of 10,000 samples of normal noise less than one lies beyond
+FORETOLD_OUT = 3.0  # the same of an end from what is foretold of it, where it stands out from its neighbours as well
 PASSES = 3  # neighbours of outliers are outliers too: of three per cent, one in 1,000 stands third in a row
 UNSURE = 3.0  # over the root of their number: by so much the scatter of normal noise seems larger than it is once in 40 series
 END = 1.29  # scatter of white noise about what the next four samples foretell, that about the line through two neighbours being 1
@@ -52,6 +53,21 @@ def rougher(series, spread):
     return not len(near) or 1.4826 * float(np.median(near)) > spread * (1 + UNSURE / np.sqrt(len(near)))
 
 
+def isolated_in(series, spreads):
+    """`isolated_outliers` of each of the series [(times (n,), values (n,))] of one channel; spreads: of noise alone in each.
+
+    Twice, since samples that stand alone make all of them look rougher than they are.
+    """
+    alone = [np.zeros(len(times), bool) for times, _ in series]
+    for _ in range(2):
+        kept = [(times[~its], values[~its]) for (times, values), its in zip(series, alone, strict=True)]
+        rough = rougher(kept, max(spreads, default=0.0))
+        alone = [isolated_outliers(*one, spread, rough) for one, spread in zip(series, spreads, strict=True)]
+        if not rough:
+            break
+    return alone
+
+
 def isolated_outliers(times, values, spread=0.0, rough=True):
     """Samples of a series that stand alone: boolean (n,).
 
@@ -89,22 +105,24 @@ def _standing_out(times, values, spread, rough):
     around = np.maximum(np.r_[0, size[:-1]], np.r_[size[1:], 0])
     flags = (near > STANDS_OUT * spread) & (size >= around)
     for along in (slice(None), slice(None, None, -1)):
-        _judge_end(flags[along], near[along], far[along], _foretold(times[along], values[along]), spread, rough)
+        _judge_end(flags[along], near[along], far[along], times[along], values[along], spread, rough)
     return flags
 
 
-def _judge_end(flags, near, far, ahead, spread, rough):
+def _judge_end(flags, near, far, times, values, spread, rough):
     """Flag the first sample, in place, where it and not its neighbour stands out.
 
     It marks `near` of the second sample and `far` of the third, the second sample if it is the outlier `near` of the third and
-    `far` of the fourth. A smaller one is seen in what the samples after it foretell.
+    `far` of the fourth. A smaller one stands out from the samples after it, and from what their slope foretells too.
     """
     if flags[1]:
         flags[0] = far[2] > near[2] + far[3]
         flags[1] = not flags[0]
     elif not flags[2:5].any():
+        ahead = _foretold(times, values)
         own = 1.4826 * float(np.median(ahead)) if rough else 0.0
-        flags[0] = ahead[0] > STANDS_OUT * max(own, END * spread)
+        apart = abs(values[0] - np.median(values[1:5])) > STANDS_OUT * spread
+        flags[0] = apart and ahead[0] > FORETOLD_OUT * max(own, END * spread)
 
 
 def _foretold(times, values):

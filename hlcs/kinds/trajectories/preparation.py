@@ -10,7 +10,7 @@ from hlcs.data.recordings import Recordings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.estimation.multiple_shooting import refit_initial_states
 from hlcs.estimation.noise_model import estimate_noise
-from hlcs.estimation.outliers import isolated_outliers, rougher, spread_of
+from hlcs.estimation.outliers import isolated_in, spread_of
 from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.kinds.protocol import Prepared
@@ -26,6 +26,7 @@ LONG = 5000  # steps of a run through contacts (0.5 s) beyond which longer steps
 LONGEST = 1 / 15  # step of such a run [s]: in a longer one a model of some centimetres falls by its own size
 RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a comparison is told to cost
 A_STEP = 1e-4  # what a step of such runs costs [s]
+ALONE_AGAIN = 3  # looks for samples that stand alone: what is set aside or taken back moves a fit, and shows or hides others
 NOTHING = None, None, 0.0, [], []  # what `fitted` gives, where nothing could be fitted
 
 
@@ -198,14 +199,17 @@ def beside(prepared, better):
     they were."""
     problem = prepared.problem
     known, aside = problem.step_change, problem.dropped
-    problem.leave_out([np.zeros_like(flag) for flag in aside])
-    flags = isolated(problem, problem.residuals(better.model, better.initial_states))
-    problem.leave_out(flags)
+    flags = aside
+    for _ in range(ALONE_AGAIN):
+        problem.leave_out([np.zeros_like(flag) for flag in flags])
+        found = isolated(problem, problem.residuals(better.model, better.initial_states))
+        problem.leave_out(found)
+        if all(map(np.array_equal, found, flags)):
+            break
+        flags, better = found, problem.fit(better.model, better.initial_states)
     same = all(map(np.array_equal, flags, aside))
     if same:
         problem.step_change = known
-    else:
-        better = problem.fit(better.model, better.initial_states)
     before = problem.step_change
     if problem.simulator.contact:
         try:
@@ -244,10 +248,9 @@ def isolated(problem, raw):
         spreads = [
             spread_of(problem.noise.reading(channel), times, problem.noise.step) if len(times) > 2 else 0.0 for times, _ in series
         ]
-        rough = rougher(series, max(spreads, default=0.0))
-        for flag, recording, here, one, spread in zip(flags, problem.recordings, readings, series, spreads, strict=True):
-            if here.sum() > 2:
-                flag[recording.sample[here][isolated_outliers(*one, spread, rough)], channel] = True
+        alone = isolated_in(series, spreads)
+        for flag, recording, here, its in zip(flags, problem.recordings, readings, alone, strict=True):
+            flag[recording.sample[here][its], channel] = True
     return flags
 
 

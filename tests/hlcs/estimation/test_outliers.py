@@ -4,7 +4,7 @@ import numpy as np
 from throws import correlated
 
 from hlcs.estimation.correlated_noise import CorrelatedNoise
-from hlcs.estimation.outliers import NO_TAIL, isolated_outliers, rougher, spread_of, tail_of
+from hlcs.estimation.outliers import NO_TAIL, isolated_in, isolated_outliers, rougher, spread_of, tail_of
 
 TIMES = np.arange(60) / 60
 
@@ -23,8 +23,9 @@ def test_two_outliers_beside_each_other_are_found_and_so_is_one_at_the_end(gener
 
 
 def test_outliers_at_the_ends_are_found_and_their_neighbours_kept(generator):
-    """What four samples foretell scatters by 1.58 sigma: more than 6.3 is found, of 5 to 15 sigma four in five. One marks its
-    neighbour by half its size, which must not go in its place; good ends go once in 1,000."""
+    """What four samples foretell scatters by 1.58 sigma: more than 4.7 is found, of 5 to 15 sigma nine in ten. One marks its
+    neighbour by half its size, which must not go in its place; good ends, 4.9 sigma from the next four too, go less than once in
+    1,000."""
     found = neighbours = good = 0
     for _ in range(400):
         values = generator.standard_normal(60)
@@ -32,7 +33,7 @@ def test_outliers_at_the_ends_are_found_and_their_neighbours_kept(generator):
         values[[0, -1]] += generator.uniform(5, 15, 2) * generator.choice([-1, 1], 2)
         flags = isolated_outliers(TIMES, values, np.sqrt(1.5))
         found, neighbours = found + int(flags[[0, -1]].sum()), neighbours + int(flags[[1, -2]].sum())
-    assert found > 0.7 * 800 and neighbours < 0.05 * 800 and good <= 4
+    assert found > 0.85 * 800 and neighbours < 0.05 * 800 and good <= 1
 
 
 def test_short_series_know_their_scatter_together(generator):
@@ -50,6 +51,22 @@ def test_short_series_know_their_scatter_together(generator):
         found, good = found + int(flags[bad].sum()), good + int(flags.sum() - flags[bad].sum())
     assert found > 0.8 * 120 > alone and good <= 0.1 * 280
     assert rougher([(times, 5 * values) for times, values in series], np.sqrt(1.5))
+
+
+def test_outliers_do_not_make_the_others_look_like_noise(generator):
+    """Three per cent, in ten series of 30 samples: an outlier marks three second differences, and the scatter of all seems larger
+    for it. More than nine in ten are found (93 of 100 where that is taken for noise, 96 here), good samples less than once in
+    1,000."""
+    found = good = wild = 0
+    for _ in range(20):
+        series, bad = [], generator.random((10, 30)) < 0.03
+        for its in bad:
+            values = generator.standard_normal(30)
+            values[its] += generator.uniform(5, 15, its.sum()) * generator.choice([-1, 1], its.sum())
+            series.append((TIMES[:30], values))
+        flags = np.array(isolated_in(series, [np.sqrt(1.5)] * 10))
+        found, wild, good = found + np.sum(flags & bad), wild + np.sum(bad), good + np.sum(flags & ~bad)
+    assert found > 0.9 * wild and good < 6
 
 
 def test_a_kink_is_no_outlier(generator):
