@@ -6,6 +6,7 @@ from scipy import special
 from hlcs.data.impacts import LEAST
 
 UNSURE = 0.1  # standard error of a reading beyond which it tells no number to begin with [-]
+BEDDED = 0.01  # by which a restitution is off where a floor goes on to push between the samples [-]
 CURVED = 0.01  # part of its friction by which a sliding contact shows less, since its path bends [-]
 
 
@@ -35,12 +36,10 @@ def differing_from_model(impacts, surroundings):
         if len(readings) < LEAST:
             continue
         values, errors, speeds = (np.array(column) for column in zip(*readings, strict=True))
-        if name == "friction":
-            value, error = sliding_friction(values, errors)
-        else:
-            value, error = np.clip(np.median(values), 0.0, 1.0), np.median(errors)
+        value, error = (sliding_friction if name == "friction" else restitution_of_single_impacts)(values, errors)
+        value = max(value, 0.0)
         if abs(value - getattr(surroundings, name)) > 3 * error:
-            candidates[name] = {"coefficient": float(value)}
+            candidates[name] = {"coefficient": min(value, 1.0) if name == "restitution" else value}
         if name == "restitution" and (values > 0).all():
             _, _, trend, trend_error = mean_and_trend(values, errors, speeds)
             if trend is not None and trend < -3 * trend_error:
@@ -53,18 +52,34 @@ def differing_from_model(impacts, surroundings):
 def sliding_friction(values, errors):
     """(friction, its standard error) that readings |P_t|/P_n with their errors show, in units of 1.
 
-    A contact that slides shows the friction, one that grips any share of it, all alike. The middle of the posterior law over the
-    friction and the share of contacts that slide, and half of its middle 68 %; where none slides about the largest reading.
+    A contact that slides shows the friction, one that grips any share of it, all alike; where none slides, about the largest.
     """
     friction = np.linspace(0.0, 2 * max(values.max(), 0.01), 1001)[1:, None]
     error = np.hypot(errors, CURVED * friction)
-    slides = np.exp(-(((values - friction) / error) ** 2) / 2) / (error * np.sqrt(2 * np.pi))
     grips = (special.ndtr((friction - values) / error) - special.ndtr(-values / error)) / friction
+    return _shown_by_some(friction, values, error, grips)
+
+
+def restitution_of_single_impacts(values, errors):
+    """(restitution, its standard error) that readings with their errors show, in units of 1.
+
+    An impact of one point shows it; one that another point of the body follows at once shows anything, all alike.
+    """
+    restitution = np.linspace(min(values.min(), 0.0), max(values.max(), 1.0), 1001)[:, None]
+    return _shown_by_some(restitution, values, np.hypot(errors, BEDDED), 1 / np.ptp(restitution))
+
+
+def _shown_by_some(numbers, values, errors, others):
+    """(number, its standard error) that some of the readings show, the rest follow the density `others`; numbers: (k, 1).
+
+    The middle of the posterior law of the number, whatever the share of these readings is, and half of its middle 68 %.
+    """
+    shown = np.exp(-(((values - numbers) / errors) ** 2) / 2) / (errors * np.sqrt(2 * np.pi))
     share = (np.arange(20) + 0.5)[:, None, None] / 20
-    logarithm = np.log(np.maximum(share * slides + (1 - share) * grips, 1e-300)).sum(axis=-1)
+    logarithm = np.log(np.maximum(share * shown + (1 - share) * others, 1e-300)).sum(axis=-1)
     law = np.cumsum(np.exp(logarithm - logarithm.max()).sum(axis=0))
-    low, middle, high = np.interp((0.16, 0.5, 0.84), law / law[-1], friction[:, 0])
-    return middle, (high - low) / 2
+    low, middle, high = np.interp((0.16, 0.5, 0.84), law / law[-1], numbers[:, 0])
+    return float(middle), float((high - low) / 2)
 
 
 def reliable(impacts, key):
