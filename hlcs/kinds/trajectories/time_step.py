@@ -1,5 +1,7 @@
 """The error of the time step: how large it is in the prediction of a fit, and taken out of it."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from hlcs.estimation.segment_profiles import profiled
@@ -13,6 +15,7 @@ SHORTER = (1 / 2, 1 / 4, 1 / 8)  # of the step of the search: from them the erro
 CORRECTIONS = 2  # of a fit by its error: the second looks whether the first still holds where it has led
 SURE = 0.5  # part of a correction that halving the shortest step may move it by: else no step is the true one
 ROUGH = 0.1  # RMS by which a correction may be wrong [sigma]: chi2 rises by 1 %
+NEAR = 3.0  # RMS of the correction of a segment [sigma]: a tumbling body that is led farther goes another way
 STILL = 0.02  # RMS by which a finer step may move the prediction [sigma]
 
 
@@ -46,10 +49,11 @@ def corrected(problem, fit):
             runs[share] = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step * share)
             if problem.step_change is None and share == SHORTER[0] and prediction_shift(problem, runs[1], runs[share]) < STILL:
                 return fit, 0.0
+        runs = settling(problem, runs)
         best, unsure = finest(problem, runs)
         change = problem.changes(runs[1], best)
         known = problem.step_change or [0.0 * part for part in change]
-        moved = in_sigma(problem, [new - old for new, old in zip(change, known, strict=True)])
+        moved = in_sigma([new - old for new, old in zip(change, known, strict=True)], problem.recordings)
         left = min(unsure, moved) if problem.step_change else moved
         if not (moved > STILL and unsure < SURE * moved):
             break
@@ -68,6 +72,22 @@ def in_shorter_steps(problem, fit):
         problem.step_change = None
         fit, left = corrected(problem, problem.fit(fit.model, fit.initial_states))
     return fit
+
+
+def settling(problem, runs):
+    """The runs {share of the step: trajectories}, those of a recording that does not come to rest with shorter steps replaced by
+    that of the longest: a body that goes another way there, at an edge or from one impact to the next, has no true step."""
+    steps = [1, *SHORTER]
+    moved = []
+    for coarse, fine in pairwise(steps):
+        changes = problem.changes(runs[coarse], runs[fine])
+        moved.append([in_sigma([part], [recording]) for part, recording in zip(changes, problem.recordings, strict=True)])
+    rests = np.all(np.array(moved[1:]) <= np.maximum(moved[:-1], STILL), axis=0)
+    if problem.segmented:  # a correction as large as that belongs to the path of this fit, not to those near it
+        rests &= np.sum(moved, axis=0) < NEAR
+    return {
+        share: [run if rest else first for run, first, rest in zip(runs[share], runs[1], rests, strict=True)] for share in steps
+    }
 
 
 def finest(problem, runs):
@@ -114,10 +134,10 @@ def polished(problem, fit):
 
 def prediction_shift(problem, first, second):
     """RMS difference of two simulations of all recordings [sigma]."""
-    return in_sigma(problem, problem.changes(first, second))
+    return in_sigma(problem.changes(first, second), problem.recordings)
 
 
-def in_sigma(problem, changes):
-    """RMS of changes of all observations, list of (n_i,) [sigma]."""
-    scaled = [part * recording_scale(recording) for part, recording in zip(changes, problem.recordings, strict=True)]
+def in_sigma(changes, recordings):
+    """RMS of changes of the observations of recordings, list of (n_i,) [sigma]."""
+    scaled = [part * recording_scale(recording) for part, recording in zip(changes, recordings, strict=True)]
     return float(np.sqrt(np.mean(np.concatenate(scaled) ** 2)))
