@@ -15,16 +15,23 @@ ROUNDS = 5  # steps on each stretch
 
 def refit_initial_states(problem, fit):
     """The fit with better initial states for recordings that it explains poorly; itself where there are none."""
+    better = regrown(problem, fit)
+    return fit if better is fit.initial_states else problem.fit(fit.model, better)
+
+
+def regrown(problem, fit):
+    """The initial states of a fit, those of recordings that it explains poorly as `grown_states` has them where these are better;
+    the same object where there are none."""
     known = zip(fit.linearization.white, fit.linearization.state_bases, strict=True)
     bad = np.flatnonzero(fit.chi2_per_recording > BAD * np.array([max(len(r) - q.shape[1], 1) for r, q in known]))
     if len(bad) == 0:
-        return fit
+        return fit.initial_states
     states = grown_states(problem, fit.model, bad)
     better = fit.initial_states.copy()
     both = np.concatenate([fit.initial_states[bad], states[bad]])
     old, new = chi2_over(problem, fit.model, both, np.tile(bad, 2), dict.fromkeys(bad, slice(None))).reshape(2, -1)
     better[bad[new < old]] = states[bad[new < old]]
-    return problem.fit(fit.model, better)
+    return better
 
 
 def grown_states(problem, model, which):

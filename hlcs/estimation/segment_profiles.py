@@ -17,7 +17,7 @@ from scipy import special
 from hlcs.estimation import fitting
 from hlcs.estimation.fitting import fit_at, with_values
 from hlcs.estimation.linearization import free_numbers
-from hlcs.estimation.multiple_shooting import chi2_over, grown_states, improve_for
+from hlcs.estimation.multiple_shooting import chi2_over, grown_states, improve_for, regrown
 
 VALUES = 9  # of a number, at which all segments are fitted anew: a parabola through them averages what single fits leave
 WIDE = 0.1  # half of the first line of values, part of the plausible range: fits through impacts end so far from the minimum
@@ -74,11 +74,14 @@ def fit(problem, model, initial_states):
     A step-by-step fit loses a segment here and there on its way, and with it the way; where lines show no minimum it is tried.
     """
     there = fit_at(model, initial_states, problem.linearise(model, initial_states))
+    if (states := regrown(problem, there)) is not initial_states:  # those of another model may lie beyond an impact from here
+        there = fit_at(model, states, problem.linearise(model, states))
+    first = there
     for index in range(len(there.estimate)):
         there, reading = centred(problem, there, index, thorough=False)
         if reading is None:
             return fitting.fit(problem, there.model, there.initial_states)
-    return there
+    return min(first, there, key=lambda fit: fit.cost)  # a parabola through rough values may lead away from a good beginning
 
 
 def centred(problem, fit, index, thorough=True):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hlcs.data.rigid_body import rigid_body, support
-from hlcs.estimation.multiple_shooting import refit_initial_states
+from hlcs.estimation.multiple_shooting import chi2_over, grown_states, refit_initial_states
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.simulation.contact_motion import lies_on_a_face
 from hlcs.simulation.initial_state import shifted
@@ -21,7 +21,8 @@ GROWTH = 8.0  # times by which a change of the initial state may grow over a rec
 CALM = 4.0  # the same over a segment; one impact gives two to four
 NOISES = 3.0  # change of an initial state that is followed [sigma]
 SHORTEST = 12  # samples of a segment: fewer do not tell its initial state and anything besides
-LOST = 30.0  # chi2 per degree of freedom of a segment that is halved again
+LOST = 2.0  # chi2 per degree of freedom of a segment that is halved again
+SPLITS = 4  # times that a segment may be
 REST = 1.0  # of a body that has come to rest this much is kept [s]
 
 
@@ -94,18 +95,24 @@ def segment_notes(problem):
     ]
 
 
-def split_further(problem, fit):
+def split_further(problem, fit, likely=()):
     """(Problem, its fit): segments that no initial state follows are halved; the states of the others are kept.
 
-    A state in a wrong basin (the body tips over another edge) misses by far more than a missing effect does.
+    likely: models with what is read off the impacts directly. A segment that one of them follows is not lost, its model lacks
+    something; one that none follows is in a wrong basin (the body tips over another edge), or did what no engine foresees.
     """
     known = zip(fit.linearization.white, problem.recordings, strict=True)
     freedom = np.array([max(len(r) - len(recording.unknown), 1) for r, recording in known])
+    long = np.array([len(segment.trial.times) >= 2 * SHORTEST for segment in segments_of(problem)])
+    lost = long & (fit.chi2_per_recording > LOST * freedom) & problem.segmented
+    for model in likely:
+        which = np.flatnonzero(lost)
+        if len(which):
+            chi2 = chi2_over(problem, model, grown_states(problem, model, which)[which], which, dict.fromkeys(which, slice(None)))
+            lost[which] = chi2 > LOST * freedom[which]
     segments, states = [], []  # states: None = to be guessed
-    for segment, state, lost in zip(
-        segments_of(problem), fit.initial_states, fit.chi2_per_recording / freedom > LOST, strict=True
-    ):
-        if lost and problem.segmented and len(segment.trial.times) >= 2 * SHORTEST:
+    for segment, state, halve in zip(segments_of(problem), fit.initial_states, lost, strict=True):
+        if halve:
             segments += segment.halved(problem.noise)
             states += [None, None]
         else:

@@ -43,8 +43,8 @@ class Search:
 
     def __init__(self, problem, candidates, base, odds=ODDS, progress=None, readings=None, first=(), budget=None):
         """base: Fit of the model under test; odds: against one effect; readings: candidate -> its numbers as samples around the
-        impacts show them; first: sets that are fitted whatever is foreseen of them, {candidate: its numbers} each: far from the
-        data nothing foresees them; budget: of a search that this one goes on with."""
+        impacts show them; first: sets that are fitted whatever is foreseen of them, ({candidate: its numbers}, initial states or
+        None) each: far from the data nothing foresees them; budget: of a search that this one goes on with."""
         self.problem, self.base, self.odds = problem, base, odds
         self.candidates = {entry.name: entry for entry in sorted(candidates, key=lambda entry: entry.name)}
         self.progress = progress or (lambda text: None)
@@ -105,10 +105,11 @@ class Search:
         return max(sum(len(self.candidates[name].free) for name in effects), 1)
 
     def tied(self):
-        """The numbers of the sets that do as well as the best one, as `first` takes them; not those of the model under test."""
+        """Numbers and initial states of the sets that do as well as the best one, as `first` takes them; not those of the model
+        under test."""
         sets = self.ranked()
         near = [effects for effects in sets if effects and self.cost(effects) < self.cost(sets[0]) + TIED]
-        return [self.fits[effects].model.numbers for effects in near]
+        return [(self.fits[effects].model.numbers, self.fits[effects].initial_states) for effects in near]
 
     # --- best first -----------------------------------------------------------------------------------------------------------
 
@@ -141,8 +142,8 @@ class Search:
 
     def _expand_and_refit(self, pause):
         self.expand()
-        for numbers in self.first:
-            self.fit_sets([(Proposal(np.inf, frozenset(numbers), numbers), self.base)])
+        for numbers, states in self.first:
+            self.fit_sets([(Proposal(np.inf, frozenset(numbers), numbers), self.base)], states)
         self.first, refits = (), 0
         while not pause(best := self.ranked()[0]):
             self.expand()
@@ -162,10 +163,10 @@ class Search:
             self.fit_sets(together)
             refits += len(together)
 
-    def fit_sets(self, proposals):
-        """Fit sets in one batch, [(Proposal, Fit it was foreseen from)], and keep what was found."""
+    def fit_sets(self, proposals, states=None):
+        """Fit sets in one batch, [(Proposal, Fit it was foreseen from)], and keep what was found; states: to begin from."""
         before = self.budget.steps
-        fits = self.problem.batched([partial(self.refit, *each) for each in proposals])
+        fits = self.problem.batched([partial(self.refit, *each, states) for each in proposals])
         self.budget.fitted(sum(self.count(proposal.effects) for proposal, _ in proposals), before)
         for (proposal, parent), fit in zip(proposals, fits, strict=True):
             effects = proposal.effects
@@ -281,12 +282,13 @@ class Search:
                 if known is None or proposal.cost < known[0].cost:
                     self.foreseen[proposal.effects] = proposal, fit
 
-    def refit(self, proposal, parent):
+    def refit(self, proposal, parent, states=None):
         """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
-        can be made."""
+        can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
         best, guess = None, self.problem.initial_guess()
+        known = (proposal.numbers, states)
         begun = [
-            (self.nearer(proposal.numbers, parent), parent.initial_states),
+            known if states is not None else (self.nearer(proposal.numbers, parent), parent.initial_states),
             *((numbers, guess) for numbers in self.beginnings(proposal)),
         ]
         for numbers, states in begun:  # states that were fitted to a wrong model may lead astray

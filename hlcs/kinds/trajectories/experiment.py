@@ -3,6 +3,7 @@
 from collections import Counter
 from dataclasses import replace
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 
@@ -29,8 +30,16 @@ from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
+from hlcs.simulation.model import Term
 
 LOOKS = 2  # for samples that stand alone, on the way to what is found, and as many beside it: more change nothing that is noticed
+
+
+def terms_shown(candidates, shown):
+    """[terms] of each candidate that impacts point to, alone and with each that can stand beside it; shown: {name: numbers}."""
+    terms = [Term(entry, tuple((entry.start | shown[entry.name]).items())) for entry in candidates if entry.name in shown]
+    pairs = [pair for pair in combinations(terms, 2) if len({term.candidate.alike or term.name for term in pair}) == 2]
+    return [*((term,) for term in terms), *pairs]
 
 
 class Trajectories:
@@ -96,15 +105,16 @@ class Trajectories:
     def search(self, candidates):
         noise, own = self._noise, self.options.user_effects
         contact, measurement = touches(self.measurement.trials, noise), thinned(self.measurement, noise)
+        impacts = differing_from_model(read_impacts(self.measurement, noise), measurement.trials[0].surroundings)
+        likely = terms_shown(self._candidates(measurement, contact, candidates)[0], impacts)
         few, many, notes = screening_subset(measurement, contact)
-        prepared = prepare(few, own, noise)
+        prepared = prepare(few, own, noise, likely)
         if few is not many and prepared.problem.segmented:
             few, many, notes = only(few, measurement)
         elif few is not many:  # cheaper than feared
             few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
-            prepared = prepare(few, own, noise)
+            prepared = prepare(few, own, noise, likely)
         chosen, absent = self._candidates(few, prepared.contact, candidates)
-        impacts = differing_from_model(read_impacts(self.measurement, noise), few.trials[0].surroundings)
         eta = read_viscosity(few.trials)
         sinking = {"stokes_drag": {"viscosity": eta}} if eta else {}
         on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
@@ -114,9 +124,9 @@ class Trajectories:
             odds = ODDS if cross_validation.possible else ODDS_ALONE
             few_fits = prepared.problem.segmented  # are affordable: where the impacts point to, and where a look ended
             seen = impacts if few_fits else sinking
-            first = {entry.name: seen[entry.name] for entry in chosen if entry.name in seen}
+            first = [({entry.name: seen[entry.name]}, None) for entry in chosen if entry.name in seen]
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking)
-            search, looked = begun(base=prepared.base, first=[first] if first else []), [frozenset()]
+            search, looked = begun(base=prepared.base, first=first), [frozenset()]
 
             def pause(best):  # what the misfit of a worse model did to the numerics and to single samples is nothing to explain
                 left = min(search.excess(search.fits[effects]) for effects in looked if effects in search.fits)
@@ -136,7 +146,7 @@ class Trajectories:
             return replace(first, notes=(*notes, *first.notes))
         self.options.log("fitting more recordings")
         kept = {*first.effects, *(name for members in first.ambiguous for name in members)}
-        confirmed = searched(prepare(many, own, noise), [candidate for candidate in chosen if candidate.name in kept], {})
+        confirmed = searched(prepare(many, own, noise, likely), [candidate for candidate in chosen if candidate.name in kept], {})
         others = tuple(
             replace(finding, **Reason.ON_FEWER_RECORDINGS(count=len(few.trials), why=finding.why)._asdict())
             for finding in first.candidates

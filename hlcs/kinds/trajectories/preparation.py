@@ -11,7 +11,7 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.estimation.multiple_shooting import refit_initial_states
 from hlcs.estimation.noise_model import estimate_noise
 from hlcs.estimation.outliers import isolated_in, spread_of
-from hlcs.estimation.segments import segment_notes, split_further, split_into_segments, without_rest
+from hlcs.estimation.segments import SPLITS, segment_notes, split_further, split_into_segments, without_rest
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.kinds.protocol import Prepared
 from hlcs.kinds.trajectories.release import release_notes
@@ -110,8 +110,9 @@ def starts_seated(trial, noise):
     return bool(np.all(np.abs(lifts) < tolerance))
 
 
-def prepare(measurement: Recordings, own=(), noise=None):
-    """Noise, problem and the fit of the model under test; noise: where it is known already."""
+def prepare(measurement: Recordings, own=(), noise=None, likely=()):
+    """Noise, problem and the fit of the model under test; noise: where it is known already; likely: [terms beside those of the
+    model under test that impacts point to] (see `split_further`)."""
     noise = noise or estimate_noise(measurement)
     notes = list(measurement.notes) + list(noise.notes)
     trials = measurement.trials
@@ -127,7 +128,7 @@ def prepare(measurement: Recordings, own=(), noise=None):
         notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))
     problem, base, shift, sentences, aside = in_long_steps(measurement, noise, model) if contact else NOTHING
     if problem is None:
-        problem, base, shift, sentences, aside = fitted(posed(measurement, noise, model, contact), model)
+        problem, base, shift, sentences, aside = fitted(posed(measurement, noise, model, contact), model, likely)
     if shift > SMALL:
         sentences.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
     return Prepared(noise, problem, base, (*notes, *sentences), contact, tuple(aside))
@@ -153,7 +154,7 @@ def in_long_steps(measurement, noise, model):
         return NOTHING
     try:
         problem, base, shift, sentences, aside = fitted(posed(measurement, noise, model, True, step), model)
-        near = problem.step_change is None or in_sigma(problem, problem.step_change) < SMALL  # it holds near this fit alone
+        near = problem.step_change is None or in_sigma(problem.step_change, problem.recordings) < SMALL  # holds nearby alone
         if shift < STILL and near and not problem.segmented:
             sentences.append(
                 f"numerics: motion of {span:.3g} s is computed in steps of {step:.3g} s where the file says "
@@ -173,7 +174,7 @@ def in_long_steps(measurement, noise, model):
     return NOTHING
 
 
-def fitted(problem, model):
+def fitted(problem, model, likely=()):
     """(Problem, its fit, by how much halving the step still moves it [sigma], sentences, those on samples set aside) of the model
     under test.
 
@@ -185,8 +186,9 @@ def fitted(problem, model):
     base = problem.fit(model)
     if problem.segmented:
         base = refit_initial_states(problem, base)
-        for _ in range(2):
-            problem, base = split_further(problem, base)
+        models = [replace(model, terms=(*model.terms, *terms)) for terms in likely]
+        for _ in range(SPLITS):
+            problem, base = split_further(problem, base, models)
         notes += segment_notes(problem)
     base, aside = without_isolated(problem, base)
     base, shift = refine(problem, base)
