@@ -20,13 +20,14 @@ class HeldOut:
 
     def broken(self, few, count):
         """Explanation of the rule that it breaks, chosen among `count` candidates, None of none; few: so few recordings that each
-        half must show a fall."""
+        half must show a fall, of FALL, or of any size where both together leave nothing to chance."""
         if not self.directions:
             return None  # nothing could be held out
-        if few:
-            changes = " and ".join(f"{-100 * fall:+.0f} %" for fall in self.directions)
-            return Rule.BOTH_DIRECTIONS(changes=changes) if min(self.directions) <= FALL else None
         p = min(1.0, count * self.p)  # Bonferroni's bound: Holm's first step
+        if few:
+            together = min(self.directions) > 0 and p < BY_CHANCE and self.falls > FALL
+            changes = " and ".join(f"{-100 * fall:+.0f} %" for fall in self.directions)
+            return None if together or min(self.directions) > FALL else Rule.BOTH_DIRECTIONS(changes=changes)
         if p >= BY_CHANCE:
             return Rule.NO_CHANCE(p=p)
         if self.falls <= FALL and self.falls_in_sigma <= FALL_IN_SIGMA:

@@ -28,8 +28,16 @@ class FittedSets:
 
     @cached_property
     def cheapest(self):
-        """The set of highest posterior probability that stands; the model under test stands always."""
-        return next(effects for effects in self.ranked if self.stands(effects))
+        """The set of highest posterior probability that stands, of those too that were fitted to judge others; the model under
+        test stands always."""
+        search = self.search
+        while True:
+            cheapest = next(effects for effects in self.ranked if self.stands(effects))
+            parts = search.reduced.keys() - search.fits.keys()
+            search.fits |= {effects: search.reduced[effects] for effects in parts}
+            if not any(self.cost(effects) < self.cost(cheapest) for effects in parts):
+                return cheapest
+            del self.ranked
 
     @cached_property
     def best(self):

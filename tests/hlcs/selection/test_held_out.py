@@ -40,6 +40,13 @@ def test_many_candidates_ask_for_more():
     assert HeldOut(0.0, (0.001, 0.001), 0.001, 0.001).broken(False, 4).reason is Rule.HELD_OUT_ERROR
 
 
+def test_a_fall_in_one_half_needs_little_in_the_other_where_chance_is_out():
+    """Of few recordings one half may hardly show an effect: 10 % and 1 % at p = 1e-30 count, not at 0.01, nor 10 and -1."""
+    assert not HeldOut(1e-30, (0.10, 0.01), 0.08, 0.08).broken(True, 40)
+    for p, directions in ((0.01, (0.10, 0.01)), (1e-30, (0.10, -0.01))):
+        assert HeldOut(p, directions, 0.08, 0.08).broken(True, 40).reason is Rule.BOTH_DIRECTIONS
+
+
 def test_where_nothing_can_be_held_out_nothing_is_broken(generator):
     problem, base, fit = fits((3.0,) * 4, 0.1, generator, ("a",) * 4)
     alone = CrossValidation(problem.trials, "group")

@@ -65,8 +65,26 @@ def test_at_equal_evidence_the_fewest_numbers_are_named_first(dearer, first):
         frozenset(names): SimpleNamespace(estimate=np.zeros(count), tempered=lambda overdispersion, cost=costs[names]: cost)
         for names, count in counts.items()
     }
-    search = SimpleNamespace(fits=fits, price=lambda effects: 0.0)
+    search = SimpleNamespace(fits=fits, reduced={}, price=lambda effects: 0.0)
     judged = FittedSets(search, None)
     judged.stands = lambda effects: True
     assert judged.best == {first}
     assert max(judged.weights.values()) == judged.weights[min(by_cost, key=by_cost.get)] > 0.5
+
+
+def test_what_was_fitted_to_judge_a_set_may_be_the_best():
+    """Of two laws that were fitted together one adds nothing: the other alone, fitted to see that, stands."""
+    costs = {("friction", "restitution"): 20.0, ("friction",): 21.0, (): 200.0}
+    fits = {frozenset(names): SimpleNamespace(tempered=lambda overdispersion, cost=cost: cost) for names, cost in costs.items()}
+    alone = frozenset({"friction"})
+    search = SimpleNamespace(fits={names: fit for names, fit in fits.items() if names != alone}, reduced={})
+    search.price = lambda effects: 0.0
+    judged = FittedSets(search, None)
+
+    def stands(effects):
+        if len(effects) == 2:
+            search.reduced[alone] = fits[alone]
+        return len(effects) < 2
+
+    judged.stands = stands
+    assert judged.cheapest == alone
