@@ -139,7 +139,8 @@ def _ended(children):
     codes = {child.exitcode for child in children} - {None, 0}
     if UNGUARDED in codes:
         return InputError(GUARD)
-    codes = codes - {-signal.SIGTERM} or codes  # those of the others, which were ended when the first one was gone
+    others = {-signal.SIGTERM, 1}  # are ended when the first one is gone, or lose their pipe to the pool as they start
+    codes = codes - others or codes - {-signal.SIGTERM} or codes
     code = min(codes, default=0)
     how = f"was killed (signal {-code})" if code < 0 else f"ended with status {code}; what it printed stands above"
     memory = ", as the system does when memory runs out: take fewer workers" if code == -getattr(signal, "SIGKILL", 9) else ""

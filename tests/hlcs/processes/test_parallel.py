@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -82,6 +83,16 @@ def test_a_worker_that_is_gone_is_not_blamed_on_the_script(tmp_path, end, words)
     last = done.stderr.strip().splitlines()[-1]
     assert done.returncode == 1 and last.startswith("minibullet.errors.RunError: a worker process")
     assert all(word in last for word in words) and "__main__" not in last
+
+
+FIRST = [((1, 3), "status 3"), ((1, -15), "status 1"), ((1, -9, -15), "signal 9"), ((-15,), "signal 15")]
+
+
+@pytest.mark.parametrize(("codes", "word"), FIRST)
+def test_the_worker_that_went_first_is_told_of(codes, word):
+    """The others are ended by the pool, or lose their pipe to it as they start, which is status 1."""
+    children = [SimpleNamespace(exitcode=code, join=lambda seconds: None) for code in codes]
+    assert word in str(parallel._ended(children))
 
 
 def test_tasks_are_drawn_when_a_worker_is_free_and_not_before():
