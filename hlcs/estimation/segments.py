@@ -21,8 +21,8 @@ GROWTH = 8.0  # times by which a change of the initial state may grow over a rec
 CALM = 4.0  # the same over a segment; one impact gives two to four
 NOISES = 3.0  # change of an initial state that is followed [sigma]
 SHORTEST = 12  # samples of a segment: fewer do not tell its initial state and anything besides
-LOST = 2.0  # chi2 per degree of freedom of a segment that is halved again
-SPLITS = 4  # times that a segment may be
+LOST = 2.0  # chi2 per degree of freedom of a segment that is halved again: noise of 72 readings leaves it once in a million
+SPLITS = 4  # times that a segment may be: a sixteenth of one is shorter than SHORTEST
 REST = 1.0  # of a body that has come to rest this much is kept [s]
 
 

@@ -286,11 +286,8 @@ class Search:
         """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
         can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
         best, guess = None, self.problem.initial_guess()
-        known = (proposal.numbers, states)
-        begun = [
-            known if states is not None else (self.nearer(proposal.numbers, parent), parent.initial_states),
-            *((numbers, guess) for numbers in self.beginnings(proposal)),
-        ]
+        first = (self.nearer(proposal.numbers, parent), parent.initial_states) if states is None else (proposal.numbers, states)
+        begun = [first, *((numbers, guess) for numbers in self.beginnings(proposal))]
         for numbers, states in begun:  # states that were fitted to a wrong model may lead astray
             try:
                 fit = self.problem.fit(self.model_with(numbers), states)

@@ -188,7 +188,9 @@ def fitted(problem, model, likely=()):
         base = refit_initial_states(problem, base)
         models = [replace(model, terms=(*model.terms, *terms)) for terms in likely]
         for _ in range(SPLITS):
-            problem, base = split_further(problem, base, models)
+            before, (problem, base) = problem, split_further(problem, base, models)
+            if problem is before:
+                break
         notes += segment_notes(problem)
     base, aside = without_isolated(problem, base)
     base, shift = refine(problem, base)

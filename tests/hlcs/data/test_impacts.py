@@ -10,7 +10,13 @@ from hard_cases import bouncing as bouncing_in_air
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.impacts import impacts_of, read_drag, read_impacts, sides_of
 from hlcs.data.recordings import Recordings, Trial
-from hlcs.data.shown_by_impacts import differing_from_model, impact_lines, mean_and_trend, sliding_friction
+from hlcs.data.shown_by_impacts import (
+    differing_from_model,
+    impact_lines,
+    mean_and_trend,
+    restitution_of_single_impacts,
+    sliding_friction,
+)
 from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.noise_model import Noise
 
@@ -120,6 +126,18 @@ def test_the_friction_of_contacts_that_slide_is_told_beside_those_that_grip():
         shares = np.where(np.arange(12) < 5, 1.0, draw.uniform(size=12))
         value, error = sliding_friction(0.37 * shares + errors * draw.standard_normal(12), errors)
         inside += abs(value - 0.37) < 1.645 * error
+    assert inside >= 170
+
+
+def test_the_restitution_of_impacts_that_agree_is_told_beside_double_ones():
+    """e = 0.3; of 10 impacts 6 are of one point, the others read anything from 0 to 1: within 1.645 errors in 170 of 200 draws at
+    least, as for the friction."""
+    draw, inside = np.random.default_rng(12), 0
+    for _ in range(200):
+        errors = draw.uniform(0.004, 0.03, 10)
+        single = np.where(np.arange(10) < 6, 0.3, draw.uniform(size=10))
+        value, error = restitution_of_single_impacts(single + errors * draw.standard_normal(10), errors)
+        inside += abs(value - 0.3) < 1.645 * error
     assert inside >= 170
 
 

@@ -28,8 +28,6 @@ def test_a_recording_that_finds_no_rest_with_shorter_steps_is_not_corrected(monk
     monkeypatch.setattr(time_step, "recording_scale", lambda recording: 1.0)
     problem = SimpleNamespace(recordings=[None, None, None], segmented=False)
     problem.changes = lambda before, after: [np.array([b - a]) for a, b in zip(before, after, strict=True)]
-    runs = dict(
-        zip((1, 1 / 2, 1 / 4, 1 / 8), ([0.0, 0.0, 5.0], [0.4, 0.1, 5.0], [0.6, 3.1, 5.0], [0.7, 3.3, 5.001]), strict=True)
-    )
+    runs = {1: [0.0, 0.0, 5.0], 1 / 2: [0.4, 0.1, 5.0], 1 / 4: [0.6, 3.1, 5.0], 1 / 8: [0.7, 3.3, 5.001]}
     kept = settling(problem, runs)
     assert [kept[share] for share in runs] == [[0.0, 0.0, 5.0], [0.4, 0.0, 5.0], [0.6, 0.0, 5.0], [0.7, 0.0, 5.001]]
