@@ -15,6 +15,7 @@ from hlcs.processes import interrupts
 from minibullet.errors import InputError, RunError
 
 UNGUARDED = 79  # exit status of a worker that met, in the script it read, the call it is to work for; no other meaning has it
+ENDING = 5.0  # how long the workers of a broken pool may take to end [s]
 DESERTED = 30.0  # how long a Dask scheduler may be without workers; one that starts again is there in a few seconds [s]
 GUARD = (
     "a worker process ended before its work was done: it read the script again and met the same call there. Put what calls "
@@ -134,8 +135,9 @@ def _drawn(executor, function, tasks, room, look):
 
 def _ended(children):
     """What to say when a worker is gone: InputError where the script is to blame, RunError where not."""
-    for child in children:
-        child.join(5.0)
+    end = time.monotonic() + ENDING
+    while any(child.exitcode is None for child in children) and time.monotonic() < end:
+        time.sleep(0.01)  # a join that meets one of the pool's own returns before the status is known
     codes = {child.exitcode for child in children} - {None, 0}
     if UNGUARDED in codes:
         return InputError(GUARD)

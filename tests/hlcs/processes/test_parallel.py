@@ -91,8 +91,21 @@ FIRST = [((1, 3), "status 3"), ((1, -15), "status 1"), ((1, -9, -15), "signal 9"
 @pytest.mark.parametrize(("codes", "word"), FIRST)
 def test_the_worker_that_went_first_is_told_of(codes, word):
     """The others are ended by the pool, or lose their pipe to it as they start, which is status 1."""
-    children = [SimpleNamespace(exitcode=code, join=lambda seconds: None) for code in codes]
-    assert word in str(parallel._ended(children))
+    assert word in str(parallel._ended([SimpleNamespace(exitcode=code) for code in codes]))
+
+
+def test_a_worker_whose_status_is_known_late_is_told_of():
+    """Where the pool waits for it at the same time the operating system tells one of the two."""
+
+    class Late:
+        asked = 0
+
+        @property
+        def exitcode(self):
+            self.asked += 1
+            return -9 if self.asked > 3 else None
+
+    assert "signal 9" in str(parallel._ended([SimpleNamespace(exitcode=-15), Late()]))
 
 
 def test_tasks_are_drawn_when_a_worker_is_free_and_not_before():
