@@ -13,6 +13,7 @@ import numpy as np
 
 from minibullet import rotations
 from minibullet.bodies import Bodies
+from minibullet.dynamics.integrate import moved
 from minibullet.effects import AddedMass, contract
 from minibullet.effects.fluid import ViscousDrag
 from minibullet.kernels import leaf
@@ -164,7 +165,7 @@ def isotropic_mass(effects):
 
 
 def accelerations(bodies: Bodies, effects, forces=None):
-    """Function (time, position, velocity, orientation, spin) -> (linear, angular acceleration) of n free bodies, (n, 3) each.
+    """Function (time, position, orientation, twist) -> accelerations of n free bodies, linear and angular as the twist (n, 6).
 
     forces: the effects whose forces count, None = all.
     """
@@ -175,33 +176,27 @@ def accelerations(bodies: Bodies, effects, forces=None):
     isotropic = np.allclose(bodies.inertia, bodies.inertia[:, :1])
     n = len(bodies.mass)
 
-    def rates(time, x, v, q, w):
-        state = bodies._replace(position=x, orientation=q, twist=np.concatenate([v, w], axis=1))
+    def rates(time, x, q, twist):
+        state = bodies._replace(position=x, orientation=q, twist=twist)
         total = np.zeros((n, 6))
         for effect in forceful:
             total += effect.forces(state, time)
         if added is None and isotropic:
-            return total[:, :3] / mass, total[:, 3:] / bodies.inertia
-        axes = rotation_matrices(q)
+            return total / np.concatenate([mass, mass, mass, bodies.inertia], axis=1)
+        axes, w = rotation_matrices(q), twist[:, 3:]
         if added is None:
-            angular = np.empty((n, 3))
-            euler(axes, w, total[:, 3:], bodies.inertia, angular)
-            return total[:, :3] / mass, angular
+            total[:, :3] /= mass
+            euler(axes, w, total[:, 3:].copy(), bodies.inertia, total[:, 3:])
+            return total
         inertia = np.einsum("nij,nj,nkj->nik", axes, bodies.inertia, axes)
         total[:, 3:] -= rotations.cross(w, np.einsum("nij,nj->ni", inertia, w))
         effective = np.zeros((n, 6, 6))
         effective[:, [0, 1, 2], [0, 1, 2]] = mass
         effective[:, 3:, 3:] = inertia
         effective += contract.added_mass(effects, state)
-        acceleration = np.linalg.solve(effective, total[:, :, None])[:, :, 0]
-        return acceleration[:, :3], acceleration[:, 3:]
+        return np.linalg.solve(effective, total[:, :, None])[:, :, 0]
 
     return rates
-
-
-def turned(q, angle):
-    """Orientations (n, 4) turned by rotation vectors (n, 3), world frame."""
-    return rotations.product(rotations.exponential(angle), q) if angle.any() else q
 
 
 def step_lengths(duration, step, fastest):
@@ -226,13 +221,12 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
     decay, others = viscous_rates(bodies, effects)
     lengths = step_lengths(duration, step, float(decay.max(initial=0.0)))
     rates, count, h = accelerations(bodies, effects, others), len(lengths), 0.0
-    x, v, q, w = (
-        np.array(part, dtype=float) for part in (bodies.position, bodies.twist[:, :3], bodies.orientation, bodies.twist[:, 3:])
-    )
-    record = [np.empty((count + 1, *part.shape)) for part in (x, v, q, w)]
+    decay = np.repeat(np.concatenate([decay, np.zeros_like(decay)], axis=1), 3, axis=1)  # of a twist: no spin decays so
+    x, q, v = (np.array(part, dtype=float) for part in (bodies.position, bodies.orientation, bodies.twist))
+    record = [np.empty((count + 1, *part.shape)) for part in (x, q, v)]
     times = np.concatenate([[0.0], np.cumsum(lengths)])
     for k in range(count + 1):
-        for store, value in zip(record, (x, v, q, w), strict=True):
+        for store, value in zip(record, (x, q, v), strict=True):
             store[k] = value
         if k == count:
             break
@@ -240,21 +234,21 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
             h = lengths[k]
             half, whole = Decay.over(-decay * h / 2), Decay.over(-decay * h)
         t = times[k]
-        a1, w1 = rates(t, x, v, q, w)
-        turned_half = turned(q, h / 2 * w)  # a steady spin is turned exactly, however fast it is
+        a1 = rates(t, x, q, v)
         v2 = half.left * v + h / 2 * half.one * a1
-        a2, w2 = rates(t + h / 2, x + h / 2 * half.one * v, v2, turned_half, w + h / 2 * w1)
+        a2 = rates(t + h / 2, *moved(x, q, half.one * v, h / 2), v2)  # a steady spin is turned exactly, however fast it is
         v3 = half.left * v + h / 2 * half.one * a2
-        a3, w3 = rates(t + h / 2, x + h / 2 * v2, v3, turned(q, h / 2 * (w + h / 4 * w1)), w + h / 2 * w2)
-        stiff = 2 * np.max(np.abs(a3 - a2) / (np.abs(a2 - a1) + 1e-3 * np.abs(a1).max() + 1e-9))  # h |da/dv|
+        mean = np.concatenate([v2[:, :3], (v + v2)[:, 3:] / 2], axis=1)
+        a3 = rates(t + h / 2, *moved(x, q, mean, h / 2), v3)
+        early, late = np.abs(a2 - a1)[:, :3], np.abs(a3 - a2)[:, :3]
+        stiff = 2 * np.max(late / (early + 1e-3 * np.abs(a1[:, :3]).max() + 1e-9))  # h |da/dv|
         if stiff > STIFF and h > SHORTEST:
             return fly(bodies, effects, duration, max(h / min(np.ceil(2 * stiff), 4.0), SHORTEST))
         v4 = half.left * v2 + h / 2 * half.one * (2 * a3 - a1)
-        a4, w4 = rates(t + h, x + h * v3, v4, turned(q, h * (w + h / 2 * w2)), w + h * w3)
+        a4 = rates(t + h, *moved(x, q, v3, h), v4)
         # the accelerations as a polynomial of time: a1 + slope s + bend s^2, s from 0 to 1 over the step
         slope, bend = 2 * (a2 + a3) - 3 * a1 - a4, 2 * (a1 + a4 - a2 - a3)
-        x = x + h * (whole.one * v + h * (whole.two * a1 + whole.three * slope + 2 * whole.four * bend))
+        x, q = moved(x, q, whole.one * v + h * (whole.two * a1 + whole.three * slope + 2 * whole.four * bend), h)
         v = whole.left * v + h * (whole.one * a1 + whole.two * slope + 2 * whole.three * bend)
-        q = turned(q, h * w + h * h / 6 * (w1 + w2 + w3))
-        w = w + h / 6 * (w1 + 2 * w2 + 2 * w3 + w4)
-    return Track(times, *record)
+    position, orientation, twist = record
+    return Track(times, position, twist[..., :3], orientation, twist[..., 3:])
