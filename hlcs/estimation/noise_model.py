@@ -227,7 +227,7 @@ def _from_flexible_curve(trials, step, what, rounding, sigma=None, length=24, de
 def _from_static(static, step, what, lattice, flexible, length=150):
     """(CorrelatedNoise of a body at rest before rounding or None, Tail); flexible: that of the recordings, where there is any.
 
-    Where a body at rest shows few steps or one, how its noise is correlated is told by the recordings.
+    How its noise is correlated shows in the few steps of a body at rest too; where it shows a single one the recordings tell it.
     """
     readings = _values(static, what)
     rounding = step_of(lattice) if what == "position" else 0.0
@@ -239,9 +239,9 @@ def _from_static(static, step, what, lattice, flexible, length=150):
         return None, NO_TAIL
     scatter = np.sqrt(np.mean([np.var(values[~isolated_outliers(times, values)]) for times, values in readings]))
     if scatter < COARSE * rounding:
-        rho = flexible.rho if flexible else 0.0
-        sigma, variance = noise_below_the_step([values for _, values in readings], rounding, rho)
-        base = flexible or CorrelatedNoise(sigma, 0.0, 0.0, np.zeros((3, 3)))
+        changing = [(times, values, columns(times)) for times, values, columns in series if np.ptp(values) > 0]
+        base = before_rounding(fit_correlated_noise(changing, step), rounding) if changing else flexible
+        sigma, variance = noise_below_the_step([values for _, values in readings], rounding, base.rho if base else 0.0)
         return _with_sigma(base, sigma, variance), NO_TAIL
     white = rounding**2 / 12 / scatter**2 if rounding > FINE * scatter else None
     noise, tail = _cleaned(_spread(series), step, white)

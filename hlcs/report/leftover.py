@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy import signal, special
+from scipy import special
 
 from hlcs.data.quantities import CHANNELS
 from hlcs.report.words import joined
@@ -53,6 +53,8 @@ def spectra(table):
 
 
 def _channel_spectrum(table, channel):
+    from scipy import signal  # here: it takes as long to load as all other parts of a report
+
     parts = []
     for trial in np.unique(table["trial"]):
         inside = (table["trial"] == trial) & (table["channel"] == channel)
