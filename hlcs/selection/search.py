@@ -181,8 +181,11 @@ class Search:
                 self.found.setdefault(id(parent), []).append((found, proposal.fall))
 
     def parts_first(self, proposals, limit):
-        """The same [(Proposal, Fit it was foreseen from)], before each set what is simpler and not fitted, the cheapest first:
-        parts with one effect less that are not foreseen to cost more than `limit`, and special cases in the place of a law.
+        """[(Proposal, Fit it was foreseen from)] to be fitted now: what is simpler than these sets and not fitted, and of the sets
+        those that wait for nothing simpler. First what the first one waits for, then the cheapest.
+
+        Simpler are parts with one effect less that are not foreseen to cost more than `limit`, and special cases in the place of
+        a law.
 
         Far from the data what is foreseen of two effects flatters the one that bends least, and of a law the one that bends most:
         a part or a special case may do alone.
@@ -197,7 +200,9 @@ class Search:
             first = [each for each in parts if each[0].cost <= limit or len(each[0].effects) == same]
             for each in (*sorted(first, key=lambda each: each[0].cost), (proposal, parent)):
                 ordered.setdefault(each[0].effects, each)
-        return list(ordered.values())
+        first, *others = ordered.values()
+        ready = [each for each in others if ordered.keys().isdisjoint(self.simpler(each[0].effects))]
+        return [first, *sorted(ready, key=lambda each: (each[0].cost, sorted(each[0].effects)))]
 
     def simpler(self, effects):
         """Sets that are not fitted: without one of the effects, or with a law in its place that is a special case of it."""
