@@ -79,3 +79,20 @@ def test_a_search_goes_farther_where_more_than_noise_is_left(generator):
     search = searched(0.0, noise=0.3, generator=generator)
     assert search.reach() == pytest.approx(REACH * search.base.chi2 / search.base.freedom) and search.reach() > 5 * REACH
     assert not search.wider(20.0) and search.reach() == 20 * REACH
+
+
+def test_a_pair_waits_for_its_parts_and_leaves_the_batch_to_their_rivals():
+    """Pairs with a strong law cost next to nothing more than the law; where they come first no other law is ever fitted."""
+    ball = rigid_body(Body("sphere", radius=0.1, mass=1.0))
+    kinds = effects.QuadraticDrag, effects.Magnus, effects.TiltedGravity, effects.DragCrisis
+    laws = [candidate(kind, Surroundings(), ball, True) for kind in kinds]
+    problem = Line(TIMES, TIMES)
+    search = Search(problem, laws, problem.fit(Model()))
+    costs = {("magnus", "tilted_gravity"): 100.0, ("magnus",): 101.0, ("drag_crisis",): 120.0, ("tilted_gravity",): 150.0}
+    proposals = [
+        (Proposal(cost, frozenset(names), {name: search.candidates[name].expected for name in names}), search.base)
+        for names, cost in costs.items()
+    ]
+    search.foreseen = {proposal.effects: (proposal, parent) for proposal, parent in proposals}
+    batch = [sorted(proposal.effects) for proposal, _ in search.parts_first(proposals, 200.0)]
+    assert batch == [["magnus"], ["tilted_gravity"], ["quadratic_drag"]]
