@@ -181,7 +181,7 @@ class Search:
                 self.found.setdefault(id(parent), []).append((found, proposal.fall))
 
     def parts_first(self, proposals, limit):
-        """[(Proposal, Fit it was foreseen from)] to be fitted now: what is simpler than these sets and not fitted, and of the sets
+        """[(Proposal, Fit it was foreseen from)] to be fitted now: what is simpler than these sets and not fitted, and of them
         those that wait for nothing simpler. First what the first one waits for, then the cheapest.
 
         Simpler are parts with one effect less that are not foreseen to cost more than `limit`, and special cases in the place of
