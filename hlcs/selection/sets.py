@@ -154,6 +154,12 @@ class FittedSets:
         return {name: list(dict.fromkeys(places)) for name, places in others.items()}
 
 
+def explained(base, final):
+    """Share of the excess of chi2 over its expectation that a fit takes away, 0 to 1; 1 where there was none."""
+    excess = [max(fit.chi2 - fit.freedom, 0.0) for fit in (base, final)]
+    return float(np.clip(1 - excess[1] / excess[0], 0.0, 1.0)) if excess[0] > 0 else 1.0
+
+
 def interval(parts, free, freedom):
     """A number with its 90 % interval, averaged over the sets that hold it.
 

@@ -11,7 +11,7 @@ from hlcs.records import Found, NextExperiment
 from hlcs.selection import experiment_design
 from hlcs.selection.findings import candidate_findings
 from hlcs.selection.held_out import fitted_error, held_out_error
-from hlcs.selection.sets import FittedSets, interval
+from hlcs.selection.sets import FittedSets, explained, interval
 from hlcs.selection.thresholds import HELPS
 
 
@@ -121,12 +121,6 @@ def starts_share(problem, fit):
     known = zip(problem.recordings, fit.linearization.state_bases, strict=True)
     parts = [basis[have_unit(recording.channel, problem.unit)] for recording, basis in known]
     return sum(float(np.sum(part**2)) for part in parts) / max(sum(map(len, parts)), 1)
-
-
-def explained(base, final):
-    """Share of the excess of chi2 over its expectation that a fit takes away, 0 to 1; 1 where there was none."""
-    excess = [max(fit.chi2 - fit.freedom, 0.0) for fit in (base, final)]
-    return float(np.clip(1 - excess[1] / excess[0], 0.0, 1.0)) if excess[0] > 0 else 1.0
 
 
 def left_over(tolerance, unit, error, noise):

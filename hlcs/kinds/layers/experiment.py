@@ -20,7 +20,8 @@ from hlcs.placement import statistics
 from hlcs.records import Pictures, Reason
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE, REACH, TIED
-from hlcs.selection.verdict import explained, select
+from hlcs.selection.sets import explained
+from hlcs.selection.verdict import select
 from minibullet.errors import InputError
 
 SEEDS = 16  # tests of a model on each measured set: the same ones in a comparison and in a search, so that both judge alike
