@@ -19,8 +19,8 @@ from hlcs.kinds.protocol import Observation, Prepared, Tabulated
 from hlcs.placement import statistics
 from hlcs.records import Pictures, Reason
 from hlcs.selection.search import Search
-from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE, REACH, TIED
 from hlcs.selection.sets import explained
+from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE, REACH, TIED
 from hlcs.selection.verdict import select
 from minibullet.errors import InputError
 
