@@ -92,28 +92,17 @@ def screening_subset(measurement, contact, limit=SEGMENTED_LIMIT):
     few, many = (int(max(limit / (count * each), 1)) for count in (SEARCH_LINEARISATIONS, CONFIRM_LINEARISATIONS))
     if few >= len(trials):
         return measurement, measurement, ()
-    first, second = some(measurement, few), some(measurement, many)
-    note = f"every candidate is tried on {told(first.trials, trials)}, those accepted are refitted on {number(second, trials)}"
-    return first, second, (f"{IN_TIME} {note}",)
-
-
-def some(measurement, count):
-    """Recordings with so many of all, of every group one after the other, in their order."""
-    groups = [trial.group for trial in measurement.trials]
-    order = sorted(range(len(groups)), key=lambda index: (groups[:index].count(groups[index]), groups[index]))
-    return replace(measurement, trials=tuple(measurement.trials[k] for k in sorted(order[:count])))
+    groups = [trial.group for trial in trials]  # one recording of each after the other, in their order
+    order = sorted(range(len(trials)), key=lambda index: (groups[:index].count(groups[index]), groups[index]))
+    first, second = ([trials[k] for k in sorted(order[:count])] for count in (few, many))
+    rest = "all" if many >= len(trials) else f"{many}; the rest are left out"
+    note = f"every candidate is tried on {told(first, trials)}, those accepted are refitted on {rest}"
+    return replace(measurement, trials=tuple(first)), replace(measurement, trials=tuple(second)), (f"{IN_TIME} {note}",)
 
 
 def only(few, measurement):
-    """(Recordings for what these few do not tell, sentences) where already a fit of these few takes what all may take."""
-    more = some(measurement, 2 * len(few.trials))
-    searched = f"{told(few.trials, measurement.trials)} are searched"
-    return more, (f"{IN_TIME} {searched}; numbers that they do not tell are sought in {number(more, measurement.trials)}",)
-
-
-def number(some, trials):
-    """Words on how many recordings of all these are."""
-    return "all" if len(some.trials) >= len(trials) else f"{len(some.trials)}; the rest are left out"
+    """(Recordings to screen, the same to confirm on, sentences) where already a fit of these few takes what all may take."""
+    return few, few, (f"{IN_TIME} {told(few.trials, measurement.trials)} are used; the rest are left out",)
 
 
 def told(few, trials):

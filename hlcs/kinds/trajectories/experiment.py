@@ -21,7 +21,7 @@ from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, touches
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
-from hlcs.kinds.trajectories.time_step import on_more_recordings, polished
+from hlcs.kinds.trajectories.time_step import polished
 from hlcs.learning import learn
 from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Pictures, Reason
@@ -109,16 +109,15 @@ class Trajectories:
         likely = terms_shown(self._candidates(measurement, contact, candidates)[0], impacts)
         few, many, notes = screening_subset(measurement, contact)
         prepared = prepare(few, own, noise, likely)
-        on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
         if few is not many and prepared.problem.segmented:
-            many, (more, notes) = few, only(few, measurement)
-            on_all = on_all or (on_more_recordings(partial(prepare, more, own, noise, likely)),)
+            few, many, notes = only(few, measurement)
         elif few is not many:  # cheaper than feared
             few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
             prepared = prepare(few, own, noise, likely)
         chosen, absent = self._candidates(few, prepared.contact, candidates)
         eta = read_viscosity(few.trials)
         sinking = {"stokes_drag": {"viscosity": eta}} if eta else {}
+        on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
         def searched(prepared, chosen, absent):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)

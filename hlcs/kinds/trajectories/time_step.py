@@ -132,20 +132,6 @@ def polished(problem, fit):
         problem.simulator.time_step, problem.step_change = known
 
 
-def on_more_recordings(prepared):
-    """Function (problem, fit) of few recordings in segments -> the same, or both of more recordings where those do not tell a
-    number of the fit and these do. prepared: function () -> the Prepared of more of them."""
-
-    def on_more(problem, fit):
-        if not fit.withheld:
-            return problem, fit
-        more = prepared()
-        again = profiled(more.problem, more.problem.fit(fit.model, more.base.initial_states))
-        return (problem, fit) if again.withheld else (more.problem, again)
-
-    return on_more
-
-
 def prediction_shift(problem, first, second):
     """RMS difference of two simulations of all recordings [sigma]."""
     return in_sigma(problem.changes(first, second), problem.recordings)
