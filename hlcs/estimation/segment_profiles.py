@@ -30,7 +30,7 @@ EXCHANGES = 3  # rounds in which segments try the initial states of the neighbou
 SETTLED = 0.02  # fall of chi2 along the line, relative, below which no segment has gained from its neighbours
 ROUNDS = 4  # steps of the initial states in each of them
 TAIL = 0.95  # of Student's law, at which an error from few segments is told as one from many
-WITNESSES = 2.0  # segments that must tell a number: the disagreement of fewer is not seen
+ALONE = 0.95  # part of what is known of a number that one segment may tell: beyond, the others do not see that it is wrong
 
 
 class Line(NamedTuple):
@@ -48,7 +48,7 @@ class Reading(NamedTuple):
     offset: float  # of the minimum from the start of the line
     bare: float  # standard error by the curvature alone
     error: float  # by the disagreement of the segments too; a normal law of this error has the 90 % interval of the number
-    witnesses: float  # effective number of segments that tell it
+    alone: float  # part of what is known of it that the strongest segment tells
 
 
 def profiled(problem, fit):
@@ -59,9 +59,9 @@ def profiled(problem, fit):
         readings.append(reading)
         if reading is None:
             withheld[effect, free.name] = "the segments into which its recordings are split have no common minimum in it"
-        elif reading.witnesses < WITNESSES:
+        elif reading.alone > ALONE:
             withheld[effect, free.name] = (
-                "fewer than two of the segments into which its recordings are split tell it: nothing shows its error"
+                "only one of the segments into which its recordings are split tells it: nothing shows its error"
             )
     errors = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
     scale = np.array([1.0 if reading is None else reading.error / error for reading, error in zip(readings, errors, strict=True)])
@@ -173,10 +173,10 @@ def read(line, freedom):
         return None
     offset = -slope.sum() / (2 * bend)
     scores = slope + 2 * curvature * offset
-    witnesses = np.sum(np.maximum(curvature, 0.0)) ** 2 / np.sum(np.maximum(curvature, 0.0) ** 2)
-    few = max(witnesses, WITNESSES) - 1
+    telling = np.maximum(curvature, 0.0) / np.sum(np.maximum(curvature, 0.0))
+    few = max(1 / np.sum(telling**2) - 1, 1.0)  # degrees of freedom of as many segments as would tell it alike
     scatter = np.sqrt(np.sum(scores**2) * (few + 1) / few) / (2 * bend) * special.stdtrit(few, TAIL) / special.ndtri(TAIL)
-    return Reading(float(offset), float(bend**-0.5), float(max(scatter, bend**-0.5)), float(witnesses))
+    return Reading(float(offset), float(bend**-0.5), float(max(scatter, bend**-0.5)), float(telling.max()))
 
 
 def moved(problem, fit, index, line, offset):

@@ -5,7 +5,7 @@ import pytest
 from experiments import measured
 from tosses import write_tosses
 
-from hlcs.estimation.segment_profiles import Line, best, profiled, read
+from hlcs.estimation.segment_profiles import ALONE, Line, best, profiled, read
 from hlcs.kinds.trajectories.preparation import prepare
 from hlcs.selection.eligibility import candidates_for
 from hlcs.simulation.model import Term
@@ -28,7 +28,7 @@ def test_segments_that_agree_give_their_weighted_mean_and_its_error():
     reading = read_of([0.01] * 5, [0.01, 0.02, 0.02, 0.01, 0.01])
     assert reading.offset == pytest.approx(0.01)
     assert reading.error == reading.bare == pytest.approx((3 / 0.01**2 + 2 / 0.02**2) ** -0.5, rel=0.02)  # two miss by a trace
-    assert reading.witnesses == pytest.approx(3.5**2 / (3 + 2 / 16), rel=0.02)
+    assert reading.alone == pytest.approx(1 / 3.5, rel=0.02)
 
 
 def test_the_disagreement_of_segments_is_the_error():
@@ -47,7 +47,8 @@ def test_a_segment_that_its_states_do_not_follow_counts_for_less():
 
 
 def test_where_one_segment_tells_a_number_its_error_is_unknown():
-    assert read_of([0.0, 0.0, 0.01], [0.005, 0.5, 0.5]).witnesses < 1.1
+    assert read_of([0.0, 0.0, 0.01], [0.005, 0.5, 0.5]).alone > ALONE
+    assert read_of([0.0, 0.01, 0.0], [0.005, 0.01, 0.5]).alone < ALONE  # one that knows half as well already tells of errors
 
 
 def test_curves_without_a_minimum_give_no_number():
