@@ -22,6 +22,9 @@ MOST_STATE_STEPS = 12  # of the initial states at given numbers
 COARSE = 0.01  # step in spreads of the numbers below which segments are told no finer: `segment_profiles` tells the final ones
 HELD = 0.5  # part of the promised fall of chi2 below which columns of the states have become old
 CAUTIOUS = (1.0, 0.3)  # parts of a step of an initial state that are tried, one after the other
+ENDS = 2.0  # standard errors to both sides at which intervals through contacts are measured: 1.645 is the end of a 90 % interval
+ALIKE = 0.2  # relative change of the standard errors from one measurement of them to the next below which they are known
+MEASURED = 4  # such measurements at most
 
 
 class Elimination:
@@ -164,6 +167,30 @@ def fit_at(model, initial_states, linear, converged=True):
     if np.isfinite(columns).all():  # a run may leave the finite numbers
         covariance = least_squares(columns, np.zeros(len(columns))).covariance
     return Fit(model, initial_states, linear, values, covariance, converged)
+
+
+def measured_errors(problem, fit):
+    """The Fit with the covariance that residuals at the ends of its intervals show, the initial states fitted anew there.
+
+    Through contacts the columns of two numbers that hide each other are rough where each alone moves the impacts. They look less
+    alike than they are, and the intervals of both too narrow. Along what the two can do together the impacts stay: so the ends
+    are those of the principal axes of the covariance, found anew until it agrees with its own ends.
+    """
+    path = Elimination(problem, fit.model, fit.initial_states)
+    least, most = (np.array([getattr(free, end) for free in path.frees]) for end in ("least", "most"))
+    covariance = fit.covariance
+    for _ in range(MEASURED):
+        variances, axes = np.linalg.eigh(covariance / np.outer(path.spread, path.spread))
+        reach = ENDS * (axes * np.sqrt(np.maximum(variances, 0.0))).T * path.spread
+        ends = np.clip(path.start + np.stack([reach, -reach]), least, most)
+        rows = [[path.residuals(1 + (end - path.start) / path.spread) for end in side] for side in ends]
+        changes, moves = np.subtract(*rows), np.subtract(*ends)
+        if not np.isfinite(changes).all() or np.linalg.matrix_rank(moves) < len(moves):
+            return fit  # something cannot be simulated there, or a law ends on both sides
+        former, covariance = covariance, moves.T @ np.linalg.pinv(changes @ changes.T) @ moves
+        if np.all(np.abs(np.diag(covariance) / np.diag(former) - 1) < 2 * ALIKE):
+            break
+    return replace(fit, covariance=covariance)
 
 
 def chi2_of(white):

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from hlcs.estimation.fitting import measured_errors
 from hlcs.estimation.segment_profiles import profiled
 from hlcs.kinds.trajectories.observations import recording_scale
 from hlcs.simulation.simulator import Motion
@@ -125,7 +126,7 @@ def polished(problem, fit):
         return profiled(problem, fit)
     known = problem.simulator.time_step, problem.step_change
     try:
-        return in_shorter_steps(problem, fit)
+        return measured_errors(problem, in_shorter_steps(problem, fit))
     except InputError:
         return fit  # what a shorter step cannot simulate loses no finished fit
     finally:

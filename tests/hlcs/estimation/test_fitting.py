@@ -1,10 +1,12 @@
 """Fits of a problem in closed form: a line through recordings with a constant each; and of one whose law bends."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from linear_models import Line, model
 
-from hlcs.estimation.fitting import with_values
+from hlcs.estimation.fitting import measured_errors, with_values
 from hlcs.estimation.linearization import Linearization, values_of
 from hlcs.estimation.whitening import whiten
 
@@ -34,6 +36,16 @@ def test_a_number_stops_where_its_law_ends_and_not_at_the_end_of_its_range():
     assert Line(TIMES, [-1.0 * t for t in TIMES]).fit(model(1.0)).estimate[0] == pytest.approx(0.0, abs=1e-6)
     fit = Line(TIMES, [30.0 * t for t in TIMES], 0.01).fit(model(1.0))
     assert fit.estimate[0] == pytest.approx(30.0, rel=1e-4) and fit.surprise == pytest.approx(2 * np.log(37.0), rel=1e-3)
+
+
+@pytest.mark.parametrize("wrong", [0.04, 25.0])
+def test_errors_are_those_that_the_ends_of_the_interval_show(wrong):
+    """Variances a factor 25 off are found anew where the problem is linear; also beside the end of a law, from one side."""
+    for rate in (3.0, 0.0):
+        problem = Line(TIMES, [rate * t + 1.0 for t in TIMES], 0.01)
+        fit = problem.fit(model(1.0))
+        measured = measured_errors(problem, replace(fit, covariance=wrong * fit.covariance))
+        assert measured.covariance[0, 0] == pytest.approx(fit.covariance[0, 0], rel=1e-3)
 
 
 class Bent(Line):
