@@ -86,8 +86,9 @@ class Odds:
         d2 = QUANTILES**2 + numbers - 1
         share = (1 - (1 - FALL) ** 2) * count * (signal.freedom / signal.raw + signal.noncentrality)
         by_chance = d2 + (self.by_chance + np.sqrt(self.by_chance**2 + 8 * self.by_chance * d2)) / 2
-        each = (QUANTILES + np.sqrt(QUANTILES**2 + 3 * d2 + share)) ** 2
-        return np.where(count < self.few_below, each, np.maximum(share + 3 * d2, by_chance))
+        together = np.maximum(share + 3 * d2, by_chance)
+        each, any_fall = ((QUANTILES + np.sqrt(QUANTILES**2 + 3 * d2 + asked)) ** 2 for asked in (share, 0.0))
+        return np.where(count < self.few_below, np.minimum(each, np.maximum(together, any_fall)), together)
 
     def recordings(self, signal, power):
         """The smallest number of recordings with this power; None beyond MOST."""

@@ -6,18 +6,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from linear_models import RATE, Line
-from scipy import stats
+from scipy import special, stats
 from throws import csv, drag_per_metre, flight
 
 import hlcs
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
 from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.protocol import Options, Prepared
+from hlcs.selection.held_out import held_out
 from hlcs.selection.planning import MOST, Odds, Pilot, Signal, plan
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
-from hlcs.selection.thresholds import ODDS_ALONE
-from hlcs.simulation.model import Model
+from hlcs.selection.thresholds import BY_CHANCE, ODDS_ALONE
+from hlcs.simulation.model import Model, Term
 from minibullet.errors import InputError
 
 TIMES = np.linspace(0.0, 1.0, 12)
@@ -71,6 +72,21 @@ def test_lines_are_found_as_often_as_planned(slope, generator):
     hits = sum(found(lines(count, slope, generator=generator)) for _ in range(100))
     foreseen = plan(pilot(lines(count)), "linear_drag", {"rate": slope}).now["power"]
     assert foreseen >= 0.9 and abs(hits / 100 - foreseen) < 3 * np.sqrt(foreseen * (1 - foreseen) / 100) + 0.03
+
+
+def test_few_recordings_keep_the_rules_of_held_out_ones_as_often_as_planned(generator):
+    """Four lines, 400 draws within three standard deviations: each half shows a fall of 2 %, or both of any size beyond chance."""
+    slope, draws, kept = 2.0, 400, 0
+    for _ in range(draws):
+        problem = lines(4, slope, generator=generator)
+        cross_validation = CrossValidation(problem.trials, "group")
+        before, after = problem.fit(Model()), problem.fit(Model().with_term(Term(RATE, (("rate", 1.0),))))
+        kept += held_out(problem, cross_validation, before, after).broken(cross_validation.few, 1) is None
+    noncentrality = slope**2 * SXX
+    signal = Signal(noncentrality, np.array([[25 * SXX]]), len(TIMES), len(TIMES) - 1.0, noncentrality)
+    least = Odds(0.0, special.ndtri(1 - BY_CHANCE) ** 2, FEW_RECORDINGS).held_out(np.array([[4.0]]), signal, 1)
+    foreseen = np.mean(stats.ncx2.sf(least, 1, 4 * noncentrality))
+    assert abs(kept / draws - foreseen) < 3 * np.sqrt(foreseen * (1 - foreseen) / draws)
 
 
 def test_what_held_out_recordings_can_never_show_is_infeasible():
