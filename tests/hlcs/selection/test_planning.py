@@ -75,7 +75,7 @@ def test_lines_are_found_as_often_as_planned(slope, generator):
 
 
 def test_few_recordings_keep_the_rules_of_held_out_ones_as_often_as_planned(generator):
-    """Four lines, 400 draws within three standard deviations: each half shows a fall of 2 %, or both of any size beyond chance."""
+    """Four lines, 400 draws within three standard deviations: each half shows a fall of 2 %, or both any fall beyond chance."""
     slope, draws, kept = 2.0, 400, 0
     for _ in range(draws):
         problem = lines(4, slope, generator=generator)
