@@ -271,21 +271,34 @@ def write_dragged_bounces(folder, restitution, stated, drag=0.47):
 
 
 def write_tumbles(folder, case):
-    """One experiment of tossed cubes from another engine (tumbling/make_tumbles.py), noise 1 mm and 0.01 rad, the friction
-    stated wrong by 0.1; (path, true friction)."""
-    generator = np.random.default_rng([61, case])
+    """One experiment of tossed cubes from another engine (tumbling/make_tumbles.py), the friction stated wrong by 0.1; (path,
+    true friction)."""
     rows = np.loadtxt(TUMBLING / "tumbles.csv", delimiter=",", skiprows=1)
     true = np.loadtxt(TUMBLING / "truths.csv", delimiter=",", skiprows=1)[case, 2]
-    recordings = []
-    for toss in np.unique(rows[rows[:, 0] == case, 1]):
-        one = rows[(rows[:, 0] == case) & (rows[:, 1] == toss)]
-        place = one[:, 3:6] + 0.001 * generator.standard_normal((len(one), 3))
-        turn = one[:, 6:] + 0.005 * generator.standard_normal((len(one), 4))  # half of 0.01 rad; its length is no information
-        recordings.append((one[:, 2] / 60, np.hstack([place, turn / np.linalg.norm(turn, axis=1, keepdims=True)])))
     stated = true + (0.1 if case % 2 else -0.1)
+    return write_cubes(folder, rows[rows[:, 0] == case, 1:], 60, np.random.default_rng([61, case]), stated), true
+
+
+def write_tosses(folder):
+    """Twenty tosses of a cube by springs (tumbling/make_tosses.py), friction stated as 0.5 and restitution as 0; (path,
+    {"friction" and "restitution": (middle, low, high) of what acted})."""
+    rows = np.loadtxt(TUMBLING / "tosses.csv", delimiter=",", skiprows=1)
+    truths = np.loadtxt(TUMBLING / "tosses_truths.csv", delimiter=",", skiprows=1, usecols=(1, 2, 3))
+    path = write_cubes(folder, rows, 120, np.random.default_rng(62), 0.5)
+    return path, dict(zip(("friction", "restitution"), truths.tolist(), strict=True))
+
+
+def write_cubes(folder, rows, rate, generator, friction):
+    """An experiment of tossed cubes from rows (toss, frame, pose), noise 1 mm and 0.01 rad added; the path of its file."""
+    recordings = []
+    for toss in np.unique(rows[:, 0]):
+        one = rows[rows[:, 0] == toss]
+        place = one[:, 2:5] + 0.001 * generator.standard_normal((len(one), 3))
+        turn = one[:, 5:] + 0.005 * generator.standard_normal((len(one), 4))  # half of 0.01 rad; its length is no information
+        recordings.append((one[:, 1] / rate, np.hstack([place, turn / np.linalg.norm(turn, axis=1, keepdims=True)])))
     settings = (
         f'[body]\nshape = "box"\nsize = [0.1, 0.1, 0.1]\nmass = 0.37\n[surroundings]\ngravity = {G}\nfluid_density = 0.0\n'
-        f"friction = {stated:.4f}\nrestitution = 0.0\nfloor = {{ height = 0.0 }}\n[measurement]\n"
+        f"friction = {friction:.4f}\nrestitution = 0.0\nfloor = {{ height = 0.0 }}\n[measurement]\n"
         "noise = { position = 0.001, orientation = 0.01 }\n"
     )
-    return write(folder, recordings, settings, ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")), true
+    return write(folder, recordings, settings, ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz"))

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from experiments import measured
-from throws import G, drag_per_metre, write_throws
+from throws import G, drag_per_metre, flight, write_throws
 
 import hlcs
 import minibullet as mb
@@ -27,6 +27,27 @@ def test_quadratic_drag_is_found_with_its_coefficient(tmp_path):
     held = diagnosis.error["held_out"]
     assert held["after"] < 1.1 * held["noise"] < held["before"]
     assert diagnosis.steps[0]["effects"] == [] and diagnosis.steps[-1]["effects"] == ["quadratic_drag"]
+
+
+@pytest.mark.parametrize("tolerance, met", [(0.002, False), (0.05, True)])
+def test_what_is_left_beyond_the_noise_is_set_beside_the_tolerance_of_the_user(tmp_path, tolerance, met):
+    """A drag that no candidate explains. Left is its rms beside the best line and the fall of each throw, by ordinary least
+    squares without noise; 3 % are a standard error and a half of an rms of 1,440 readings with a noise of 4 mm."""
+    k, squares = drag_per_metre(0.5), []
+    path = write_throws(tmp_path, drag_per_metre=k)
+    path.write_text(path.read_text().replace("[[trial]]", f"[diagnose]\ntolerance = {tolerance}\n[[trial]]", 1))
+    times = np.arange(0, 1.0, 1 / 60)
+    for throw in range(8):
+        heading, speed = np.pi / 2 * (throw % 4) + 0.2, 2.0 + throw
+        velocity = speed * np.array([0.8 * np.cos(heading), 0.8 * np.sin(heading), 0.6])
+        seen = flight(np.array([0.0, 0.0, 1.5]), velocity, times, drag_per_metre=k)
+        seen[:, 2] += G * times**2 / 2
+        squares.append((seen - np.polynomial.polynomial.polyval(times, np.polynomial.polynomial.polyfit(times, seen, 1)).T) ** 2)
+    diagnosis = hlcs.diagnose(path, candidates=["spin_decay"])
+    assert diagnosis.verdict == "unexplained"
+    told = diagnosis.to_json()["tolerance"]
+    assert told == {"value": tolerance, "unit": "m", "left": pytest.approx(np.sqrt(np.mean(squares)), rel=0.03), "met": met}
+    assert f"tolerance of {1000 * tolerance:g} mm is {'met' if met else 'not met'}" in str(diagnosis)
 
 
 def test_tilted_gravity_and_tilted_frame_come_as_a_set(tmp_path):

@@ -17,6 +17,7 @@ from hard_cases import (
     write_rounded,
     write_sinking,
     write_spun,
+    write_tosses,
     write_tumbles,
 )
 
@@ -170,6 +171,17 @@ def test_friction_of_tumbling_cubes_is_right_or_withheld(tmp_path):
         given += number is not None and number["value"] is not None
         right += withheld or (number is not None and number["value"] is not None and number["low"] <= true <= number["high"])
     assert right >= 17 and given >= 12
+
+
+@pytest.mark.slow
+def test_a_wrong_friction_and_a_wrong_restitution_of_tossed_cubes_are_both_found(tmp_path):
+    """Twenty tosses whose impacts are computed spring by spring; both numbers read off these impacts, and both inside."""
+    path, true = write_tosses(tmp_path)
+    diagnosis = hlcs.diagnose(path)
+    assert set(diagnosis.effects) == true.keys() and diagnosis.verdict == "effect"
+    for name, (middle, _, _) in true.items():
+        number = diagnosis.parameters[name]["coefficient"]
+        assert number["low"] <= middle <= number["high"]
 
 
 def canonical(diagnosis):
