@@ -5,7 +5,8 @@ import re
 from hlcs.report.document import Points
 
 MOST = 8  # that a report tells; the JSON result has all
-OF_A_FILE = re.compile(r"(\S+\.csv)(?:, column (\w+))?: (.*)", re.DOTALL)
+OF_A_FILE = re.compile(r"(\S+\.csv|frame \d+)(?:, column (\w+))?: (.*)", re.DOTALL)
+SIZE = re.compile(r"(?<![\w.,])\d+(?:,\d{3})*(?:\.\d+)?(?:e[+-]\d+)?(?![\w.]*\w)")  # a number of its own, not a part of a name
 
 
 def note_parts(notes):
@@ -14,16 +15,27 @@ def note_parts(notes):
 
 
 def gathered(notes, most=MOST):
-    """Notes that say the same of several files or columns as one; at most so many, then how many more there are."""
+    """Notes that say the same of several files or columns as one, sizes that differ as a range; at most so many, then how many
+    more there are."""
     places = {}
     for note in notes:
         found = OF_A_FILE.match(note)
         what, file, column = (found[3], found[1], found[2]) if found else (note, None, None)
-        files = places.setdefault(what, {})
+        alike = SIZE.sub("#", what) if file and " row" not in what else what  # a row is a place, not a size
+        said, files = places.setdefault(alike, ([], {}))
+        said.append(what)
         if file:
             files.setdefault(file, []).extend([column] if column else [])
     told = []
-    for what, files in places.items():
-        many = [f"{file} ({', '.join(columns)})" if columns else file for file, columns in files.items()]
+    for said, files in places.values():
+        many = [f"{file} ({', '.join(dict.fromkeys(columns))})" if columns else file for file, columns in files.items()]
+        what = _with_ranges(said)
         told.append(what if not many else f"{many[0]}: {what}" if len(many) == 1 else f"{what}: {', '.join(many)}")
     return told[:most] + ([f"and {len(told) - most} more, all in the JSON result"] if len(told) > most else [])
+
+
+def _with_ranges(said):
+    """Sentences that differ in their numbers alone as one, each number that differs as "least to largest"."""
+    numbers = [sorted(some, key=lambda size: float(size.replace(",", ""))) for some in zip(*map(SIZE.findall, said), strict=True)]
+    ranges = iter([" to ".join(dict.fromkeys((some[0], some[-1]))) for some in numbers])
+    return SIZE.sub(lambda _: next(ranges), said[0])
