@@ -7,8 +7,7 @@ from hlcs.records import Finding, Reason, untested
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.prediction import AMPLITUDE
 from hlcs.selection.search import misfit
-from hlcs.selection.sets import explained
-from hlcs.selection.thresholds import FALL, HELPS
+from hlcs.selection.thresholds import FALL
 
 LAWS = ("fluid", "contact", "own")  # beginnings of groups whose members a model lacks; others are wrong numbers and readings
 
@@ -171,9 +170,10 @@ def _leaves(sets, name, left):
         return f"{told}; it was not fitted, since other sets promised more"
     if sets.cost(frozenset(left["effects"])) > sets.cost(sets.best):
         return f"{told}, which is more probable: it needs fewer numbers, or more usual ones"
-    share = explained(sets.search.base, sets.search.fits[frozenset(left["effects"])])
-    if not sets.best and share < HELPS:
-        return f"{told}: {100 * share:.0f} % of what is more than noise, too little to be told from what absorbs another effect"
+    members = frozenset(left["effects"])
+    if sets.absorbs(members, name):
+        percent = 100 * sets.share(members, name)
+        return f"{told}: {percent:.0f} % of what is more than noise, too little to be told from what absorbs another effect"
     return f"{told}, but {'the others of that set do' if beside else 'it does'} not hold on recordings that were not fitted"
 
 

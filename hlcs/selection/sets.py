@@ -6,7 +6,7 @@ import numpy as np
 from scipy import optimize, special
 
 from hlcs.selection.held_out import HeldOut, beaten, held_out
-from hlcs.selection.thresholds import EQUAL, INTERVAL, TIED
+from hlcs.selection.thresholds import EQUAL, HELPS, INTERVAL, TIED
 
 
 class FittedSets:
@@ -52,9 +52,19 @@ class FittedSets:
         return min(near, key=lambda effects: len(self.search.fits[effects].estimate))
 
     def stands(self, effects):
-        """Does every effect of a set lower the held-out error beside the others? What the file implies needs no such proof."""
+        """Does every effect of a set lower the held-out error beside the others, and more than absorb where nothing explains the
+        data? What the file implies needs no such proof."""
         doubtful = sorted(effects - self.search.implied)
-        return np.isfinite(self.search.fits[effects].chi2) and not any(self.broken(effects, name) for name in doubtful)
+        finite = np.isfinite(self.search.fits[effects].chi2)
+        return finite and not any(self.broken(effects, name) or self.absorbs(effects, name) for name in doubtful)
+
+    def absorbs(self, effects, name):
+        """Where no set explains the data: does an effect take less than HELPS of the excess misfit that is left without it?"""
+        return self.overdispersion > 1 and self.share(effects, name) < HELPS
+
+    def share(self, effects, name):
+        """Share of the excess misfit that is left without an effect of a set which it takes away, 0 to 1."""
+        return explained(self.fit(self.without(effects, name)), self.search.fits[effects])
 
     def broken(self, effects, name):
         """Explanation of the rule that an effect of a set breaks on held-out data; None of none, and where the data are explained

@@ -21,5 +21,5 @@ FALL = 0.02  # of the held-out error, relative: in each direction where recordin
 FALL_IN_SIGMA = 0.1  # or this, where they are many
 BY_CHANCE = 0.05  # p of a gain on held-out recordings, after the number of candidates
 BEATEN = 0.01  # p at which held-out recordings tell two sets apart
-HELPS = 0.5  # share of the excess misfit that an effect must take away to be told of where the model fails: else it absorbs
+HELPS = 0.5  # share of the excess misfit left without it that an effect takes, to be named where all sets fail: else it absorbs
 INTERVAL = 0.90  # of numbers

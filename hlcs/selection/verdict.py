@@ -12,7 +12,6 @@ from hlcs.selection import experiment_design
 from hlcs.selection.findings import candidate_findings
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.sets import FittedSets, explained, interval
-from hlcs.selection.thresholds import HELPS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +93,7 @@ def best_set(search, cross_validation, finished):
     """(FittedSets, what `finished` gives of the best of them); finished: set -> (problem, final fit, its Adequacy, ..).
 
     Where the best set leaves more than noise the search goes farther, and what is then found is judged with as many readings as
-    one as hang together in what is left; what absorbs a part of the misfit and explains nothing is no better than no effect.
+    one as hang together in what is left; there an effect that only absorbs a part of the misfit does not stand.
     """
     sets = FittedSets(search, cross_validation)
     told = finished(sets.best)
@@ -104,8 +103,6 @@ def best_set(search, cross_validation, finished):
     if told[2].adequate:
         return sets, told
     first, sets = sets.best, FittedSets(search, cross_validation, max(told[2].overdispersion, 1.0))
-    if sets.best and explained(search.base, search.fits[sets.best]) < HELPS:
-        sets.best = frozenset()
     return sets, told if sets.best == first else finished(sets.best)
 
 

@@ -40,6 +40,18 @@ def test_what_does_not_hold_out_does_not_stand(generator):
     assert fitted.best == frozenset()
 
 
+@pytest.mark.parametrize(("overdispersion", "best"), [(1.0, {"linear_drag", "spin_decay"}), (5.0, {"linear_drag"})])
+def test_where_nothing_explains_the_data_what_absorbs_a_part_beside_another_law_does_not_stand(generator, overdispersion, best):
+    """A rise that bends, and a swing that no law has: the bend has a variance of (0.6 * 4 / sqrt(180))^2 = 0.032 beside 0.045 of
+    the swing, 42 % of what is left without it."""
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    values = [3 * t + 0.6 * t**2 + 0.3 * np.sin(3 * np.pi * t) + 0.05 * generator.standard_normal(25) for t in times]
+    problem = Bend(times, values, 0.05, ["a", "b", "a", "b"])
+    problem.bend = 1.0
+    search = Search(problem, LAWS.values(), problem.fit(Model())).run()
+    assert FittedSets(search, CrossValidation(problem.trials, "group"), overdispersion).best == best
+
+
 def test_an_interval_over_two_sets_is_that_of_their_mixture():
     """Two sets of equal weight at 0 and 1, each known to 0.1: 5 % lie below the lower end, 95 % below the upper one."""
     free = Free("number", "m", -1.0, 1.0, 0.0, 0.0)
