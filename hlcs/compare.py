@@ -36,7 +36,8 @@ def compare(experiment, *others, effects=(), effects_file=None, seed=0, workers=
     comparison = comparison_of(changed.opened(options))
     if before is None:
         return comparison
-    return replace(comparison, before=comparison_of(before.opened(options)), added=changed.file.added)
+    replaced = tuple(entry["name"] for entry in changed.file.replaced)
+    return replace(comparison, before=comparison_of(before.opened(options)), added=changed.file.added, replaced=replaced)
 
 
 def comparison_of(experiment: OpenExperiment):

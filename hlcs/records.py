@@ -50,6 +50,7 @@ class Comparison(Judgement):
     advice: str = ""  # how to make the noise known, where it is not
     before: "Comparison | None" = field(default=None, compare=False)  # of the model without what was added
     added: tuple[str, ...] = ()  # names of the effects that were added, () = there is no before
+    replaced: tuple[str, ...] = ()  # those of them that stood there before, with other numbers
 
     def to_json(self):
         """The comparison as a dictionary of plain numbers and texts."""

@@ -18,12 +18,13 @@ from minibullet.errors import InputError, shown, shown_value
 
 HELD_OUT = {False: ("group", "none"), True: ("campaign", "grid", "none", "group")}  # together, of tables of layers or of others
 OF_RECORDINGS = ("position", "orientation", "acceleration")  # what a recording may hold, and has a noise of its own
+OF_EFFECTS = ("effects", "added", "replaced")  # keys of [model] that say what acts
 SECTIONS = {
     "": ["kind", "title", "body", "surroundings", "placement", "model", "measurement", "diagnose", "trial"],
     "body": ["shape", "radius", "height", "size", "side", "mesh", "mass", "inertia", "drag_area"],
     "surroundings": ["gravity", "fluid_density", "fluid_viscosity", "floor", "friction", "restitution"],
     "surroundings.floor": ["height", "normal"],
-    "model": ["effects", "added", "time_step"],
+    "model": [*OF_EFFECTS, "time_step"],
     "measurement": ["noise", "static", "file", "input_sd", "planar", "metres_per_pixel", "metres_per_pixel_sd", "accelerometer"],
     "measurement.noise": [*OF_RECORDINGS, "outcome", *OUTCOMES],
     "measurement.input_sd": list(INPUTS),
@@ -132,6 +133,7 @@ class ExperimentFile:
     surroundings: Surroundings
     effects: tuple[dict, ...]  # entries of [model] effects: name and parameters
     added: tuple[str, ...]  # names of those that were added last: what a comparison shows the model with and without
+    replaced: tuple[dict, ...]  # entries that stood in the place of some of these before
     time_step: float  # [s]
     noise: dict  # stated one-sigma values, may be empty
     input_sd: dict  # of the inputs of a table, one sigma each, may be empty
@@ -198,6 +200,7 @@ def checked_experiment(reader, layouts=LAYOUTS):
         surroundings=surroundings,
         effects=_effect_entries(reader, model),
         added=_added(reader, model),
+        replaced=_replaced(reader, model),
         noise=_noise(reader, measurement, kind, layout.in_trials),
         input_sd=_input_sd(reader, measurement),
         time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1) or 1 / 240,
@@ -215,7 +218,12 @@ def checked_experiment(reader, layouts=LAYOUTS):
         source=reader,
         lines={
             f"{section}.{key}": reader.line_of(key, section)
-            for section, key in (("model", "effects"), ("diagnose", "candidates"), ("measurement", "noise"))
+            for section, key in (
+                ("model", "effects"),
+                ("model", "replaced"),
+                ("diagnose", "candidates"),
+                ("measurement", "noise"),
+            )
         },
     )
 
@@ -303,17 +311,17 @@ def _trial(reader, entry, index, body, surroundings):
     )
 
 
-def _effect_entries(reader, model):
-    entries = model.get("effects", [])
+def _effect_entries(reader, model, key="effects"):
+    entries = model.get(key, [])
     if not isinstance(entries, list):
-        reader.fail("effects", 'must be a list such as [{ name = "quadratic_drag", drag_coefficient = 0.47 }]', "model")
+        reader.fail(key, 'must be a list such as [{ name = "quadratic_drag", drag_coefficient = 0.47 }]', "model")
     entries = [{"name": entry} if isinstance(entry, str) else entry for entry in entries]
     for entry in entries:
         if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
-            reader.fail("effects", f"every entry needs a name, got {shown_value(entry)}", "model")
-        for key, value in entry.items():
+            reader.fail(key, f"every entry needs a name, got {shown_value(entry)}", "model")
+        for name, value in entry.items():
             if isinstance(value, int | float) and not abs(value) <= LARGEST:
-                reader.fail(key, f"must be a number of at most {LARGEST:g}, got {shown_value(value)}", "model")
+                reader.fail(name, f"must be a number of at most {LARGEST:g}, got {shown_value(value)}", "model")
     return tuple(dict(entry) for entry in entries)
 
 
@@ -324,6 +332,16 @@ def _added(reader, model):
         if name not in known:
             reader.fail("added", f"'{shown(name)}' stands not in effects: write it there, or leave it out here", "model")
     return names
+
+
+def _replaced(reader, model):
+    entries = _effect_entries(reader, model, "replaced")
+    for entry in entries:
+        if entry["name"] not in _added(reader, model):
+            reader.fail(
+                "replaced", f"'{shown(entry['name'])}' stands not in added: write it there, or leave it out here", "model"
+            )
+    return entries
 
 
 def _noise(reader, measurement, kind, of_poses):

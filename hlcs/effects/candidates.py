@@ -233,8 +233,8 @@ def build(kind, values, surroundings: Surroundings):
 
 
 def each_session(entry, sessions):
-    """The Candidate with one number for each session, in place of one for all; itself where its law has none."""
-    if len(sessions) < 2 or not getattr(entry.kind, "by_session", False):
+    """The Candidate with one number for each session, in place of one for all; itself where its law or the model has but one."""
+    if len(sessions) < 2 or entry.setting or not getattr(entry.kind, "by_session", False):
         return entry
     return replace(entry, free=tuple(replace(free, name=f"{free.name} {session}") for session in sessions for free in entry.free))
 
@@ -256,10 +256,16 @@ def speed_of_drag(surroundings, body, speed):
     return speed + 24 / 2.5 * viscosity / (2 * body.radius * surroundings.fluid_density)
 
 
-def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own=False, extent=1.0, speed=0.0):
+def numbers_stated(kind, entry):
+    """Names of the numbers to be found that an entry of [model] effects states, one for all sessions; they may be wrong."""
+    return tuple(name for name, known in parameters(kind).items() if name in entry and not known.given)
+
+
+def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own=False, extent=1.0, speed=0.0, entry=None):
     """The Candidate of an effect class for a rigid body whose mass and size are known or not.
 
-    extent: range of heights [m]; speed: the fastest that the body was, 0 = not known [m/s].
+    extent: range of heights [m]; speed: the fastest that the body was, 0 = not known [m/s]; entry: of [model] effects, where the
+    model has the effect already: its numbers may be others than stated there.
 
     What the file states is believed: the density of its fluid, and that nothing of a fluid acts in a vacuum.
     """
@@ -268,7 +274,11 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
     fast = speed_of_drag(surroundings, body, speed) if body_known else FAST
     scales = {"": 1.0, "radius": body.radius, "drag at speed": drag * fast, "extent": extent, "per extent": 1 / extent}
     for name, known in parameters(kind).items():
-        if known.given or known.body_known not in (None, body_known):
+        if (
+            known.given or known.body_known not in (None, body_known)
+            if entry is None
+            else name not in numbers_stated(kind, entry)
+        ):
             continue
         null = getattr(surroundings, name_of(kind), None) if kind.replaces and known.null is None else known.null
         scale = scales[known.bounds_in]
@@ -287,4 +297,8 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
             stated, error = known.in_liquid
         ends, certain = (known.least, known.most), surroundings.in_liquid and stated is not None
         free.append(Free(name, unit, low, high, null, start, known.period, known.starts, ends, stated, error, certain))
-    return Candidate(name_of(kind), kind, tuple(free), own, setting=kind.replaces)
+    if entry is not None:
+        free = [
+            replace(each, null=entry[each.name], start=entry[each.name], starts=(), ends=(each.least, each.most)) for each in free
+        ]
+    return Candidate(name_of(kind), kind, tuple(free), own, setting=kind.replaces or entry is not None)

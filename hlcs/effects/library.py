@@ -88,7 +88,11 @@ def check_names(file, own=()):
     """Refuse candidates and effects of an experiment file that nobody knows, effects without their numbers, or with numbers that
     no law allows, by file and line; sentences on numbers that a law allows but nobody expects."""
     notes = []
-    for names, key in ((file.candidates or (), "diagnose.candidates"), (file.effects, "model.effects")):
+    for names, key in (
+        (file.candidates or (), "diagnose.candidates"),
+        (file.effects, "model.effects"),
+        (file.replaced, "model.replaced"),
+    ):
         for entry in names:
             try:
                 if isinstance(entry, str):

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hlcs.data.experiment_file import SECTIONS, ExperimentFile, checked_experiment, read_experiment_file
+from hlcs.data.experiment_file import OF_EFFECTS, SECTIONS, ExperimentFile, checked_experiment, read_experiment_file
 from hlcs.data.frames import csv_of, frames_in, what_is
 from hlcs.effects import classes, entry_of, own_classes
 from hlcs.files import folders
@@ -139,15 +139,21 @@ class Experiment:
         return replace(self, effects_file=name, effects_text=text)
 
     def before(self):
-        """The Experiment without the effects that were added last; None where the file names none."""
-        added = self.file.added
-        return self._with_entries([entry for entry in self.file.effects if entry["name"] not in added], ()) if added else None
+        """The Experiment without the effects that were added last, what they replaced in its place; None where the file names
+        none."""
+        added, replaced = self.file.added, {entry["name"]: entry for entry in self.file.replaced}
+        entries = [
+            replaced.get(entry["name"], entry) for entry in self.file.effects if entry["name"] not in {*added} - {*replaced}
+        ]
+        return self._with_entries(entries, ()) if added else None
 
     def _with_entries(self, entries, added):
         """The same with these entries of [model] effects, of which some were added."""
         values = self.file.source.values
-        model = {key: value for key, value in values.get("model", {}).items() if key not in ("effects", "added")}
+        replaced = [dict(entry) for entry in self.file.effects if entry["name"] in added and entry not in entries]
+        model = {key: value for key, value in values.get("model", {}).items() if key not in OF_EFFECTS}
         model |= {"effects": [dict(entry) for entry in entries]} | ({"added": list(added)} if added else {})
+        model |= {"replaced": replaced} if replaced else {}
         file = checked_experiment(self.file.source.with_values({**values, "model": model}), _layouts())
         return replace(self, file=file)
 
@@ -236,7 +242,7 @@ class Experiment:
         for (table, key), (was, name) in zip(_named_files(document)[1], _named_files(source.values)[1], strict=True):
             if table[key] != was[name]:
                 text = text.replace(toml_value(was[name]), toml_value(table[key]))
-        model = {key: document.get("model", {}).get(key) for key in ("effects", "added")}
+        model = {key: document.get("model", {}).get(key) for key in OF_EFFECTS}
         text = with_values(text, "model", model, ("measurement", "diagnose", "trial"))
         try:
             return text if tomllib.loads(text) == document else ""

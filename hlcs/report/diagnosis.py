@@ -2,6 +2,7 @@
 
 import json
 
+from hlcs.data.experiment_file import OF_EFFECTS
 from hlcs.data.model_entries import FILL_IN
 from hlcs.files import folders
 from hlcs.files.documents import toml_value
@@ -178,10 +179,9 @@ def _add(diagnosis):
     if diagnosis.mended:
         parts += [f"Written into [model] of {add['file']}:", Lines((add["toml"],))]
     elif add["file"]:
-        entries = ", ".join([*map(toml_value, experiment.file.effects), add["toml"]])
         parts.append(f"To add it, write in {add['file']}, under [model]:")
-        names = [entry["name"] for entry in diagnosis.additions]
-        parts.append(Lines((f"effects = [{entries}]", f"added = {toml_value(names)}")))
+        model = diagnosis.apply(experiment).file.source.values["model"]
+        parts.append(Lines(tuple(f"{key} = {toml_value(model[key])}" for key in OF_EFFECTS if key in model)))
     else:
         parts += ["To add it:", Lines((add["toml"],))]
     if diagnosis.verdict == "ambiguous":

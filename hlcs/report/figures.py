@@ -8,7 +8,7 @@ import textwrap
 import numpy as np
 
 from hlcs.data.quantities import have_unit
-from hlcs.report.words import joined, size, words
+from hlcs.report.words import change_told, size, words
 
 LABELS = {
     "time": "time [s]",
@@ -178,5 +178,5 @@ def _title(comparison, unit):
     """What was compared, and its error beside the noise; where effects were added, before and after."""
     told = [size(row["error"], unit) for row in comparison.errors]
     if comparison.before:
-        return f"{comparison.title}\n{joined(comparison.added)} added: error {told[0]} -> {told[1]}, noise {told[2]}"
+        return f"{comparison.title}\n{change_told(comparison)}: error {told[0]} -> {told[1]}, noise {told[2]}"
     return f"{comparison.title}\nerror {told[0]}, noise {told[1]}; grey: two sigma of the noise; above zero the model is too low"

@@ -7,7 +7,7 @@ from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness
-from hlcs.report.words import capital, joined, share, size, value, words
+from hlcs.report.words import capital, change_told, joined, share, size, value, words
 
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
@@ -41,9 +41,11 @@ def called(diagnosis, name):
 def effect_sentence(diagnosis, name):
     """What was found of one effect, with its numbers: "Air resistance is missing (quadratic drag, drag coefficient ..)." """
     numbers = diagnosis.parameters.get(name, {})
-    stated = next((entry for entry in numbers.values() if entry.get("stated") is not None and entry["value"] is not None), None)
+    stated = {key: entry for key, entry in numbers.items() if entry.get("stated") is not None and entry["value"] is not None}
     if stated:
-        sentence = f"{capital(called(diagnosis, name))} is {value(stated)}, not {stated['stated']:g}."
+        where = {key: "is" if key == "coefficient" else f"is not as stated: {words(key)}" for key in stated}
+        told = [f"{where[key]} {value(entry)}, not {entry['stated']:g}" for key, entry in stated.items()]
+        sentence = f"{capital(called(diagnosis, name))} {joined(told)}."
     elif _lacking(diagnosis, name):
         sentence = f"{capital(called(diagnosis, name))} is missing ({_numbers(name, numbers)})."
     else:
@@ -312,9 +314,7 @@ def comparison_opening(comparison):
     told = []
     if comparison.before:
         before = size(comparison.before.error["rms"], unit)
-        told.append(
-            f"With {joined(map(words, comparison.added))} added the error goes from {before} to {here}; the noise is {noise}."
-        )
+        told.append(f"With {change_told(comparison)} the error goes from {before} to {here}; the noise is {noise}.")
     if comparison.adequate:
         left = left_by_adequate(comparison.kind, error["rms"], error["noise"], unit)
         told.append(f"The model agrees with the measurement: it misses by {here}, which {left}.")

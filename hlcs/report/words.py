@@ -103,6 +103,13 @@ def joined(items, last="and"):
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
 
 
+def change_told(comparison):
+    """What was done to the model of a Comparison: "magnus added and quadratic drag corrected"."""
+    added = [words(name) for name in comparison.added if name not in comparison.replaced]
+    parts = [f"{joined(names)} {done}" for names, done in ((added, "added"), (map(words, comparison.replaced), "corrected"))]
+    return joined([part for part, names in zip(parts, (added, comparison.replaced), strict=True) if names])
+
+
 def capital(sentence):
     """A sentence with its first letter large."""
     return sentence[:1].upper() + sentence[1:]

@@ -9,7 +9,7 @@ import minibullet.effects as forces
 from hlcs.data.quantities import CHANNELS
 from hlcs.data.rigid_body import known_body, known_to_drag, rigid_body
 from hlcs.effects import candidate, wanted
-from hlcs.effects.candidates import each_session, in_doubt
+from hlcs.effects.candidates import each_session, in_doubt, numbers_stated
 from hlcs.effects.contract import Change, DataNeed
 from hlcs.effects.measurement import LengthScale
 from hlcs.simulation.initial_state import gained
@@ -77,7 +77,7 @@ def candidates_for(measurement, contact, names=None, own=()):
     heights = np.concatenate([trial.position[:, 2] for trial in trials])
     extent = float(np.nanmax(heights) - np.nanmin(heights)) if np.isfinite(heights).any() else 1.0
     drag_known = all(known_to_drag(trial.body) for trial in trials)
-    found, absent = eligible(why, body, surroundings, drag_known, own, max(extent, 1e-3), speed)
+    found, absent = eligible(why, measurement.file.effects, body, surroundings, drag_known, own, max(extent, 1e-3), speed)
     sessions = sorted({trial.session for trial in trials} - {""})
     found = [each_session(entry, sessions) for entry in found]
     if error := measurement.file.scale_error:
@@ -85,11 +85,13 @@ def candidates_for(measurement, contact, names=None, own=()):
     return found, absent
 
 
-def eligible(why, body, surroundings, body_known, own, extent, speed):
-    """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}; the rest as `candidate`
-    takes it."""
-    known = surroundings, rigid_body(body), body_known
-    found = [candidate(kind, *known, kind in own, extent, speed) for kind, text in why.items() if not text]
+def eligible(why, effects, body, surroundings, body_known, own, extent, speed):
+    """(candidates, {name: why it cannot take part}), both by name, from {class: why it cannot, or None}; effects: entries of
+    [model] effects; the rest as `candidate` takes it."""
+    known, entries = (surroundings, rigid_body(body), body_known), {entry["name"]: entry for entry in effects}
+    found = [
+        candidate(kind, *known, kind in own, extent, speed, entries.get(name_of(kind))) for kind, text in why.items() if not text
+    ]
     return sorted(found, key=lambda entry: entry.name), {name_of(kind): text for kind, text in why.items() if text}
 
 
@@ -153,10 +155,10 @@ def _out_of_reach(kind, least, most):
 
 
 def stated(kind, file):
-    """Why a class cannot join what an experiment file states as its model, or None."""
-    names = [entry["name"] for entry in file.effects]
+    """Why a class can neither join what an experiment file states as its model nor change a number of it, or None."""
+    names = {entry["name"]: entry for entry in file.effects}
     if name_of(kind) in names:
-        return "already in the model"
+        return None if numbers_stated(kind, names[name_of(kind)]) else "already in the model, without a number that may be wrong"
     taken = next((name_of(law) for law in kind.contains if name_of(law) in names), None)
     return taken and (f"the model states {taken}, whose place it would take: leave that out of [model] effects to have it tried")
 

@@ -30,7 +30,7 @@ def _finding(sets, name, cosines):
     same = tuple(sorted(set().union(*(group for group in groups if name in group)) - {name}))
     like = cosines.get(name) or {effect: others[name] for effect, others in cosines.items() if name in others}
     alone = frozenset({name})
-    holding = best if name in best else min((known for known in search.fits if name in known), key=search.cost, default=None)
+    holding = best if name in best else min((known for known in search.fits if name in known), key=sets.cost, default=None)
     fit = search.fits.get(holding)
     if name in best:
         evidence = sets.worth(best, name)

@@ -97,8 +97,9 @@ class Model(Terms):
 
     def changes(self, surroundings):
         """(effects for the engine with gravity first, changes of the set-up, changes of the look) in these surroundings."""
-        built = [build_entry(entry, surroundings, self.own) for entry in self.fixed]
-        built += [build(term.candidate.kind, term.numbers, surroundings) for term in self.terms]
+        stated = {entry["name"] for entry in self.fixed}
+        built = [build_entry(entry, surroundings, self.own) for entry in self.entries[: len(self.fixed)]]
+        built += [build(term.candidate.kind, term.numbers, surroundings) for term in self.terms if term.name not in stated]
         acting = [effect for effect in built if isinstance(effect, Effect)]
         changes = [change for change in built if isinstance(change, Change)]
         acting = compose((Gravity(acceleration=surroundings.gravity), *acting))
@@ -113,19 +114,23 @@ class Model(Terms):
     @property
     def names(self):
         """Names of all effects in it."""
-        return tuple(entry["name"] for entry in self.fixed) + tuple(term.name for term in self.terms)
+        return tuple(entry["name"] for entry in self.entries)
 
     @property
     def kinds(self):
         """Classes of all effects in it."""
-        return tuple(class_named(entry["name"], self.own) for entry in self.fixed) + tuple(
-            term.candidate.kind for term in self.terms
-        )
+        found = {term.name: term.candidate.kind for term in self.terms}
+        return tuple(found.get(name) or class_named(name, self.own) for name in self.names)
 
     @property
     def entries(self):
-        """What [model] effects of an experiment file holds of it: name and numbers of each effect."""
-        return *self.fixed, *({"name": term.name, **term.numbers} for term in self.terms)
+        """What [model] effects of an experiment file holds of it: name and numbers of each effect.
+
+        A term that has the name of an effect of the file says that its numbers are others: it stands in its place.
+        """
+        found = {term.name: term.numbers for term in self.terms}
+        written = [entry | found.pop(entry["name"], {}) for entry in self.fixed]
+        return *written, *({"name": name, **numbers} for name, numbers in found.items())
 
     def __str__(self):
         """Its equations of motion in words and letters, with its numbers."""

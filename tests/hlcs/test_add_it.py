@@ -35,6 +35,24 @@ def test_what_was_found_takes_the_error_from_before_to_after(dragged):
         assert other.error["rms"] == pytest.approx(after, rel=2e-4) and other.before.error["rms"] == before
 
 
+def test_a_wrong_number_of_the_model_is_corrected_in_its_place(tmp_path):
+    """A drag coefficient of 0.47 is stated and 0.40 acts: both are told, and the error before is that of the stated one."""
+    path = write_throws(tmp_path, drag_per_metre=drag_per_metre(0.40))
+    stated = "[model]\neffects = [{ name = 'quadratic_drag', drag_coefficient = 0.47 }]  # from a book\n[measurement]"
+    path.write_text(path.read_text().replace("[measurement]", stated))
+    found = hlcs.diagnose(path, candidates=["quadratic_drag", "uniform_flow", "buoyancy"])
+    number = found.parameters["quadratic_drag"]["drag_coefficient"]
+    assert found.verdict == "effect" and found.effects == ("quadratic_drag",) and number["stated"] == 0.47
+    assert number["low"] < 0.40 < number["high"]
+    assert "Air resistance is not as stated: drag coefficient 0.40" in str(found) and "not 0.47." in str(found)
+    found.apply(hlcs.Experiment.read(path)).save(tmp_path / "mended.toml")
+    text = (tmp_path / "mended.toml").read_text()
+    assert "# from a book" in text and 'replaced = [{ name = "quadratic_drag", drag_coefficient = 0.47 }]' in text
+    seen = hlcs.compare(tmp_path / "mended.toml")
+    assert "With quadratic drag corrected the error goes from" in str(seen)
+    assert seen.adequate and seen.before.error == hlcs.compare(path).error
+
+
 def test_before_after_and_noise_stand_in_one_table_and_one_picture(dragged):
     path, found = dragged
     seen = hlcs.compare(path, found.model)

@@ -258,7 +258,7 @@ def table_candidates(file, table, names, own):
     if known:
         first = outcome_motion.row_setup(file, table.inputs, int(np.argmax(table.inputs.get("radius_m", np.zeros(1)))))
         why = with_drag_that_fits(why, first.body, first.surroundings, speed)
-    return eligible(why, file.body, file.surroundings, known or known_to_drag(file.body), own, extent, speed)
+    return eligible(why, file.effects, file.body, file.surroundings, known or known_to_drag(file.body), own, extent, speed)
 
 
 def prepare_table(file, table, own=()):

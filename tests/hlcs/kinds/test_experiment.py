@@ -79,6 +79,7 @@ def test_a_change_makes_another_experiment(tmp_path):
     assert second.file.effects == ({"name": "quadratic_drag", "drag_coefficient": 0.47},) and second.before().file.effects == ()
     assert [entry.get("drag_coefficient") for entry in third.file.effects] == [0.5, None]
     assert third.file.added == ("quadratic_drag", "breeze") and third.user_effects == (Breeze,)
+    assert third.before().file.effects == second.file.effects == third.file.replaced
 
 
 def test_a_model_takes_the_place_of_the_other(tmp_path):

@@ -77,10 +77,19 @@ def test_a_centre_of_mass_shows_in_a_contact_that_can_lean_and_an_inertia_in_any
     assert {"centre_of_mass_offset", "inertia_error"} <= set(missing(body=BOX, contact=False))
 
 
-def test_what_the_model_states_is_not_tried_again_nor_a_law_that_holds_it_already():
+def test_what_the_model_states_is_tried_by_its_numbers_alone_and_a_law_that_holds_it_is_not():
     absent = missing(effects=("quadratic_drag",))
-    assert absent["quadratic_drag"] == "already in the model" and "whose place it would take" in absent["drag_crisis"]
+    assert absent["quadratic_drag"].startswith("already in the model") and "whose place it would take" in absent["drag_crisis"]
     assert "linear_drag" not in absent and "quadratic_drag" not in missing(effects=("drag_crisis",))
+
+
+def test_numbers_that_the_model_states_are_expected_where_they_are_stated_and_may_be_wrong():
+    shown = recordings()
+    shown.file.effects = ({"name": "quadratic_drag", "drag_coefficient": 0.47}, {"name": "static_friction", "ratio": 1.3})
+    found = {entry.name: entry for entry in candidates_for(shown, True)[0]}
+    (drag,), (ratio,) = found["quadratic_drag"].free, found["static_friction"].free
+    assert found["quadratic_drag"].setting and (drag.null, drag.start, drag.expected) == (0.47, 0.47, 0.47)
+    assert (drag.least, ratio.null, ratio.least) == (0.0, 1.3, 1.0)  # a law ends where it ends, whatever is stated
 
 
 def test_every_need_of_a_class_has_its_test():

@@ -26,6 +26,15 @@ def test_models_are_values_with_one_term_more_less_or_changed():
     assert both.with_at(0, {"drag_coefficient": 0.5}).terms[0].numbers == {"drag_coefficient": 0.5}
 
 
+def test_a_term_with_the_name_of_a_stated_effect_stands_in_its_place():
+    """The other numbers that the file states of it stay: here the density."""
+    stated = Model(fixed=({"name": "quadratic_drag", "drag_coefficient": 0.47, "fluid_density": 3.0}, *BASE.fixed))
+    entries = ({"name": "quadratic_drag", "drag_coefficient": 0.4, "fluid_density": 3.0}, *BASE.fixed)
+    assert stated.with_term(DRAG).entries == entries and stated.with_term(DRAG).names == stated.names
+    acting, _, _ = stated.with_term(DRAG).changes(SURROUNDINGS)
+    assert acting[1] == effects.QuadraticDrag(0.4, fluid_density=3.0) and len(acting) == 3
+
+
 def test_effects_go_to_the_engine_with_gravity_first_and_changes_to_their_hooks():
     acting, setups, looks = BASE.with_term(DRAG).with_term(CLOCK).changes(SURROUNDINGS)
     assert acting == (effects.Gravity(9.8), effects.Magnus(1.0, fluid_density=2.0), effects.QuadraticDrag(0.4, fluid_density=2.0))
