@@ -51,6 +51,7 @@ def fit_adequacy(problem, fit, partitions, models=None):
     partitions: as for `adequacy`; models: list of what the fit expects of every observation (n_i,): readings may be rounded.
     """
     residuals, signatures = fit.linearization.projected
+    signatures = [columns * ~fit.held for columns in signatures]
     rest = project_out(basis(np.concatenate(signatures)), np.concatenate(residuals))
     parts = np.split(rest, np.cumsum([len(part) for part in residuals])[:-1])
     draw = NoiseDraws(problem.noise, problem.recordings, models, problem.shared_doubt)

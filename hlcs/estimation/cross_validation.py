@@ -12,10 +12,14 @@ FEW_RECORDINGS = 6
 
 
 class CrossValidation:
-    """Two halves of the recordings, by group."""
+    """Two halves of the recordings, by group: of each session every second group, so that both tell the numbers of it."""
 
     def __init__(self, trials, hold_out):
-        groups = sorted({trial.group for trial in trials})
+        groups = {}  # name -> the first of its sessions
+        for trial in trials:
+            session = getattr(trial, "session", "")
+            groups[trial.group] = min(groups.get(trial.group, session), session)
+        groups = sorted(groups, key=lambda group: (groups[group], group))
         self.possible = hold_out != "none" and len(groups) >= 2
         self.half = np.array([groups.index(trial.group) % 2 for trial in trials])  # of each recording, 0 or 1
         recordings = {(trial.body, trial.recording or trial.name) for trial in trials}
@@ -53,6 +57,6 @@ class CrossValidation:
             train, inside = np.flatnonzero(self.half != half), np.flatnonzero(self.half == half)
             rows = np.concatenate([*(s[k] for k in train), np.diag(slopes)])
             found = least_squares(rows, np.concatenate([*(r[k] for k in train), -believed]))
-            unknown = lower_factor(found.covariance)
-            halves.append((inside, [r[k] - s[k] @ found.estimate for k in inside], [s[k] @ unknown for k in inside]))
+            change, unknown = np.clip(found.estimate, *fit.ends), lower_factor(found.covariance)
+            halves.append((inside, [r[k] - s[k] @ change for k in inside], [s[k] @ unknown for k in inside]))
         return halves

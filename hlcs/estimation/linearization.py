@@ -9,6 +9,8 @@ from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.whitening import Whitening
 from hlcs.simulation.model import Model
 
+AT_END = 1e-3  # spreads from where a law ends: a fit comes no nearer than its last step
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -65,6 +67,20 @@ class Fit:
         """Its free numbers, in order: [(effect, Free, value)]."""
         free = [(term.name, free) for term in self.model.terms for free in term.candidate.free]
         return [(*number, value) for number, value in zip(free, self.estimate, strict=True)]
+
+    @cached_property
+    def ends(self):
+        """How far each free number may go down and up until its law ends, (2, p)."""
+        return np.array([(free.least - value, free.most - value) for _, free, value in self.numbers]).reshape(-1, 2).T
+
+    @cached_property
+    def held(self):
+        """Which free numbers stand where their law ends while the data would have them beyond, (p,): nothing gives way along
+        them."""
+        spread = np.array([free.spread for free in free_numbers(self.model)])
+        residuals, columns = (np.concatenate(part) for part in self.linearization.projected)
+        wanted, (down, up) = columns.T @ residuals, self.ends
+        return (down > -AT_END * spread) & (wanted < 0) | (up < AT_END * spread) & (wanted > 0)
 
     def numbers_of(self, index):
         """Where the free numbers of one term stand among those of all, a slice; -1 is the newest term."""

@@ -1,5 +1,7 @@
 """Cross-validation: each half is predicted by the number of the other half, in closed form."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from linear_models import Line, model
@@ -28,6 +30,23 @@ def test_a_half_is_predicted_by_the_slope_of_the_other():
     for k, held_out in enumerate(halves.residuals(fit)):
         expected = (SLOPES[k] - other[k % 2]) * centred[k] / 1e-3
         np.testing.assert_allclose(held_out, expected, rtol=1e-6, atol=1e-3)
+
+
+def test_every_second_group_of_a_session_is_held_out_with_those_of_the_others():
+    """Sessions A and B in turn: by the order of all groups one half would hold all of A."""
+    trials = [SimpleNamespace(group=f"g{k}", session="AB"[k % 2], body=None, recording="", name=str(k)) for k in range(6)]
+    half = CrossValidation(trials, "group").half
+    assert [set(half[k::2]) for k in (0, 1)] == [{0, 1}, {0, 1}]
+    assert CrossValidation(trials[:2], "group").half.tolist() == [0, 1]
+
+
+def test_a_half_takes_no_number_beyond_the_end_of_its_law():
+    """Lines that fall: the other half would have a rate below zero, and foretells a level line."""
+    problem = Line(TIMES, [-t for t in TIMES], 1e-3, ["a", "b", "a", "b"])
+    fit = problem.fit(model(1.0))
+    assert fit.estimate == pytest.approx([0.0], abs=1e-6) and fit.held.tolist() == [True]
+    for t, held_out in zip(TIMES, CrossValidation(problem.trials, "group").residuals(fit), strict=True):
+        np.testing.assert_allclose(held_out, -(t - t.mean()) / 1e-3, atol=1e-2)
 
 
 def test_what_a_half_foretells_is_a_normal_density_that_knows_how_well_the_number_is_known(generator):
