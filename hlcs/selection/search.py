@@ -60,6 +60,7 @@ class Search:
         self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
         self.implied = frozenset()  # effects that the file implies and the data would show
         self.closed = {frozenset()}  # sets that are not fitted again: they cannot be simulated, or were fitted twice
+        self.begun = {}  # set -> the Fits that its own fits were foreseen from
 
     # --- what a set costs -----------------------------------------------------------------------------------------------------
 
@@ -151,7 +152,7 @@ class Search:
             promising = [each for each in self.open_proposals() if self.promising(*each, limit, explained)]
             if not promising:
                 break
-            twice = promising[0][0].cost / HELPS  # what is foreseen to leave more comes later, if ever
+            twice = max(promising[0][0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
             together = self.parts_first([each for each in promising if each[0].cost <= twice], limit)
             numbers = [self.count(proposal.effects) for proposal, _ in together]
             affordable = self.budget.affordable(numbers, TOGETHER) if self.problem.simulator.contact else 1
@@ -174,6 +175,7 @@ class Search:
                 self.closed.add(effects)  # of what nothing foresaw the way there may yet be found
             if fit is None:
                 continue
+            self.begun.setdefault(effects, []).append(parent)
             if effects not in self.fits or fit.cost < self.fits[effects].cost:
                 self.fits[effects] = fit
             if proposal.fall > 0:
@@ -238,17 +240,23 @@ class Search:
         return fall > HELPS * self.excess(self.base) * (1.0 if self.found else FORESEEN)
 
     def share_found(self, parent):
-        """What the fits of sets that were foreseen from a fit found of the fall that was foreseen of them."""
-        found, foreseen = np.sum(self.found.get(id(parent), [(1.0, 1.0)]), axis=0)
-        return found / foreseen
+        """What the fits of sets that were foreseen from a fit found of the fall that was foreseen of them, on average; before any
+        all of it, and that counts as one of them: a single law that bends far away says little of the others."""
+        found, foreseen = np.array([(1.0, 1.0), *self.found.get(id(parent), ())]).T
+        return float(np.mean(found / foreseen))
 
     def open_proposals(self):
         """[(Proposal, Fit it was foreseen from)] of the sets that are not fitted yet, the cheapest first; and once more of those
-        whose fit got stuck, since from another one they are foreseen at far less."""
+        whose fit got stuck, where another one foresees them at far less."""
+
+        def stuck(effects, proposal, parent):
+            anew = all(parent is not known for known in self.begun.get(effects, ()))
+            return anew and self.cost(effects) > proposal.cost + REACH
+
         waiting = [
             (proposal, parent)
             for effects, (proposal, parent) in self.foreseen.items()
-            if effects not in self.closed and not (effects in self.fits and self.cost(effects) < proposal.cost + REACH)
+            if effects not in self.closed and (effects not in self.fits or stuck(effects, proposal, parent))
         ]
 
         def order(each):

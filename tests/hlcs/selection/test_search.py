@@ -57,12 +57,24 @@ def test_a_law_that_holds_another_pays_the_odds_twice():
 
 
 def test_what_is_foreseen_counts_by_the_share_that_fits_of_the_same_expansion_found(generator):
-    """A fall of 40 is foreseen to cost 10 less than the base; where fits found a quarter of such falls it costs 20 more."""
+    """A fall of 40 is foreseen to cost 10 less than the base. Where fits found half and none of such falls a half counts, that
+    before any fit with them, and it costs 10 more; one that found nothing leaves a half as well, however much it promised."""
     search = searched(0.0, noise=0.1, generator=generator)
     proposal = Proposal(search.cost(frozenset()) - 10, frozenset({"another"}), {}, 40.0)
     assert search.promising(proposal, search.base, search.cost(frozenset()), False)
-    search.found[id(search.base)] = [(10.0, 20.0), (0.0, 20.0)]
-    assert not search.promising(proposal, search.base, search.cost(frozenset()), False)
+    for found, share in (([(10.0, 20.0), (0.0, 20.0)], 0.5), ([(0.0, 1e6)], 0.5), ([(20.0, 20.0)] * 2 + [(4.0, 20.0)] * 2, 0.68)):
+        search.found[id(search.base)] = found
+        assert search.share_found(search.base) == pytest.approx(share)
+        assert not search.promising(proposal, search.base, search.cost(frozenset()), False)
+
+
+def test_a_fit_that_got_stuck_is_made_again_where_another_fit_foresees_it(generator):
+    """From the same one it would end at the same place."""
+    search, law = searched(3.0, noise=0.1, generator=generator), frozenset({"linear_drag"})
+    cheaper = search.foreseen[law][0]._replace(cost=search.cost(law) - 2 * REACH)
+    for parent, again in ((search.begun[law][0], []), (search.fits[law], [law])):
+        search.foreseen[law] = cheaper, parent
+        assert [proposal.effects for proposal, _ in search.open_proposals()] == again
 
 
 def test_a_fit_begins_no_farther_off_than_the_misfit_allows():
