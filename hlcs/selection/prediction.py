@@ -120,6 +120,23 @@ class LinearModel:
                 sets += [present - {name}, *(present - {name} | {other} for other in absent)]
         return [self.proposal(names) for names in sets if len(names) <= most and compatible(names)]
 
+    def twins(self, alike):
+        """Sets in which another effect takes the place of one that is in the model and does the same here: its columns make what
+        that one changes on its way from its null value, to the part `alike` of its square."""
+        found = set()
+        for name in self.present:
+            own = self.places[name]
+            way = np.array([-self.columns[place].absent for place in own])
+            if not own or not np.isfinite(way).all():
+                continue
+            size = way @ self.gram[np.ix_(own, own)] @ way
+            for other in filter(self.visible, self.entries):
+                its = self.places[other]
+                dots = self.gram[np.ix_(its, own)] @ way
+                if dots @ _solved(self.gram[np.ix_(its, its)], dots) > alike * size:
+                    found.add(frozenset(self.present) - {name} | {other})
+        return found
+
     def visible(self, name):
         """Does a candidate move the observations at all, by more than a hundredth of their noise within its spread?"""
         return self.information(name) > 1e-4

@@ -17,11 +17,11 @@ from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
 from hlcs.selection.thresholds import (
+    ALIKE,
     EQUAL,
     EXPANDED,
     FORESEEN,
     HELPS,
-    IMITATED,
     LOOKED,
     MOST_EFFECTS,
     NOISE,
@@ -57,6 +57,7 @@ class Search:
         self.overdispersion = 1.0  # how many residuals count as one beside the best fit, where its adequacy has been judged
         self.expanded, self.foreseen = [], {}  # sets; set -> (Proposal, Fit that it was foreseen from)
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
+        self.twins = set()  # sets that do as the best fits do where these stand, whatever is foreseen far from there
         self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
         self.implied = frozenset()  # effects that the file implies and the data would show
         self.closed = {frozenset()}  # sets that are not fitted again: they cannot be simulated, or were fitted twice
@@ -220,18 +221,19 @@ class Search:
 
         What is foreseen to fall counts by the share that the fits of such sets found of it: where chi2 is rough, or nothing
         explains the data, a linear model promises much and keeps little. It may promise too little as well: in flight by what a
-        look there shows; through contacts, of a set that holds none of the best ones, by IMITATED of what it is exchanged for
-        and by as much more of all that it takes away as fits found. There, where a fit costs a hundred times as much, a set
-        must also be foreseen to take away so much of the excess that the verdict would name it, while the best fit leaves more
-        than noise.
+        look there shows; through contacts, of a set that holds none of the best ones, by as much more of all that it takes away
+        as fits found, and a twin of what explains the data is fitted, whatever is foreseen on the long way to it. There, where a
+        fit costs a hundred times as much, a set must also be foreseen to take away so much of the excess that the verdict would
+        name it, while the best fit leaves more than noise.
         """
         contact = self.problem.simulator.contact
         lost = max(1 - self.share_found(parent), 0.0) * max(proposal.fall, 0.0)
         parts = [self.cost(known) for known in self.fits if known < proposal.effects]
-        more = 0.0 if explained else self.unsure.get(proposal.effects, 0.0)
-        if contact and min(parts, default=np.inf) > limit:
-            exchanged = misfit(self.base) - misfit(parent)
-            more = max(IMITATED * exchanged, (self.share_found(self.base) - 1) * (exchanged + proposal.fall))
+        more = 0.0 if explained or proposal.effects in self.fits else self.unsure.get(proposal.effects, 0.0)
+        if contact and explained and proposal.effects in self.twins:
+            more = np.inf
+        elif contact and min(parts, default=np.inf) > limit:
+            more = max((self.share_found(self.base) - 1) * (misfit(self.base) - misfit(parent) + proposal.fall), 0.0)
         if not proposal.cost + lost - more < min([limit, *parts]):
             return False
         if not contact or explained:
@@ -261,7 +263,7 @@ class Search:
 
         def order(each):
             effects = each[0].effects
-            return each[0].cost - self.unsure.get(effects, 0.0), sorted(effects)
+            return each[0].cost - (0.0 if effects in self.fits else self.unsure.get(effects, 0.0)), sorted(effects)
 
         return sorted(waiting, key=order)
 
@@ -285,6 +287,7 @@ class Search:
                 self.base_model = linear
                 self.implied = frozenset(name for name in self.candidates if self.implies(linear, name))
             proposals = linear.proposals(MOST_EFFECTS, self.compatible)
+            self.twins |= linear.twins(ALIKE)
             singles = [proposal for proposal in proposals if len(proposal.effects) == 1]
             if not effects and not self.problem.simulator.contact:
                 self.unsure = self.look(singles, fit)

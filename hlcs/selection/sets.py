@@ -59,8 +59,9 @@ class FittedSets:
         return finite and not any(self.broken(effects, name) or self.absorbs(effects, name) for name in doubtful)
 
     def absorbs(self, effects, name):
-        """Where no set explains the data: does an effect take less than HELPS of the excess misfit that is left without it?"""
-        return self.overdispersion > 1 and self.share(effects, name) < HELPS
+        """Where no set explains the data: does an effect take less than HELPS of the excess misfit that is left without it? Not
+        one whose number impacts show otherwise than the model has it: a second witness tells that it is there."""
+        return self.overdispersion > 1 and name not in self.search.readings and self.share(effects, name) < HELPS
 
     def share(self, effects, name):
         """Share of the excess misfit that is left without an effect of a set which it takes away, 0 to 1."""

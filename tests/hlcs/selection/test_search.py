@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from linear_models import RATE, Line
+from linear_models import LAWS, RATE, Line, sets
 
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
@@ -75,6 +75,14 @@ def test_a_fit_that_got_stuck_is_made_again_where_another_fit_foresees_it(genera
     for parent, again in ((search.begun[law][0], []), (search.fits[law], [law])):
         search.foreseen[law] = cheaper, parent
         assert [proposal.effects for proposal, _ in search.open_proposals()] == again
+
+
+@pytest.mark.parametrize(("bend", "twins"), [(0.0, True), (1.0, False)])
+def test_a_law_that_does_the_same_is_a_twin_of_what_was_found(generator, bend, twins):
+    """On 0 to 2 s the square of the cosine of t and t + t^2 is 0.969, below 0.98: such a law is foreseen, and is no twin."""
+    search = sets(bend, generator).search
+    best = search.ranked()[0]
+    assert (frozenset(LAWS) - best in search.twins) == twins and len(best) == 1
 
 
 def test_a_fit_begins_no_farther_off_than_the_misfit_allows():
