@@ -8,6 +8,7 @@ import textwrap
 import numpy as np
 
 from hlcs.data.quantities import have_unit
+from hlcs.rendering import counted
 from hlcs.report.words import change_told, size, words
 
 LABELS = {
@@ -36,8 +37,10 @@ def new_axes(rows=1, columns=1, size=SIZE):
 
 
 def given_axes(ax, rows=1, columns=1, size=SIZE):
-    """The Axes that were given, or those of a new figure, as an array."""
-    return new_axes(rows, columns, size) if ax is None else np.asarray(ax).reshape(-1)
+    """The Axes that were given, or those of a new figure, (rows * columns,). InputError for another number, or what is none."""
+    if ax is None:
+        return new_axes(rows, columns, size)
+    return counted(np.asarray(ax, dtype=object).reshape(-1), rows * columns)
 
 
 def plain(ax, title, x, y, pad=None, letters=43):
