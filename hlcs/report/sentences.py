@@ -66,7 +66,7 @@ def _numbers(name, numbers):
 def _beyond(numbers):
     """A sentence for each number that is beyond what is usual."""
     return [
-        f"A {words(key)} of {entry['beyond']}: check the inputs that it rests on."
+        f"The {words(key)} of {entry['beyond']}: check the inputs that it rests on."
         for key, entry in numbers.items()
         if "beyond" in entry
     ]

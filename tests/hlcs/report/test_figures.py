@@ -128,6 +128,22 @@ def test_every_picture_draws_into_given_axes_and_names_its_units():
     assert len(AMBIGUOUS.plot()) == len(RECORDED.plot()) == 4
 
 
+def test_groups_of_a_table_are_named_by_what_they_hold():
+    """Rows that nobody grouped are left out in blocks: seven heights in six blocks are told by their heights, not numbered."""
+    heights = np.repeat(np.arange(0.5, 4.0, 0.5), 3)
+    rows = {"trial": np.repeat([0, 1, 2, 2, 3, 4, 5], 3), "channel": np.zeros(21), "input": heights, "measured": heights}
+    rows |= {"residual": np.full(21, 0.1), "sigmas": np.ones(21), "model": heights}
+    blocks = tuple(f"block {number}" for number in range(1, 7))
+    for names, told, label in [
+        (blocks, ["0.5", "1", "1.5 to 2", "2.5", "3", "3.5"], "height [m]"),
+        (tuple("abcdef"), list("abcdef"), "group"),
+    ]:
+        shown = Pictures(rows, rows, names, "input", "height_m")
+        (axes, _), caption = figures.pictures(replace(EFFECT, pictures=shown))["residuals_by_recording"]
+        assert [tick.get_text().replace("\n", " ") for tick in axes.get_xticklabels()] == told
+        assert axes.get_xlabel() == label and "group of rows" in caption and "recording" not in caption
+
+
 def test_another_number_of_axes_than_panels_is_refused_with_the_number_that_is_wanted():
     (one,) = figures.error_panel(RECORDED)
     for draw, given, words in [
