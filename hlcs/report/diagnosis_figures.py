@@ -25,7 +25,7 @@ from hlcs.report.figures import (
 )
 from hlcs.report.leftover import ALIKE, neighbours, spectrum
 from hlcs.report.ranking import ranking
-from hlcs.report.sentences import NEAR_NOISE, error_of
+from hlcs.report.sentences import NEAR_NOISE, error_of, foretold_worse
 from hlcs.report.words import capital, joined, size, words
 
 TALL = (4.5, 5.0)  # of two panels, one above the other [inch]
@@ -416,7 +416,9 @@ def _error_title(diagnosis):
         return "No error is known"
     if not diagnosis.effects:
         return f"The error of the model: {size(error['before'], unit)}"
-    if not diagnosis.adequate.get("after"):
+    if foretold_worse(diagnosis):
+        ends = "on data left out"
+    elif not diagnosis.adequate.get("after"):
         ends = "not down to the noise"
     else:
         ends = "down to the noise" if error["after"] <= NEAR_NOISE * error["noise"] else "to what noise may be"

@@ -107,11 +107,26 @@ def _measure(diagnosis):
 
 
 def _noise(diagnosis):
-    """What an adequate model leaves is noise, in a sentence."""
-    error = error_of(diagnosis)
+    """What an adequate model leaves is noise, in a sentence: on the data themselves, on which it is judged."""
+    error, unit = diagnosis.error.get("fitted") or error_of(diagnosis), diagnosis.error.get("unit", "")
     if not error:
         return "What is left is noise."
-    return f"What is left {left_by_adequate(diagnosis.kind, error['after'], error['noise'], diagnosis.error.get('unit', ''))}."
+    left = left_by_adequate(diagnosis.kind, error["after"], error["noise"], unit)
+    if not foretold_worse(diagnosis):
+        return f"What is left {left}."
+    many = LEFT_OUT.get(diagnosis.kind, "data")
+    return (
+        f"On the {many} themselves {size(error['after'], unit)} are left, which {left}. That the error is larger on {many} that "
+        f"were left out says that the numbers are known badly: more or other {many} tell them better."
+    )
+
+
+def foretold_worse(diagnosis):
+    """Is the error on data that the numbers were not fitted to larger than on the fitted ones by more than noise allows?"""
+    fitted, held_out = diagnosis.error.get("fitted"), diagnosis.error.get("held_out")
+    if not fitted or not held_out:
+        return False
+    return held_out["after"] > NEAR_NOISE * max(fitted["after"], fitted["noise"])
 
 
 def left_by_adequate(kind, after, noise, unit):
@@ -125,8 +140,11 @@ def left_by_adequate(kind, after, noise, unit):
 
 
 def beyond_noise(diagnosis):
-    """The part of the error after, in its unit, that the noise does not account for; None where the noise is as large."""
-    error = error_of(diagnosis)
+    """The part of the error after, in its unit, that the noise does not account for; None where the noise is as large.
+
+    Of the fitted data where others are foretold worse: what numbers that are known badly miss there is no missing effect.
+    """
+    error = diagnosis.error["fitted"] if foretold_worse(diagnosis) else error_of(diagnosis)
     excess = error["after"] ** 2 - error["noise"] ** 2
     return math.sqrt(excess) if excess > 0 else None
 
@@ -261,6 +279,11 @@ def _left_unexplained(diagnosis):
     error, unit, left = error_of(diagnosis), diagnosis.error.get("unit", ""), beyond_noise(diagnosis)
     fall = f"The error falls from {size(error['before'], unit)} to {size(error['after'], unit)}; the noise is "
     fall += f"{size(error['noise'], unit)}. "
+    if foretold_worse(diagnosis):
+        many = LEFT_OUT.get(diagnosis.kind, "data")
+        after, noise = size(diagnosis.error["fitted"]["after"], unit), size(error["noise"], unit)
+        fall = f"On the {many} themselves the error falls from {size(diagnosis.error['fitted']['before'], unit)} to {after}, on "
+        fall += f"{many} that the numbers were not fitted to {size(error['after'], unit)} are left; the noise is {noise}. "
     if left is None:
         return (
             fall

@@ -106,6 +106,25 @@ def test_an_error_above_the_noise_is_never_called_noise():
     assert "What is left is your noise" not in text(found) and "cannot be told from your noise (3 mm)" in text(found)
 
 
+def known_badly(verdict, fitted, held_out):
+    error = {"before": 0.012, "noise": NOISE}
+    errors = {"measure": "rms", "unit": "m", "fitted": error | {"after": fitted}, "held_out": error | {"after": held_out}}
+    return diagnosis(verdict, after=fitted, error=errors)
+
+
+def test_what_is_left_is_judged_on_the_data_themselves_and_the_error_on_others_is_told_beside_it():
+    """5.43 mm are not noise of 3 mm: 2.99 mm are, and the numbers are known badly."""
+    told = opening(known_badly("effect", 0.00299, 0.00543))
+    assert "5.43 mm after, on recordings that its numbers were not fitted to" in told
+    assert "On the recordings themselves 2.99 mm are left, which is your noise (3 mm). That the error is larger on" in told
+    assert "the numbers are known badly: more or other recordings tell them better" in told
+    assert "What is left" not in told
+    assert "What is left is your noise (3 mm)" in opening(known_badly("effect", 0.00299, 0.00302))
+    told = opening(known_badly("unexplained", 0.004, 0.008))
+    assert "On the recordings themselves the error falls from 12 mm to 4 mm, on recordings that the numbers were not" in told
+    assert "fitted to 8 mm are left; the noise is 3 mm. Beyond the noise 2.65 mm are left" in told
+
+
 @pytest.mark.parametrize("verdict", sorted(ALL))
 def test_no_report_of_any_verdict_says_what_is_false_for_it(verdict):
     told = text(ALL[verdict], details=True)
