@@ -90,7 +90,7 @@ def _decimals(half):
 
 def _rounded(number, digits):
     """A number to so many decimals."""
-    return f"{round(number, digits):.{max(digits, 0)}f}"
+    return f"{round(number, digits) + 0.0:.{max(digits, 0)}f}"  # zero has no sign
 
 
 def words(name):

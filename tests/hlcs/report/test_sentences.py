@@ -106,6 +106,14 @@ def test_an_error_above_the_noise_is_never_called_noise():
     assert "What is left is your noise" not in text(found) and "cannot be told from your noise (3 mm)" in text(found)
 
 
+def test_a_component_along_an_axis_that_was_not_measured_is_not_told():
+    flow = {"velocity_z": number(-0.5, 0.1, "m/s"), "velocity_y": number(-0.2, 60.0, "m/s")}
+    shown = pictures(observations(np.ones(20)), observations(np.ones(20)))  # of z alone
+    told = text(diagnosis(found=(WIND,), parameters={"uniform_flow": flow}, pictures=shown))
+    assert "velocity z -0.50" in told and "+- 60" not in told
+    assert "uniform_flow velocity_y is not told: nothing was measured along y." in told
+
+
 def known_badly(verdict, fitted, held_out):
     error = {"before": 0.012, "noise": NOISE}
     errors = {"measure": "rms", "unit": "m", "fitted": error | {"after": fitted}, "held_out": error | {"after": held_out}}
