@@ -17,6 +17,8 @@ from hlcs.report.figures import (
     given_axes,
     legend,
     marks_of,
+    name_groups,
+    parts_of,
     plain,
     residuals,
     root_mean_square,
@@ -31,7 +33,6 @@ from hlcs.report.words import capital, joined, size, words
 TALL = (4.5, 5.0)  # of two panels, one above the other [inch]
 WIDEST = 16  # letters of a name below an axis
 SEEN = 0.01  # of the height of a panel, from which a band in it can be seen
-MOST_NAMED = 10  # groups whose names have room below an axis
 NAMED = 27  # room for the names of sets, in two lines, between panel and title [points]
 
 
@@ -63,10 +64,8 @@ def pictures(diagnosis):
             caption = _RESIDUALS + (_OWN_SCALE if diagnosis.effects else "")
             found[f"residuals_{column}"] = residual_panels(diagnosis, column), caption
         if len(np.unique(diagnosis.pictures.before["trial"])) > 1:
-            found["residuals_by_recording"] = (
-                recording_panels(diagnosis),
-                f"One mark for each {_parts(diagnosis.pictures)[1]}. 1 is noise alone.",
-            )
+            caption = f"One mark for each {parts_of(diagnosis.pictures)[1]}. 1 is noise alone."
+            found["residuals_by_recording"] = recording_panels(diagnosis), caption
         left = spectrum(diagnosis.pictures.after)
         if left and left.hides_a_period:
             found["spectrum"] = spectrum_panel(diagnosis), "What is left, split into frequencies. White noise would lie near 1."
@@ -250,35 +249,12 @@ def recording_panels(diagnosis, ax=None):
             ax.plot(trials + 1, size_of, mark, color=colour, ms=5, alpha=0.8, label=label)
         ax.axhline(1.0, color=INK, ls=":", lw=LINE)
         ax.set_ylim(bottom=0)
-        what = _parts(pictures)[0]
+        what = parts_of(pictures)[0]
         told = f"{when + ': ' if diagnosis.effects else ''}how far the {what} are missed"
-        plain(ax, capital(told), _name_groups(ax, table, pictures) or what[:-1], "rms [sigma of the noise]")
+        plain(ax, capital(told), name_groups(ax, table, pictures) or what[:-1], "rms [sigma of the noise]")
     if len(np.unique(pictures.before["channel"])) > 1:
         legend(axes[0], ncols=3)
     return axes
-
-
-def _parts(pictures):
-    """(what has a mark of its own, what one mark stands for) in the picture of what is missed by how much."""
-    if "layer" in pictures.before:
-        return "sets", "set of layers"
-    return ("recordings", "recording and channel") if pictures.channels else ("groups", "group of rows that is left out together")
-
-
-def _name_groups(ax, table, pictures):
-    """Whole numbers at the axis of the marks; groups of a table have their names there, and where the user gave none the values
-    of the main input that they hold. The label of the axis, or None where it is what the marks stand for."""
-    trials = np.unique(table["trial"])
-    ax.xaxis.get_major_locator().set_params(integer=True)
-    if _parts(pictures)[0] != "groups" or len(trials) > MOST_NAMED:
-        return None
-    names = [pictures.trials[int(trial)] for trial in trials]
-    unnamed = all(name.startswith("block ") for name in names)
-    if unnamed:
-        values = [table[pictures.over][table["trial"] == trial] for trial in trials]
-        names = [" to ".join(dict.fromkeys(f"{end:.3g}" for end in (each.min(), each.max()))) for each in values]
-    ax.set_xticks(trials + 1, [textwrap.fill(name, 8) for name in names], fontsize=8)
-    return _label(pictures, pictures.over) if unnamed else None
 
 
 def spectrum_panel(diagnosis, ax=None):

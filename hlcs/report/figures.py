@@ -23,6 +23,7 @@ CHANNEL = (("o", "#1c5a85"), ("s", "#e07b1a"), ("^", "#8cc084"), ("D", "#7b3294"
 SMALLER = {"m": (1e3, "mm"), "s": (1e3, "ms"), "1": (100.0, "%")}  # what an axis shows below one
 LINE = 0.75  # [points]
 BAND = 2.0  # sigma of the noise, drawn grey
+MOST_NAMED = 10  # groups whose names have room below an axis
 SIZE = (4.5, 3.2)  # of one panel: as wide as a phone shows it with letters of its own size [inch]
 
 
@@ -81,6 +82,29 @@ def axis_label(column, label=""):
         if column.endswith(ending):
             return f"{words(column.removesuffix(ending))} [{unit}]"
     return LABELS.get(column, label or words(column))
+
+
+def parts_of(pictures):
+    """(what has a mark of its own, what one mark stands for) in the picture of what is missed by how much."""
+    if "layer" in pictures.before:
+        return "sets", "set of layers"
+    return ("recordings", "recording and channel") if pictures.channels else ("groups", "group of rows that is left out together")
+
+
+def name_groups(ax, table, pictures):
+    """Whole numbers at the axis of the marks; groups of a table have their names there, and where the user gave none the values
+    of the main input that they hold. The label of the axis, or None where it is what the marks stand for."""
+    trials = np.unique(table["trial"])
+    ax.xaxis.get_major_locator().set_params(integer=True)
+    if parts_of(pictures)[0] != "groups" or len(trials) > MOST_NAMED:
+        return None
+    names = [pictures.trials[int(trial)] for trial in trials]
+    unnamed = all(name.startswith("block ") for name in names)
+    if unnamed:
+        values = [table[pictures.over][table["trial"] == trial] for trial in trials]
+        names = [" to ".join(dict.fromkeys(f"{end:.3g}" for end in (each.min(), each.max()))) for each in values]
+    ax.set_xticks(trials + 1, [textwrap.fill(name, 8) for name in names], fontsize=8)
+    return axis_label(pictures.label) if unnamed else None
 
 
 def root_mean_square(values):
