@@ -286,8 +286,7 @@ def ranking_panel(diagnosis, ax=None, most=9):
     for place, row, here in zip(places, shown, values, strict=True):
         colour = AFTER if row["accepted"] else INK if not row["effects"] else BEFORE
         axes[0].plot([base, here], [place, place], "-", color=NOISE, lw=1.5, zorder=1)
-        hollow = {"mfc": "white"} if row["foreseen"] else {}
-        axes[0].plot([here], [place], "o", color=colour, ms=8, zorder=2, **hollow)
+        axes[0].plot([here], [place], "o", color=colour, ms=8, zorder=2, **({"mfc": "white"} if row["foreseen"] else {}))
     axes[0].set_yticks(places, ["\n+ ".join(row["effects"]) or "as it is" for row in shown], fontsize=9)
     axes[0].axvline(1.0, color=INK, ls=":", lw=LINE)
     if values and max(values) > 5 * min(values):
