@@ -4,9 +4,11 @@ from dataclasses import asdict, dataclass, field
 from enum import Enum
 from typing import Any, NamedTuple
 
+from hlcs.data.frames import what_is
 from hlcs.data.model_entries import found_entry, to_add
 from hlcs.files.documents import plain
 from hlcs.rendering import Result, table_of
+from minibullet.errors import InputError
 
 VERDICTS = {
     "complete": "nothing is missing at this precision",
@@ -232,7 +234,11 @@ class Diagnosis(Judgement, Found):
         """Another Experiment, with what was found added to its model; the first is unchanged.
 
         A number that was withheld stands in it as "fill in", and has to be replaced before it can be compared. The file of a
-        learned law is written when it is saved. Where nothing was found it is the same Experiment."""
+        learned law is written when it is saved. Where nothing was found it is the same Experiment.
+        Raises InputError for what is no Experiment."""
+        if not hasattr(experiment, "with_effects"):
+            told = f"apply: got {what_is(experiment)}; give an hlcs.Experiment"
+            raise InputError(f"{told}, such as hlcs.Experiment.read('drop.toml') or diagnosis.experiment")
         own = self.experiment.user_effects if self.experiment else ()
         if law := self.law:
             return experiment.with_effects(self.additions, (*own, law.kind)).with_effects_text(law.file_name, law.effect_file)
@@ -261,7 +267,7 @@ class Diagnosis(Judgement, Found):
             return frame.assign(same_as=frame["same_as"].map(", ".join))
         found = {name: getattr(self, name) for name in ("candidates", "steps", "sets", "where")}
         found["numbers"] = [{"effect": e, "number": name} | n for e, of in self.parameters.items() for name, n in of.items()]
-        return table_of(found, table)
+        return table_of(found, table, {"parameters": "numbers", "effects": "numbers"})
 
 
 @dataclass(frozen=True, repr=False)

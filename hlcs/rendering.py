@@ -57,17 +57,26 @@ class Result:
         return self._renderer().save(self, folder)
 
 
-def table_of(tables, name):
-    """The pandas frame of one of some tables {name: rows}, each row a dictionary; InputError names those that there are."""
+def table_of(tables, name, held=()):
+    """The pandas frame of one of some tables {name: rows}, each row a dictionary; InputError names those that there are.
+
+    held: {what somebody may ask for: the table that holds it}.
+    """
     import pandas as pd
 
-    if name not in tables:
-        raise InputError(one_of(name, tables, f"table {shown_value(name)} is none of"))
+    if not isinstance(name, str) or name not in tables:
+        none = f"table {shown_value(name)} is none of"
+        if isinstance(name, str) and name in held:
+            raise InputError(f"{none} {', '.join(tables)}; '{held[name]}' holds it")
+        raise InputError(one_of(name, tables, none))
     return pd.DataFrame(list(tables[name]))
 
 
 def counted(axes, count):
-    """The Axes of a picture (n,), as many as it has panels; InputError for another number of them."""
+    """The Axes of a picture (n,), as many as it has panels; InputError for another number of them, or what is none."""
+    for one in axes:
+        if not hasattr(one, "set_xlabel"):
+            raise InputError(f"plot: ax holds {shown_value(one)}; give Axes of matplotlib, {count} of them, or leave ax out")
     if len(axes) != count:
         raise InputError(f"plot: ax holds {len(axes)} Axes; this picture has {count}: give {count}, or leave ax out")
     return axes

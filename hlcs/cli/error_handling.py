@@ -104,11 +104,12 @@ def _complain(what, status):
 
 
 def _warning_printer():
-    """What shows a warning: one line, each text once."""
+    """What shows a warning: one line, each text once. A number that ran over inside a library names no file and no remedy: the
+    check that meets it tells of it."""
     printed = set()
 
     def show(message, *_, **__):
-        if str(message) not in printed:
+        if str(message) not in printed and not isinstance(message, RuntimeWarning):
             printed.add(str(message))
             _complain(f"warning: {message}", 0)
 

@@ -98,14 +98,16 @@ class Free:
         return self.period is not None or self.low <= value <= self.high
 
     def beyond(self, value):
-        """The value and on which side of the plausible range it lies, in words, with three digits or as many more as show that
-        side beside the range; "" within it."""
+        """The value and on which side of the plausible range it lies, in words, each number with three digits or as
+        many more as show that side; "" within it."""
         if self.plausible(value):
             return ""
-        side, end = ("below", float(f"{self.low:g}")) if value < self.low else ("above", float(f"{self.high:g}"))
-        written = [f"{float(f'{value:.{digits}g}'):.{max(digits, 6)}g}" for digits in range(3, 18)]
-        told = next((text for text in written if (float(text) - end) * (value - end) > 0), repr(float(value)))
-        return f"{told} lies {side} what is plausible ({self.usual})"
+        side, end = ("below", self.low) if value < self.low else ("above", self.high)
+        pairs = [(of_end, of_value) for of_end in range(3, 18) for of_value in range(3, min(of_end + 4, 18))]
+        of_end, of_value = next(
+            ((m, n) for m, n in pairs if (float(f"{value:.{n}g}") - float(f"{end:.{m}g}")) * (value - end) > 0), (17, 17)
+        )
+        return f"{_to_digits(value, of_value)} lies {side} what is plausible ({self._range(of_end)})"
 
     def doubt(self, effect, value):
         """What is said of a value beyond the plausible range, of a number of an effect of that name; "" within it."""
@@ -115,7 +117,12 @@ class Free:
     @property
     def usual(self):
         """The plausible range in words, with its unit."""
-        return f"{self.low:g} to {self.high:g}" + ("" if self.unit == "1" else f" {self.unit}")
+        return self._range(3)
+
+    def _range(self, digits):
+        return f"{_to_digits(self.low, digits)} to {_to_digits(self.high, digits)}" + (
+            "" if self.unit == "1" else f" {self.unit}"
+        )
 
     def aside(self, value):
         """How far a value stands from what is expected, in spreads; an angle is as good as any other."""
@@ -125,6 +132,11 @@ class Free:
         """-2 log of the belief in a value over that in the expected one: a Cauchy law, whose tails leave room for what nobody
         expected (A. Gelman et al., Ann. Appl. Stat. 2 (2008) 1360)."""
         return 2 * np.log1p(self.aside(value) ** 2)
+
+
+def _to_digits(value, digits):
+    """A number to so many digits, without a power of ten up to a million."""
+    return f"{float(f'{value:.{digits}g}'):.{max(digits, 6)}g}"
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from minibullet.files.reading import read_text
 MOST_ROWS = 200_000  # of a file, and of all recordings of an experiment: what `hlcs compare` does in 2 GB of memory
 MOST_BYTES = 25 * 8 * MOST_ROWS  # eight columns of numbers with all their digits, 25 characters each with the comma
 MOST_LINE = 10_000  # characters: fifty rows of eight such numbers; what is longer is no table
+MOST_TOLD = 14  # columns that a complaint lists
 MOST_WORD = 100  # characters: names of groups and grids stand in every report
 
 
@@ -76,7 +77,10 @@ def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
         )
     used = [k for k, line in enumerate(lines) if line.strip(" \t,") and not line.lstrip().startswith("#")]
     if not used:
-        raise InputError(f"{name}: is empty; the first row names the columns {','.join(layout.known)}")
+        names = ",".join(layout.known)
+        if len(layout.known) > MOST_TOLD:
+            names = f"{layout.known[0]}, .., {layout.known[-1]}: those of {len(layout.known)} known ones that were measured"
+        raise InputError(f"{name}: is empty; the first row names the columns {names}")
     first, *body = used
     header = cells_of(name, first + 1, lines[first])
     _check_header(f"{name}, row {first + 1}", header, layout)

@@ -7,11 +7,20 @@ import numpy as np
 
 from hlcs.data.model_entries import FILL_IN
 from hlcs.data.quantities import OUTCOMES
+from hlcs.data.recordings import ACCELERATIONS, COLUMNS, PIXELS
 from hlcs.files.documents import toml_value
 from hlcs.files.spreadsheets import csv_text
 from minibullet.errors import shown
 
 EXPERIMENT = "experiment.toml"
+RESTS_ON = {  # contact coefficient -> the outcomes that rest on it
+    "friction": {"stop_distance_m", "slide_time_s"},
+    "restitution": {"rebound_height_m", "bounce_time_s", "rebound_speed_m_s"},
+}
+CONTACTS = {
+    "friction": "contact coefficient of body and floor: what you believe it is, such as 0.3; diagnose tells if it is not",
+    "restitution": "speed after an impact over that before it, 0 to 1: what you believe it is; diagnose tells if it is not",
+}
 DIGITS = ".12g"  # of numbers in the CSV: more than any export has, and 1.2 cm stay 0.012 m
 WIDTH = 40  # where comments begin
 
@@ -118,13 +127,23 @@ def body_lines(known=()):
     return lines
 
 
-def surroundings_lines():
-    """[surroundings], with what may be added."""
-    return [
-        entry("gravity", 9.81, "m/s2"),
-        optional("fluid_density = 1.2", "kg/m3; left out = a gas such as air"),
-        optional("floor = { height = 0.0 }", "m: where the floor is, in the z of the recordings; left out = no floor"),
-    ]
+def surroundings_lines(known):
+    """[surroundings], with what may be added, and what must be filled in; known: columns of the recordings, or of the table.
+
+    A contact that the outcome rests on is asked for: a default would act in silence, and be told as if it had been measured.
+    """
+    lines = [entry("gravity", 9.81, "m/s2"), optional("fluid_density = 1.2", "kg/m3; left out = a gas such as air")]
+    asked = [key for key, outcomes in RESTS_ON.items() if known & outcomes and key not in known]
+    if known & {*OUTCOMES}:
+        return lines + [entry(key, FILL_IN, CONTACTS[key]) for key in asked]
+    if known & {*ACCELERATIONS} and not known & {*COLUMNS[1:4], *PIXELS}:
+        floor = "m: 0.0 where the body lies or slides on a table or floor; delete the line if it flies"
+        lines.append(entry("floor.height", FILL_IN, floor))
+    else:
+        where = "m: where the floor is, in the z of the recordings; left out = no floor"
+        lines.append(optional("floor.height = 0.0", where))
+    example = {"friction": 0.5, "restitution": 0.0}  # what acts where there is a floor and they are left out
+    return lines + [optional(f"{key} = {example[key]}", f"{CONTACTS[key]}; where there is a floor") for key in CONTACTS]
 
 
 def places_of(name, text):

@@ -98,13 +98,20 @@ def grid_of(source, separator=None):
     head = "\n".join(lines[k] for k in used[:FIRST_LINES])
     separator = separator or next((sign for sign in SEPARATORS if sign in head), " ")
     if separator == " ":
-        cells = tuple(lines[k].split() for k in used)
+        cells = tuple(_between_blanks(source.name, k + 1, lines[k]) for k in used)
     else:
         cells = tuple(cells_of(source.name, k + 1, lines[k], separator) for k in used)
     comma = any(COMMA_NUMBER.fullmatch(cell) for row in cells for cell in row)
     if comma:
         notes = (*notes, Assumption(f"{source.name}: decimals are written with a comma, 0,5 for a half"))
     return Grid(source.name, source.stem, tuple(k + 1 for k in used), cells, comma, notes)
+
+
+def _between_blanks(name, line, text):
+    """The cells of a line whose columns are separated by blanks; blanks between quotes separate nothing."""
+    if '"' not in text:
+        return text.split()
+    return [cell for cell in cells_of(name, line, text.strip(), " ") if cell]
 
 
 def _text(source):

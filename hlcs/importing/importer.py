@@ -1,10 +1,14 @@
 """From exported files to an experiment: read, told what was assumed, written with the places that a person must fill in."""
 
-from dataclasses import dataclass, fields
+import os
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
+import numpy as np
+
 from hlcs.data.model_entries import FILL_IN
-from hlcs.data.recordings import LEAST_AT_REST
+from hlcs.data.recordings import ACCELERATIONS, COLUMNS, LEAST_AT_REST, PIXELS, Accelerations, Trial
+from hlcs.data.validation import check_at_rest
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.importing import optitrack, phyphox, spreadsheet, tracker
@@ -29,6 +33,14 @@ from minibullet.errors import InputError, is_number, nearest, one_of, shown, sho
 
 FORMATS = {"tracker": tracker, "phyphox": phyphox, "optitrack": optitrack, "csv": spreadsheet}
 GROUP = "what is held out together: name the day, the camera, the ball"
+ASKED = {  # what belongs in a place of [measurement] that is to be filled in
+    "metres_per_pixel": "m: the length of a pixel, from a ruler in the view",
+    "accelerometer": '"world": the axes do not turn and z points up; "body": they turn with the body',
+}
+TURNING = {  # what is needed of the start where an accelerometer turns with the body
+    "orientation": "(w, x, y, z): how the axes of the phone lie at the start; [1.0, 0.0, 0.0, 0.0]: its z points up",
+    "angular_velocity": "rad/s: how it turns at the start; [0.0, 0.0, 0.0]: it does not",
+}
 START = "m/s: in each [[trial]] that was let go at rest; what is not stated is fitted"
 
 
@@ -93,6 +105,7 @@ def import_measurements(files, format, out, static=None, **overrides):
         raise InputError(f"'{shown(format)}' is no format; {one_of(format, FORMATS, 'one of')}")
     if not paths:
         raise InputError("no file to import")
+    _each_once(paths, static)
     reader, said = FORMATS[format], checked_overrides(format, overrides)
     founds = [reader.read(path, said) for path in paths]
     kinds = {"outcomes" if found.rows is not None else "trajectory" for found in founds}
@@ -159,8 +172,19 @@ def option(name):
     return "--" + name.replace("_", "-")
 
 
+def _each_once(paths, static):
+    """Refuse a file that is named twice, under whatever names: a copy is no second measurement."""
+    seen = {}
+    for path in (*paths, *([static] if static is not None else [])):
+        real = os.path.realpath(path)
+        if real in seen:
+            told = "it is among the files that are imported" if path is static else f"it is '{shown(seen[real], 255)}' again"
+            raise InputError(f"{shown(path, 255)}: {told}; name each file once")
+        seen[real] = path
+
+
 def _at_rest(found, path):
-    """The one recording of a body at rest."""
+    """The one recording of a body at rest; InputError where it moves."""
     if len(found.recordings) != 1:
         raise InputError(
             f"{shown(path, 255)}: {len(found.recordings)} recordings; --static takes one, of one body at rest (--only)"
@@ -169,12 +193,20 @@ def _at_rest(found, path):
     count = len(rest.columns["t_s"])
     if count < LEAST_AT_REST:
         raise InputError(f"{shown(path, 255)}: {count} samples at rest; at least {LEAST_AT_REST} are needed to know the noise")
+    missing = np.full((3, count), np.nan)
+    position, read = (
+        np.array([rest.columns.get(name, blank) for name, blank in zip(axes, missing, strict=True)]).T
+        for axes in (COLUMNS[1:4], ACCELERATIONS)
+    )
+    still = Trial(rest.name, rest.group, rest.columns["t_s"], position, np.full((count, 4), np.nan), {}, None, None)
+    check_at_rest(replace(still, accelerations=Accelerations(read, False, 0.0)), shown(path, 255))
     return rest
 
 
 def _recordings(founds):
     """({file: CSV text}, lines of each [[trial]], {file: in words}) of recordings."""
     recordings = [one for found in founds for one in found.recordings]
+    measurement = _of_measurement(founds)
     numbered = [
         f"{k} {one.name}" if [r.name for r in recordings].count(one.name) > 1 else one.name for k, one in enumerate(recordings, 1)
     ]
@@ -184,7 +216,9 @@ def _recordings(founds):
         name = names[called]
         contents[name], whats[name] = recording_text(one), _in_words(one)
         trials.append([entry("file", name), entry("group", shown(one.group, 90), "" if trials else GROUP)])
-    trials[0].append(optional("start = { velocity = [0.0, 0.0, 0.0] }", START))
+        if measurement.get("accelerometer") == "body":
+            trials[-1] += [entry(f"start.{key}", FILL_IN, comment) for key, comment in TURNING.items()]
+    trials[0].append(optional("start.velocity = [0.0, 0.0, 0.0]", START))
     return contents, trials, whats
 
 
@@ -215,11 +249,16 @@ def _places_in(contents):
     return places
 
 
+def _of_measurement(founds):
+    """The keys of [measurement] that the files of an import say, {key: value}."""
+    return {key: value for found in founds for key, value in found.measurement.items()}
+
+
 def _measurement(founds, written, rest):
     """Lines of [measurement]; written: {file: CSV text}."""
-    given = {key: value for found in founds for key, value in found.measurement.items()}
-    lines = [entry(key, value) for key, value in given.items()]
-    columns = {name for found in founds for one in found.recordings for name in one.columns}
+    given = _of_measurement(founds)
+    lines = [entry(key, value, ASKED.get(key, "") if value == FILL_IN else "") for key, value in given.items()]
+    columns = _columns(founds)
     if not columns:
         (name,) = written
         lines.append(entry("file", name))
@@ -229,7 +268,7 @@ def _measurement(founds, written, rest):
     if rest:
         return [*lines, entry("static", "rest.csv", "the noise is taken from the body at rest")]
     advice = "; or record the body at rest, and import it with --static"
-    if columns & {"x_m", "y_m", "z_m"}:
+    if columns & {*COLUMNS[1:4], *PIXELS}:
         lines.append(entry("noise.position", FILL_IN, f"m, one sigma{advice}"))
     if "qw" in columns:
         lines.append(entry("noise.orientation", FILL_IN, f"rad, one sigma{advice}"))
@@ -238,12 +277,17 @@ def _measurement(founds, written, rest):
     return lines
 
 
+def _columns(founds):
+    """Names of the columns of all recordings."""
+    return {name for found in founds for one in found.recordings for name in one.columns}
+
+
 def _sections(founds, said, written, rest):
     """{title: lines} of the experiment file; written: {file: CSV text}; rest: Recording of the body at rest, or None."""
     rows = {name for found in founds for name in found.rows or ()}
     return {
         "body": body_lines({*rows, *said.constant}),
-        "surroundings": surroundings_lines(),
+        "surroundings": surroundings_lines({*rows, *said.constant, *_columns(founds)}),
         "model": [entry("effects", [], 'what is known to act, such as { name = "buoyancy", fluid_density = 1.2 }')],
         "measurement": _measurement(founds, written, rest),
     }

@@ -8,12 +8,14 @@ row; else the rows are the samples of one recording.
 
 import numpy as np
 
+from hlcs.data.model_entries import FILL_IN
+from hlcs.data.outcome_tables import SD
 from hlcs.data.quantities import INPUTS, OUTCOMES
-from hlcs.data.recordings import COLUMNS
+from hlcs.data.recordings import ACCELERATIONS, COLUMNS, PIXELS
 from hlcs.importing.axes import turned
 from hlcs.importing.found import Assumption, Found, recording
 from hlcs.importing.grids import MISSING, grid_of, source_of
-from hlcs.importing.units import KNOWN, SI, quantity_of, scale, split_unit
+from hlcs.importing.units import KNOWN, SI, SUFFIXES, UNITS, quantity_of, scale, split_unit
 from minibullet.errors import InputError, shown
 
 NAME = "spreadsheet"
@@ -33,7 +35,7 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
     "fall_time_s": "fall time, falling time, drop time, time of fall, fallzeit, temps de chute, tiempo de caída",
     "rebound_height_m": "rebound height, bounce height, rebound, rücksprunghöhe, rueckprallhoehe, rückprallhöhe",
     "stop_distance_m": "stop distance, stopping distance, sliding distance, rutschweg, bremsweg",
-    "slide_time_s": "slide time, sliding time, rutschzeit",
+    "slide_time_s": "slide time, sliding time, rutschzeit, gleitzeit",
     "rest_height_m": "rest height, resting height, ruhehöhe",
     "mass_kg": "mass, masse, masa, m",
     "radius_m": "radius, rayon, radio",
@@ -43,8 +45,11 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
     "group": "group, gruppe, groupe, grupo, series, serie, day, tag",
 }
 MEANING = {word: column for column, words in WORDS.items() for word in (*words.split(", "), column.replace("_", " "))}
-IN_RECORDINGS = (*COLUMNS, "frame")
-IN_TABLES = (*INPUTS, *OUTCOMES, "group")
+IN_RECORDINGS = (*COLUMNS, *PIXELS, *ACCELERATIONS, "frame")
+IN_TABLES = (*INPUTS, *(f"{name}{SD}" for name in INPUTS), *OUTCOMES, "group")
+for column in (*INPUTS, *OUTCOMES):  # "bounce time" is bounce_time_s: a column without the unit in its name
+    ending = next((ending for ending in SUFFIXES if column.endswith(ending)), "")
+    MEANING.setdefault(column.removesuffix(ending).replace("_", " "), column)
 
 
 def read(path, overrides):
@@ -52,7 +57,7 @@ def read(path, overrides):
     grid = grid_of(source_of(path))
     head = _header(grid)
     _no_more_cells_than_names(grid, head)
-    columns, notes = _columns(grid, head, overrides)
+    columns, left, notes = _columns(grid, head, overrides)
     first = head + 1 + _has_units(grid, head)
     for name, (index, _) in columns.items():
         if _empty(grid, first, index):
@@ -62,7 +67,7 @@ def read(path, overrides):
     if is_table:
         rows, told = _rows(grid, first, columns, overrides)
         return Found((), rows, {}, (*notes, *told))
-    found, measurement, told = _recording(grid, first, columns, overrides)
+    found, measurement, told = _recording(grid, first, columns, left, overrides)
     return Found((found,), None, measurement, (*notes, *told))
 
 
@@ -112,7 +117,7 @@ def _empty(grid, first, index):
 
 
 def _columns(grid, head, overrides):
-    """({column of the project: (index, unit)}, assumptions) of the columns that are known or that the user names."""
+    """({column of the project: (index, unit)}, columns that are not known, assumptions); known, or named by the user."""
     known = dict.fromkeys((*IN_RECORDINGS, *IN_TABLES))
     units = grid.cells[head + 1] if _has_units(grid, head) else []
     found, left, asked = {}, [], dict(overrides.column)
@@ -121,6 +126,8 @@ def _columns(grid, head, overrides):
         unit = unit or (units[index].strip("[]() ").lower() if index < len(units) else "")
         own = cell.strip() if cell.strip() in known else None
         name = asked.pop(cell, None) or own or MEANING.get(word)
+        if name in COLUMNS[1:4] and cell not in overrides.column and unit in UNITS["pixels"] and overrides.length_unit is None:
+            name = PIXELS[COLUMNS.index(name) - 1]
         if own and cell not in overrides.column:
             unit = SI.get(quantity_of(own), "")
         if name is None:
@@ -149,7 +156,7 @@ def _columns(grid, head, overrides):
         cell = grid.cells[head][index]
         if cell != name and cell not in overrides.column:
             notes.append(Assumption(f"{grid.name}: column '{shown(cell)}' is {name}", "--column"))
-    return found, notes
+    return found, left, notes
 
 
 def _si(grid, first, name, place, overrides):
@@ -159,24 +166,35 @@ def _si(grid, first, name, place, overrides):
     return factor * grid.column(first, index, name), told
 
 
-def _recording(grid, first, columns, overrides):
-    """(Recording, keys of [measurement], assumptions) of rows that are samples."""
+def _recording(grid, first, columns, left, overrides):
+    """(Recording, keys of [measurement], assumptions) of rows that are samples; left: columns that are not known."""
     foreign = [name for name in columns if name not in IN_RECORDINGS]
     notes = [
         Assumption(f"{grid.name}: column {name} is left out: rows with t_s are samples of one recording", "--column")
         for name in foreign
     ]
-    times, told = _times(grid, first, columns, overrides)
+    times, told = _times(grid, first, columns, left, overrides)
     notes += told
-    vectors = np.full((len(times), 3), np.nan)
-    for axis, name in enumerate(COLUMNS[1:4]):
-        if name in columns:
-            vectors[:, axis], told = _si(grid, first, name, columns[name], overrides)
-            notes += told
-    up = overrides.up or ("z" if "z_m" in columns or "y_m" not in columns else "y")
+    if {*PIXELS} & {*columns} and {*COLUMNS[1:4]} & {*columns}:
+        raise InputError(f"{grid.place(0)}: positions in pixels beside positions in metres; leave one kind of column out")
+    places = PIXELS if {*PIXELS} & {*columns} else COLUMNS[1:4]
+    up = overrides.up or ("z" if places[2] in columns or places[1] not in columns else "y")
     if up == "y" and overrides.up is None:
-        notes.append(Assumption(f"{grid.name}: y points up, as in a video; it becomes z_m", "--up"))
-    values = {"t_s": times} | dict(zip(COLUMNS[1:4], turned(vectors, up).T, strict=True))
+        down = "; -y where pixels are counted downwards" if places is PIXELS else ""
+        notes.append(Assumption(f"{grid.name}: y points up, as in a video; it becomes {places[2]}{down}", "--up"))
+    values, measurement = {"t_s": times}, {"planar": True} if up == "none" else {}
+    for axes in (places, ACCELERATIONS):
+        vectors, told = _vectors(grid, first, axes, columns, overrides)
+        values |= dict(zip(axes, turned(vectors, up).T, strict=True))
+        notes += told
+    if places is PIXELS:
+        measurement["metres_per_pixel"] = FILL_IN
+    if {*ACCELERATIONS} & {*columns}:
+        measurement["accelerometer"] = FILL_IN
+        if up not in ("z", "none"):
+            raise InputError(
+                f"{grid.name}: has accelerations, and {up} points up; turn them so that z points up, and state --up z"
+            )
     quaternion = [name for name in COLUMNS[4:] if name in columns]
     if quaternion and len(quaternion) < 4:
         raise InputError(f"{grid.name}: {', '.join(quaternion)} without the rest; a quaternion needs qw, qx, qy, qz")
@@ -185,15 +203,30 @@ def _recording(grid, first, columns, overrides):
     values |= {name: grid.column(first, columns[name][0], name) for name in quaternion}
     advice = 'where each row is an experiment of its own, say so with --column "..=fall_time_s"'
     found, told = recording(grid.stem, grid, grid.lines[first:], values, "t_s", advice)
-    return found, {"planar": True} if up == "none" else {}, [*notes, *told]
+    return found, measurement, [*notes, *told]
 
 
-def _times(grid, first, columns, overrides):
+def _vectors(grid, first, axes, columns, overrides):
+    """(vectors (n, 3) in SI or pixels, NaN where missing, assumptions) of the columns of three axes."""
+    vectors, notes = np.full((len(grid.cells) - first, 3), np.nan), []
+    for axis, name in enumerate(axes):
+        if name in columns:
+            vectors[:, axis], told = _si(grid, first, name, columns[name], overrides)
+            notes += told
+    return vectors, notes
+
+
+def _times(grid, first, columns, left, overrides):
     if "t_s" in columns and overrides.frame_rate is None:
         return _si(grid, first, "t_s", columns["t_s"], overrides)
     if "frame" not in columns:
         needed = "a column 'frame', which --frame-rate needs" if overrides.frame_rate else "a column of times, such as Zeit [s]"
-        raise InputError(f"{grid.place(0)}: {needed}, is missing; there are {', '.join(columns)}")
+        unknown = ""
+        if left:
+            names = ", ".join(f"'{shown(cell)}'" for cell in left)
+            unknown = f'; not understood: {shown(names, 200)}: state what each is, such as --column "{shown(left[0])}='
+            unknown += 't_s", or =slide_time_s where each row is an experiment of its own'
+        raise InputError(f"{grid.place(0)}: {needed}, is missing; there are {', '.join(columns)}{unknown}")
     if overrides.frame_rate is None:
         raise InputError(f"{grid.place(0)}: frame numbers but no times; state --frame-rate, in pictures a second")
     return grid.column(first, columns["frame"][0], "frame") / overrides.frame_rate, []

@@ -4,6 +4,7 @@ import math
 import re
 import unicodedata
 
+from hlcs.data.outcome_tables import SD
 from hlcs.importing.found import Assumption
 from minibullet.errors import InputError, shown
 
@@ -16,10 +17,11 @@ UNITS = {  # quantity -> unit -> its size in the unit of the project
     "mass": {"kg": 1.0, "g": 1e-3},
     "angle": {"deg": 1.0, "°": 1.0, "degrees": 1.0, "rad": 180.0 / math.pi},  # columns of tables have angle_deg
     "rate of turn": {"rad/s": 1.0},
+    "pixels": {"px": 1.0, "pixel": 1.0, "pixels": 1.0},
     "share": {"1": 1.0, "-": 1.0, "%": 0.01},
 }  # fmt: skip
 SUFFIXES = {"_pa_s": "share", "_m_s2": "acceleration", "_rad_s": "rate of turn", "_m_s": "speed", "_kg": "mass",
-            "_deg": "angle", "_s": "time", "_m": "length"}  # fmt: skip
+            "_deg": "angle", "_px": "pixels", "_s": "time", "_m": "length"}  # fmt: skip
 SI = {
     "time": "s",
     "length": "m",
@@ -28,6 +30,7 @@ SI = {
     "mass": "kg",
     "angle": "degrees",
     "rate of turn": "rad/s",
+    "pixels": "pixels",
 }
 CHOICES = {"length": ("m", "cm", "mm", "km", "in", "ft"), "time": ("s", "ms", "us", "min")}  # of the options
 KNOWN = {unit for quantity, units in UNITS.items() if quantity != "share" for unit in units}
@@ -37,7 +40,11 @@ AFTER_UNDERSCORE = re.compile(r"(.+?)_([^_]+)")
 
 
 def quantity_of(column):
-    """What a column of the project measures, by the unit at the end of its name; "share" for a number without unit."""
+    """What a column of the project measures, by the unit at the end of its name; "share" for a number without unit.
+
+    The error of an input has its unit.
+    """
+    column = column.removesuffix(SD)
     return next((quantity for suffix, quantity in SUFFIXES.items() if column.endswith(suffix)), "share")
 
 

@@ -49,8 +49,9 @@ class Learned(Result):
         return plain(told | {"effect_file": file})
 
 
-def sentence(law, numbers, direction, also):
-    """What a law with these numbers says, in one sentence; direction: along which it acts (3,), None = its own."""
+def sentence(law, numbers, direction, also, measured=AXES):
+    """What a law with these numbers says, in one sentence; direction: along which it acts (3,), None = its own; measured: axes
+    along which positions were measured, of which alone a direction or a place is told."""
     others = f" (a law of {' or '.join(also)} does as well)" if also else ""
     if law.form == "oscillation":
         axes = [axis for axis in AXES if f"amplitude_{axis}" in numbers]
@@ -59,20 +60,25 @@ def sentence(law, numbers, direction, also):
         names = " and ".join(", ".join(axes).rsplit(", ", 1))
         frequency = numbers["frequency_hz"]["value"]
         return f"An oscillation of {frequency:.2g} Hz in {names} ({sizes} mm): the camera shakes{phase}{others}"
-    return f"{_force(law, numbers, direction)} {_grows(law, numbers)}{others}"
+    return f"{_force(law, numbers, direction, measured)} {_grows(law, numbers)}{others}"
 
 
-def _force(law, numbers, direction):
+def _force(law, numbers, direction, measured):
     """The force, before "that .."."""
+    axes = [axis for axis in AXES if axis in measured]
+    of_axes = "" if len(axes) == len(AXES) else f" in {' and '.join(axes)}"
     positive = _sign(law, numbers) > 0
     if law.way == "point":
-        place = ", ".join(f"{numbers[f'point_{axis}']['value']:.2f}" for axis in AXES)
-        return f"A {'pull towards' if positive else 'push away from'} ({place}) m"
+        place = ", ".join(f"{numbers[f'point_{axis}']['value']:.2f}" for axis in axes)
+        return f"A {'pull towards' if positive else 'push away from'} ({place}) m{of_axes}"
     if law.way == "velocity":
         return f"A force {'along' if positive else 'against'} the velocity"
     if law.way == "lift":
         return f"A force {'along' if positive else 'against'} spin x velocity"
-    return f"A force along ({', '.join(f'{part:.2f}' for part in direction)})"
+    parts = [float(direction[AXES.index(axis)]) for axis in axes]
+    if len(parts) == 1:
+        return f"A force along {'-' if (parts[0] > 0) != positive else ''}{axes[0]}"
+    return f"A force along ({', '.join(f'{part + 0.0:.2f}' for part in parts)}){of_axes}"
 
 
 def _sign(law, numbers):

@@ -20,6 +20,7 @@ NOISE = 3.0  # standard deviations of chi2 beyond that of noise that a law may m
 CURVED = 0.05  # share of the force's chi2 that a table may miss beside: straight lines between knots are not the curve
 SEEN = 5.0  # standard deviations of chi2 by which the force must stand above the noise
 STEP = 1 / 240  # of the simulation of a learned law, which may swing or go on and off [s]
+SWUNG = 0.5  # share of what an oscillation takes away that its swing must hold itself: else a drift beside it does the work
 FORMS = ("power", "oscillation", "switch", "exponential", "table")  # where several do as well: from the plainest on
 QUANTILE = 1.645  # of the normal distribution: intervals of 90 %
 
@@ -42,7 +43,7 @@ def learn(problem, fit):
     ranked = [
         one
         for one in regression.fits(laws(*ranges), force.explained_by, ALIKE)
-        if force.explained_by(one.law, one.missed, one.unforetold)
+        if force.explained_by(one.law, one.missed, one.unforetold) and _does_it_by_swinging(regression, one)
     ]
     if not ranked:
         return None
@@ -74,6 +75,29 @@ class Force:
         return excess > SEEN * self.noise and self.excess(left) < NOISE * self.noise + CURVED * excess * (law.form == "table")
 
 
+def _does_it_by_swinging(regression, one):
+    """Does a law that is an oscillation take away what it does by its swing? Any other law does what it does.
+
+    A force that swings from the start on also carries a body away, A w t beside A cos(w t): with a high frequency that drift is a
+    wrong start, and the swing beside it hardly a millimetre of the error.
+    """
+    if one.law.form != "oscillation":
+        return True
+    linear, _ = regression.estimate(one.law, one.searched)
+    swings = linear.reshape(len(regression.flights) if one.law.own_phases else 1, -1)
+    errors = _errors(regression, one.foretold)
+    measured = _measured(regression)
+    seen_along = [number.name[-1] in measured for number in one.law.linear[::2]]
+    swung = float(np.sum(seen_along * _sizes(swings, one.searched) ** 2)) / 2 / len(measured)  # mean square of the observations
+    return swung > SWUNG * (errors["before"] ** 2 - errors["after"] ** 2)
+
+
+def _measured(regression):
+    """Axes along which positions were measured, such as "xz"."""
+    found = {int(channel) for flight in regression.flights for channel in flight.part.channel if channel < 3}
+    return "".join(AXES[channel] for channel in sorted(found))
+
+
 def _plainest(ranked):
     """Of the laws of the best variable that do as well as the best one, that of the form that comes first in FORMS."""
     best = ranked[0]
@@ -101,10 +125,10 @@ def _learned(problem, fit, regression, ranges, best, also):
     """The Learned law, its numbers refitted through the simulator where it is an effect; None where that contradicts it."""
     law = best.law
     linear, spread = regression.estimate(law, best.searched)
-    errors = _errors(regression, best.foretold)
+    errors, axes = _errors(regression, best.foretold), _measured(regression)
     if law.own_phases:
         numbers = _swings(law, linear.reshape(len(regression.flights), -1), best.searched, spread)
-        return Learned("time", law.form, numbers, sentence(law, numbers, None, also), "", errors, {}, tuple(also))
+        return Learned("time", law.form, numbers, sentence(law, numbers, None, also, axes), "", errors, {}, tuple(also))
     refit = _refitted(problem, fit, law.at(linear, best.searched))
     if not refit.chi2 < fit.chi2:
         return None
@@ -114,7 +138,7 @@ def _learned(problem, fit, regression, ranges, best, also):
     numbers = {number.name: _interval(number.value, error, number.unit) for number, error in zip(law.fitted, spread, strict=True)}
     if law.form == "oscillation":
         numbers = _swings(law, values[None, :count], values[count:], spread)
-    text, band = sentence(law, numbers, law.direction, also), _band(regression, law, ranges)
+    text, band = sentence(law, numbers, law.direction, also, axes), _band(regression, law, ranges)
     return Learned(law.variable, law.form, numbers, text, law.source(text), errors, band, tuple(also), refit)
 
 
@@ -161,14 +185,24 @@ def _interval(value, error, unit):
     }
 
 
+def _per_metre(searched):
+    """Acceleration of a swing of one metre at the frequency that was searched [1/s2]."""
+    return (2 * np.pi * searched[0]) ** 2
+
+
+def _sizes(swings, searched):
+    """Amplitude along each axis (axes,) [m], root mean square over recordings; swings: as in `_swings`."""
+    return np.sqrt(np.mean(swings[:, ::2] ** 2 + swings[:, 1::2] ** 2, axis=0)) / _per_metre(searched)
+
+
 def _swings(law, swings, searched, spread):
     """Numbers of an oscillation: its frequency and, along each axis, how far it moves what is seen.
 
     swings: of cosine and sine along each axis, of each recording or of all (k, 2 axes) [m/s2]; spread: standard deviations.
     """
-    (frequency,), turns = searched, (2 * np.pi * searched[0]) ** 2
+    (frequency,), turns = searched, _per_metre(searched)
     numbers = {"frequency_hz": _interval(frequency, spread[-1], "Hz")}
-    sizes = np.sqrt(np.mean(swings[:, ::2] ** 2 + swings[:, 1::2] ** 2, axis=0)) / turns
+    sizes = _sizes(swings, searched)
     errors = np.sqrt(np.mean(spread[:-1].reshape(len(swings), -1) ** 2, axis=0))[::2] / turns / np.sqrt(len(swings))
     for number, size, error in zip(law.linear[::2], sizes, errors, strict=True):
         numbers[f"amplitude_{number.name[-1]}"] = _interval(size, error, "m")

@@ -13,7 +13,7 @@ from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
 from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.notes import note_parts
 from hlcs.report.ranking import ranking
-from hlcs.report.sentences import error_of, opening, place
+from hlcs.report.sentences import error_of, opening, place, unmeasured
 from hlcs.report.words import capital, interval, joined, size, value, words
 
 NOT_PROVED = {
@@ -87,6 +87,9 @@ def _numbers(diagnosis):
     for effect, numbers in diagnosis.parameters.items():
         for name, entry in numbers.items():
             if name == "switch":
+                continue
+            if unmeasured(diagnosis, name, entry):
+                why.append(f"{effect} {name} is not told: nothing was measured along {name[-1]}.")
                 continue
             unit = "" if entry["unit"] in ("1", "-") else entry["unit"]
             here = value({**entry, "unit": "1"})

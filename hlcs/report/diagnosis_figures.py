@@ -17,6 +17,8 @@ from hlcs.report.figures import (
     given_axes,
     legend,
     marks_of,
+    name_groups,
+    parts_of,
     plain,
     residuals,
     root_mean_square,
@@ -25,7 +27,7 @@ from hlcs.report.figures import (
 )
 from hlcs.report.leftover import ALIKE, neighbours, spectrum
 from hlcs.report.ranking import ranking
-from hlcs.report.sentences import NEAR_NOISE, error_of
+from hlcs.report.sentences import NEAR_NOISE, error_of, foretold_worse
 from hlcs.report.words import capital, joined, size, words
 
 TALL = (4.5, 5.0)  # of two panels, one above the other [inch]
@@ -62,10 +64,8 @@ def pictures(diagnosis):
             caption = _RESIDUALS + (_OWN_SCALE if diagnosis.effects else "")
             found[f"residuals_{column}"] = residual_panels(diagnosis, column), caption
         if len(np.unique(diagnosis.pictures.before["trial"])) > 1:
-            found["residuals_by_recording"] = (
-                recording_panels(diagnosis),
-                "One mark for each recording and channel. 1 is noise alone.",
-            )
+            caption = f"One mark for each {parts_of(diagnosis.pictures)[1]}. 1 is noise alone."
+            found["residuals_by_recording"] = recording_panels(diagnosis), caption
         left = spectrum(diagnosis.pictures.after)
         if left and left.hides_a_period:
             found["spectrum"] = spectrum_panel(diagnosis), "What is left, split into frequencies. White noise would lie near 1."
@@ -249,10 +249,9 @@ def recording_panels(diagnosis, ax=None):
             ax.plot(trials + 1, size_of, mark, color=colour, ms=5, alpha=0.8, label=label)
         ax.axhline(1.0, color=INK, ls=":", lw=LINE)
         ax.set_ylim(bottom=0)
-        what = "sets" if "layer" in table else "recordings" if pictures.channels else "groups"
+        what = parts_of(pictures)[0]
         told = f"{when + ': ' if diagnosis.effects else ''}how far the {what} are missed"
-        plain(ax, capital(told), what[:-1], "rms [sigma of the noise]")
-        ax.xaxis.get_major_locator().set_params(integer=True)
+        plain(ax, capital(told), name_groups(ax, table, pictures) or what[:-1], "rms [sigma of the noise]")
     if len(np.unique(pictures.before["channel"])) > 1:
         legend(axes[0], ncols=3)
     return axes
@@ -287,8 +286,7 @@ def ranking_panel(diagnosis, ax=None, most=9):
     for place, row, here in zip(places, shown, values, strict=True):
         colour = AFTER if row["accepted"] else INK if not row["effects"] else BEFORE
         axes[0].plot([base, here], [place, place], "-", color=NOISE, lw=1.5, zorder=1)
-        hollow = {"mfc": "white"} if row["foreseen"] else {}
-        axes[0].plot([here], [place], "o", color=colour, ms=8, zorder=2, **hollow)
+        axes[0].plot([here], [place], "o", color=colour, ms=8, zorder=2, **({"mfc": "white"} if row["foreseen"] else {}))
     axes[0].set_yticks(places, ["\n+ ".join(row["effects"]) or "as it is" for row in shown], fontsize=9)
     axes[0].axvline(1.0, color=INK, ls=":", lw=LINE)
     if values and max(values) > 5 * min(values):
@@ -393,7 +391,9 @@ def _error_title(diagnosis):
         return "No error is known"
     if not diagnosis.effects:
         return f"The error of the model: {size(error['before'], unit)}"
-    if not diagnosis.adequate.get("after"):
+    if foretold_worse(diagnosis):
+        ends = "on data left out"
+    elif not diagnosis.adequate.get("after"):
         ends = "not down to the noise"
     else:
         ends = "down to the noise" if error["after"] <= NEAR_NOISE * error["noise"] else "to what noise may be"

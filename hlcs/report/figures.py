@@ -8,6 +8,7 @@ import textwrap
 import numpy as np
 
 from hlcs.data.quantities import have_unit
+from hlcs.rendering import counted
 from hlcs.report.words import change_told, size, words
 
 LABELS = {
@@ -22,6 +23,7 @@ CHANNEL = (("o", "#1c5a85"), ("s", "#e07b1a"), ("^", "#8cc084"), ("D", "#7b3294"
 SMALLER = {"m": (1e3, "mm"), "s": (1e3, "ms"), "1": (100.0, "%")}  # what an axis shows below one
 LINE = 0.75  # [points]
 BAND = 2.0  # sigma of the noise, drawn grey
+MOST_NAMED = 10  # groups whose names have room below an axis
 SIZE = (4.5, 3.2)  # of one panel: as wide as a phone shows it with letters of its own size [inch]
 
 
@@ -36,8 +38,10 @@ def new_axes(rows=1, columns=1, size=SIZE):
 
 
 def given_axes(ax, rows=1, columns=1, size=SIZE):
-    """The Axes that were given, or those of a new figure, as an array."""
-    return new_axes(rows, columns, size) if ax is None else np.asarray(ax).reshape(-1)
+    """The Axes that were given, or those of a new figure, (rows * columns,). InputError for another number, or what is none."""
+    if ax is None:
+        return new_axes(rows, columns, size)
+    return counted(np.asarray(ax, dtype=object).reshape(-1), rows * columns)
 
 
 def plain(ax, title, x, y, pad=None, letters=43):
@@ -78,6 +82,29 @@ def axis_label(column, label=""):
         if column.endswith(ending):
             return f"{words(column.removesuffix(ending))} [{unit}]"
     return LABELS.get(column, label or words(column))
+
+
+def parts_of(pictures):
+    """(what has a mark of its own, what one mark stands for) in the picture of what is missed by how much."""
+    if "layer" in pictures.before:
+        return "sets", "set of layers"
+    return ("recordings", "recording and channel") if pictures.channels else ("groups", "group of rows that is left out together")
+
+
+def name_groups(ax, table, pictures):
+    """Whole numbers at the axis of the marks; groups of a table have their names there, and where the user gave none the values
+    of the main input that they hold. The label of the axis, or None where it is what the marks stand for."""
+    trials = np.unique(table["trial"])
+    ax.xaxis.get_major_locator().set_params(integer=True)
+    if parts_of(pictures)[0] != "groups" or len(trials) > MOST_NAMED:
+        return None
+    names = [pictures.trials[int(trial)] for trial in trials]
+    unnamed = all(name.startswith("block ") for name in names)
+    if unnamed:
+        values = [table[pictures.over][table["trial"] == trial] for trial in trials]
+        names = [" to ".join(dict.fromkeys(f"{end:.3g}" for end in (each.min(), each.max()))) for each in values]
+    ax.set_xticks(trials + 1, [textwrap.fill(name, 8) for name in names], fontsize=8)
+    return axis_label(pictures.label) if unnamed else None
 
 
 def root_mean_square(values):

@@ -7,6 +7,7 @@ from scipy import special
 
 from hlcs.data.quantities import CHANNELS
 from hlcs.report.words import joined
+from hlcs.report.words import share as told_share
 
 BINS = 12  # of a variable, in which a misfit that all recordings share is looked for
 SHOWN = 0.25  # share of the mean square that a pattern must hold to be told of
@@ -121,18 +122,36 @@ def neighbours(table):
     """Correlation of each white residual with the next one of its recording and channel [-]."""
     chain, white = table["trial"] * len(CHANNELS) + table["channel"], table.get("white", table["sigmas"])
     pairs = chain[1:] == chain[:-1]
-    return float(np.sum(white[1:][pairs] * white[:-1][pairs]) / max(np.sum(white[:-1][pairs] ** 2), 1e-300))
+    here, following = white[:-1][pairs], white[1:][pairs]
+    return float(here @ following / max(np.sqrt((here @ here) * (following @ following)), 1e-300))
 
 
 def likeness(table, channels=(), units=()):
     """What the residuals of a table of observations look like, in a sentence without its full stop."""
     swings = [each for each in spectra(table) if each.hides_a_period]
+    held = [_held_by(table, each) for each in swings]
+    if swings and max(held) <= SHOWN:  # seen beyond doubt, and little of what is left: no cause of it
+        where = f" in {channels[swings[0].channel]}" if channels else ""
+        beside = f"beside it a swing of {swings[0].peak:.2g} times a second{where} holds {told_share(held[0])} of it"
+        return f"{_unswinging(table)}; {beside}"
+    swings = [each for each, part in zip(swings, held, strict=True) if part > SHOWN]
     if swings:
         found = swings[0]
         alike = [each.channel for each in swings if abs(each.peak - found.peak) < found.slowest / CYCLES]
         channel = f" in {joined(channels[each] for each in sorted(alike))}" if channels else ""
         size = f", {1e3 * found.amplitude:.2g} mm to either side" if units and units[found.channel] == "m" else ""
         return f"it swings {found.peak:.2g} times a second{channel} (a period of {1 / found.peak:.2g} s{size})"
+    return _unswinging(table)
+
+
+def _held_by(table, swing):
+    """Share of the mean square of the residuals of its channel that a swing of a Spectrum holds [-]."""
+    residual = table["residual"][table["channel"] == swing.channel]
+    return min(1.0, swing.amplitude**2 / 2 / max(float(np.mean(residual**2)), 1e-300))
+
+
+def _unswinging(table):
+    """What residuals look like, periods aside."""
     common = common_pattern(table)
     if common and common[1] > SHOWN:
         alike = "recordings" if "time" in table else "sets" if "layer" in table else "groups"

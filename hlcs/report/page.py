@@ -41,7 +41,7 @@ align-items:start}
 figure{margin:0;background:var(--card);border-radius:.5rem;padding:.5rem}
 figure img{display:block;width:100%;height:auto;background:#fff;border-radius:.3rem} figcaption{padding:.4rem .2rem .1rem}
 summary{cursor:pointer;font-weight:600;padding:.5rem 0} dt{font-weight:600;margin-top:.6rem} dd{margin:0}
-a{color:var(--accent)} nav{font-size:.9rem;color:var(--dim)} nav a{margin-right:.9rem;white-space:nowrap}
+a{color:var(--accent)} nav{display:flex;flex-wrap:wrap;gap:.2rem .9rem;font-size:.9rem;color:var(--dim)}
 @media (max-width:40rem){td.word{white-space:normal;min-width:10rem;overflow-wrap:anywhere}}
 @media print{details>*{display:block} figure{break-inside:avoid}}
 """
@@ -92,7 +92,7 @@ def whole(title, verdict, facts, sections, details, drawn):
         [("residuals", "Pictures")] if rest else []
     )
     links += [("details", "Details"), ("glossary", "Words")]
-    navigation = "".join(f'<a href="#{key}">{html.escape(name)}</a>' for key, name in links)
+    navigation = " ".join(f'<a href="#{key}">{html.escape(name)}</a>' for key, name in links)
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width,initial-scale=1">'

@@ -5,7 +5,6 @@ from textwrap import fill
 
 from hlcs.files import folders
 from hlcs.processes.interrupts import STOPPED
-from hlcs.rendering import counted
 from hlcs.report.diagnosis_figures import fit_panel, residual_panels
 from hlcs.report.document import WIDTH, Section, Table, as_text
 from hlcs.report.figures import given_axes
@@ -103,7 +102,7 @@ def save(reveal, folder):
 def before_and_after(diagnosis, ax=None):
     """Measured and modelled, and the residuals before and after, in one row; the Axes: two where nothing is to be added."""
     count = 3 if diagnosis.effects else 2
-    axes = counted(given_axes(ax, 1, count, SHEET if diagnosis.effects else (9.0, 4.2)), count)
+    axes = given_axes(ax, 1, count, SHEET if diagnosis.effects else (9.0, 4.2))
     fit_panel(diagnosis, axes[0])
     residual_panels(diagnosis, diagnosis.pictures.over, axes[1:])
     return axes

@@ -47,9 +47,9 @@ def effect_sentence(diagnosis, name):
         told = [f"{where[key]} {value(entry)}, not {entry['stated']:g}" for key, entry in stated.items()]
         sentence = f"{capital(called(diagnosis, name))} {joined(told)}."
     elif _lacking(diagnosis, name):
-        sentence = f"{capital(called(diagnosis, name))} is missing ({_numbers(name, numbers)})."
+        sentence = f"{capital(called(diagnosis, name))} is missing ({_numbers(diagnosis, name, numbers)})."
     else:
-        sentence = f"The data show {called(diagnosis, name)} ({_numbers(name, numbers)})."
+        sentence = f"The data show {called(diagnosis, name)} ({_numbers(diagnosis, name, numbers)})."
     return " ".join([sentence, *_beyond(numbers)])
 
 
@@ -57,16 +57,27 @@ def _lacking(diagnosis, name):
     return next((entry.lacking for entry in diagnosis.candidates if entry.effect == name), True)
 
 
-def _numbers(name, numbers):
-    """The name of an effect and its numbers; what only says that it is there is no number."""
-    known = {key: entry for key, entry in numbers.items() if key != "switch"}
+def unmeasured(diagnosis, key, entry):
+    """Is it a component along an axis along which nothing was measured, of a sign that the data do not tell?"""
+    pictures = diagnosis.pictures
+    if not pictures or not pictures.channels or key[-2:] not in ("_x", "_y", "_z") or entry["value"] is None:
+        return False
+    return (
+        key[-1] not in {pictures.channels[int(k)][-1] for k in set(pictures.before["channel"])}
+        and entry["low"] < 0 < entry["high"]
+    )
+
+
+def _numbers(diagnosis, name, numbers):
+    """The name of an effect and its numbers; what only says that it is there is no number, nor is what was not measured."""
+    known = {key: entry for key, entry in numbers.items() if key != "switch" and not unmeasured(diagnosis, key, entry)}
     return ", ".join([words(name), *(f"{words(key)} {value(entry)}" for key, entry in known.items())])
 
 
 def _beyond(numbers):
     """A sentence for each number that is beyond what is usual."""
     return [
-        f"A {words(key)} of {entry['beyond']}: check the inputs that it rests on."
+        f"The {words(key)} of {entry['beyond']}: check the inputs that it rests on."
         for key, entry in numbers.items()
         if "beyond" in entry
     ]
@@ -107,11 +118,26 @@ def _measure(diagnosis):
 
 
 def _noise(diagnosis):
-    """What an adequate model leaves is noise, in a sentence."""
-    error = error_of(diagnosis)
+    """What an adequate model leaves is noise, in a sentence: on the data themselves, on which it is judged."""
+    error, unit = diagnosis.error.get("fitted") or error_of(diagnosis), diagnosis.error.get("unit", "")
     if not error:
         return "What is left is noise."
-    return f"What is left {left_by_adequate(diagnosis.kind, error['after'], error['noise'], diagnosis.error.get('unit', ''))}."
+    left = left_by_adequate(diagnosis.kind, error["after"], error["noise"], unit)
+    if not foretold_worse(diagnosis):
+        return f"What is left {left}."
+    many = LEFT_OUT.get(diagnosis.kind, "data")
+    return (
+        f"On the {many} themselves {size(error['after'], unit)} are left, which {left}. That the error is larger on {many} that "
+        f"were left out says that the numbers are known badly: more or other {many} tell them better."
+    )
+
+
+def foretold_worse(diagnosis):
+    """Is the error on data that the numbers were not fitted to larger than on the fitted ones by more than noise allows?"""
+    fitted, held_out = diagnosis.error.get("fitted"), diagnosis.error.get("held_out")
+    if not fitted or not held_out:
+        return False
+    return held_out["after"] > NEAR_NOISE * max(fitted["after"], fitted["noise"])
 
 
 def left_by_adequate(kind, after, noise, unit):
@@ -125,8 +151,11 @@ def left_by_adequate(kind, after, noise, unit):
 
 
 def beyond_noise(diagnosis):
-    """The part of the error after, in its unit, that the noise does not account for; None where the noise is as large."""
-    error = error_of(diagnosis)
+    """The part of the error after, in its unit, that the noise does not account for; None where the noise is as large.
+
+    Of the fitted data where others are foretold worse: what numbers that are known badly miss there is no missing effect.
+    """
+    error = diagnosis.error["fitted"] if foretold_worse(diagnosis) else error_of(diagnosis)
     excess = error["after"] ** 2 - error["noise"] ** 2
     return math.sqrt(excess) if excess > 0 else None
 
@@ -245,7 +274,7 @@ def _helps(diagnosis):
     names = diagnosis.effects
     what = capital(joined(called(diagnosis, name) for name in names))
     verb = "explains" if len(names) == 1 else "explain"
-    numbers = "; ".join(_numbers(name, diagnosis.parameters.get(name, {})) for name in names)
+    numbers = "; ".join(_numbers(diagnosis, name, diagnosis.parameters.get(name, {})) for name in names)
     part = f" {share(diagnosis.explained)} of" if diagnosis.explained is not None else " a part of"
     instead = "".join(
         f" In place of {words(members[0])} {joined(map(words, members[1:]), 'or')} would do as well."
@@ -261,6 +290,11 @@ def _left_unexplained(diagnosis):
     error, unit, left = error_of(diagnosis), diagnosis.error.get("unit", ""), beyond_noise(diagnosis)
     fall = f"The error falls from {size(error['before'], unit)} to {size(error['after'], unit)}; the noise is "
     fall += f"{size(error['noise'], unit)}. "
+    if foretold_worse(diagnosis):
+        many = LEFT_OUT.get(diagnosis.kind, "data")
+        after, noise = size(diagnosis.error["fitted"]["after"], unit), size(error["noise"], unit)
+        fall = f"On the {many} themselves the error falls from {size(diagnosis.error['fitted']['before'], unit)} to {after}, on "
+        fall += f"{many} that the numbers were not fitted to {size(error['after'], unit)} are left; the noise is {noise}. "
     if left is None:
         return (
             fall

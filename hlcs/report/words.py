@@ -3,6 +3,7 @@
 import math
 
 DASH = "-"
+TINY = 1e-3  # below which a number with many decimals is told with a power of ten
 SMALLER = {"m": ("mm", 1e3), "s": ("ms", 1e3)}  # unit that is used below one
 
 
@@ -66,8 +67,8 @@ def value(entry):
 
 
 def _power(largest, digits):
-    """The power of ten that is taken out of a number and its interval, 0 where so many decimals are read easily."""
-    return math.floor(math.log10(largest)) if largest and (digits > 6 or largest >= 1e6) else 0
+    """The power of ten that is taken out of a number and its interval: of what is tiny or huge; 0 for what is read easily."""
+    return math.floor(math.log10(largest)) if largest and (digits > 6 and largest < TINY or largest >= 1e6) else 0
 
 
 def interval(entry):
@@ -89,7 +90,7 @@ def _decimals(half):
 
 def _rounded(number, digits):
     """A number to so many decimals."""
-    return f"{round(number, digits):.{max(digits, 0)}f}"
+    return f"{round(number, digits) + 0.0:.{max(digits, 0)}f}"  # zero has no sign
 
 
 def words(name):

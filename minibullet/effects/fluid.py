@@ -106,14 +106,13 @@ class StokesDrag(ViscousDrag):
         low=0.0,
         high=20.0,
         null=0.0,
-        source="castor oil 1, glycerine 1.4, honey 2 to 10",
         symbol="eta",
         about="viscosity of the fluid",
         typical=(
             (0.001, "water at 20 degrees Celsius"),
-            (1.4, "pure glycerine, the same"),
-            (1.0, "castor oil, the same"),
-            (10.0, "thick honey, about"),
+            (1.0, "castor oil at 20 degrees Celsius"),
+            (1.4, "pure glycerine at 20 degrees Celsius"),
+            (10.0, "thick honey, about; thin honey has 2 Pa s"),
         ),
     )
     plain = "{fluid} resistance by viscosity"

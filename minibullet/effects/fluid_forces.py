@@ -24,7 +24,6 @@ class Buoyancy(ConstantForce):
         low=0.0,
         high=1100.0,
         null=0.0,
-        source="air to brine",
         least=0.0,
         symbol="rho",
         about="density of the fluid",

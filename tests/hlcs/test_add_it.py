@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from planted import EFFECT
 from throws import drag_per_metre, write_throws
 
 import hlcs
@@ -186,4 +187,12 @@ def test_every_table_is_a_frame(dragged):
         hlcs.InputError, match="table 'wher' is none of candidates, steps, sets, where, numbers; did you mean 'where'"
     ):
         found.to_dataframe("wher")
+    with pytest.raises(hlcs.InputError, match="table 'parameters' is none of .*; 'numbers' holds it"):
+        found.to_dataframe("parameters")
     json.dumps(found.to_json())
+
+
+@pytest.mark.parametrize("given", ["E.toml", None, 3, {"kind": "trajectory"}])
+def test_what_was_found_is_applied_to_an_experiment_and_to_nothing_else(given):
+    with pytest.raises(hlcs.InputError, match=r"apply: got .*; give an hlcs.Experiment, such as hlcs.Experiment.read\("):
+        EFFECT.apply(given)

@@ -292,3 +292,10 @@ def test_a_survey_outside_the_folder_is_refused_in_a_file_and_read_from_the_comm
 def test_help_says_that_effects_files_are_run(hlcs):
     for command in ("compare", "diagnose"):
         assert "run as code" in " ".join(hlcs(command, "--help")[1].split())
+
+
+def test_a_number_that_runs_over_inside_a_library_is_no_second_line_of_a_refusal(hlcs, tmp_path):
+    rows = "".join(f"{k / 50:.2f},{1e285 * (1 + k) ** 2:.6e}\n" for k in range(30))
+    experiment(tmp_path, recording=f"t_s,z_m\n{rows}")
+    status, _, errors = hlcs("compare", "e.toml")
+    assert status == 2 and errors.count("\n") == 1 and "column z_m" in errors and "overflow" not in errors

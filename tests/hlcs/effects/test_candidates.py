@@ -77,7 +77,11 @@ def test_a_number_off_the_plausible_range_is_told_with_its_side_and_with_digits_
     assert critical.beyond(47_000.0) == "47000 lies below what is plausible (50000 to 500000)"
     assert critical.beyond(500_000.2) == "500000.2 lies above what is plausible (50000 to 500000)"
     assert critical.beyond(49_999.0).startswith("49999 lies below")
-    assert Free("a", "1", 0.0, 1 / 3, 0.0, 0.0).beyond(1 / 3 + 1e-12).startswith("0.333333")  # of ends as they are printed
+    told = "0.3333 lies above what is plausible (0 to 0.333)"  # of ends as they are printed
+    assert Free("a", "1", 0.0, 1 / 3, 0.0, 0.0).beyond(1 / 3 + 1e-12) == told
+    rate = Free("rate", "1/s", 0.0, 0.110597, 0.0, 0.0)
+    assert rate.beyond(0.25123) == "0.251 lies above what is plausible (0 to 0.111 1/s)"
+    assert rate.beyond(0.11061) == "0.111 lies above what is plausible (0 to 0.1106 1/s)"
 
 
 def test_surprise_is_minus_twice_the_log_of_a_cauchy_law():
@@ -92,7 +96,7 @@ def test_what_the_file_states_of_its_fluid_is_believed():
     (stated,) = candidate(effects.Buoyancy, FLOOR, BALL, True).free
     assert (stated.expected, stated.spread, stated.null) == (998.0, pytest.approx(0.05 * 998), 0.0)
     assert [stated.plausible(value) for value in (880.0, 910.0, 1090.0, 1110.0)] == [False, True, True, False]  # both ways
-    assert stated.least == 0.0 and stated.usual == "898.2 to 1097.8 kg/m3"  # no wall: the law goes down to no fluid
+    assert stated.least == 0.0 and stated.usual == "898 to 1100 kg/m3"  # no wall: the law goes down to no fluid
     (left_out,) = candidate(effects.Buoyancy, Surroundings(), BALL, True).free
     assert left_out.expected == left_out.spread == 1.2 and left_out.surprise(870.0) > 25
     (vacuum,) = candidate(effects.QuadraticDrag, Surroundings(fluid_density=0.0), BALL, True).free

@@ -111,3 +111,12 @@ def test_a_users_own_effect_is_listed_with_what_it_says():
     facts = facts_of(Breeze, (Breeze,))
     assert facts.name == "breeze" and facts.law == "Wind. A second sentence."
     assert "quadratic_drag" in facts.confused_with and replace(facts, name="x").name == "x"
+
+
+def test_a_source_is_that_of_each_value_beside_it():
+    """It is told behind every typical value: what it says of one of them is false of the others."""
+    for facts in catalogue():
+        for known in facts.numbers:
+            assert not any(known.source.startswith(what) for _, what in known.typical), (facts.name, known.source)
+    viscosity = next(known for facts in catalogue() if facts.name == "stokes_drag" for known in facts.numbers)
+    assert not viscosity.source and all("the same" not in what for _, what in viscosity.typical)

@@ -7,7 +7,7 @@ import pytest
 
 import hlcs
 
-from .test_phyphox import ALL
+from .test_phyphox import ALL, RAW
 from .test_spreadsheet import GERMAN
 from .test_tracker import TWO
 
@@ -150,3 +150,72 @@ def test_the_command_writes_the_same_experiment_and_says_what_it_assumed(hlcs, t
     filled(tmp_path / "out" / "experiment.toml", radius=RADIUS)
     status, _, errors = hlcs("import", "falls.csv", *options)
     assert status == 2 and "holds 'experiment.toml', which is no earlier result" in errors  # what was filled in is not lost
+
+
+@pytest.mark.parametrize(
+    ("outcome", "asked"),
+    [
+        ("rebound_height_m", "restitution"),
+        ("bounce_time_s", "restitution"),
+        ("rebound_speed_m_s", "restitution"),
+        ("stop_distance_m", "friction"),
+        ("slide_time_s", "friction"),
+        ("fall_time_s", None),
+    ],
+)
+def test_a_contact_that_the_outcome_rests_on_is_asked_for_and_no_other(imported, outcome, asked):
+    """A default that acts in silence would be told as if somebody had measured it."""
+    text = f"height_m,bounce,{outcome}\n1,1,0.5\n1,1,0.6\n2,1,0.9\n"
+    found, _ = imported(text, "csv")
+    assert [place.key for place in found.fill_in if "body" not in place.key] == [f"surroundings.{asked}"] * bool(asked)
+    if asked:
+        known, _ = imported({"b.csv": text}, "csv", constant={asked: 0.5})
+        assert not [place for place in known.fill_in if "body" not in place.key]
+
+
+@pytest.mark.parametrize(("linear", "turns"), [("Linear ", False), ("", True)])
+def test_what_is_filled_in_of_a_phone_is_all_that_a_comparison_needs(imported, linear, turns):
+    """A phone that lies on a table: its floor, and where its axes may turn how it lies and turns at the start."""
+    rest = 0.0 if linear else 9.80665
+    rows = "".join(f"{k / 50:.6E},{1e-3 * (-1) ** k:.6E},0.0E0,{rest + 1e-3 * (-1) ** (k // 2):.9E},9.8E0\n" for k in range(40))
+    found, _ = imported(RAW.format(linear) + rows, "phyphox")
+    asked = ["trial.start.orientation", "trial.start.angular_velocity"] if turns else []
+    keys = ["body.radius", "body.mass", "surroundings.floor.height", "measurement.noise.acceleration", *asked]
+    assert [place.key for place in found.fill_in] == keys
+    text = found.experiment.read_text()
+    numbers = {"orientation": "[1.0, 0.0, 0.0, 0.0]", "angular_velocity": "[0.0, 0.0, 0.0]", "height": "0.0"}
+    for key in keys:
+        text = text.replace(
+            f'{key.split(".")[-1]} = "fill in"', f"{key.split('.')[-1]} = {numbers.get(key.split('.')[-1], '0.05')}"
+        )
+    found.experiment.write_text(text)
+    assert hlcs.compare(found.experiment).adequate is not None
+
+
+def test_every_column_of_the_project_can_be_named(imported):
+    """Pixels, errors of inputs and accelerations stand in the page of the format like all others."""
+    pixels = "t [s],x [px],h [px]\n0,1,10\n0.1,2,20\n0.2,3,25\n"
+    found, tables = imported(pixels, "csv", column={"x [px]": "x_px", "h [px]": "z_px"})
+    assert tables["drop.csv"] == {"t_s": ["0.0", "0.1", "0.2"], "x_px": ["1.0", "2.0", "3.0"], "z_px": ["10.0", "20.0", "25.0"]}
+    assert [place.key for place in found.fill_in][2:] == ["measurement.metres_per_pixel", "measurement.noise.position"]
+    assert imported({"p.csv": pixels}, "csv")[1]["p.csv"] == tables["drop.csv"]  # the unit says what they are
+    text = "drop height [cm],height sd [mm],fall time [s]\n50,5,0.31\n50,5,0.32\n90,5,0.43\n"
+    _, tables = imported({"d.csv": text}, "csv", column={"height sd [mm]": "height_m_sd"})
+    assert tables["measurements.csv"]["height_m_sd"] == ["0.005"] * 3
+    found, tables = imported({"a.csv": "t_s,ax_m_s2\n0,1\n0.1,2\n"}, "csv")
+    assert tables["a.csv"]["ax_m_s2"] == ["1.0", "2.0"] and "measurement.accelerometer" in [one.key for one in found.fill_in]
+
+
+def test_a_column_that_is_not_understood_is_named_with_the_option_that_says_what_it_is(imported, refused):
+    refused("Dauer [s];Winkel [°]\n1,2;20\n1,1;21\n", "csv", "not understood: 'Dauer [s]'", '--column "Dauer [s]=t_s"')
+    assert "slide_time_s" in imported("Gleitzeit [s];Winkel [°]\n1,2;20\n1,1;21\n", "csv")[1]["measurements.csv"]
+    assert "bounce_time_s" in imported("height [cm],bounce,bounce time [s]\n50,1,0.3\n50,2,0.8\n", "csv")[1]["bounces.csv"]
+
+
+def test_what_is_no_second_measurement_is_refused_at_once(refused, tmp_path):
+    """A file that is named twice, also as the body at rest, and a body at rest that moves."""
+    one = fall(1, seconds=1.0)
+    refused({"a.txt": one, "./a.txt": one}, "tracker", "./a.txt: it is 'a.txt' again; name each file once")
+    refused({"a.txt": one}, "tracker", "a.txt: it is among the files that are imported", static="a.txt")
+    (tmp_path / "rest.txt").write_text(fall(2, seconds=1.0))
+    refused({"a.txt": one}, "tracker", "rest.txt, column x_m: moves by 0.152 m", "must show a body at rest", static="rest.txt")

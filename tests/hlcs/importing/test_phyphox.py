@@ -92,6 +92,12 @@ def test_impacts_alone_need_the_time_of_the_release(imported, refused):
     refused(COLLISION, "phyphox", "not in order after the release at 2.7 s; check --release-time", release_time=2.7)
 
 
+def test_a_name_in_quotes_is_one_column_also_where_it_is_the_only_one(imported):
+    """Nothing but the blanks in its name could separate columns then, and what is quoted separates nothing."""
+    _, tables = imported('"Event time (s)"\n1.25E0\n1.65E0\n2.29E0\n', "phyphox", constant={"height_m": 0.8})
+    assert tables["bounces.csv"]["bounce_time_s"] == ["0.4", "1.04"]
+
+
 def test_several_drops_are_one_table_with_a_group_each(imported):
     _, tables = imported({"a.csv": ALL, "b.csv": ALL.replace("1.65", "1.66")}, "phyphox")
     assert tables["bounces.csv"]["group"] == ["a", "a", "b", "b"]

@@ -43,3 +43,17 @@ def test_sentences():
     assert sentence(law("heading", "table", "velocity"), turning, None, ()) == (
         "A force against the velocity that follows a table of the heading"
     )
+
+
+def test_of_a_direction_and_a_place_only_what_was_measured_is_told():
+    """Where z alone was measured, no data say where along x and y a force points."""
+    along, table = np.array([-0.27, 0.0, 0.96]), {"mean": number(1.0)}
+    one = law("time", "table", "direction")
+    assert sentence(one, table, along, (), "z").startswith("A force along z that follows")
+    assert sentence(one, {"mean": number(-1.0)}, along, (), "z").startswith("A force along -z that follows")
+    assert sentence(one, table, along, (), "xz").startswith("A force along (-0.27, 0.96) in x and z that follows")
+    assert sentence(one, table, along, ()).startswith("A force along (-0.27, 0.00, 0.96) that follows")
+    pull = {"strength": number(1.5), "exponent": number(-2.0)} | {f"point_{axis}": number(2.0) for axis in "xyz"}
+    assert sentence(law("distance", "power", "point"), pull, None, (), "xz").startswith(
+        "A pull towards (2.00, 2.00) m in x and z"
+    )

@@ -64,6 +64,15 @@ def test_a_shaking_camera_is_an_oscillation_of_its_frequency(throw):
     assert found.numbers["amplitude_x"]["value"] == pytest.approx(0.004, rel=0.1)
 
 
+def test_a_wrong_start_is_no_oscillation(throw):
+    """Starts stated 0.1 m/s off, each its own way: a swing of 10 Hz drifts as well, and swings by 1.6 mm beside it."""
+    problem, fit = throw(lambda x, v, t: 0.0 * x)
+    for trial, off in zip(problem.trials, np.random.default_rng(3).uniform(-0.1, 0.1, (len(problem.trials), 3)), strict=True):
+        trial.position[:] += off * trial.times[:, None]
+    found = learn(problem, fit)
+    assert found is None or found.form != "oscillation"
+
+
 def test_noise_teaches_nothing(throw):
     assert learn(*throw(lambda x, v, t: 0.0 * x, seed=3)) is None
 

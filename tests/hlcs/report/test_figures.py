@@ -8,6 +8,7 @@ from planted import AMBIGUOUS, COMPLETE, EFFECT, NOISE, UNEXPLAINED, pictures, t
 
 from hlcs.records import Pictures
 from hlcs.report import diagnosis_figures as figures
+from minibullet.errors import InputError
 
 LEFT = np.random.default_rng(1).standard_normal(50) * NOISE
 RECORDED = replace(EFFECT, pictures=pictures(table(LEFT + np.linspace(0, 0.3, 50)), table(LEFT)))
@@ -125,6 +126,35 @@ def test_every_picture_draws_into_given_axes_and_names_its_units():
     told = [axes.get_xlabel() + axes.get_ylabel() for axes, _ in figures.pictures(RECORDED).values() for axes in axes]
     assert all("[" in labels or "chi-square" in labels for labels in told)
     assert len(AMBIGUOUS.plot()) == len(RECORDED.plot()) == 4
+
+
+def test_groups_of_a_table_are_named_by_what_they_hold():
+    """Rows that nobody grouped are left out in blocks: seven heights in six blocks are told by their heights, not numbered."""
+    heights = np.repeat(np.arange(0.5, 4.0, 0.5), 3)
+    rows = {"trial": np.repeat([0, 1, 2, 2, 3, 4, 5], 3), "channel": np.zeros(21), "input": heights, "measured": heights}
+    rows |= {"residual": np.full(21, 0.1), "sigmas": np.ones(21), "model": heights}
+    blocks = tuple(f"block {number}" for number in range(1, 7))
+    for names, told, label in [
+        (blocks, ["0.5", "1", "1.5 to 2", "2.5", "3", "3.5"], "height [m]"),
+        (tuple("abcdef"), list("abcdef"), "group"),
+    ]:
+        shown = Pictures(rows, rows, names, "input", "height_m")
+        (axes, _), caption = figures.pictures(replace(EFFECT, pictures=shown))["residuals_by_recording"]
+        assert [tick.get_text().replace("\n", " ") for tick in axes.get_xticklabels()] == told
+        assert axes.get_xlabel() == label and "group of rows" in caption and "recording" not in caption
+
+
+def test_another_number_of_axes_than_panels_is_refused_with_the_number_that_is_wanted():
+    (one,) = figures.error_panel(RECORDED)
+    for draw, given, words in [
+        (RECORDED.plot, one, "ax holds 1 Axes; this picture has 4: give 4"),
+        (RECORDED.plot, [one] * 5, "ax holds 5 Axes"),
+        (lambda ax: figures.fit_panel(RECORDED, ax), [one, one], "ax holds 2 Axes; this picture has 1"),
+        (RECORDED.plot, "axes", "ax holds 'axes'; give Axes of matplotlib, 4 of them"),
+        (RECORDED.plot, one.figure, "give Axes of matplotlib"),
+    ]:
+        with pytest.raises(InputError, match=words):
+            draw(given)
 
 
 def test_colours_differ_in_grey():

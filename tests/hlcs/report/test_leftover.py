@@ -54,3 +54,19 @@ def test_what_is_of_each_recording_alone_is_told_apart(generator):
 
 def test_too_few_samples_have_no_spectrum(generator):
     assert spectra(table(np.ones(10))) == [] and spectrum(table(np.ones(10))) is None
+
+
+def test_neighbours_are_alike_by_a_correlation_which_is_never_more_than_all():
+    """Residuals that grow from sample to sample: their slope on one another is 1.2, their correlation 1."""
+    assert neighbours(table(NOISE * 1.2 ** np.arange(20))) == pytest.approx(1.0)
+
+
+def test_a_swing_that_holds_little_of_what_is_left_is_told_beside_it_with_its_share(generator):
+    """A drift of 30 mm with a swing of 1 mm: the swing is seen beyond doubt, and is no cause of what is left."""
+    times = np.arange(400) / 100
+    swing, noise = 1e-3 * np.sin(2 * np.pi * 9.9 * times), 1e-4 * generator.standard_normal(400)
+    alone, beside = table(swing + noise, times), table(swing + noise + 0.05 * np.sign(times - 2.0), times)
+    beside["white"] = alone["white"]  # as whitening leaves it: the drift is gone
+    assert likeness(alone).startswith("it swings 9.9 times a second")
+    told = likeness(beside)
+    assert not told.startswith("it swings") and "beside it a swing of 9.9 times a second holds 0 % of it" in told

@@ -9,6 +9,7 @@ import pytest
 from planted import ALL, EFFECT, pictures, table
 
 from hlcs.report import glossary
+from hlcs.report import page as page_style
 
 VOID = {"meta", "img", "br", "link"}
 
@@ -60,6 +61,14 @@ def test_the_links_of_a_page_lead_somewhere_and_its_tables_scroll_inside_their_b
     inside = [where for tag, _, where in parsed.tags if tag == "table"]
     scrolled = [attributes for tag, attributes, _ in parsed.tags if tag == "div" and attributes.get("class") == "scroll"]
     assert inside and all(where[-1] == "div" for where in inside) and len(scrolled) == len(inside)
+
+
+def test_only_the_cells_of_tables_keep_to_one_line_so_that_a_phone_never_scrolls_sideways():
+    """Wide things are tables and pre, which scroll inside their own box; a row of links goes on in the next line."""
+    rules = [rule.partition("{") for rule in page_style.STYLE.split("}")]
+    unbroken = {name for names, _, told in rules if "white-space:nowrap" in told for name in names.strip().split(",")}
+    assert unbroken <= {"th", "td"}
+    assert any(names.strip() == "nav" and "flex-wrap:wrap" in told for names, _, told in rules)
 
 
 def test_the_page_says_what_the_terminal_says_and_explains_its_words(tmp_path):

@@ -97,13 +97,40 @@ def test_a_complete_model_is_said_to_be_so_and_nothing_else():
 def test_a_number_beyond_what_is_usual_is_told_as_such():
     beyond = "3.1 lies above what is plausible (0 to 2)"
     odd = {"quadratic_drag": {"drag_coefficient": number(3.1, 0.1, usual="0 to 2", beyond=beyond)}}
-    assert f"A drag coefficient of {beyond}: check the inputs that it rests on." in opening(diagnosis(parameters=odd))
+    assert f"The drag coefficient of {beyond}: check the inputs that it rests on." in opening(diagnosis(parameters=odd))
 
 
 def test_an_error_above_the_noise_is_never_called_noise():
     """An adequate model may leave more than the noise of the table: what another campaign would change, for one."""
     found = diagnosis(after=3 * NOISE)
     assert "What is left is your noise" not in text(found) and "cannot be told from your noise (3 mm)" in text(found)
+
+
+def test_a_component_along_an_axis_that_was_not_measured_is_not_told():
+    flow = {"velocity_z": number(-0.5, 0.1, "m/s"), "velocity_y": number(-0.2, 60.0, "m/s")}
+    shown = pictures(observations(np.ones(20)), observations(np.ones(20)))  # of z alone
+    told = text(diagnosis(found=(WIND,), parameters={"uniform_flow": flow}, pictures=shown))
+    assert "velocity z -0.50" in told and "+- 60" not in told
+    assert "uniform_flow velocity_y is not told: nothing was measured along y." in told
+
+
+def known_badly(verdict, fitted, held_out):
+    error = {"before": 0.012, "noise": NOISE}
+    errors = {"measure": "rms", "unit": "m", "fitted": error | {"after": fitted}, "held_out": error | {"after": held_out}}
+    return diagnosis(verdict, after=fitted, error=errors)
+
+
+def test_what_is_left_is_judged_on_the_data_themselves_and_the_error_on_others_is_told_beside_it():
+    """5.43 mm are not noise of 3 mm: 2.99 mm are, and the numbers are known badly."""
+    told = opening(known_badly("effect", 0.00299, 0.00543))
+    assert "5.43 mm after, on recordings that its numbers were not fitted to" in told
+    assert "On the recordings themselves 2.99 mm are left, which is your noise (3 mm). That the error is larger on" in told
+    assert "the numbers are known badly: more or other recordings tell them better" in told
+    assert "What is left" not in told
+    assert "What is left is your noise (3 mm)" in opening(known_badly("effect", 0.00299, 0.00302))
+    told = opening(known_badly("unexplained", 0.004, 0.008))
+    assert "On the recordings themselves the error falls from 12 mm to 4 mm, on recordings that the numbers were not" in told
+    assert "fitted to 8 mm are left; the noise is 3 mm. Beyond the noise 2.65 mm are left" in told
 
 
 @pytest.mark.parametrize("verdict", sorted(ALL))

@@ -29,6 +29,8 @@ def test_a_number_shows_the_digits_that_its_interval_leaves():
     assert value({"value": 1.36e-6, "low": 1.02e-6, "high": 1.70e-6, "unit": "m/N"}) == "(1.36 +- 0.34)e-06 m/N"
     arm = {"value": 5.749e-5, "low": 5.669e-5, "high": 5.829e-5, "unit": "m"}  # one power of ten for a number and its interval
     assert value(arm) == "(5.749 +- 0.080)e-05 m" and interval(arm) == "5.669e-05 to 5.829e-05"
+    scale = {"value": -0.8936612, "low": -0.8936676, "high": -0.8936548, "unit": "1"}  # many digits are no reason for a power
+    assert value(scale) == "-0.8936612 +- 0.0000064" and interval(scale) == "-0.8936676 to -0.8936548"
     assert interval({"low": -1.2e-7, "high": 3.4e-7}) == "-1.2e-07 to 3.4e-07"
     assert value({"value": 1.0, "low": 1.0, "high": 1.0, "unit": "1"}) == "1"  # of a switch, which has no interval
     assert value({"value": None, "low": None, "high": None, "unit": "m"}) == "withheld"
