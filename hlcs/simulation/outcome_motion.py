@@ -305,7 +305,17 @@ NEEDS = {
     "bounce_time_s": ("height_m", "bounce"),
     "rebound_speed_m_s": ("impact_speed_m_s",),
 }
-ROW_KEYS = {
+USES = {  # inputs that an outcome depends on, beside those of ROW_KEYS
+    "fall_time_s": ("height_m",),
+    "rebound_height_m": ("height_m",),
+    "stop_distance_m": ("speed_m_s", "slope", "angle_deg"),
+    "slide_time_s": ("distance_m", "speed_m_s", "slope", "angle_deg"),
+    "rest_height_m": (),
+    "passage_time_s": ("start_speed_m_s", "mark_1_m", "mark_2_m"),
+    "bounce_time_s": ("height_m", "bounce"),
+    "rebound_speed_m_s": ("impact_speed_m_s",),
+}
+ROW_KEYS = {  # of a row, in the place of what the file states
     "mass_kg": ("body", "mass"),
     "radius_m": ("body", "radius"),
     "friction": ("surroundings", "friction"),

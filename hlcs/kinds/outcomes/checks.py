@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hlcs.data.bodies import impossible_density
+from hlcs.data.bodies import SHAPES, impossible_density
 from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import outcome_motion
 from minibullet.errors import InputError, nearest
@@ -18,6 +18,7 @@ PLAUSIBLE = {
     "bounce_time_s": (0.2, 300.0),
     "rebound_speed_m_s": (0.0, 5.0),
 }
+BESIDE = ("spin_rad_s",)  # that only effects of the user's own know what to do with
 AGAINST = {"rebound_height_m": "height_m", "rebound_speed_m_s": "impact_speed_m_s"}  # set beside an input, not beside the model
 
 
@@ -36,6 +37,7 @@ def check_table(file, table):
             raise InputError(f"{table.file}: {table.outcome} needs the column '{column}'{hint}")
     if table.outcome == "slide_time_s" and not {"distance_m", "speed_m_s"} & set(table.inputs):
         raise InputError(f"{table.file}: slide_time_s needs the column 'distance_m' (way to slide) or 'speed_m_s' (time to stop)")
+    _check_columns(file, table)
     _check_rows(table)
     for row in range(len(table.values)):
         setup = outcome_motion.row_setup(file, table.inputs, row)
@@ -45,6 +47,26 @@ def check_table(file, table):
             complaint = "gravity is 0; nothing falls, slides or stops without it: give gravity in m/s2, 9.81 on Earth"
         if complaint:
             raise InputError(f"{table.file}, row {table.rows[row]}: {complaint}")
+
+
+def _check_columns(file, table):
+    """Refuse columns that the outcome does not depend on, and two that say the same: nothing is passed over in silence."""
+    used = outcome_motion.USES[table.outcome]
+    for column in table.inputs:
+        if column not in (*used, *outcome_motion.ROW_KEYS, *BESIDE):
+            can = f"it depends on {', '.join(used)}" if used else "it depends on the body alone"
+            raise InputError(
+                f"{table.file}, column {column}: {table.outcome} does not depend on it; {can}, beside body, fluid and floor: "
+                "leave the column out"
+            )
+    if {"slope", "angle_deg"} <= set(table.inputs):
+        raise InputError(f"{table.file}, columns slope and angle_deg: both say how steep the floor is; leave one of them out")
+    if "radius_m" in table.inputs and "radius" not in SHAPES[file.body.shape]:
+        keys = ", ".join(SHAPES[file.body.shape])
+        raise InputError(
+            f'{table.file}, column radius_m: a body of shape "{file.body.shape}" has none, its size is body.{keys}; leave '
+            "the column out, or state another shape"
+        )
 
 
 def _check_rows(table):
