@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from hlcs.data.bodies import SHAPES, impossible_density
+from hlcs.data.bodies import SHAPES, impossible_density, refuse_unsized
+from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import outcome_motion
 from minibullet.errors import InputError, nearest
@@ -30,6 +31,13 @@ def check_table(file, table):
                 f"{file.path}: measurement.noise.{key}: the table's outcome is {table.outcome}; write noise = "
                 f"{{ {table.outcome} = {file.noise[key]:g} }}"
             )
+        if file.noise[key] > (largest := float(np.max(np.abs(table.values)))):
+            file.source.warn(
+                "noise",
+                f"{file.noise[key]:g} {OUTCOMES[table.outcome]} is more than every {table.outcome}, at most {largest:g}; it is "
+                "one standard deviation in the unit of the column",
+                "measurement",
+            )
     for column in outcome_motion.NEEDS[table.outcome]:
         if column not in table.inputs:
             near = nearest(column, table.inputs, 0.5)
@@ -41,6 +49,7 @@ def check_table(file, table):
     _check_rows(table)
     for row in range(len(table.values)):
         setup = outcome_motion.row_setup(file, table.inputs, row)
+        refuse_unsized(file.source, setup.body, False, "body")
         rigid_body(setup.body)
         complaint = impossible_density(setup.body)
         if not setup.surroundings.gravity > 0:
@@ -70,7 +79,13 @@ def _check_columns(file, table):
 
 
 def _check_rows(table):
-    """Refuse a bounce that is no whole number, and marks that are not passed one after the other."""
+    """Refuse a bounce that is no whole number, a way that took no time, and marks that are not passed one after the other."""
+    ways = [table.inputs[name] for name in ("height_m", "distance_m", "mark_2_m") if name in table.inputs]
+    if OUTCOMES[table.outcome] == "s" and ways and (none := np.flatnonzero((table.values == 0) & (ways[0] > 0))).size:
+        raise InputError(
+            f"{table.file}, row {np.min(table.rows[none])}, column {table.outcome}: 0 s over a way of {ways[0][none[0]]:g} m; "
+            "leave out the rows that were not timed"
+        )
     bounce, low = table.inputs.get("bounce", np.ones(1)), table.inputs.get("mark_1_m", np.zeros(len(table.values)))
     if (broken := np.flatnonzero(bounce != np.round(bounce))).size:
         row = broken[0]

@@ -7,7 +7,7 @@ from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.outcome_tables import read_outcomes
 from hlcs.kinds.outcomes.problem import TableProblem, judge_table, prepare_table, row_groups, table_candidates, where_in_table
 from hlcs.simulation.model import Model
-from minibullet.errors import InputError
+from minibullet.errors import InputError, InputWarning
 
 BALL = '[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n'
 HEIGHTS = np.repeat([0.5, 1.0, 1.5, 2.0, 2.5, 3.0], 3)
@@ -95,6 +95,16 @@ def test_a_table_without_the_inputs_of_its_outcome_is_refused(tmp_path, columns,
 def test_a_column_that_the_outcome_does_not_depend_on_is_refused(tmp_path, columns, words):
     with pytest.raises(InputError, match=words):
         prepare_table(*table(tmp_path, columns))
+
+
+def test_no_way_takes_no_time(tmp_path):
+    with pytest.raises(InputError, match="t.csv, row 3, column fall_time_s: 0 s over a way of 1 m; leave out"):
+        prepare_table(*table(tmp_path, {"height_m": [0.5, 1.0, 1.0], "fall_time_s": [0.319, 0.0, 0.452]}))
+
+
+def test_a_noise_above_every_outcome_is_told(tmp_path):
+    with pytest.warns(InputWarning, match="line 8: measurement.noise: 3 s is more than every fall_time_s, at most 0.784"):
+        prepare_table(*table(tmp_path, falls(), "noise = 3\n"))
 
 
 def test_columns_that_say_of_what_body_and_where_stay_allowed(tmp_path):
