@@ -12,9 +12,11 @@ def check_combinations(file):
     with_session = [index for index, trial in enumerate(file.trials) if trial.session]
     if 0 < len(with_session) < len(file.trials):
         without = next(index for index, trial in enumerate(file.trials) if not trial.session)
+        several = len({file.trials[index].session for index in with_session}) > 1
+        why = "clock, scale and lean are taken to be right there" if several else "one session alone changes nothing"
         what = (
-            f"stands in {len(with_session)} of {len(file.trials)} trials, and trial {without + 1} has none: clock, scale "
-            "and lean of the camera are taken to be right in those without; state it of all, or of none"
+            f"stands in {len(with_session)} of {len(file.trials)} trials, and trial {without + 1} has none: {why}; state it of "
+            "all, or of none"
         )
         file.source.warn("session", what, "trial", with_session[0])
 

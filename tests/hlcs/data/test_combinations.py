@@ -65,7 +65,9 @@ def test_a_candidate_named_twice_and_a_session_of_some_trials_are_told(tmp_path)
     with pytest.warns(InputWarning, match="line 7: diagnose.candidates: 'buoyancy' stands there twice"):
         read(tmp_path, "[measurement]", '[diagnose]\ncandidates = ["buoyancy", "buoyancy"]\n[measurement]')
     (tmp_path / "b.csv").write_text("t_s,z_m\n0,1\n0.1,0.95\n")
-    with pytest.warns(InputWarning, match="trial.session: stands in 1 of 2 trials, and trial 2 has none"):
+    with pytest.warns(
+        InputWarning, match="trial.session: stands in 1 of 2 trials, and trial 2 has none: one session alone changes nothing"
+    ):
         read(tmp_path, trial='file = "a.csv"\nsession = "A"\n[[trial]]\nfile = "b.csv"\n')
 
 
