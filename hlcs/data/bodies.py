@@ -17,6 +17,8 @@ SHAPES = {  # shape -> the keys that say its size
     "cone": ("radius", "height"),
 }
 SIZES = dict(low=1e-6, high=1e3)  # lengths of a body: dust to a hill, so that volumes and inertias are numbers [m]
+CUBIPOD_REACH = 0.9  # from the centre of a Cubipod to its corners, at most, in sides: sqrt(3)/2 of the cube
+MOST_OUTLINES = 10.0  # a drag area in outlines of the body above which it is hardly meant: fins and sails are larger than it
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,59 @@ def read_body(reader, table, section, base, index=None):
                 index,
             )
     _check_density(reader, body, table, section, index)
+    _check_reach(reader, body, changes, section, index)
     return body
+
+
+def refuse_unsized(reader, body, by_rows, *place):
+    """Refuse a shape that was named without its size; a body that nobody describes is a sphere of no stated size.
+
+    by_rows: may a table of outcomes state a radius row by row?; place: section and index where the shape stands.
+    """
+    missing = [key for key in SHAPES[body.shape] if getattr(body, key) is None and not (by_rows and key == "radius")]
+    if body.shape == "mesh" and missing:
+        reader.fail("shape", '"mesh" of which file? Add mesh = "unit.stl" (.stl, .obj, .ply or .off, in m)', *place)
+    if body.shape != "sphere" and missing:
+        add = " and ".join(f"{key} = {'[x, y, z]' if key == 'size' else '..'}" for key in missing)
+        reader.fail("shape", f'"{body.shape}" of which size? Add {add} (in m)', *place)
+
+
+def bounding_radius(body):
+    """Greatest distance of the surface of a body from its centre of mass if it is homogeneous [m]; None where not sized."""
+    if not body.sized:
+        return None
+    return {
+        "sphere": lambda: body.radius,
+        "box": lambda: float(np.linalg.norm(body.size)) / 2,
+        "cubipod": lambda: body.side * CUBIPOD_REACH,
+        "mesh": lambda: body.form.bounding_radius if body.form else None,
+        "disc": lambda: float(np.hypot(body.radius, body.height / 2)),
+        "cylinder": lambda: float(np.hypot(body.radius, body.height / 2)),
+        "cone": lambda: float(max(np.hypot(body.radius, body.height / 4), 0.75 * body.height)),
+    }[body.shape]()
+
+
+def _check_reach(reader, body, changes, section, index):
+    """Refuse moments that no mass within the body has, m R^2 at most, and tell of a drag area far beyond its outline, pi R^2."""
+    reach = bounding_radius(body) if {"inertia", "drag_area"} & set(changes) else None
+    if reach is None:
+        return
+    if body.inertia and body.mass is not None and max(body.inertia) > body.mass * reach**2 * (1 + 1e-6):
+        reader.fail(
+            "inertia",
+            f"{max(body.inertia):.3g} kg m2 is more than {body.mass:g} kg within {reach:.3g} m of the centre can have, "
+            f"{body.mass * reach**2:.3g}; units are kg m2 (not kg cm2 or g mm2)",
+            section,
+            index,
+        )
+    if body.drag_area is not None and body.drag_area > MOST_OUTLINES * np.pi * reach**2:
+        reader.warn(
+            "drag_area",
+            f"{body.drag_area:g} m2 is hardly meant of a body within {reach:.3g} m of its centre, whose outline has at most "
+            f"{np.pi * reach**2:.3g} m2; areas are in m2 (not cm2)",
+            section,
+            index,
+        )
 
 
 def _check_density(reader, body, table, section, index):

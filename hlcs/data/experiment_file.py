@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs.data.bodies import Body, read_body
+from hlcs.data.bodies import Body, read_body, refuse_unsized
+from hlcs.data.combinations import check_combinations
 from hlcs.data.quantities import AROUND, INPUTS, OUTCOMES
 from hlcs.data.unfilled import refuse_unfilled
 from hlcs.files.toml_files import LARGEST, TomlFile
@@ -184,15 +185,14 @@ def checked_experiment(reader, layouts=LAYOUTS):
     trials = tuple(_trial(reader, entry, index, body, surroundings) for index, entry in enumerate(_trial_list(reader, values)))
     for index, entry in enumerate(trials or [None]):
         used = entry.body if entry else body
-        if used.shape == "mesh" and used.mesh is None:
-            place = ("body",) if "shape" in values.get("body", {}) else ("trial", index)
-            reader.fail("shape", '"mesh" of which file? Add mesh = "unit.stl" (.stl, .obj, .ply or .off, in m)', *place)
+        place = ("body",) if "shape" in values.get("body", {}) else ("trial", index)
+        refuse_unsized(reader, used, not layout.in_trials, *place)
     if layout.in_trials and not trials:
         raise InputError(f'{reader.path}: no [[trial]]; add one [[trial]] with file = "....csv" for each recording')
     if not layout.in_trials and "file" not in measurement:
         raise InputError(f'{reader.path}: measurement.file is missing; "{kind}" needs file = "....csv" in [measurement]')
     _belongs(reader, values, kind, layout)
-    return ExperimentFile(
+    file = ExperimentFile(
         path=reader.path,
         kind=kind,
         title=reader.title(),
@@ -226,6 +226,8 @@ def checked_experiment(reader, layouts=LAYOUTS):
             )
         },
     )
+    check_combinations(file)
+    return file
 
 
 def _belongs(reader, values, kind, layout):
@@ -262,6 +264,8 @@ def _surroundings(reader, table, section, base, index=None):
     changes = {key: value for key, value in numbers.items() if value is not None}
     if "fluid_density" in changes:
         changes["fluid_stated"] = True
+        if changes["fluid_density"] == 0 and changes.get("fluid_viscosity"):
+            reader.fail("fluid_viscosity", "a vacuum, fluid_density = 0, has none; leave one of them out", section, index)
     if "floor" in table:
         floor = table["floor"]
         reader.known(floor, "surroundings.floor", index)

@@ -48,7 +48,31 @@ def with_stated_errors(table, file):
         if name in table.input_sd:
             raise InputError(f"{place}: the table has a column '{name}_sd' too; keep one of them")
     stated = {name: np.full(len(table.values), sd) for name, sd in file.input_sd.items()}
+    for name, _, what in _not_measured(table, stated):
+        file.source.fail(name, what, "measurement.input_sd")
+    for name, row, what in _not_measured(table, table.input_sd):
+        raise InputError(f"{table.file}, row {table.rows[row]}, column {name}{SD}: {what}")
     return replace(table, input_sd=table.input_sd | stated)
+
+
+def _not_measured(table, errors):
+    """[(name, first row, what is said)] of errors of inputs, name -> (n,), as large as the largest value of their input.
+
+    Such an input was not measured at all. Where all its values are zero (let go at rest, at the first mark) any error may be, and
+    so may that of an input with a sign (a slope about level).
+    """
+    found = []
+    for name, sd in errors.items():
+        largest = float(np.max(table.inputs[name]))
+        wrong = np.flatnonzero(sd >= largest)
+        if INPUTS[name][0] >= 0 and largest > 0 and len(wrong):
+            row = wrong[np.argmin(table.rows[wrong])]
+            what = (
+                f"{sd[row]:g} cannot be right where {name} is at most {largest:g}; it is one standard deviation in the unit of "
+                "the column (of a length in m: 0.01, not 10, for 10 mm)"
+            )
+            found.append((name, row, what))
+    return found
 
 
 def read_table(path):

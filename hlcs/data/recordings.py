@@ -4,16 +4,17 @@ What cannot be used is refused by file, row and column (rows count from 1, the h
 is reported in `notes`, never dropped in silence. This room knows no physics beyond plausible units.
 """
 
+import warnings
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.data import validation
+from hlcs.data import starts, validation
 from hlcs.data.experiment_file import OF_RECORDINGS, Body, ExperimentFile, Surroundings
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.files.csv_files import MOST_ROWS, CsvLayout, read_csv
-from minibullet.errors import InputError
+from minibullet.errors import InputError, InputWarning
 
 PIXELS = ("x_px", "y_px", "z_px")  # in place of x_m, y_m, z_m, where the file states the length of a pixel
 COLUMNS = ("t_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")
@@ -111,6 +112,7 @@ def read_recordings(file):
         trial = replace(trial, session=entry.session, accelerations=read)
         for check in (validation.check_plane,) if trial.surroundings.planar else CHECKS:
             check(trial, entry.file)
+        starts.check_start(trial, file)
         notes += validation.describe(trial, entry.file) + validation.check_floor(trial, entry.file)
         trials.append(trial)
         paths.append(entry.file)
@@ -128,14 +130,17 @@ def read_recordings(file):
             f"{', '.join(ACCELERATIONS)}; add them, or leave out accelerometer"
         )
     _check_noise(file, trials)
-    return Recordings(file, tuple(trials), _static(file) if file.static else None, tuple(notes))
+    static = _static(file) if file.static else None
+    if static:
+        _check_static(file, static, trials)
+    return Recordings(file, tuple(trials), static, tuple(notes))
 
 
 def _check_noise(file, trials):
     """Refuse a stated noise where no recording holds anything that it is the noise of."""
     measured = np.any([trial.measured.any(axis=0) for trial in trials], axis=0).reshape(3, 3).any(axis=1)
     recorded = [what for what, there in zip(OF_RECORDINGS, measured, strict=True) if there]
-    if file.noise and not file.static and not set(recorded) & set(file.noise):
+    if file.noise and not set(recorded) & set(file.noise):
         units = ", ".join(
             f"{what} = .. [{unit}]" for what, unit in zip(OF_RECORDINGS, CHANNEL_UNITS, strict=True) if what in recorded
         )
@@ -143,6 +148,18 @@ def _check_noise(file, trials):
             f"{file.place('measurement.noise')}: is of {' and '.join(file.noise)}, and the recordings hold "
             f"{' and '.join(recorded)} alone; write noise = {{ {units} }}"
         )
+
+
+def _check_static(file, static, trials):
+    """Refuse a recording at rest that holds nothing of what the others hold; tell where it holds none of their columns."""
+    held, there = static.measured.any(axis=0), np.any([trial.measured.any(axis=0) for trial in trials], axis=0)
+    if np.any(held & there):
+        return
+    of_rest, of_others = (", ".join(name for name, some in zip(CHANNELS, known, strict=True) if some) for known in (held, there))
+    what = f"file '{file.static.name}' holds {of_rest} of a body at rest, and the recordings hold {of_others}"
+    if not np.any(held.reshape(3, 3).any(axis=1) & there.reshape(3, 3).any(axis=1)):
+        file.source.fail("static", f"{what}: record the body at rest in the same way, or state noise in its place", "measurement")
+    file.source.warn("static", f"{what}: along other axes the noise may be another; record the same ones", "measurement")
 
 
 def _static(file):
@@ -166,6 +183,9 @@ def read_recording(path, pixel=None, accelerometer=None):
     count, name = len(table.rows), table.name
     if len(table.columns) == 1:
         raise InputError(f"{name}: only times; at least one of {', '.join(COLUMNS[1:] + ACCELERATIONS)} is needed")
+    for column in (column for column in table.columns if np.isnan(table.columns[column]).all()):
+        what = f"{name}, row {table.header_row}: column '{column}' is wholly blank: taken as not recorded; leave it out"
+        warnings.warn(what, InputWarning, stacklevel=2)
     quaternion = [column for column in COLUMNS[4:] if column in table.columns]
     if quaternion and len(quaternion) < 4:
         raise InputError(f"{name}: columns {', '.join(quaternion)} without the rest; a quaternion needs qw, qx, qy, qz")

@@ -22,12 +22,14 @@ LONGER, MOST_LONGER = (
     40,
 )  # factor on the time of a flight that was too short, and how often: after 1e9 times the time of a fall
 # through nothing a body does not sink at all
+LEAST_WAY = 1e-12  # a flight over no way at all is computed over this one, so that it has a duration [m]
+ENDLESS = 1e-6  # deceleration below which a slide does not end: a slide of 1 m/s would take ten days [m/s2]
 STEADY = 1e-10  # change of the speed over a step, relative, from which a body sinks on as it does
 FURTHER = 100.0  # as many times as long, at most, where a body sinks so slowly at the end of a flight
 
 
 def outcomes(model, setups, inputs, outcome):
-    """Outcomes (d,) [s or m] of d distinct rows: setups of the rows, inputs name -> (d,)."""
+    """Outcomes (d,) [s, m or m/s] of d distinct rows: setups of the rows, inputs name -> (d,); nan where one never comes."""
     answers, alike, unit = np.empty(len(setups)), {}, OUTCOMES[outcome]
     for row, setup in enumerate(setups):
         alike.setdefault(setup.surroundings, []).append(row)
@@ -93,7 +95,7 @@ def descent(setups, effects, depth, speed=0.0):
     gravity = setups[0].surroundings.gravity
     down = np.array([0.0, 0.0, -1.0])
     state = state_of(setups, np.broadcast_to(speed, (len(setups),))[:, None] * down)
-    longest = 1.5 * np.sqrt(2 * depth.max() / gravity)
+    longest = 1.5 * np.sqrt(2 * np.nanmax(np.append(depth, LEAST_WAY)) / gravity)
     for _ in range(MOST_LONGER):
         track = fly(state, effects, longest, longest / STEPS)
         left, pace = depth + track.position[-1, :, 2], -track.velocity[-1, :, 2]
@@ -140,7 +142,7 @@ def rebound_height(setups, effects, inputs):
     state = state_of(setups, hit)
     speed = -hit[:, 2] * law_at(setups, effects, state, hit, up).restitution
     track = risen(setups, effects, speed, lambda track: track.velocity[-1, :, 2] < 0)
-    return apex(track)
+    return np.where(np.isfinite(speed), apex(track), np.nan)
 
 
 def apex(track):
@@ -162,7 +164,10 @@ def passage_time(setups, effects, inputs):
 
 
 def bounce_time(setups, effects, inputs):
-    """Time from the release at rest, height_m above where it strikes, to impact number `bounce`, when it is heard."""
+    """Time from the release at rest, height_m above where it strikes, to impact number `bounce`, when it is heard.
+
+    nan where there is no such impact: the body floats, or it stays down after one before.
+    """
     times, hit = fallen(setups, effects, inputs["height_m"])
     up, heard = np.tile([0.0, 0.0, 1.0], (len(setups), 1)), times
     for number in range(2, int(inputs["bounce"].max()) + 1):
@@ -174,21 +179,28 @@ def bounce_time(setups, effects, inputs):
 
 
 def thrown_up(setups, effects, speed):
-    """(time [s], velocity (d, 3)) with which bodies thrown up at a speed (d,) [m/s] are back at their height."""
+    """(time [s], velocity (d, 3)) with which bodies thrown up at a speed (d,) [m/s] are back at their height.
+
+    nan where one has no speed, so that it is never up, or does not come down.
+    """
     track = risen(setups, effects, speed, lambda track: track.position[-1, :, 2] < 0)
     top = track.times[np.argmax(track.position[:, :, 2], axis=0)]
     times = crossing(track, lambda position: position[:, 2], begin=top)
-    times = np.where(speed > 0, times, 0.0)
-    return times, np.where(speed[:, None] > 0, velocity_at(track, times), 0.0)
+    back = (speed > 0) & (track.position[-1, :, 2] < 0)
+    return np.where(back, times, np.nan), np.where(back[:, None], velocity_at(track, times), np.nan)
 
 
 def risen(setups, effects, speed, done):
-    """The Track of bodies thrown up at a speed (d,) [m/s] until `done` (Track -> booleans (d,)) holds for all."""
+    """The Track of bodies thrown up at a speed (d,) [m/s] until `done` (Track -> booleans (d,)) holds for all.
+
+    A body whose speed is nan never came to be thrown: it goes with the others at no speed.
+    """
+    speed = np.nan_to_num(speed)
     state = state_of(setups, speed[:, None] * np.array([0.0, 0.0, 1.0]))
     duration = max(1.3 * speed.max() / setups[0].surroundings.gravity, 1e-3)
     for _ in range(6):
         track = fly(state, effects, duration, duration / STEPS)
-        if np.all(done(track)):
+        if np.all(done(track) | (speed == 0)):
             break
         duration *= 1.7
     return track
@@ -202,7 +214,10 @@ def rebound_speed(setups, effects, inputs):
 
 
 def slide(setups, effects, inputs, way=None):
-    """(time [s], distance [m]) until a block stops, or until it has gone `way` (d,) [m], along x down a slope."""
+    """(time [s], distance [m]) until a block stops, or until it has gone `way` (d,) [m], along x down a slope.
+
+    nan where it does not stop, or stops before it has gone that way.
+    """
     count = len(setups)
     angle = np.deg2rad(inputs["angle_deg"]) if "angle_deg" in inputs else np.arctan(inputs.get("slope", np.zeros(count)))
     angle = np.broadcast_to(angle, (count,))
@@ -222,17 +237,17 @@ def slide(setups, effects, inputs, way=None):
     if way is None:  # the speed is the independent variable: distance = int v dv / -a, time = int dv / -a
         nodes, weights = np.polynomial.legendre.leggauss(48)
         u = 0.5 * (nodes + 1)
-        times, distances = np.zeros(count), np.zeros(count)
+        times, distances = np.zeros(count), np.zeros(count)  # the sums keep the nan of a block that does not stop
         for node, weight in zip(u, 0.5 * weights, strict=True):
             v = speed * node**2  # dense where the block is slow and friction may vary
-            brake = np.maximum(-slowing(v), 1e-6)
+            brake = np.where(-slowing(v) > ENDLESS, -slowing(v), np.where(speed > 0, np.nan, 1.0))
             times += weight * 2 * node * speed / brake
             distances += weight * 2 * node * speed * v / brake
         return times, distances
     times, gone, v = np.zeros(count), np.zeros(count), speed.copy()
     pace = np.maximum(np.abs(slowing(v)), 1e-3)
     h = (np.sqrt(speed**2 + 2 * pace * way) - speed) / pace / STEPS
-    running = np.ones(count, bool)
+    running, there = np.ones(count, bool), way <= 0
     for _ in range(20 * STEPS):
         a = slowing(v)
         b = slowing(v + h * a / 2)
@@ -240,10 +255,12 @@ def slide(setups, effects, inputs, way=None):
         last = running & (gone + step >= way)
         times += np.where(running, np.where(last, h * (way - gone) / np.where(step > 0, step, 1.0), h), 0.0)
         gone, v = np.where(running, gone + step, gone), np.where(running, v + h * b, v)
+        there |= last
         running &= ~last & (v > 0)
         if not running.any():
             break
-    return times, gone
+    times += np.where(running, (way - gone) / np.where(running, v, 1.0), 0.0)  # it goes on as it does at the end
+    return np.where(there | running, times, np.nan), gone
 
 
 def stop_distance(setups, effects, inputs):
@@ -288,7 +305,17 @@ NEEDS = {
     "bounce_time_s": ("height_m", "bounce"),
     "rebound_speed_m_s": ("impact_speed_m_s",),
 }
-ROW_KEYS = {
+USES = {  # inputs that an outcome depends on, beside those of ROW_KEYS
+    "fall_time_s": ("height_m",),
+    "rebound_height_m": ("height_m",),
+    "stop_distance_m": ("speed_m_s", "slope", "angle_deg"),
+    "slide_time_s": ("distance_m", "speed_m_s", "slope", "angle_deg"),
+    "rest_height_m": (),
+    "passage_time_s": ("start_speed_m_s", "mark_1_m", "mark_2_m"),
+    "bounce_time_s": ("height_m", "bounce"),
+    "rebound_speed_m_s": ("impact_speed_m_s",),
+}
+ROW_KEYS = {  # of a row, in the place of what the file states
     "mass_kg": ("body", "mass"),
     "radius_m": ("body", "radius"),
     "friction": ("surroundings", "friction"),

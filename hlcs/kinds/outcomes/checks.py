@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from hlcs.data.bodies import impossible_density
+from hlcs.data.bodies import SHAPES, impossible_density, refuse_unsized
+from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import outcome_motion
 from minibullet.errors import InputError, nearest
@@ -18,6 +19,7 @@ PLAUSIBLE = {
     "bounce_time_s": (0.2, 300.0),
     "rebound_speed_m_s": (0.0, 5.0),
 }
+BESIDE = ("spin_rad_s",)  # that only effects of the user's own know what to do with
 AGAINST = {"rebound_height_m": "height_m", "rebound_speed_m_s": "impact_speed_m_s"}  # set beside an input, not beside the model
 
 
@@ -29,6 +31,13 @@ def check_table(file, table):
                 f"{file.path}: measurement.noise.{key}: the table's outcome is {table.outcome}; write noise = "
                 f"{{ {table.outcome} = {file.noise[key]:g} }}"
             )
+        if file.noise[key] > (largest := float(np.max(np.abs(table.values)))):
+            file.source.warn(
+                "noise",
+                f"{file.noise[key]:g} {OUTCOMES[table.outcome]} is more than every {table.outcome}, at most {largest:g}; it is "
+                "one standard deviation in the unit of the column",
+                "measurement",
+            )
     for column in outcome_motion.NEEDS[table.outcome]:
         if column not in table.inputs:
             near = nearest(column, table.inputs, 0.5)
@@ -36,9 +45,11 @@ def check_table(file, table):
             raise InputError(f"{table.file}: {table.outcome} needs the column '{column}'{hint}")
     if table.outcome == "slide_time_s" and not {"distance_m", "speed_m_s"} & set(table.inputs):
         raise InputError(f"{table.file}: slide_time_s needs the column 'distance_m' (way to slide) or 'speed_m_s' (time to stop)")
+    _check_columns(file, table)
     _check_rows(table)
     for row in range(len(table.values)):
         setup = outcome_motion.row_setup(file, table.inputs, row)
+        refuse_unsized(file.source, setup.body, False, "body")
         rigid_body(setup.body)
         complaint = impossible_density(setup.body)
         if not setup.surroundings.gravity > 0:
@@ -47,8 +58,34 @@ def check_table(file, table):
             raise InputError(f"{table.file}, row {table.rows[row]}: {complaint}")
 
 
+def _check_columns(file, table):
+    """Refuse columns that the outcome does not depend on, and two that say the same: nothing is passed over in silence."""
+    used = outcome_motion.USES[table.outcome]
+    for column in table.inputs:
+        if column not in (*used, *outcome_motion.ROW_KEYS, *BESIDE):
+            can = f"it depends on {', '.join(used)}" if used else "it depends on the body alone"
+            raise InputError(
+                f"{table.file}, column {column}: {table.outcome} does not depend on it; {can}, beside body, fluid and floor: "
+                "leave the column out"
+            )
+    if {"slope", "angle_deg"} <= set(table.inputs):
+        raise InputError(f"{table.file}, columns slope and angle_deg: both say how steep the floor is; leave one of them out")
+    if "radius_m" in table.inputs and "radius" not in SHAPES[file.body.shape]:
+        keys = ", ".join(SHAPES[file.body.shape])
+        raise InputError(
+            f'{table.file}, column radius_m: a body of shape "{file.body.shape}" has none, its size is body.{keys}; leave '
+            "the column out, or state another shape"
+        )
+
+
 def _check_rows(table):
-    """Refuse a bounce that is no whole number, and marks that are not passed one after the other."""
+    """Refuse a bounce that is no whole number, a way that took no time, and marks that are not passed one after the other."""
+    ways = [table.inputs[name] for name in ("height_m", "distance_m", "mark_2_m") if name in table.inputs]
+    if OUTCOMES[table.outcome] == "s" and ways and (none := np.flatnonzero((table.values == 0) & (ways[0] > 0))).size:
+        raise InputError(
+            f"{table.file}, row {np.min(table.rows[none])}, column {table.outcome}: 0 s over a way of {ways[0][none[0]]:g} m; "
+            "leave out the rows that were not timed"
+        )
     bounce, low = table.inputs.get("bounce", np.ones(1)), table.inputs.get("mark_1_m", np.zeros(len(table.values)))
     if (broken := np.flatnonzero(bounce != np.round(bounce))).size:
         row = broken[0]
@@ -62,22 +99,19 @@ def _check_rows(table):
 
 
 def check_magnitude(problem, model):
-    """Refuse outcomes that a whole unit lies between, and set-ups in which the model's body would not move at all."""
+    """Refuse outcomes that a whole unit lies between; rows whose outcome never comes under the model say nothing of units."""
     table, predicted = problem.table, problem.predict(model)
-    lost = np.flatnonzero(~np.isfinite(predicted))
-    if len(lost):
-        raise InputError(
-            f"{table.file}, row {table.rows[lost[0]]}: the model has no {table.outcome} for this row (does its body "
-            "move at all? friction, slope and speed decide)"
-        )
     against = np.maximum(table.inputs[AGAINST[table.outcome]], 1e-9) if table.outcome in AGAINST else predicted
-    ratio = float(np.median(table.values / np.where(np.abs(against) > 1e-12, against, np.inf)))
+    against = np.where(problem.never, np.nan, against)
+    if np.isnan(against).all():
+        return
+    ratio = float(np.nanmedian(table.values / np.where(np.abs(against) < 1e-12, np.inf, against)))
     low, high = PLAUSIBLE[table.outcome]
     if problem.file.surroundings.in_liquid and table.outcome in ("fall_time_s", "passage_time_s"):
         high = np.inf  # a grain sinks through honey a thousand times as long as it falls
     if low <= ratio <= high:
         return
-    row = int(np.argmin(np.abs(table.values / against - ratio)))
+    row = int(np.nanargmin(np.abs(table.values / against - ratio)))
     raise InputError(
         f"{table.file}, row {table.rows[row]}, column {table.outcome}: {table.values[row]:g} where "
         f"{against[row]:.3g} is expected; units that cannot be right: lengths in m, times in s"

@@ -43,6 +43,8 @@ class Outcomes(Tabulated):
         problem = self._prepared.problem
         adequacy, table = judge_table(problem, self._prepared.base)
         error = misfit(table["residual"], self.unit, problem.noise_level)
+        if problem.never.any():
+            error["bias"] = None  # an outcome that never comes is not less than was measured
         shown = {
             "trials": tuple(group.name for group in problem.trials),
             "channels": (self.table.outcome,),

@@ -20,7 +20,8 @@ from hlcs.estimation.noise_model import Noise
 from hlcs.estimation.whitening import colour, whitening_of_settings
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR, SLOPED, TOO_LONG, rows_of, said
-from hlcs.kinds.outcomes.setting_errors import SettingErrors, of_inputs, setting_errors
+from hlcs.kinds.outcomes.never import all_that_was_measured, told
+from hlcs.kinds.outcomes.setting_errors import SettingErrors, of_inputs, outcomes_at, setting_errors
 from hlcs.kinds.protocol import Prepared, misses
 from hlcs.selection.eligibility import NEEDS, eligible, stated, with_drag_that_fits
 from hlcs.simulation import outcome_motion
@@ -82,10 +83,12 @@ class TableProblem(DirectProblem):
 
     subject = "what the body does"
 
-    def __init__(self, file, table, noise, groups=None, errors=None):
-        """groups: RowGroups, where rows are not held out together in the usual way; errors: SettingErrors, None = none."""
+    def __init__(self, file, table, noise, groups=None, errors=None, never=None):
+        """groups: RowGroups, where rows are not held out together in the usual way; errors: SettingErrors, None = none; never:
+        rows whose outcome never comes under the model under test (n,), None = none."""
         self.file, self.table, self.noise, self.values = file, table, noise, table.values
         _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
+        self.never = np.zeros(len(table.values), bool) if never is None else never
         self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
         self.distinct = {name: values[first] for name, values in table.inputs.items()}
         self.errors = errors or SettingErrors(np.zeros(len(first)))
@@ -105,12 +108,17 @@ class TableProblem(DirectProblem):
         return Recording(np.zeros(count, int), group.rows, np.arange(count) * 1.0, whitening, ())
 
     def predict(self, model):
-        """Outcomes of all rows, (n,)."""
+        """Outcomes of all rows, (n,); nan where one never comes, zero where the model under test says that too (`never`)."""
         if model.terms not in self.predicted:  # the rest of the model is the file's and stays
             with np.errstate(all="ignore"):
                 distinct = outcome_motion.outcomes(model, self.setups, self.distinct, self.table.outcome)
-            self.predicted[model.terms] = distinct[self.back]
+            self.predicted[model.terms] = all_that_was_measured(distinct[self.back], self.values, self.never)
         return self.predicted[model.terms]
+
+    def linearise(self, model, initial_states):
+        found = super().linearise(model, initial_states)
+        # a number a little aside may lose an outcome: no outcome, no derivative
+        return replace(found, parameter_columns=[np.nan_to_num(part) for part in found.parameter_columns])
 
     @property
     def sigmas(self):
@@ -131,7 +139,7 @@ class TableProblem(DirectProblem):
         moved = np.hypot(self.noise.position, errors.deviation) / np.hypot(self.noise.position, self.errors.deviation)
         if np.all(np.abs(moved - 1) < SAME):
             return self
-        return TableProblem(self.file, self.table, self.noise, errors=errors)
+        return TableProblem(self.file, self.table, self.noise, errors=errors, never=self.never)
 
     # --- the next experiment --------------------------------------------------------------------------------------------------
 
@@ -270,14 +278,14 @@ def prepare_table(file, table, own=()):
     if noise.position is None:
         return Prepared(noise, None, None, table.notes)
     errors = setting_errors(file, table, noise.position, model)
-    problem = TableProblem(file, table, noise, errors=errors)
+    problem = TableProblem(file, table, noise, errors=errors, never=np.isnan(outcomes_at(file, table, model)))
     check_magnitude(problem, model)
     return posed(problem, model)
 
 
 def posed(problem, model):
     """The Prepared of a problem and the model under test."""
-    notes = (*problem.table.notes, *problem.errors.notes)
+    notes = (*problem.table.notes, *told(problem.table, problem.never), *problem.errors.notes)
     if problem.errors.deviation.any() and len(np.unique(problem.table.groups)) < len(problem.values) and parted(problem.table):
         notes += (
             "rows of one setting share an error and stand in different groups: blocks of settings are held out, not groups",
@@ -303,7 +311,7 @@ def judge_table(problem, fit):
         "row": table.rows[rows],
         "input": main[rows],
         "measured": table.values[rows],
-        "model": table.values[rows] - raw,
+        "model": np.where(problem.never[rows], np.nan, table.values[rows] - raw),
         "residual": raw,
         "sigmas": raw / problem.sigmas[rows],
         "white": white,

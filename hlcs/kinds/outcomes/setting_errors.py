@@ -33,14 +33,18 @@ def of_inputs(file, table, model):
     """One sigma of the outcome of each distinct setting from the errors of its inputs (d,) [unit of the outcome].
 
     The outcome that a model foretells at the input plus and minus one sigma differs by twice its error; errors of several inputs
-    are independent. An input that has its error already at its limit (a height of zero) is taken from there.
+    are independent. An input that has its error already at its limit (a height of zero) is taken from there; where an outcome
+    never comes at one end (a slope too gentle to slide), the other end is set beside the input itself.
     """
     _, first = np.unique(table.setting, return_index=True)
     inputs, total = {name: values[first] for name, values in table.inputs.items()}, np.zeros(len(first))
+    usual = settings_at(file, table, model, inputs) if table.input_sd else None
     for name, sd in table.input_sd.items():
-        ends = [inputs | {name: within(name, inputs[name] + sign * sd[first])} for sign in (1, -1)]
-        high, low = (outcomes_at(file, table, model, end) for end in ends)
-        width = ends[0][name] - ends[1][name]
+        ends = [within(name, inputs[name] + sign * sd[first]) for sign in (1, -1)]
+        found = [settings_at(file, table, model, inputs | {name: end}) for end in ends]
+        high, low = (np.where(np.isnan(there), usual, there) for there in found)
+        above, below = (np.where(np.isnan(there), inputs[name], end) for there, end in zip(found, ends, strict=True))
+        width = above - below
         total += (np.where(width > 0, high - low, 0.0) * sd[first] / np.where(width > 0, width, 1.0)) ** 2
     return np.sqrt(np.nan_to_num(total))
 
@@ -51,9 +55,15 @@ def within(name, values):
     return np.clip(values, low, high)
 
 
-def outcomes_at(file, table, model, inputs):
-    """Outcomes (d,) that a model foretells at inputs {name: (d,)}."""
-    count = len(next(iter(inputs.values())))
+def outcomes_at(file, table, model):
+    """Outcomes (n,) that a model foretells of the rows of a table."""
+    _, first, back = np.unique(table.setting, return_index=True, return_inverse=True)
+    return settings_at(file, table, model, {name: values[first] for name, values in table.inputs.items()}, len(first))[back]
+
+
+def settings_at(file, table, model, inputs, count=None):
+    """Outcomes (d,) that a model foretells at inputs {name: (d,)}; count: d, where there may be no inputs."""
+    count = len(next(iter(inputs.values()))) if count is None else count
     setups = [outcome_motion.row_setup(file, inputs, row) for row in range(count)]
     with np.errstate(all="ignore"):
         return outcome_motion.outcomes(model, setups, inputs, table.outcome)
@@ -63,7 +73,7 @@ def setting_errors(file, table, sigma, model):
     """The SettingErrors of a table; sigma: of one row [unit of the outcome]; model: at which errors of inputs are propagated."""
     known = of_inputs(file, table, model)
     _, first = np.unique(table.setting, return_index=True)
-    expected = outcomes_at(file, table, model, {name: values[first] for name, values in table.inputs.items()})
+    expected = outcomes_at(file, table, model)[first]
     scatter, unit = between_settings(table, sigma, known, expected), OUTCOMES[table.outcome]
     if scatter.alone is not None:
         return SettingErrors(known, notes=(_stands_alone(table, first[scatter.alone]),))

@@ -7,7 +7,7 @@ from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.outcome_tables import read_outcomes
 from hlcs.kinds.outcomes.problem import TableProblem, judge_table, prepare_table, row_groups, table_candidates, where_in_table
 from hlcs.simulation.model import Model
-from minibullet.errors import InputError
+from minibullet.errors import InputError, InputWarning
 
 BALL = '[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n'
 HEIGHTS = np.repeat([0.5, 1.0, 1.5, 2.0, 2.5, 3.0], 3)
@@ -77,6 +77,43 @@ def test_a_model_is_asked_once_for_rows_with_equal_inputs(tmp_path):
 def test_a_table_without_the_inputs_of_its_outcome_is_refused(tmp_path, columns, words):
     with pytest.raises(InputError, match=words):
         prepare_table(*table(tmp_path, columns))
+
+
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        (
+            {"height_m": [1.0] * 3, "start_speed_m_s": [1.0] * 3, "fall_time_s": [0.4] * 3},
+            "start_speed_m_s: fall_time_s does not",
+        ),
+        ({"height_m": [1.0] * 3, "bounce": [1.0] * 3, "fall_time_s": [0.4] * 3}, "column bounce: fall_time_s does not depend"),
+        ({"height_m": [3.0] * 3, "mark_2_m": [0.5] * 3, "passage_time_s": [0.3] * 3}, "start_speed_m_s, mark_1_m, mark_2_m"),
+        ({"height_m": [3.0] * 3, "rest_height_m": [0.03] * 3}, "it depends on the body alone"),
+        ({"speed_m_s": [1.0] * 3, "slope": [0.1] * 3, "angle_deg": [5.0] * 3, "stop_distance_m": [1.0] * 3}, "one of them out"),
+    ],
+)
+def test_a_column_that_the_outcome_does_not_depend_on_is_refused(tmp_path, columns, words):
+    with pytest.raises(InputError, match=words):
+        prepare_table(*table(tmp_path, columns))
+
+
+def test_no_way_takes_no_time(tmp_path):
+    with pytest.raises(InputError, match="t.csv, row 3, column fall_time_s: 0 s over a way of 1 m; leave out"):
+        prepare_table(*table(tmp_path, {"height_m": [0.5, 1.0, 1.0], "fall_time_s": [0.319, 0.0, 0.452]}))
+
+
+def test_a_noise_above_every_outcome_is_told(tmp_path):
+    with pytest.warns(InputWarning, match="line 8: measurement.noise: 3 s is more than every fall_time_s, at most 0.784"):
+        prepare_table(*table(tmp_path, falls(), "noise = 3\n"))
+
+
+def test_columns_that_say_of_what_body_and_where_stay_allowed(tmp_path):
+    beside = {"mass_kg": [0.05] * 18, "radius_m": [0.03] * 18, "friction": [0.4] * 18, "gravity_m_s2": [9.81] * 18}
+    beside |= {"height_m_sd": [0.001] * 18, "group": ["a", "b"] * 9}
+    assert prepare_table(*table(tmp_path, {**beside, **falls()})).problem is not None
+    box = '[body]\nshape = "box"\nsize = [0.06, 0.06, 0.06]\nmass = 0.05\n'
+    with pytest.raises(InputError, match='radius_m: a body of shape "box" has none'):
+        prepare_table(*table(tmp_path, {"radius_m": [0.03] * 18, **falls()}, body=box))
 
 
 def test_candidates_that_do_not_act_on_an_outcome_are_left_out_with_the_reason(tmp_path):

@@ -149,6 +149,8 @@ def test_drag_stays_found_beside_shared_errors(tmp_path):
         ({"height_m_sd": 0.01}, "input_sd = { height_m = 0.01 }\n", "has a column 'height_m_sd' too; keep one of them"),
         ({}, "input_sd = { heigth_m = 0.01 }\n", "line 10: measurement.input_sd.heigth_m: unknown key; the nearest known "),
         ({}, "input_sd = { height_m = 0.0 }\n", "line 10: measurement.input_sd.height_m: must be greater than 0, got 0"),
+        ({}, "input_sd = { height_m = 10 }\n", "line 10: measurement.input_sd.height_m: 10 cannot be right where height_m is at"),
+        ({"height_m_sd": 10}, "", "t.csv, row 2, column height_m_sd: 10 cannot be right where height_m is at most"),
         ({}, "input_sd = 0.01\n", "input_sd: must be a table such as input_sd = { height_m = 0.01 }, got 0.01"),
     ],
 )
