@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from hlcs.data.frames import what_is
 from hlcs.data.model_entries import found_entry, to_add
 from hlcs.files.documents import plain
-from hlcs.rendering import Result, table_of
+from hlcs.rendering import Pictures, Result, table_of
 from minibullet.errors import InputError
 
 VERDICTS = {
@@ -63,8 +63,7 @@ class Comparison(Judgement):
 
     @property
     def errors(self):
-        """Rows {model, error, over_noise, bias, adequate} before and after what was added, and of the noise; one row of the model
-        where nothing was."""
+        """Rows {model, error, over_noise, bias, adequate}: before, after and noise; where nothing was added model and noise."""
         told = [("before", self.before), ("after", self)] if self.before else [("model", self)]
         rows = [
             {
@@ -183,7 +182,7 @@ class Found:
     tolerance: dict | None = None  # what the user needs beside what is left: value, unit, left, met
     learned: Any = None  # learning.Learned: the law that explains what no effect does, if any
     model: Any = None
-    pictures: "Pictures | None" = field(default=None, compare=False)
+    pictures: Pictures | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
@@ -234,11 +233,9 @@ class Diagnosis(Judgement, Found):
         """Another Experiment, with what was found added to its model; the first is unchanged.
 
         A number that was withheld stands in it as "fill in", and has to be replaced before it can be compared. The file of a
-        learned law is written when it is saved. Where nothing was found it is the same Experiment.
-        Raises InputError for what is no Experiment."""
+        learned law is written when it is saved. Where nothing was found it is the same Experiment. Raises InputError."""
         if not hasattr(experiment, "with_effects"):
-            told = f"apply: got {what_is(experiment)}; give an hlcs.Experiment"
-            raise InputError(f"{told}, such as hlcs.Experiment.read('drop.toml') or diagnosis.experiment")
+            raise InputError(f"apply: got {what_is(experiment)}; give an hlcs.Experiment, such as diagnosis.experiment")
         own = self.experiment.user_effects if self.experiment else ()
         if law := self.law:
             return experiment.with_effects(self.additions, (*own, law.kind)).with_effects_text(law.file_name, law.effect_file)
@@ -248,11 +245,10 @@ class Diagnosis(Judgement, Found):
         """The result of `diagnose --json` as a dictionary of plain numbers and texts."""
         told = ("kind", "title", "verdict", "effects", "parameters", "ambiguous", "sets", "inclusion", "explained", "tolerance")
         names = (*told, "error", "steps", "adequate", "where", "noise")
-        following = self.next_experiment and asdict(self.next_experiment)
         candidates = [{name: value for name, value in asdict(finding).items() if name != "reason"} for finding in self.candidates]
-        numbers = {name: getattr(self, name) for name in (*names, "notes")}
-        others = {"add": self.add, "learned": self.learned and self.learned.to_json(), "candidates": candidates}
-        return plain({"format": 1, **numbers, **others, "next_experiment": following})
+        others = {"next_experiment": self.next_experiment and asdict(self.next_experiment)}
+        others |= {"add": self.add, "learned": self.learned and self.learned.to_json(), "candidates": candidates}
+        return plain({"format": 1, **{name: getattr(self, name) for name in (*names, "notes")}, **others})
 
     def to_dataframe(self, table="candidates"):
         """A table of the diagnosis as a pandas frame.
@@ -292,16 +288,3 @@ class Plan(Result):
     def to_dataframe(self, table="options"):
         """A table of the plan as a pandas frame: "options", lengths and noise, or "look_alikes"."""
         return table_of({"options": self.options, "look_alikes": self.look_alikes}, table)
-
-
-@dataclass(frozen=True)
-class Pictures:
-    """What the figure of a Diagnosis draws: the observations beside the model before and after, name -> array (n,) each."""
-
-    before: dict
-    after: dict
-    trials: tuple[str, ...]
-    over: str  # column that they are drawn over
-    label: str  # of that column, with its unit
-    channels: tuple[str, ...] = ()  # names of the channels where each channel of a trial is a curve of its own; () = all are one
-    units: tuple[str, ...] = ()  # of these channels

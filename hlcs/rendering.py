@@ -6,6 +6,7 @@ compute.
 """
 
 import importlib
+from dataclasses import dataclass
 
 from minibullet.errors import InputError, one_of, shown_value
 
@@ -80,3 +81,16 @@ def counted(axes, count):
     if len(axes) != count:
         raise InputError(f"plot: ax holds {len(axes)} Axes; this picture has {count}: give {count}, or leave ax out")
     return axes
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """What the figure of a Diagnosis draws: the observations beside the model before and after, name -> array (n,) each."""
+
+    before: dict
+    after: dict
+    trials: tuple[str, ...]
+    over: str  # column that they are drawn over
+    label: str  # of that column, with its unit
+    channels: tuple[str, ...] = ()  # names of the channels where each channel of a trial is a curve of its own; () = all are one
+    units: tuple[str, ...] = ()  # of these channels

@@ -11,7 +11,7 @@ import minibullet as mb
 from hlcs.data.experiment_file import Layout
 from hlcs.kinds import KINDS
 from hlcs.kinds.protocol import Observation, misfit
-from hlcs.records import Pictures
+from hlcs.rendering import Pictures
 from hlcs.selection.verdict import Selection
 
 ROOT = Path(__file__).resolve().parent.parent

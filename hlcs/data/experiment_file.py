@@ -11,15 +11,21 @@ import numpy as np
 
 from hlcs.data.bodies import Body, read_body, refuse_unsized
 from hlcs.data.combinations import check_combinations
+from hlcs.data.effects_of_model import OF_EFFECTS, names_of_effects, read_effects
 from hlcs.data.quantities import AROUND, INPUTS, OUTCOMES
 from hlcs.data.unfilled import refuse_unfilled
-from hlcs.files.toml_files import LARGEST, TomlFile
+from hlcs.files.toml_files import TomlFile
 from minibullet.effects.fluid import AIR_DENSITY
-from minibullet.errors import InputError, shown, shown_value
+from minibullet.errors import InputError, shown_value
 
 HELD_OUT = {False: ("group", "none"), True: ("campaign", "grid", "none", "group")}  # together, of tables of layers or of others
 OF_RECORDINGS = ("position", "orientation", "acceleration")  # what a recording may hold, and has a noise of its own
-OF_EFFECTS = ("effects", "added", "replaced")  # keys of [model] that say what acts
+WITH_LINES = (
+    ("model", "effects"),
+    ("model", "replaced"),
+    ("diagnose", "candidates"),
+    ("measurement", "noise"),
+)  # told in complaints
 SECTIONS = {
     "": ["kind", "title", "body", "surroundings", "placement", "model", "measurement", "diagnose", "trial"],
     "body": ["shape", "radius", "height", "size", "side", "mesh", "mass", "inertia", "drag_area"],
@@ -198,9 +204,7 @@ def checked_experiment(reader, layouts=LAYOUTS):
         title=reader.title(),
         body=body,
         surroundings=surroundings,
-        effects=_effect_entries(reader, model),
-        added=_added(reader, model),
-        replaced=_replaced(reader, model),
+        **dict(zip(OF_EFFECTS, read_effects(reader, model), strict=True)),
         noise=_noise(reader, measurement, kind, layout.in_trials),
         input_sd=_input_sd(reader, measurement),
         time_step=reader.number(model, "time_step", "model", above=0.0, high=0.1) or 1 / 240,
@@ -209,22 +213,14 @@ def checked_experiment(reader, layouts=LAYOUTS):
         scale_error=_scale_error(reader, measurement, pixel),
         accelerometer=_accelerometer(reader, measurement),
         data_file=_path(reader, measurement, "file", "measurement"),
-        candidates=_names(reader, diagnose, "candidates", "diagnose"),
+        candidates=names_of_effects(reader, diagnose, "candidates", "diagnose"),
         hold_out=reader.words(diagnose, "hold_out", "diagnose", HELD_OUT[kind == "layers"], default="group"),
         tolerance=reader.number(diagnose, "tolerance", "diagnose", above=0.0),
         trials=trials,
         placement=_placement(reader, values),
         allow_outside=reader.allow_outside,
         source=reader,
-        lines={
-            f"{section}.{key}": reader.line_of(key, section)
-            for section, key in (
-                ("model", "effects"),
-                ("model", "replaced"),
-                ("diagnose", "candidates"),
-                ("measurement", "noise"),
-            )
-        },
+        lines={f"{section}.{key}": reader.line_of(key, section) for section, key in WITH_LINES},
     )
     check_combinations(file)
     return file
@@ -315,39 +311,6 @@ def _trial(reader, entry, index, body, surroundings):
     )
 
 
-def _effect_entries(reader, model, key="effects"):
-    entries = model.get(key, [])
-    if not isinstance(entries, list):
-        reader.fail(key, 'must be a list such as [{ name = "quadratic_drag", drag_coefficient = 0.47 }]', "model")
-    entries = [{"name": entry} if isinstance(entry, str) else entry for entry in entries]
-    for entry in entries:
-        if not isinstance(entry, dict) or not isinstance(entry.get("name"), str):
-            reader.fail(key, f"every entry needs a name, got {shown_value(entry)}", "model")
-        for name, value in entry.items():
-            if isinstance(value, int | float) and not abs(value) <= LARGEST:
-                reader.fail(name, f"must be a number of at most {LARGEST:g}, got {shown_value(value)}", "model")
-    return tuple(dict(entry) for entry in entries)
-
-
-def _added(reader, model):
-    names = _names(reader, model, "added", "model") or ()
-    known = [entry["name"] for entry in _effect_entries(reader, model)]
-    for name in names:
-        if name not in known:
-            reader.fail("added", f"'{shown(name)}' stands not in effects: write it there, or leave it out here", "model")
-    return names
-
-
-def _replaced(reader, model):
-    entries = _effect_entries(reader, model, "replaced")
-    for entry in entries:
-        if entry["name"] not in _added(reader, model):
-            reader.fail(
-                "replaced", f"'{shown(entry['name'])}' stands not in added: write it there, or leave it out here", "model"
-            )
-    return entries
-
-
 def _noise(reader, measurement, kind, of_poses):
     noise = measurement.get("noise", {})
     if isinstance(noise, int | float) and not isinstance(noise, bool):
@@ -401,15 +364,3 @@ def _input_sd(reader, measurement):
     section, table = "measurement.input_sd", measurement.get("input_sd", {})
     reader.known(table, section)
     return {key: reader.number(table, key, section, above=0.0) for key in table}
-
-
-def _names(reader, table, key, section):
-    """A list of names of effects as a tuple, None where the key is left out."""
-    names = table.get(key)
-    if names is None:
-        return None
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        reader.fail(key, f"must be a list of effect names, got {shown_value(names)}", section)
-    if not names and key == "candidates":
-        reader.fail(key, "names no effect; name some, or leave it out for all that fit", section)
-    return tuple(names)

@@ -13,7 +13,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hlcs.data.experiment_file import OF_EFFECTS, SECTIONS, ExperimentFile, checked_experiment, read_experiment_file
+from hlcs.data.effects_of_model import OF_EFFECTS
+from hlcs.data.experiment_file import SECTIONS, ExperimentFile, checked_experiment, read_experiment_file
 from hlcs.data.frames import csv_of, frames_in, what_is
 from hlcs.effects import classes, entry_of, own_classes
 from hlcs.files import folders

@@ -2,7 +2,7 @@
 
 import json
 
-from hlcs.data.experiment_file import OF_EFFECTS
+from hlcs.data.effects_of_model import OF_EFFECTS
 from hlcs.data.model_entries import FILL_IN
 from hlcs.files import folders
 from hlcs.files.documents import toml_value

@@ -242,10 +242,10 @@ class Search:
         return fall > HELPS * self.excess(self.base) * (1.0 if self.found else FORESEEN)
 
     def share_found(self, parent):
-        """What the fits of sets that were foreseen from a fit found of the fall that was foreseen of them, on average; before any
-        all of it, and that counts as one of them: a single law that bends far away says little of the others."""
+        """What the fits of sets that were foreseen from a fit found of the fall that was foreseen of them, the median; before any
+        all of it, and that counts as one of them: a single law that bends far away says nothing of the others."""
         found, foreseen = np.array([(1.0, 1.0), *self.found.get(id(parent), ())]).T
-        return float(np.mean(found / foreseen))
+        return float(np.median(found / foreseen))
 
     def open_proposals(self):
         """[(Proposal, Fit it was foreseen from)] of the sets that are not fitted yet, the cheapest first; and once more of those

@@ -1,5 +1,6 @@
 """The model under test: an experiment's settings and a list of effects in it -> what the measurement would have shown."""
 
+import html
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,6 +63,9 @@ class Terms:
     def terms_named(self, name):
         """The number of the term of that name."""
         return [term.name for term in self.terms].index(name)
+
+    def _repr_html_(self):
+        return f"<pre>{html.escape(str(self))}</pre>"
 
     def _told(self, ground, laws):
         """The model in lines: what it stands on, then each effect with its law and its numbers; laws: {name: sentence}."""

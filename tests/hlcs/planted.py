@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.records import Diagnosis, Finding, NextExperiment, Pictures, Reason
+from hlcs.records import Diagnosis, Finding, NextExperiment, Reason
+from hlcs.rendering import Pictures
 
 NOISE = 0.003  # m
 

@@ -17,7 +17,8 @@ from hlcs.kinds.layers.problem import Group, LayerProblem
 from hlcs.kinds.layers.responses import Responses
 from hlcs.kinds.protocol import Observation, Prepared, Tabulated
 from hlcs.placement import statistics
-from hlcs.records import Pictures, Reason
+from hlcs.records import Reason
+from hlcs.rendering import Pictures
 from hlcs.selection.search import Search
 from hlcs.selection.sets import explained
 from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE, REACH, TIED

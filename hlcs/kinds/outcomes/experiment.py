@@ -9,7 +9,8 @@ from hlcs.effects import check_names, class_named
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.outcomes.problem import judge_table, posed, prepare_table, table_candidates, where_in_table
 from hlcs.kinds.protocol import Observation, Tabulated, misfit
-from hlcs.records import Pictures, Reason
+from hlcs.records import Reason
+from hlcs.rendering import Pictures
 from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS, ODDS_ALONE

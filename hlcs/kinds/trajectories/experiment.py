@@ -24,7 +24,8 @@ from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories.time_step import polished
 from hlcs.learning import learn
 from hlcs.processes.interrupts import STOPPED
-from hlcs.records import Pictures, Reason
+from hlcs.records import Reason
+from hlcs.rendering import Pictures
 from hlcs.selection.eligibility import candidates_for
 from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search

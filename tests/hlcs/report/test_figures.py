@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from planted import AMBIGUOUS, COMPLETE, EFFECT, NOISE, UNEXPLAINED, pictures, table
 
-from hlcs.records import Pictures
+from hlcs.rendering import Pictures
 from hlcs.report import diagnosis_figures as figures
 from minibullet.errors import InputError
 
