@@ -259,7 +259,7 @@ def _unexplained(diagnosis):
             f"Something is missing that {_nothing(diagnosis)} explains. The model misses by "
             f"{size(error['before'], unit)}, and the noise is {size(error['noise'], unit)}."
         )
-        told += _nearest(diagnosis)
+        told += _absorbing(diagnosis) or _nearest(diagnosis)
     told.append(" ".join(looks(diagnosis)))
     return told
 
@@ -301,6 +301,19 @@ def _left_unexplained(diagnosis):
             + f"That is no more than the noise, but it has a pattern that noise has not, and {_nothing(diagnosis)} explains it."
         )
     return fall + f"Beyond the noise {size(left, unit)} are left that {_nothing(diagnosis)} explains."
+
+
+def _absorbing(diagnosis):
+    """What takes a part away on data that it was not fitted to, where that is too little to be named."""
+    if not diagnosis.parameters:
+        return []
+    what = joined(called(diagnosis, name) for name in diagnosis.parameters)
+    numbers = "; ".join(_numbers(diagnosis, name, its) for name, its in diagnosis.parameters.items())
+    many = LEFT_OUT.get(diagnosis.kind, "data")
+    return [
+        f"{capital(what)} would take less than half of it away, on {many} that no number was fitted to as well ({numbers}): "
+        "too little to be told from what absorbs the work of something else."
+    ]
 
 
 def _nearest(diagnosis):

@@ -139,6 +139,14 @@ class FittedSets:
         return few != many and len(few) <= len(many) and all(map(within, few))
 
     @cached_property
+    def absorbing(self):
+        """[the cheapest set that holds on held-out data and only absorbs], where no set stands and it costs less; else []."""
+        if self.best or self.overdispersion <= 1:
+            return []
+        better = (effects for effects in self.ranked if self.cost(effects) < self.cost(self.best))
+        return [effects for effects in better if not any(self.broken(effects, name) for name in sorted(effects))][:1]
+
+    @cached_property
     def weights(self):
         """Posterior probability of every fitted set among them."""
         names = self.ranked

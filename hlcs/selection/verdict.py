@@ -141,12 +141,14 @@ def _described(sets, members, errors):
 
 
 def _parameters(sets, effects, best):
-    """{effect: {number: value, low, high, unit}} of all effects of the sets that do as well; best: the final Fit of the first."""
-    fits = {members: best if members == effects else sets.search.fits[members] for members in sets.tied}
+    """{effect: {number: value, low, high, unit}} of all effects of the sets that do as well, and where nothing stands of the one
+    that absorbs most; best: the final Fit of the first."""
+    shown = [*sets.tied, *sets.absorbing]
+    fits = {members: best if members == effects else sets.search.fits[members] for members in shown}
     numbers = {}
-    for name in dict.fromkeys(name for members in sets.tied for name in sets.ordered(members)):
+    for name in dict.fromkeys(name for members in shown for name in sets.ordered(members)):
         entry = sets.search.candidates[name]
-        holding = [(sets.weights[members], fits[members]) for members in sets.tied if name in members]
+        holding = [(sets.weights[members], fits[members]) for members in shown if name in members]
         numbers[name] = {
             free.name: _withheld(holding, name, free)
             or told(

@@ -52,6 +52,17 @@ def test_where_nothing_explains_the_data_what_absorbs_a_part_beside_another_law_
     assert FittedSets(search, CrossValidation(problem.trials, "group"), overdispersion).best == best
 
 
+def test_what_absorbs_most_is_kept_aside_where_nothing_stands(generator):
+    """A rise of 0.3 a second, variance 0.03, beside a swing of 0.125: too little to stand, and the only thing that helps."""
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    values = [0.3 * t + 0.5 * np.sin(3 * np.pi * t) + 0.05 * generator.standard_normal(25) for t in times]
+    problem = Bend(times, values, 0.05, ["a", "b", "a", "b"])
+    search = Search(problem, [LAWS["linear_drag"]], problem.fit(Model())).run()
+    fitted = FittedSets(search, CrossValidation(problem.trials, "group"), 2.0)
+    assert fitted.best == frozenset() and fitted.absorbing == [{"linear_drag"}]
+    assert FittedSets(search, CrossValidation(problem.trials, "group")).absorbing == []
+
+
 def test_an_interval_over_two_sets_is_that_of_their_mixture():
     """Two sets of equal weight at 0 and 1, each known to 0.1: 5 % lie below the lower end, 95 % below the upper one."""
     free = Free("number", "m", -1.0, 1.0, 0.0, 0.0)
