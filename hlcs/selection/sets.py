@@ -117,8 +117,8 @@ class FittedSets:
 
     @cached_property
     def tied(self):
-        """The best set and those that do as well, the best first: not beaten on held-out data, and none that holds a simpler
-        one of less cost."""
+        """The best set and those that do as well, the best first: not beaten on held-out data, none that holds a simpler one of
+        less cost, and none that contradicts what the file states where the best does not."""
         best, search = self.best, self.search
         reach = self.cost(best) + TIED
         near = [effects for effects in self.ranked if self.cost(effects) <= reach and self.stands(effects)]
@@ -127,6 +127,7 @@ class FittedSets:
             for effects in near
             if effects != best
             and not any(self.simpler(other, effects) for other in near if self.cost(other) < self.cost(effects))
+            and (self.contradicts(search.fits[best]) or not self.contradicts(search.fits[effects]))
             and (self.overdispersion > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]))
         ]
 

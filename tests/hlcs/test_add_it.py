@@ -62,7 +62,7 @@ def test_before_after_and_noise_stand_in_one_table_and_one_picture(dragged):
     assert list(seen.to_dataframe("errors")["model"]) == ["before", "after", "noise"]
     assert seen.to_json()["before"]["error"]["rms"] == seen.before.error["rms"]
     assert all(len(axes.lines) >= 2 for axes in seen.plot())  # red and blue
-    assert "quadratic_drag added: error" in seen.plot()[0].figure.get_suptitle()
+    assert "quadratic drag added: error" in seen.plot()[0].figure.get_suptitle()
 
 
 def test_a_diagnosis_ends_with_what_to_write_and_what_to_type(dragged):
@@ -194,5 +194,5 @@ def test_every_table_is_a_frame(dragged):
 
 @pytest.mark.parametrize("given", ["E.toml", None, 3, {"kind": "trajectory"}])
 def test_what_was_found_is_applied_to_an_experiment_and_to_nothing_else(given):
-    with pytest.raises(hlcs.InputError, match=r"apply: got .*; give an hlcs.Experiment, such as hlcs.Experiment.read\("):
+    with pytest.raises(hlcs.InputError, match=r"apply: got .*; give an hlcs.Experiment, such as diagnosis.experiment"):
         EFFECT.apply(given)
