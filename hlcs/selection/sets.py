@@ -64,8 +64,12 @@ class FittedSets:
         return self.overdispersion > 1 and name not in self.search.readings and self.share(effects, name) < HELPS
 
     def share(self, effects, name):
-        """Share of the excess misfit that is left without an effect of a set which it takes away, 0 to 1."""
-        return explained(self.fit(self.without(effects, name)), self.search.fits[effects])
+        """Share of the excess misfit that is left without an effect of a set which it takes away, 0 to 1; of a law of which a
+        special case was fitted, of what that one leaves."""
+        laws = self.search.candidates
+        special = [effects - {name} | {other} for other in laws if laws[name].holds(laws[other])]
+        rests = [self.without(effects, name), *(rest for rest in special if rest in self.search.fits)]
+        return min(explained(self.fit(rest), self.search.fits[effects]) for rest in rests)
 
     def broken(self, effects, name):
         """Explanation of the rule that an effect of a set breaks on held-out data; None of none, and where the data are explained

@@ -52,6 +52,18 @@ def test_where_nothing_explains_the_data_what_absorbs_a_part_beside_another_law_
     assert FittedSets(search, CrossValidation(problem.trials, "group"), overdispersion).best == best
 
 
+def test_a_law_takes_away_what_its_special_case_leaves():
+    """A drag leaves an excess of 1,000 of 10,000, a crisis 600: 94 % beside nothing, 40 % beside the plain drag that it holds."""
+    drag = SimpleNamespace(holds=lambda other: False)
+    crisis = SimpleNamespace(holds=lambda other: other is drag)
+    left = {(): 10_000.0, ("drag",): 1_000.0, ("crisis",): 600.0}
+    fits = {frozenset(names): SimpleNamespace(chi2=100.0 + excess, freedom=100.0) for names, excess in left.items()}
+    search = SimpleNamespace(fits=fits, candidates={"drag": drag, "crisis": crisis}, compatible=lambda effects: True)
+    told = FittedSets(search, None)
+    assert told.share(frozenset({"drag"}), "drag") == pytest.approx(0.9)
+    assert told.share(frozenset({"crisis"}), "crisis") == pytest.approx(0.4)
+
+
 def test_what_absorbs_most_is_kept_aside_where_nothing_stands(generator):
     """A rise of 0.3 a second, variance 0.03, beside a swing of 0.125: too little to stand, and the only thing that helps."""
     times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
