@@ -20,12 +20,8 @@ from minibullet.errors import InputError, shown_value
 
 HELD_OUT = {False: ("group", "none"), True: ("campaign", "grid", "none", "group")}  # together, of tables of layers or of others
 OF_RECORDINGS = ("position", "orientation", "acceleration")  # what a recording may hold, and has a noise of its own
-WITH_LINES = (
-    ("model", "effects"),
-    ("model", "replaced"),
-    ("diagnose", "candidates"),
-    ("measurement", "noise"),
-)  # told in complaints
+# keys of which later complaints tell the line
+WITH_LINES = (("model", "effects"), ("model", "replaced"), ("diagnose", "candidates"), ("measurement", "noise"))
 SECTIONS = {
     "": ["kind", "title", "body", "surroundings", "placement", "model", "measurement", "diagnose", "trial"],
     "body": ["shape", "radius", "height", "size", "side", "mesh", "mass", "inertia", "drag_area"],

@@ -16,9 +16,7 @@ REFITS = 30  # of sets in one search, so that it ends
 EXPANDED = 4  # sets whose neighbours are foreseen, while the best one leaves more than noise
 TOGETHER = 6  # sets fitted in one batch where simulations with contacts are shared
 NOISE = 3.0  # standard deviations of chi2 within which a fit leaves nothing but noise
-ALIKE = (
-    0.98  # part of the square of what an effect does that another does too, at cosine 0.99: such sets are fitted, not foreseen
-)
+ALIKE = 0.98  # part of the square of what an effect does that another does too (cosine 0.99): fitted, whatever is foreseen
 FALL = 0.02  # of the held-out error, relative: in each direction where recordings are few
 FALL_IN_SIGMA = 0.1  # or this, where they are many
 BY_CHANCE = 0.05  # p of a gain on held-out recordings, after the number of candidates
