@@ -6,7 +6,7 @@ from hlcs.estimation.least_squares import basis, largest_cosine, project_out
 from hlcs.records import Finding, Reason, untested
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.prediction import AMPLITUDE
-from hlcs.selection.search import misfit
+from hlcs.selection.preview import misfit
 from hlcs.selection.thresholds import FALL
 
 LAWS = ("fluid", "contact", "own")  # beginnings of groups whose members a model lacks; others are wrong numbers and readings

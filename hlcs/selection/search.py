@@ -16,13 +16,13 @@ from hlcs.estimation.budget import Budget
 from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
+from hlcs.selection.preview import Preview, misfit
 from hlcs.selection.thresholds import (
     ALIKE,
     EQUAL,
     EXPANDED,
     FORESEEN,
     HELPS,
-    LOOKED,
     MOST_EFFECTS,
     NOISE,
     ODDS,
@@ -31,11 +31,7 @@ from hlcs.selection.thresholds import (
     TIED,
     TOGETHER,
 )
-from hlcs.simulation.model import Term
 from minibullet.errors import InputError
-
-NEARER = (1, 1 / 2, 1 / 4, 1 / 8, 0)  # parts of the way to the numbers that were foreseen
-FARTHER = (2, 4, 8, 16)  # times that way: seen from no drag, drops that a drag hardly lets bounce foretell a sixteenth of it
 
 
 class Search:
@@ -49,6 +45,7 @@ class Search:
         self.candidates = {entry.name: entry for entry in sorted(candidates, key=lambda entry: entry.name)}
         self.progress = progress or (lambda text: None)
         self.readings, self.first = readings or {}, tuple(first)
+        self.preview = Preview(problem, base.model, self.candidates)
         self.base_has_drag = has_drag(base.model)
         self.budget = budget or Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
@@ -290,9 +287,9 @@ class Search:
             self.twins |= linear.twins(ALIKE)
             singles = [proposal for proposal in proposals if len(proposal.effects) == 1]
             if not effects and not self.problem.simulator.contact:
-                self.unsure = self.look(singles, fit)
+                self.unsure = self.preview.look(singles, fit)
             elif not effects and all(proposal.fall < self.excess(fit) for proposal in proposals):
-                proposals += self.farther(singles, fit)
+                proposals += self.preview.farther(singles, fit)
             for proposal in proposals:
                 known = self.foreseen.get(proposal.effects)
                 if known is None or proposal.cost < known[0].cost:
@@ -302,11 +299,12 @@ class Search:
         """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
         can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
         best, guess = None, self.problem.initial_guess()
-        first = (self.nearer(proposal.numbers, parent), parent.initial_states) if states is None else (proposal.numbers, states)
+        near = self.preview.nearer(proposal.numbers, parent) if states is None else proposal.numbers
+        first = near, parent.initial_states if states is None else states
         begun = [first, *((numbers, guess) for numbers in self.beginnings(proposal))]
         for numbers, states in begun:  # states that were fitted to a wrong model may lead astray
             try:
-                fit = self.problem.fit(self.model_with(numbers), states)
+                fit = self.problem.fit(self.preview.model_with(numbers), states)
             except InputError:  # numbers with which nothing can be simulated
                 continue
             if not np.isfinite(fit.cost):
@@ -317,60 +315,6 @@ class Search:
             if again or best.cost + self.price(proposal.effects) < proposal.cost + EQUAL or self.noise_alone(best):
                 break
         return best
-
-    def nearer(self, numbers, parent):
-        """Numbers {effect: {number: value}} that were foreseen from a fit, or nearer to where they stand in it, while the misfit
-        is larger there than at that fit: far away a linear model promises what cannot be, and a fit would get lost."""
-        for share in NEARER:
-            tried = self.on_the_way(numbers, parent, share)
-            if self.left_at(tried, parent) <= parent.chi2:
-                break
-        return tried
-
-    def on_the_way(self, numbers, parent, share):
-        """The numbers {effect: {number: value}} that stand at a part of the way from those of a fit, or at a multiple of it."""
-        known = parent.model.numbers
-        return {
-            name: {free.name: free.towards(known.get(name, {}), numbers[name][free.name], share) for free in entry.free}
-            for name, entry in ((name, self.candidates[name]) for name in numbers)
-        }
-
-    def farther(self, proposals, fit):
-        """Proposals with numbers that lie FARTHER on the way, where a simulation there leaves less than was foreseen of a fit.
-
-        Through contacts what a law does far away is no continuation of what it does here: a body comes to rest, or misses what
-        it hit before. So where nothing is foreseen to explain the data, it is looked at.
-        """
-        ways = [(each, self.on_the_way(each.numbers, fit, share)) for each in proposals for share in FARTHER]
-        seen = self.problem.batched([partial(self.left_at, numbers, fit) for _, numbers in ways])
-        found = []
-        for (proposal, numbers), left in zip(ways, seen, strict=True):
-            more = misfit(fit) - left - self.believed(numbers) - proposal.fall
-            if more > 0:
-                found.append(proposal._replace(cost=proposal.cost - more, numbers=numbers, fall=proposal.fall + more))
-        return found
-
-    def believed(self, numbers):
-        """The surprise of numbers {effect: {number: value}}."""
-        return sum(self.candidates[name].surprise(numbers[name]) for name in numbers)
-
-    def left_at(self, numbers, parent):
-        """chi2 at numbers {effect: {number: value}}, the initial states moved linearly from a fit; inf where nothing can be
-        simulated."""
-        try:
-            with np.errstate(all="ignore"):  # a run may leave the finite numbers there
-                white = self.problem.white_residuals(self.model_with(numbers), parent.initial_states)
-                total = float(np.sum(np.concatenate(parent.linearization.without_states(white)) ** 2))
-        except InputError:
-            return np.inf
-        return total if np.isfinite(total) else np.inf
-
-    def look(self, proposals, fit):
-        """By how much less than foreseen from a fit each proposal may cost, {set: amount}: LOOKED times what one simulation at
-        its numbers differs from it. Far from the data a law that is not linear in its numbers is foreseen at too much."""
-        seen = self.problem.batched([partial(self.left_at, proposal.numbers, fit) for proposal in proposals])
-        foreseen = [misfit(fit) - proposal.fall - self.believed(proposal.numbers) for proposal in proposals]
-        return {each.effects: LOOKED * abs(a - b) for each, a, b in zip(proposals, seen, foreseen, strict=True)}
 
     def beginnings(self, proposal):
         """Numbers to begin a fit from, {effect: {number: value}} each, without those that say the same."""
@@ -385,16 +329,3 @@ class Search:
         for number in range(max(map(len, starts.values()))):
             seen.append({name: dict(some[number % len(some)]) for name, some in starts.items()})
         return [numbers for place, numbers in enumerate(seen) if numbers not in seen[:place]]
-
-    def model_with(self, numbers):
-        """The model under test with these effects in it; what acts through a drag stands behind it."""
-        model = self.base.model
-        for name in sorted(numbers, key=lambda name: (self.candidates[name].through_drag, name)):
-            entry = self.candidates[name]
-            model = model.with_term(Term(entry, tuple((free.name, float(numbers[name][free.name])) for free in entry.free)))
-        return model
-
-
-def misfit(fit):
-    """What `Proposal.fall` is of: the misfit of a fit and the surprise of its numbers."""
-    return fit.chi2 + fit.surprise

@@ -105,9 +105,9 @@ class FittedSets:
             larger = min((known for known in self.search.fits if effects < known), key=lambda known: (len(known), sorted(known)))
             fit, base = self.search.fits[larger], self.search.fits[frozenset()]
             numbers = {name: numbers for name, numbers in fit.model.numbers.items() if name in effects}
-            near = self.search.nearer(numbers, base)
+            near = self.search.preview.nearer(numbers, base)
             states = fit.initial_states if near == numbers else base.initial_states
-            reduced[effects] = self.search.problem.fit(self.search.model_with(near), states)
+            reduced[effects] = self.search.problem.fit(self.search.preview.model_with(near), states)
         return reduced[effects]
 
     def worth(self, effects, name):

@@ -89,7 +89,7 @@ def test_a_fit_begins_no_farther_off_than_the_misfit_allows():
     """Slope 3: at 11 the misfit is seven times that at 0, at half of it less than there."""
     search = searched(3.0)
     for foreseen, begun in ((5.0, 5.0), (11.0, 5.5), (20.0, 5.0), (1e4, 0.0)):
-        assert search.nearer({"linear_drag": {"rate": foreseen}}, search.base) == {"linear_drag": {"rate": begun}}
+        assert search.preview.nearer({"linear_drag": {"rate": foreseen}}, search.base) == {"linear_drag": {"rate": begun}}
 
 
 def test_a_search_goes_farther_where_more_than_noise_is_left(generator):
