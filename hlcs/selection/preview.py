@@ -47,10 +47,14 @@ class Preview:
     def left_at(self, numbers, parent):
         """chi2 at numbers {effect: {number: value}}, the initial states moved linearly from a fit; inf where nothing can be
         simulated."""
+        return self.left_from(numbers, parent.initial_states, parent.linearization.without_states)
+
+    def left_from(self, numbers, initial_states, projected=lambda white: white):
+        """chi2 at numbers {effect: {number: value}} and initial states, of the white residuals as a function projects them."""
         try:
             with np.errstate(all="ignore"):  # a run may leave the finite numbers there
-                white = self.problem.white_residuals(self.model_with(numbers), parent.initial_states)
-                total = float(np.sum(np.concatenate(parent.linearization.without_states(white)) ** 2))
+                white = self.problem.white_residuals(self.model_with(numbers), initial_states)
+                total = float(np.sum(np.concatenate(projected(white)) ** 2))
         except InputError:
             return np.inf
         return total if np.isfinite(total) else np.inf

@@ -141,9 +141,8 @@ class Search:
 
     def _expand_and_refit(self, pause):
         self.expand()
-        for numbers, states in self.first:
-            self.fit_sets([(Proposal(np.inf, frozenset(numbers), numbers), self.base)], states)
-        self.first, refits = (), 0
+        self.fit_first()
+        refits = 0
         while not pause(best := self.ranked()[0]):
             self.expand()
             limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
@@ -161,6 +160,23 @@ class Search:
             self.progress(f"fitting {named}{self.budget.time_left()}")
             self.fit_sets(together)
             refits += len(together)
+
+    def fit_first(self):
+        """Fit the sets that nothing foresees, what the file implies beside them, until one explains the data: the one that leaves
+        least where it begins before the others."""
+        begun = []
+        for numbers, states in self.first:
+            certain = [name for name in self.implied if self.compatible(frozenset(numbers) | {name})]
+            numbers = {name: self.candidates[name].expected for name in certain} | numbers
+            white = self.problem.white_residuals(
+                self.preview.model_with(numbers), self.base.initial_states if states is None else states
+            )
+            begun.append((float(np.nansum(np.concatenate(white) ** 2)), sorted(numbers), numbers, states))
+        for _, names, numbers, states in sorted(begun, key=lambda each: each[:2]):
+            self.fit_sets([(Proposal(np.inf, frozenset(names), numbers), self.base)], states)
+            if self.noise_alone(self.fits[self.ranked()[0]]):
+                break
+        self.first = ()
 
     def fit_sets(self, proposals, states=None):
         """Fit sets in one batch, [(Proposal, Fit it was foreseen from)], and keep what was found; states: to begin from."""

@@ -12,7 +12,6 @@ from hlcs.data.impacts import read_impacts
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
 from hlcs.data.recordings import read_recordings
 from hlcs.data.shown_by_impacts import differing_from_model
-from hlcs.data.sinking import read_viscosity
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.budget import SMOOTH_LIMIT, only, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
@@ -20,6 +19,7 @@ from hlcs.estimation.noise_model import estimate_noise
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, touches
+from hlcs.kinds.trajectories.sinking import drags_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories.time_step import polished
 from hlcs.learning import learn
@@ -116,16 +116,15 @@ class Trajectories:
             few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
             prepared = prepare(few, own, noise, likely)
         chosen, absent = self._candidates(few, prepared.contact, candidates)
-        eta = read_viscosity(few.trials)
-        sinking = {"stokes_drag": {"viscosity": eta}} if eta else {}
+        sinking = {} if prepared.contact else drags_shown(chosen, few.trials)
         on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
         def searched(prepared, chosen, absent):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
             odds = ODDS if cross_validation.possible else ODDS_ALONE
             few_fits = prepared.problem.segmented  # are affordable: where the impacts point to, and where a look ended
-            seen = impacts if few_fits else sinking
-            first = [({entry.name: seen[entry.name]}, None) for entry in chosen if entry.name in seen]
+            seen, states = (impacts, None) if few_fits else (sinking, prepared.problem.initial_guess())
+            first = [({entry.name: seen[entry.name]}, states) for entry in chosen if entry.name in seen]
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking)
             search, looked = begun(base=prepared.base, first=first), [frozenset()]
 

@@ -1,0 +1,52 @@
+"""The drag of a body that sinks or rises, read from its recordings without any fit: where a search for its law begins.
+
+Far from free fall a small change of a model without drag says nothing of a drag that carries the weight.
+"""
+
+import numpy as np
+
+from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.effects.candidates import build
+from hlcs.simulation.outcome_motion import state_of
+
+LEAST = 5  # samples of a recording from which speed and acceleration are read
+HELD = 0.5  # part of the weight that drag carries, from which the motion is nearer to its final speed than to free fall
+
+
+def drags_shown(candidates, trials):
+    """The number with which each drag of one number gives the mean drag on recordings, the median over them.
+
+    {name of the candidate: {its number: value}}; {} where no body sinks or rises with a drag that carries HELD of its weight.
+    """
+    seen = [(trial, *held) for trial in trials if (held := _held_back(trial)) is not None]
+    laws = [entry for entry in candidates if seen and entry.is_drag and entry.absent and len(entry.free) == 1]
+    return {entry.name: {entry.free[0].name: _number(entry, seen)} for entry in laws}
+
+
+def _number(entry, seen):
+    """The number of a drag that is in proportion to it; seen: [(trial, force against the motion [N], speed [m/s])]."""
+    found = []
+    for trial, drag, speed in seen:
+        law = build(entry.kind, {entry.free[0].name: 1.0}, trial.surroundings)
+        found.append(drag / law.forces(state_of([trial], np.array([[0.0, 0.0, -speed]])), 0.0)[0, 2])
+    return float(np.median(found))
+
+
+def _held_back(trial):
+    """(mean drag [N], mean speed [m/s]) of one recording, of a parabola through its heights; None where the body is not known,
+    goes against its weight in the fluid, or drag carries less than HELD of that.
+
+    Drag = weight less lift less mass times acceleration, downwards. Half of the displaced mass is accelerated with the
+    body (H. Lamb, Hydrodynamics (1932), art. 92).
+    """
+    there = np.isfinite(trial.position[:, 2])
+    if not known_body(trial.body) or there.sum() < LEAST:
+        return None
+    times, heights = trial.times[there], trial.position[there, 2]
+    bend = np.polyfit(times - times.mean(), heights, 2)[0]
+    speed = (heights[0] - heights[-1]) / (times[-1] - times[0])
+    body, around = rigid_body(trial.body), trial.surroundings
+    displaced = around.fluid_density * body.volume
+    weight = (body.mass - displaced) * around.gravity
+    drag = weight + (body.mass + displaced / 2) * 2 * bend
+    return (abs(float(drag)), abs(float(speed))) if speed * weight > 0 and drag / weight > HELD else None

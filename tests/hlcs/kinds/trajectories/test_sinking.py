@@ -1,0 +1,93 @@
+"""A ball let go in a liquid, with nothing in the model: lift, drag and set-in-motion liquid are all missing, and all are strong.
+
+Closed forms. At rest at first, with the mass m + rho V/2 and the weight W = (m - rho V) g: with F = -k v^2 the way is
+(v_e^2/a) ln cosh(a t/v_e), a = W/(m + rho V/2), v_e^2 = W/k; with F = -r v it is v_e (t - T (1 - exp(-t/T))), v_e = W/r,
+T = v_e/a.
+"""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hard_cases import ball, write
+
+import hlcs
+import minibullet as mb
+from hlcs.data.bodies import Body
+from hlcs.data.experiment_file import Surroundings
+from hlcs.data.rigid_body import rigid_body
+from hlcs.effects.candidates import candidate
+from hlcs.kinds.trajectories.sinking import drags_shown
+
+G = 9.81
+RADIUS = 0.00635
+VOLUME = 4 / 3 * np.pi * RADIUS**3
+MADE = {"buoyancy": "fluid_density", "added_mass": "coefficient"}
+
+
+def way(times, mass, fluid, drag=None, viscosity=None):
+    """Heights below the place of release (n,) of a ball of RADIUS; drag: its coefficient, or the viscosity of Stokes's law."""
+    weight, moved = (mass - fluid * VOLUME) * G, mass + fluid * VOLUME / 2
+    start = abs(weight) / moved
+    if viscosity is not None:
+        final = abs(weight) / (6 * np.pi * viscosity * RADIUS)
+        fallen = final * (times + final / start * np.expm1(-times * start / final))
+    else:
+        final = np.sqrt(2 * abs(weight) / (fluid * drag * np.pi * RADIUS**2))
+        fallen = final**2 / start * np.log(np.cosh(start * times / final))
+    return np.sign(weight) * fallen
+
+
+def write_ball(folder, density, fluid, stated, **law):
+    """Six recordings of 1.5 s at 60 Hz, noise 1 mm; [model] is empty, the viscosity that is stated may be another one."""
+    generator, times = np.random.default_rng(3), np.arange(0, 1.5, 1 / 60)
+    heights = -way(times, density * VOLUME, fluid, **law)
+    recordings = [(times, heights[:, None] + 1e-3 * generator.standard_normal((len(times), 1))) for _ in range(6)]
+    around = f"fluid_density = {fluid}\nfluid_viscosity = {stated}\n"
+    settings = ball(RADIUS, density * VOLUME, around, "noise = { position = 0.001 }")
+    return write(folder, recordings, settings, columns=["z_m"])
+
+
+@pytest.mark.parametrize("density", [1140.0, 900.0])
+def test_three_strong_effects_of_water_are_found_whether_a_ball_sinks_or_rises(tmp_path, density):
+    """Where a ball is near its final speed at once nothing is foreseen of a drag from a model in which it falls freely."""
+    diagnosis = hlcs.diagnose(write_ball(tmp_path, density, 998.0, 1e-3, drag=0.47))
+    assert diagnosis.verdict == "effect" and set(diagnosis.effects) == {*MADE, "quadratic_drag"}
+    for name, number, true in (("buoyancy", "fluid_density", 998.0), ("quadratic_drag", "drag_coefficient", 0.47)):
+        told = diagnosis.parameters[name][number]
+        assert told["low"] <= true <= told["high"]
+
+
+def test_a_viscosity_that_is_not_the_stated_one_is_found_beside_the_lift(tmp_path):
+    """1.6 Pa s where 2.2 is stated: water in the glycerine, or a warm room. The Reynolds number stays below 1."""
+    diagnosis = hlcs.diagnose(write_ball(tmp_path, 2500.0, 1260.0, 2.2, viscosity=1.6))
+    told = diagnosis.parameters["stokes_drag"]["viscosity"]
+    assert diagnosis.verdict == "effect" and told["low"] <= 1.6 <= told["high"]
+
+
+AROUND = Surroundings(gravity=G, fluid_density=1000.0, fluid_viscosity=0.5, fluid_stated=True)
+BODY = Body("sphere", radius=RADIUS, mass=2000.0 * VOLUME)
+
+
+def shown(times, heights):
+    """What one recording of BODY shows of three drags."""
+    trial = SimpleNamespace(times=times, position=np.outer(heights, [0.0, 0.0, 1.0]), body=BODY, surroundings=AROUND)
+    laws = [candidate(kind, AROUND, rigid_body(BODY), True) for kind in (mb.QuadraticDrag, mb.StokesDrag, mb.DragCrisis)]
+    return drags_shown(laws, [trial])
+
+
+def test_at_the_final_speed_drag_is_the_weight_in_the_liquid():
+    """There is no other force, so each law of one number is told exactly; a law of three is not read from one force."""
+    times = np.linspace(3.0, 4.0, 60)  # a hundred times v_e/a at least
+    read = shown(times, -way(times, BODY.mass, 1000.0, drag=0.5))
+    assert set(read) == {"quadratic_drag", "stokes_drag"}
+    assert read["quadratic_drag"]["drag_coefficient"] == pytest.approx(0.5, rel=1e-9)
+    read = shown(times, -way(times, BODY.mass, 1000.0, viscosity=0.7))
+    assert read["stokes_drag"]["viscosity"] == pytest.approx(0.7, rel=1e-9)
+
+
+def test_no_drag_is_read_where_a_body_falls_nearly_freely_or_is_thrown_up():
+    times = np.linspace(0.0, 0.05, 60)
+    assert shown(times, -way(times, BODY.mass, 1000.0, drag=0.5)) == {}
+    times = np.linspace(1.0, 2.0, 60)
+    assert shown(times, way(times, BODY.mass, 1000.0, drag=0.5)) == {}
