@@ -78,6 +78,8 @@ class Tabulated:
         """The fit itself: no time step stands between it and the numbers."""
         return fit
 
+    alone = polished
+
     @staticmethod
     def learn(problem, fit):
         """Nothing: a law is learned from motion."""

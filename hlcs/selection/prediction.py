@@ -125,9 +125,9 @@ class LinearModel:
         that one changes on its way from its null value, to the part `alike` of its square."""
         found = set()
         for name in self.present:
-            own = self.places[name]
+            own = [place for place in self.places[name] if np.isfinite(self.columns[place].absent)]
             way = np.array([-self.columns[place].absent for place in own])
-            if not own or not np.isfinite(way).all():
+            if not own:
                 continue
             size = way @ self.gram[np.ix_(own, own)] @ way
             for other in filter(self.visible, self.entries):

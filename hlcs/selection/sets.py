@@ -12,9 +12,10 @@ from hlcs.selection.thresholds import EQUAL, HELPS, INTERVAL, TIED
 class FittedSets:
     """What a finished search is worth on held-out data, and beside one another."""
 
-    def __init__(self, search, cross_validation, overdispersion=1.0):
-        """overdispersion: how many residuals count as one where no set is adequate; a wrong model concentrates falsely."""
-        self.search, self.cross_validation, self.overdispersion = search, cross_validation, overdispersion
+    def __init__(self, search, cross_validation, overdispersion=1.0, alone=lambda problem, fit: fit):
+        """overdispersion: how many residuals count as one where no set is adequate; a wrong model concentrates falsely; alone:
+        function (problem, fit) -> the fit of a set as it would be, had nothing but this set been looked at."""
+        self.search, self.cross_validation, self.overdispersion, self.alone = search, cross_validation, overdispersion, alone
         self.judged = {}  # (set, effect) -> HeldOut
 
     def cost(self, effects):
@@ -107,7 +108,8 @@ class FittedSets:
             numbers = {name: numbers for name, numbers in fit.model.numbers.items() if name in effects}
             near = self.search.preview.nearer(numbers, base)
             states = fit.initial_states if near == numbers else base.initial_states
-            reduced[effects] = self.search.problem.fit(self.search.preview.model_with(near), states)
+            problem = self.search.problem
+            reduced[effects] = self.alone(problem, problem.fit(self.search.preview.model_with(near), states))
         return reduced[effects]
 
     def worth(self, effects, name):

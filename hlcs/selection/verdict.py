@@ -35,9 +35,10 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     """The Selection from a search that has run.
 
     experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table)
-    -> rows, `polished` (problem, fit) -> the final fit, `learn` (problem, fit) -> the law that explains the rest, or None, and
-    `pictures`; prepared: has the problem and the fit of the model under test; absent: {name: why it was not tried}; on_all:
-    function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the search has fewer.
+    -> rows, `polished` (problem, fit) -> the final fit, `alone` (problem, fit) -> one that owes nothing to other sets, `learn`
+    (problem, fit) -> the law that explains the rest, or None, and `pictures`; prepared: has the problem and the fit of the model
+    under test; absent: {name: why it was not tried}; on_all: function (problem, fit) -> the same on all rows, for the verdict and
+    the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
     before, table_before = experiment.judge(*on_all(problem, base))
@@ -47,7 +48,9 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         judged, best = on_all(problem, experiment.polished(problem, search.fits[effects]))
         return judged, best, *(experiment.judge(judged, best) if effects else (before, table_before))
 
-    sets, (judged, best, after, table_after) = best_set(search, cross_validation, finished)
+    sets, (judged, best, after, table_after) = best_set(
+        partial(FittedSets, search, cross_validation, alone=experiment.alone), finished
+    )
     effects = sets.best
     search.progress("comparing sets")
     ordered, places = sets.ordered(effects), sets.alternatives()
@@ -89,20 +92,21 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     )
 
 
-def best_set(search, cross_validation, finished):
-    """(FittedSets, what `finished` gives of the best of them); finished: set -> (problem, final fit, its Adequacy, ..).
+def best_set(fitted, finished):
+    """(FittedSets, what `finished` gives of the best of them); fitted: overdispersion -> FittedSets; finished: set -> (problem,
+    final fit, its Adequacy, ..).
 
     Where the best set leaves more than noise the search goes farther, and what is then found is judged with as many readings as
     one as hang together in what is left; there an effect that only absorbs a part of the misfit does not stand.
     """
-    sets = FittedSets(search, cross_validation)
+    sets = fitted(1.0)
     told = finished(sets.best)
-    if not told[2].adequate and search.wider(told[2].overdispersion):
-        sets = FittedSets(search, cross_validation)
+    if not told[2].adequate and sets.search.wider(told[2].overdispersion):
+        sets = fitted(1.0)
         told = finished(sets.best)
     if told[2].adequate:
         return sets, told
-    first, sets = sets.best, FittedSets(search, cross_validation, max(told[2].overdispersion, 1.0))
+    first, sets = sets.best, fitted(max(told[2].overdispersion, 1.0))
     return sets, told if sets.best == first else finished(sets.best)
 
 

@@ -21,7 +21,7 @@ from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, touches
 from hlcs.kinds.trajectories.sinking import drags_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
-from hlcs.kinds.trajectories.time_step import polished
+from hlcs.kinds.trajectories.time_step import alone, polished
 from hlcs.learning import learn
 from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
@@ -49,7 +49,8 @@ class Trajectories:
     kind, measure, unit = "trajectory", "rms", "m"
     layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
-    judge, where, polished = staticmethod(judge), staticmethod(where_it_fails), staticmethod(polished)
+    judge, where = staticmethod(judge), staticmethod(where_it_fails)
+    alone, polished = staticmethod(alone), staticmethod(polished)
     learn = staticmethod(learn)
 
     def __init__(self, file, options):

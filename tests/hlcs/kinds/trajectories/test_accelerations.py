@@ -30,11 +30,11 @@ def frame(times, readings, seed):
     return {"t_s": times, **dict(zip(NAMES, noisy.T, strict=True))}
 
 
-def slide(friction, speed, seed):
-    """A phone that slides along x, stops after v0 / (mu g), and lies still."""
+def slide(friction, speed, seed, heading=0.0):
+    """A phone that slides in a heading, stops after v0 / (mu g), and lies still."""
     times = np.arange(50) / RATE
     along = read(times, lambda t: np.maximum(speed - friction * G * t, 0.0))
-    return frame(times, np.column_stack([along, 0 * times, 0 * times + G]), seed)
+    return frame(times, np.column_stack([along * np.cos(heading), along * np.sin(heading), 0 * times + G]), seed)
 
 
 def fall(coefficient, seed, spin=0.0):
@@ -56,7 +56,8 @@ def experiment(frames, body, axes="world", start=None, noise=SIGMA, **sections):
 
 
 def sliding(friction, **diagnose):
-    frames = [slide(0.31, speed, seed) for seed, speed in enumerate((0.8, 1.1))]
+    """Slides along x and along y: along x alone a friction that depends on the direction does the same."""
+    frames = [slide(0.31, speed, seed, heading) for seed, (speed, heading) in enumerate(((0.8, 0.0), (1.1, np.pi / 2)))]
     around = {"floor": {"height": 0.0}, "friction": friction, "fluid_density": 0.0}
     return experiment(frames, BOX, surroundings=around, diagnose=diagnose)
 
