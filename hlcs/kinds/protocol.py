@@ -78,6 +78,10 @@ class Tabulated:
         """The fit itself: no time step stands between it and the numbers."""
         return fit
 
+    def noise_shown(self, problem, fit):
+        """Nothing: the scatter of tables is known from what repeats each other in them."""
+        return None
+
     @staticmethod
     def learn(problem, fit):
         """Nothing: a law is learned from motion."""

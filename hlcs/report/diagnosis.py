@@ -18,7 +18,7 @@ from hlcs.report.words import capital, interval, joined, size, value, words
 
 NOT_PROVED = {
     "ambiguous": "{what} can be added, and {is_} not proved: others do as well.",
-    "unexplained": "{what} can be added, and {is_} not proved: {it_helps}, and more than noise remains.",
+    "unexplained": "{what} can be added, and {is_} not proved: {it_helps}, and more than {noise} remains.",
 }
 LITTLE = 0.02  # share of chi-square, below which nobody would speak of an explanation
 OWN_UNITS = {  # of effects, that are no units of every day
@@ -160,7 +160,7 @@ def _visible(diagnosis):
 
 def _where(diagnosis, most=5):
     """Where the model still misses, if it does."""
-    if diagnosis.verdict != "unexplained" or not diagnosis.where:
+    if diagnosis.verdict != "unexplained" or diagnosis.noise_shown or not diagnosis.where:
         return ()
     return (Points(tuple(place(row, diagnosis.error.get("unit", "")) for row in diagnosis.where[:most])),)
 
@@ -206,7 +206,8 @@ def _not_proved(diagnosis):
     names = [entry["name"] for entry in diagnosis.additions]
     one = len(names) == 1
     is_, helps = ("is", "it helps") if one else ("are", "they help")
-    return NOT_PROVED[diagnosis.verdict].format(what=capital(joined(map(words, names))), is_=is_, it_helps=helps)
+    noise = "the noise as it is stated" if diagnosis.noise_shown else "noise"
+    return NOT_PROVED[diagnosis.verdict].format(what=capital(joined(map(words, names))), is_=is_, it_helps=helps, noise=noise)
 
 
 # --- as a page, a picture, files --------------------------------------------------------------------------------------------

@@ -35,9 +35,10 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     """The Selection from a search that has run.
 
     experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table)
-    -> rows, `polished` (problem, fit) -> the final fit, `learn` (problem, fit) -> the law that explains the rest, or None, and
-    `pictures`; prepared: has the problem and the fit of the model under test; absent: {name: why it was not tried}; on_all:
-    function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the search has fewer.
+    -> rows, `polished` (problem, fit) -> the final fit, `learn` (problem, fit) -> the law that explains the rest, or None,
+    `noise_shown` (problem, fit) -> the noise with which all would be explained, or None, and `pictures`; prepared: has the
+    problem and the fit of the model under test; absent: {name: why it was not tried}; on_all: function (problem, fit)
+    -> the same on all rows, for the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
     before, table_before = experiment.judge(*on_all(problem, base))
@@ -53,6 +54,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     ordered, places = sets.ordered(effects), sets.alternatives()
     final = search.fits[effects]
     errors = partial(held_out_error, problem, cross_validation)
+    learned = None if after.adequate else experiment.learn(problem, final)
     return Selection(
         effects=ordered,
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
@@ -83,7 +85,8 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         sets=tuple(_described(sets, members, errors) for members in sets.tied),
         inclusion=sets.inclusion,
         explained=explained(base, final),
-        learned=None if after.adequate else experiment.learn(problem, final),
+        learned=learned,
+        noise_shown=None if after.adequate or learned else experiment.noise_shown(judged, best),
         tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), problem.noise_level),
         next_experiment=partial(experiment_design.next_experiment, sets),
     )

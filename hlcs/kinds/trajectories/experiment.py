@@ -16,7 +16,8 @@ from hlcs.data.sinking import read_viscosity
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.budget import SMOOTH_LIMIT, only, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
-from hlcs.estimation.noise_model import estimate_noise
+from hlcs.estimation.noise_model import KINDS, estimate_noise, shown_by_curves
+from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, touches
@@ -91,10 +92,23 @@ class Trajectories:
             "impacts": read_impacts(self.measurement, self._noise),
             "stated": {name: getattr(self.measurement.trials[0].surroundings, name) for name in ("restitution", "friction")},
         }
+        if not adequacy.adequate:
+            shown["noise_shown"] = self.noise_shown(prepared.problem, prepared.base)
         where = where_it_fails(prepared.problem, table)
         return Observation(
             adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, (*prepared.notes, *prepared.aside), shown
         )
+
+    def noise_shown(self, problem, fit):
+        """What smooth curves through the recordings leave, where the model would be adequate with it (`kinds.noise_shown`)."""
+        found = shown_by_curves(self.measurement, self._noise)
+        if found is None:
+            return None
+        what, noise = found
+        unit = dict(zip(KINDS, CHANNEL_UNITS, strict=True))[what]
+        seen, at_rest = "smooth curves through the recordings leave", "record a body at rest (measurement.static)"
+        shown = Shown(what, noise.of_unit(unit), unit, seen, noise, at_rest)
+        return noise_shown(problem, fit, shown, judge, self.measurement.file)
 
     def names(self, candidates):
         contact = touches(self.measurement.trials, self._noise)

@@ -79,6 +79,37 @@ def test_an_unexplained_misfit_says_what_is_explained_and_what_is_left_beyond_th
     assert "your noise" not in told and "no candidate" not in told and "is missing" not in told
 
 
+TOO_SMALL = {
+    "sigma": 0.003,
+    "known": 0.001,
+    "unit": "m",
+    "source": "stated",
+    "seen": "smooth curves through the recordings leave",
+    "remedy": "e.toml, line 9: measurement.noise, position = 0.003",
+    "next": "record a body at rest",
+}
+
+
+def test_where_the_data_show_more_noise_than_is_stated_that_is_said_first_and_nothing_is_said_to_be_missing():
+    """In the details and behind the line to add neither: what is left may be the noise alone."""
+    bare = text(diagnosis("unexplained", found=(), parameters={}, noise_shown=TOO_SMALL), details=True)
+    told = bare.split("unexplained ")[1]
+    assert told.startswith(
+        "The stated noise may be too small: it is 1 mm, and smooth curves through the recordings leave 3 mm, whatever the model. "
+        "With a noise of 3 mm the model as it is agrees with the data, and nothing need be missing. The line to write: e.toml, "
+        "line 9: measurement.noise, position = 0.003; then run it again."
+    )
+    assert "Something is missing" not in bare and "more is missing" not in bare and "Where the model still misses" not in bare
+    told = opening(replace(UNEXPLAINED, noise_shown=TOO_SMALL))
+    assert told.startswith("The stated noise may be too small") and "Air resistance explains 99.9 % of the misfit" in told
+    assert "nothing else need be missing" in told and "nothing in the library" not in told
+    assert opening(comparison(noise_shown=TOO_SMALL)).startswith(
+        "The model misses the measurement by 30 mm. The stated noise may be too small: it is 1 mm"
+    )
+    at_rest = opening(comparison(noise_shown=TOO_SMALL | {"source": "static recording"}))
+    assert "The noise of the body at rest may be too small" in at_rest
+
+
 def test_where_nothing_stands_the_nearest_is_named_with_the_reason_why_it_does_not():
     near = finding("mass_offset", "a mass other than stated", reason=Reason.SUSPECTED, chi2=100.0, error=0.03, why="suspected: x")
     found = diagnosis("unexplained", found=(), others=(near,), parameters={}, after=0.15, explained=None)
