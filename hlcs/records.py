@@ -182,6 +182,8 @@ class Found:
     explained: float | None = None  # share of the excess of chi2 over its expectation that the final model removes
     tolerance: dict | None = None  # what the user needs beside what is left: value, unit, left, met
     learned: Any = None  # learning.Learned: the law that explains what no effect does, if any
+    absorbing: dict = field(default_factory=dict)  # parameters of what only absorbs, where nothing was found; not in the result
+    reynolds: dict = field(default_factory=dict)  # law of drag -> least, most Reynolds number, holds, told (selection.reynolds)
     noise_shown: dict | None = None  # where the model would be adequate with the noise that the data show: sigma, known, unit ..
     model: Any = None
     pictures: Pictures | None = field(default=None, compare=False)
@@ -245,7 +247,19 @@ class Diagnosis(Judgement, Found):
 
     def to_json(self):
         """The result of `diagnose --json` as a dictionary of plain numbers and texts."""
-        told = ("kind", "title", "verdict", "effects", "parameters", "ambiguous", "sets", "inclusion", "explained", "tolerance")
+        told = (
+            "kind",
+            "title",
+            "verdict",
+            "effects",
+            "parameters",
+            "ambiguous",
+            "sets",
+            "inclusion",
+            "explained",
+            "tolerance",
+            "reynolds",
+        )
         names = (*told, "error", "steps", "adequate", "where", "noise", "noise_shown")
         candidates = [{name: value for name, value in asdict(finding).items() if name != "reason"} for finding in self.candidates]
         others = {"next_experiment": self.next_experiment and asdict(self.next_experiment)}

@@ -78,6 +78,11 @@ class Tabulated:
         """The fit itself: no time step stands between it and the numbers."""
         return fit
 
+    @staticmethod
+    def moved(problem):
+        """Nothing: no body moves through a fluid."""
+        return []
+
     def noise_shown(self, problem, fit):
         """Nothing: the scatter of tables is known from what repeats each other in them."""
         return None

@@ -13,7 +13,7 @@ from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
 from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.notes import note_parts
 from hlcs.report.ranking import ranking
-from hlcs.report.sentences import error_of, opening, place, unmeasured
+from hlcs.report.sentences import error_of, opening, place
 from hlcs.report.words import capital, interval, joined, size, value, words
 
 NOT_PROVED = {
@@ -88,8 +88,8 @@ def _numbers(diagnosis):
         for name, entry in numbers.items():
             if name == "switch":
                 continue
-            if unmeasured(diagnosis, name, entry):
-                why.append(f"{effect} {name} is not told: nothing was measured along {name[-1]}.")
+            if "left_out" in entry:
+                why.append(f"{effect} {name} is not told: {entry['why']}.")
                 continue
             unit = "" if entry["unit"] in ("1", "-") else entry["unit"]
             here = value({**entry, "unit": "1"})
@@ -98,6 +98,7 @@ def _numbers(diagnosis):
                 why.append(f"{effect} {name} withheld: {entry['why']}")
     if not rows:
         return ()
+    why += [each["told"] for each in diagnosis.reynolds.values() if each["holds"]]
     units = {row[-1] for row in rows}
     note = " ".join(told for unit, told in OWN_UNITS.items() if unit in units)
     return (Table(("effect", "number", "value", "90 % interval", "unit"), tuple(rows), texts=2, note=note), *why)
@@ -184,7 +185,8 @@ def _add(diagnosis):
     elif add["file"]:
         parts.append(f"To add it, write in {add['file']}, under [model]:")
         model = diagnosis.apply(experiment).file.source.values["model"]
-        parts.append(Lines(tuple(f"{key} = {toml_value(model[key])}" for key in OF_EFFECTS if key in model)))
+        comments = [f"# {name} is left out: {why}" for name, why in add["left_out"].items()]
+        parts.append(Lines((*comments, *(f"{key} = {toml_value(model[key])}" for key in OF_EFFECTS if key in model))))
     else:
         parts += ["To add it:", Lines((add["toml"],))]
     if diagnosis.verdict == "ambiguous":

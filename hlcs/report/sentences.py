@@ -31,7 +31,8 @@ def opening(diagnosis):
         "cannot_judge": _cannot_judge,
     }[diagnosis.verdict](diagnosis)
     stopped = ["Stopped by Ctrl-C: this holds for the sets of effects that were fitted by then."]
-    return [*stopped * (STOPPED in diagnosis.notes), *told, *_tolerance(diagnosis)]
+    outside = [each["told"] for each in diagnosis.reynolds.values() if not each["holds"]]
+    return [*stopped * (STOPPED in diagnosis.notes), *told, *outside, *_tolerance(diagnosis)]
 
 
 # --- what an effect is called -----------------------------------------------------------------------------------------------
@@ -51,9 +52,9 @@ def effect_sentence(diagnosis, name):
         told = [f"{where[key]} {value(entry)}, not {entry['stated']:g}" for key, entry in stated.items()]
         sentence = f"{capital(called(diagnosis, name))} {joined(told)}."
     elif _lacking(diagnosis, name):
-        sentence = f"{capital(called(diagnosis, name))} is missing ({_numbers(diagnosis, name, numbers)})."
+        sentence = f"{capital(called(diagnosis, name))} is missing ({_numbers(name, numbers)})."
     else:
-        sentence = f"The data show {called(diagnosis, name)} ({_numbers(diagnosis, name, numbers)})."
+        sentence = f"The data show {called(diagnosis, name)} ({_numbers(name, numbers)})."
     return " ".join([sentence, *_beyond(numbers)])
 
 
@@ -61,20 +62,9 @@ def _lacking(diagnosis, name):
     return next((entry.lacking for entry in diagnosis.candidates if entry.effect == name), True)
 
 
-def unmeasured(diagnosis, key, entry):
-    """Is it a component along an axis along which nothing was measured, of a sign that the data do not tell?"""
-    pictures = diagnosis.pictures
-    if not pictures or not pictures.channels or key[-2:] not in ("_x", "_y", "_z") or entry["value"] is None:
-        return False
-    return (
-        key[-1] not in {pictures.channels[int(k)][-1] for k in set(pictures.before["channel"])}
-        and entry["low"] < 0 < entry["high"]
-    )
-
-
-def _numbers(diagnosis, name, numbers):
-    """The name of an effect and its numbers; what only says that it is there is no number, nor is what was not measured."""
-    known = {key: entry for key, entry in numbers.items() if key != "switch" and not unmeasured(diagnosis, key, entry)}
+def _numbers(name, numbers):
+    """The name of an effect and its numbers; what only says that it is there is no number, nor is what the data do not show."""
+    known = {key: entry for key, entry in numbers.items() if key != "switch" and "left_out" not in entry}
     return ", ".join([words(name), *(f"{words(key)} {value(entry)}" for key, entry in known.items())])
 
 
@@ -294,7 +284,7 @@ def _helps(diagnosis):
     names = diagnosis.effects
     what = capital(joined(called(diagnosis, name) for name in names))
     verb = "explains" if len(names) == 1 else "explain"
-    numbers = "; ".join(_numbers(diagnosis, name, diagnosis.parameters.get(name, {})) for name in names)
+    numbers = "; ".join(_numbers(name, diagnosis.parameters.get(name, {})) for name in names)
     part = f" {share(diagnosis.explained)} of" if diagnosis.explained is not None else " a part of"
     instead = "".join(
         f" In place of {words(members[0])} {joined(map(words, members[1:]), 'or')} would do as well."
@@ -325,10 +315,10 @@ def _left_unexplained(diagnosis):
 
 def _absorbing(diagnosis):
     """What takes a part away on data that it was not fitted to, where that is too little to be named."""
-    if not diagnosis.parameters:
+    if not diagnosis.absorbing:
         return []
-    what = joined(called(diagnosis, name) for name in diagnosis.parameters)
-    numbers = "; ".join(_numbers(diagnosis, name, its) for name, its in diagnosis.parameters.items())
+    what = joined(called(diagnosis, name) for name in diagnosis.absorbing)
+    numbers = "; ".join(_numbers(name, its) for name, its in diagnosis.absorbing.items())
     many = LEFT_OUT.get(diagnosis.kind, "data")
     return [
         f"{capital(what)} would take less than half of it away, on {many} that no number was fitted to as well ({numbers}): "

@@ -10,7 +10,7 @@ from hlcs.data.quantities import OUTCOMES
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.noise_shown import Shown, noise_shown
-from hlcs.kinds.outcomes.problem import judge_table, posed, prepare_table, table_candidates, where_in_table
+from hlcs.kinds.outcomes.problem import fastest_rows, judge_table, posed, prepare_table, table_candidates, where_in_table
 from hlcs.kinds.outcomes.row_noise import about_a_curve, between_repeats
 from hlcs.kinds.protocol import Observation, Tabulated, misfit
 from hlcs.records import Reason
@@ -73,6 +73,13 @@ class Outcomes(Tabulated):
         noise = scatter.noise(problem.noise.source)
         shown = Shown(key, scatter.sigma, self.unit, scatter.seen, noise, "repeat rows with equal inputs")
         return noise_shown(problem, fit, shown, judge_table, self.file)
+
+    @staticmethod
+    def moved(problem):
+        """[(body, surroundings, highest speed)] of the rows, as `selection.reynolds.reached` asks for it."""
+        speeds = fastest_rows(problem.file, problem.table)
+        setups = [problem.setups[k] for k in problem.back]
+        return [(setup.body, setup.surroundings, float(speed)) for setup, speed in zip(setups, speeds, strict=True)]
 
     def names(self, candidates):
         return tuple(candidate.name for candidate in self._candidates(candidates)[0])

@@ -223,15 +223,15 @@ def parted(table):
     return len(set(zip(table.setting.tolist(), table.groups.tolist(), strict=True))) > len(np.unique(table.setting))
 
 
-def fastest_row(file, table):
-    """The highest speed that a body may have had [m/s]: of a fall, not above that of a free one, nor above twice its mean."""
+def fastest_rows(file, table):
+    """The highest speed that each row may have seen (n,) [m/s]: of a fall, not above that of a free one, nor twice its mean."""
     inputs, none = table.inputs, np.zeros(1)
     way = inputs.get("height_m", inputs.get("mark_2_m", none))
     free = np.sqrt(2 * file.surroundings.gravity * way)
     if table.outcome in ("fall_time_s", "passage_time_s"):
         free = np.minimum(free, 2 * (way - inputs.get("mark_1_m", none)) / np.maximum(table.values, 1e-9))
-    begun = [np.max(np.abs(inputs.get(name, none))) for name in ("speed_m_s", "start_speed_m_s", "impact_speed_m_s")]
-    return float(max(np.max(free), *begun))
+    begun = [np.abs(inputs.get(name, none)) for name in ("speed_m_s", "start_speed_m_s", "impact_speed_m_s")]
+    return np.maximum.reduce(np.broadcast_arrays(np.zeros(len(table.values)), free, *begun))
 
 
 def table_candidates(file, table, names, own):
@@ -250,7 +250,10 @@ def table_candidates(file, table, names, own):
             return "the load does not vary"
         return None
 
-    why, speed = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}, fastest_row(file, table)
+    why, speed = (
+        {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)},
+        float(np.max(fastest_rows(file, table))),
+    )
     if known:
         first = outcome_motion.row_setup(file, table.inputs, int(np.argmax(table.inputs.get("radius_m", np.zeros(1)))))
         why = with_drag_that_fits(why, first.body, first.surroundings, speed)

@@ -27,7 +27,7 @@ from hlcs.learning import learn
 from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.rendering import Pictures
-from hlcs.selection.eligibility import candidates_for
+from hlcs.selection.eligibility import candidates_for, fastest
 from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE
@@ -109,6 +109,11 @@ class Trajectories:
         seen, at_rest = "smooth curves through the recordings leave", "record a body at rest (measurement.static)"
         shown = Shown(what, noise.of_unit(unit), unit, seen, noise, at_rest)
         return noise_shown(problem, fit, shown, judge, self.measurement.file)
+
+    @staticmethod
+    def moved(problem):
+        """[(body, surroundings, highest speed)] of the recordings, as `selection.reynolds.reached` asks for it."""
+        return [(trial.body, trial.surroundings, fastest(trial)) for trial in problem.trials]
 
     def names(self, candidates):
         contact = touches(self.measurement.trials, self._noise)

@@ -137,12 +137,20 @@ def test_an_error_above_the_noise_is_never_called_noise():
     assert "What is left is your noise" not in text(found) and "cannot be told from your noise (3 mm)" in text(found)
 
 
-def test_a_component_along_an_axis_that_was_not_measured_is_not_told():
-    flow = {"velocity_z": number(-0.5, 0.1, "m/s"), "velocity_y": number(-0.2, 60.0, "m/s")}
-    shown = pictures(observations(np.ones(20)), observations(np.ones(20)))  # of z alone
-    told = text(diagnosis(found=(WIND,), parameters={"uniform_flow": flow}, pictures=shown))
-    assert "velocity z -0.50" in told and "+- 60" not in told
-    assert "uniform_flow velocity_y is not told: nothing was measured along y." in told
+def test_a_number_that_the_data_do_not_show_is_told_to_be_none():
+    nothing = {"value": None, "low": None, "high": None, "unit": "m/s", "why": "these data do not show it", "left_out": 0.0}
+    told = text(
+        diagnosis(found=(WIND,), parameters={"uniform_flow": {"velocity_z": number(-0.5, 0.1, "m/s"), "velocity_y": nothing}})
+    )
+    assert "velocity z -0.50" in told and "uniform_flow velocity_y is not told: these data do not show it." in told
+    assert "withheld" not in told
+
+
+def test_what_only_absorbs_is_told_and_stands_nowhere_among_what_was_found():
+    found = diagnosis("unexplained", found=(), others=(WIND,), parameters={}, absorbing={"uniform_flow": {"u": number(1.0, 0.1)}})
+    assert "A steady flow of the air would take less than half of it away" in opening(found)
+    told = found.to_json()
+    assert told["parameters"] == {} and "absorbing" not in told and "The numbers" not in text(found)
 
 
 def known_badly(verdict, fitted, held_out):
