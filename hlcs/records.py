@@ -247,20 +247,8 @@ class Diagnosis(Judgement, Found):
 
     def to_json(self):
         """The result of `diagnose --json` as a dictionary of plain numbers and texts."""
-        told = (
-            "kind",
-            "title",
-            "verdict",
-            "effects",
-            "parameters",
-            "ambiguous",
-            "sets",
-            "inclusion",
-            "explained",
-            "tolerance",
-            "reynolds",
-        )
-        names = (*told, "error", "steps", "adequate", "where", "noise", "noise_shown")
+        told = ("kind", "title", "verdict", "effects", "parameters", "ambiguous", "sets", "inclusion", "explained", "tolerance")
+        names = (*told, "error", "steps", "adequate", "where", "noise", "noise_shown", "reynolds")
         candidates = [{name: value for name, value in asdict(finding).items() if name != "reason"} for finding in self.candidates]
         others = {"next_experiment": self.next_experiment and asdict(self.next_experiment)}
         others |= {"add": self.add, "learned": self.learned and self.learned.to_json(), "candidates": candidates}
