@@ -20,7 +20,7 @@ class Shown(NamedTuple):
     unit: str
     seen: str  # how it shows, in words that end before its size
     noise: Noise
-    measure: str  # what to do that tells it without any model
+    next: str  # what to do, where a noise was stated, that tells it without any model
 
 
 def noise_shown(problem, fit, shown, judge, file):
@@ -42,7 +42,5 @@ def noise_shown(problem, fit, shown, judge, file):
         "source": "stated" if stated else problem.noise.source,
         "seen": shown.seen,
         "remedy": remedy,
-        "next": f"{shown.measure}, and leave measurement.noise out: what it shows is the noise"
-        if stated
-        else f"state it: {remedy}",
+        "next": shown.next if stated else f"state it: {remedy}",
     }

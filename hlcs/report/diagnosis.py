@@ -13,7 +13,7 @@ from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
 from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.notes import note_parts
 from hlcs.report.ranking import ranking
-from hlcs.report.sentences import error_of, opening, place
+from hlcs.report.sentences import error_of, opening, place, reynolds_told
 from hlcs.report.words import capital, interval, joined, size, value, words
 
 NOT_PROVED = {
@@ -98,7 +98,7 @@ def _numbers(diagnosis):
                 why.append(f"{effect} {name} withheld: {entry['why']}")
     if not rows:
         return ()
-    why += [each["told"] for each in diagnosis.reynolds.values() if each["holds"]]
+    why += reynolds_told(diagnosis, holds=True)
     units = {row[-1] for row in rows}
     note = " ".join(told for unit, told in OWN_UNITS.items() if unit in units)
     return (Table(("effect", "number", "value", "90 % interval", "unit"), tuple(rows), texts=2, note=note), *why)

@@ -31,7 +31,7 @@ def opening(diagnosis):
         "cannot_judge": _cannot_judge,
     }[diagnosis.verdict](diagnosis)
     stopped = ["Stopped by Ctrl-C: this holds for the sets of effects that were fitted by then."]
-    outside = [each["told"] for each in diagnosis.reynolds.values() if not each["holds"]]
+    outside = reynolds_told(diagnosis, holds=False)
     return [*stopped * (STOPPED in diagnosis.notes), *told, *outside, *_tolerance(diagnosis)]
 
 
@@ -75,6 +75,12 @@ def _beyond(numbers):
         for key, entry in numbers.items()
         if "beyond" in entry
     ]
+
+
+def reynolds_told(diagnosis, holds):
+    """Sentences on the Reynolds numbers of the laws of drag that hold there, or of those that do not or are not known to."""
+    told = {name: each["told"] for name, each in diagnosis.reynolds.items() if bool(each["holds"]) == holds}
+    return [f"{capital(words(name))}: {sentence[:1].lower()}{sentence[1:]}" for name, sentence in told.items()]
 
 
 # --- what it removes, what is left ------------------------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
 
 FEW = 12  # rows below which a table is small
+BY_REPEATS = "leave measurement.noise out: rows of equal inputs then tell the noise"
 AGAIN = 3  # searches at most, each with the errors of inputs as the best set of the last one propagates them
 
 
@@ -64,14 +65,15 @@ class Outcomes(Tabulated):
         """What rows show that repeat each other, else those about a smooth curve, where the model would be adequate with it."""
         misfit = np.empty(len(problem.values))
         misfit[np.concatenate([group.rows for group in problem.trials])] = np.concatenate(fit.linearization.raw)
-        scatter = between_repeats(self.table)
+        scatter = repeats = between_repeats(self.table)
         if scatter is None and not problem.errors.deviation.any():
             scatter = about_a_curve(self.table, misfit)
         if scatter is None or scatter.sigma <= problem.noise.position:
             return None
         key = "outcome" if "outcome" in self.file.noise else self.table.outcome
         noise = scatter.noise(problem.noise.source)
-        shown = Shown(key, scatter.sigma, self.unit, scatter.seen, noise, "repeat rows with equal inputs")
+        following = BY_REPEATS if repeats else f"repeat rows, and {BY_REPEATS}"
+        shown = Shown(key, scatter.sigma, self.unit, scatter.seen, noise, following)
         return noise_shown(problem, fit, shown, judge_table, self.file)
 
     @staticmethod

@@ -106,7 +106,8 @@ class Trajectories:
             return None
         what, noise = found
         unit = dict(zip(KINDS, CHANNEL_UNITS, strict=True))[what]
-        seen, at_rest = "smooth curves through the recordings leave", "record a body at rest (measurement.static)"
+        seen = "smooth curves through the recordings leave"
+        at_rest = "record a body at rest, name it under measurement.static, and leave measurement.noise out: it tells the noise"
         shown = Shown(what, noise.of_unit(unit), unit, seen, noise, at_rest)
         return noise_shown(problem, fit, shown, judge, self.measurement.file)
 

@@ -146,6 +146,14 @@ def test_a_number_that_the_data_do_not_show_is_told_to_be_none():
     assert "withheld" not in told
 
 
+def test_a_law_of_drag_that_does_not_hold_is_told_at_once_and_one_that_does_beside_its_number():
+    reach = {"least": 8e3, "most": 2e4, "told": "The data reach Reynolds numbers of 8,000 to 20,000."}
+    holding, failing = (replace(EFFECT, reynolds={"quadratic_drag": reach | {"holds": holds}}) for holds in (True, False))
+    told = "Quadratic drag: the data reach Reynolds numbers of 8,000 to 20,000."
+    assert told in text(holding).split("The numbers")[1] and told not in opening(holding)
+    assert told in opening(failing) and text(failing).count(told) == 1
+
+
 def test_what_only_absorbs_is_told_and_stands_nowhere_among_what_was_found():
     found = diagnosis("unexplained", found=(), others=(WIND,), parameters={}, absorbing={"uniform_flow": {"u": number(1.0, 0.1)}})
     assert "A steady flow of the air would take less than half of it away" in opening(found)
