@@ -10,18 +10,21 @@ FILL_IN = "fill in"  # stands for a number that a diagnosis withheld; no model c
 
 
 def found_entry(name, numbers):
-    """The entry {name, number: value, ..} of an effect; numbers: {number: {value, low, high, ..}}, value None = withheld."""
-    values = {key: FILL_IN if entry["value"] is None else _rounded(entry) for key, entry in numbers.items()}
+    """The entry {name, number: value, ..} of an effect, without what the data do not show; numbers: {number: {value, low, high,
+    ..}}, value None = withheld."""
+    told = {key: entry for key, entry in numbers.items() if "left_out" not in entry}
+    values = {key: FILL_IN if entry["value"] is None else _rounded(entry) for key, entry in told.items()}
     return {"name": name, **values}
 
 
-def withheld(name, numbers):
-    """{"effect.number": why} of the numbers of an effect that are withheld."""
-    return {f"{name}.{key}": entry["why"] for key, entry in numbers.items() if entry["value"] is None}
+def withheld(names, parameters, left_out):
+    """{"effect.number": why} of the numbers of effects that are withheld, and left out or not."""
+    numbers = [(f"{name}.{key}", entry) for name in names for key, entry in parameters.get(name, {}).items()]
+    return {place: entry["why"] for place, entry in numbers if entry["value"] is None and ("left_out" in entry) == left_out}
 
 
 def to_add(entries, parameters, names, experiment, law=None, saved=False):
-    """What to write and to type next: {toml, next, file, fill_in, effect_file}; None without entries.
+    """What to write and to type next: {toml, next, file, fill_in, left_out, effect_file}; None without entries.
 
     entries: of [model] effects; parameters: {effect: numbers} of those named; experiment: that is to hold them, or None; law: the
     learned one among them; saved: does the experiment hold them already. effect_file: name of the file of the law, beside the
@@ -29,16 +32,15 @@ def to_add(entries, parameters, names, experiment, law=None, saved=False):
     """
     if not entries:
         return None
-    command, fill_in = experiment.command if experiment else "", {}
-    for name in names:
-        fill_in |= withheld(name, parameters.get(name, {}))
+    command = experiment.command if experiment else ""
     if command and law and not saved:
         command += f" --effects {shlex.quote(str(experiment.file.path.parent / law.file_name))}"
     return {
         "toml": ", ".join(map(toml_value, entries)),
         "next": command or "hlcs.compare(diagnosis.apply(experiment))",
         "file": str(experiment.file.path) if command else None,
-        "fill_in": fill_in,
+        "fill_in": withheld(names, parameters, left_out=False),
+        "left_out": withheld(names, parameters, left_out=True),
         "effect_file": law.file_name if law else None,
     }
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hlcs.data import starts, validation
+from hlcs.data.accelerometers import check_accelerations
 from hlcs.data.experiment_file import OF_RECORDINGS, Body, ExperimentFile, Surroundings
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.files.csv_files import MOST_ROWS, CsvLayout, read_csv
@@ -25,7 +26,7 @@ CHECKS = (
     validation.check_length,
     validation.check_axes,
     validation.check_quaternions,
-    validation.check_accelerations,
+    check_accelerations,
 )
 LEAST_AT_REST = 20  # samples of a static recording
 

@@ -17,7 +17,7 @@ TOO_FAST = 1.5  # free falls faster than so many g are told: no shipped effect m
 
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
 SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
-FASTEST_READ = 200.0  # typical reading of an accelerometer beyond which it is in no m/s2: phones end at 16 g [m/s2]
+TWICE = 2.0  # how far a fall may be from that of gravity alone for its clock to be known by it: drag or a bounce make it slower
 ALOFT = 5.0  # times as long as a throw of that height can last
 
 
@@ -84,7 +84,9 @@ def check_units(trial, path):
         if a + 4 * error < -TOO_FAST * gravity:
             _tell_fall(f"{path}, column z_m", -a, gravity)
         if floor is None and duration > 120 and not trial.surroundings.in_liquid:
-            raise InputError(f"{path}, column t_s: free flight of {duration:.4g} s; units that cannot be right: times in s")
+            raise InputError(
+                f"{path}, column t_s: free flight of {duration:.4g} s; units that cannot be right: times in s{_clock_seen(trial)}"
+            )
 
 
 def check_falls(table, gravity):
@@ -129,16 +131,28 @@ def check_clock(trial, path):
         if aloft[part[0]] and t[part[-1]] - t[part[0]] > longest and np.ptp(z[part]) > 0.02 * max(z.max() - base, 1e-9):
             longest, height = float(t[part[-1]] - t[part[0]]), float(z[part].max() - base)
     if longest > ALOFT * 2 * np.sqrt(2 * height / around.gravity):
-        whole = bool(np.all(trial.times == np.round(trial.times)))
         raise InputError(
             f"{path}, column t_s: {longest:.4g} s in the air within {height:.3g} m, where {around.gravity:.3g} m/s2 "
-            f"allows {2 * np.sqrt(2 * height / around.gravity):.2g} s; units that cannot be right: times in s"
-            + (
-                ": these look like frame numbers, divide them by the frame rate"
-                if whole
-                else "; divide frame numbers by the frame rate, milliseconds by 1000"
-            )
+            f"allows {2 * np.sqrt(2 * height / around.gravity):.2g} s; units that cannot be right: times in s{_clock_seen(trial)}"
         )
+
+
+def _clock_seen(trial):
+    """What times that are not seconds look like, the end of a sentence: counts of pictures, or what gravity shows as the clock.
+
+    A free fall of g seconds^-2 reads g/n^2 where n units of time are one second.
+    """
+    vertical = acceleration(trial, 2)
+    falls = vertical is not None and np.isfinite(vertical[1]) and vertical[0] < -4 * vertical[1]
+    rate = float(np.sqrt(trial.surroundings.gravity / -vertical[0])) if falls else None
+    counted = bool(np.all(trial.times == np.round(trial.times))) and np.median(np.diff(trial.times)) == 1
+    if counted:
+        about = f" (about {rate:.2g} a second, by the fall)" if rate else ""
+        return f": these look like frame numbers, divide them by the frame rate{about}"
+    if rate and 1 / TWICE < rate / 1000 < TWICE:
+        return ": these look like milliseconds, divide them by 1000"
+    about = f"; by the fall about {rate:.2g} of them are one second" if rate else ""
+    return f"{about}; divide frame numbers by the frame rate, milliseconds by 1000"
 
 
 def check_plane(trial, path):
@@ -262,51 +276,6 @@ def check_length(trial, path):
             )
     if not trial.columns:
         raise InputError(f"{path}: no sample at all in any column but t_s")
-
-
-def check_accelerations(trial, path):
-    """Refuse accelerations in another unit than m/s2, without gravity in them, or along axes of which nothing is known."""
-    if trial.accelerations is None:
-        return
-    values, around = trial.accelerations.values, trial.surroundings
-    typical = float(np.nanmedian(np.abs(values))) if np.isfinite(values).any() else 0.0
-    if typical > FASTEST_READ:
-        raise InputError(
-            f"{path}, columns ax_m_s2..az_m_s2: typically {typical:.3g}, more than a body in flight or on a floor feels; units "
-            "that cannot be right: accelerations in m/s2, not in cm/s2 or mm/s2"
-        )
-    if trial.accelerations.in_body:
-        for key in ("orientation", "angular_velocity"):
-            if key not in trial.start:
-                value = "[1.0, 0.0, 0.0, 0.0]" if key == "orientation" else "[0.0, 0.0, 0.0]"
-                raise InputError(
-                    f'{path}, columns ax_m_s2..az_m_s2: accelerometer = "body", but how the body lies and turns at the start is '
-                    f"not stated; write start = {{ {key} = {value} }} under its [[trial]], or turn the columns into the axes of "
-                    'the world and write accelerometer = "world"'
-                )
-    elif trial.unplaced and around.floor_height is not None and "position" not in trial.start:
-        _check_gravity_read(values @ np.asarray(around.floor_normal), around, path)
-
-
-def _check_gravity_read(along, around, path):
-    """Refuse readings (n,) along the normal of the floor of a body that lies on it and that do not hold gravity."""
-    along = along[np.isfinite(along)]
-    load = around.gravity * around.floor_normal[2]
-    if not load > 1 or not len(along):
-        return
-    middle = float(np.median(along))
-    if abs(middle - load) < load / 2:
-        return
-    if abs(middle + load) < load / 2:
-        remedy = "z points up, and an accelerometer at rest reads +9.81 upwards: turn the sign of the columns"
-    elif abs(middle - 1) < 0.1:
-        remedy = "these look like multiples of g: multiply them by 9.81"
-    else:
-        remedy = f"gravity seems to be taken out of them: add it, {load:.3g} m/s2 along the normal of the floor"
-    raise InputError(
-        f"{path}, column az_m_s2: reads {middle:+.3g} m/s2 away from the floor that the body lies on, where {load:+.3g} m/s2 "
-        f"are due; {remedy}"
-    )
 
 
 def check_at_rest(trial, path):

@@ -136,6 +136,24 @@ def estimate_noise(measurement):
     return replace(found, notes=tuple(notes))
 
 
+def shown_by_curves(measurement, noise):
+    """(what is noisy, the Noise with that of flexible curves in its place), where these leave most beyond what is known of it.
+
+    The curves know no model, so what they leave is no misfit of one. None where they leave no more anywhere.
+    """
+    found = {}
+    for what, unit in zip(KINDS, CHANNEL_UNITS, strict=True):
+        rounding = step_of(noise.lattice) if what == "position" else 0.0
+        curve = _from_flexible_curve(measurement.trials, noise.step, what, rounding) if noise.of_unit(unit) else None
+        if curve and rounded(curve[0], rounding).sigma > noise.of_unit(unit):
+            found[what] = curve
+    if not found:
+        return None
+    other = replace(noise, **{f"{what}s": curve for what, (curve, _) in found.items()}, tail=next(iter(found.values()))[1])
+    units = dict(zip(KINDS, CHANNEL_UNITS, strict=True))
+    return max(found, key=lambda what: other.of_unit(units[what]) / noise.of_unit(units[what])), other
+
+
 def _with_sigma(base, sigma, variance=0.0):
     """Noise of this sigma, variance of its logarithm, with the correlation of another, None = none is known."""
     base = base or CorrelatedNoise(sigma, 0.0, 0.0, np.zeros((3, 3)))

@@ -1,5 +1,6 @@
 """The problem that recordings pose: which samples are observations, their residuals, and derivatives through the simulator."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -56,6 +57,13 @@ class TrajectoryProblem(Problem):
         times = trial.times[sample]
         unknown = unknowns(trial, there.any(axis=0), self.simulator.seated[index], self.lies_flat[index], self.simulator.contact)
         return Recording(channel, sample, times, noise.whitening(channel, times), unknown)
+
+    def with_noise(self, noise):
+        """The same problem with another Noise of the same channels."""
+        other = copy(self)
+        other.noise = noise
+        other.recordings = [other._recording(k) for k in range(len(self.trials))]
+        return other
 
     def leave_out(self, flags):
         """Leave isolated samples out, these and no others, for every model alike: flags is a list of (n, 9) booleans."""

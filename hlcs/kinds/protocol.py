@@ -81,6 +81,15 @@ class Tabulated:
     alone = polished
 
     @staticmethod
+    def moved(problem):
+        """Nothing: no body moves through a fluid."""
+        return []
+
+    def noise_shown(self, problem, fit):
+        """Nothing: the scatter of tables is known from what repeats each other in them."""
+        return None
+
+    @staticmethod
     def learn(problem, fit):
         """Nothing: a law is learned from motion."""
 

@@ -9,12 +9,13 @@ from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.figures import comparison_panels
 from hlcs.report.notes import note_parts
 from hlcs.report.page import fragment, png
-from hlcs.report.sentences import NEAR_NOISE, comparison_opening, place
+from hlcs.report.sentences import NEAR_NOISE, left_by_adequate, noise_too_small, place
 from hlcs.report.statistics import where_table
-from hlcs.report.words import DASH, chance, number, size
+from hlcs.report.words import DASH, chance, change_told, number, size, two_digits
 
 LEFT = {True: "nothing but noise", False: "more than noise", None: ""}
 MOST_PLACES = 5
+SLIGHT = 0.1  # of the noise, below which a bias is not worth a sentence
 
 
 def left(comparison, adequate, over_noise, **_):
@@ -23,6 +24,8 @@ def left(comparison, adequate, over_noise, **_):
     Of layers that are judged as adequate more may be left than tests scatter by."""
     if adequate and comparison.kind == "layers" and over_noise and over_noise > NEAR_NOISE:
         return "noise, campaigns, engines"
+    if adequate is False and comparison.noise_shown:
+        return "more than the noise taken"
     return LEFT[adequate]
 
 
@@ -49,13 +52,48 @@ def sections(comparison):
     places = tuple(place(row, unit) for row in comparison.where[:MOST_PLACES])
     impacts = impact_lines(comparison.impacts, comparison.stated)
     found = [
-        Section("", tuple(comparison_opening(comparison)), "opening"),
+        Section("", tuple(_opening(comparison)), "opening"),
         Section("The error", (_errors(comparison),) if comparison.adequate is not None else (), "errors"),
         Section("Where it misses most", (Points(places),) if places and not comparison.adequate else (), "where"),
         Section("Impacts", (Lines(tuple(line for line in impacts if line)),) if impacts else (), "impacts"),
         Section("Notes on the data", note_parts(comparison.notes), "notes"),
     ]
     return [section for section in found if section.parts]
+
+
+def _opening(comparison):
+    """The first sentences of a Comparison."""
+    if comparison.adequate is None:
+        return [
+            "The noise of the measurement is unknown, so nobody can say whether the model misses anything.",
+            f"To know it, {comparison.advice}.",
+        ]
+    unit, error = comparison.error.get("unit", ""), comparison.error
+    here, noise = size(error["rms"], unit), size(error["noise"], unit)
+    told = []
+    if comparison.before:
+        before = size(comparison.before.error["rms"], unit)
+        told.append(f"With {change_told(comparison)} the error goes from {before} to {here}; the noise is {noise}.")
+    if comparison.adequate:
+        left = left_by_adequate(comparison.kind, error["rms"], error["noise"], unit)
+        told.append(f"The model agrees with the measurement: it misses by {here}, which {left}.")
+    elif comparison.noise_shown:
+        told.append(f"The model misses the measurement by {here}. {noise_too_small(comparison.noise_shown)}")
+    elif error["rms"] > 1.5 * error["noise"]:
+        told.append(
+            f"The model misses the measurement by {here}, {two_digits(error['rms'] / error['noise'])} times the noise ({noise})."
+        )
+    else:
+        told.append(
+            f"The model misses the measurement by {here}; that is hardly more than the noise ({noise}), but it has a pattern "
+            "that noise has not."
+        )
+    if abs(error.get("bias") or 0.0) > SLIGHT * error["noise"] and not comparison.adequate:
+        much, side = size(abs(error["bias"]), unit), "more" if error["bias"] > 0 else "less"
+        told.append(f"On average the model reads {much} {side} than was measured.")
+    if comparison.where and not (comparison.adequate or comparison.noise_shown):
+        told.append(f"It misses most in {place(comparison.where[0], unit)}.")
+    return [" ".join(told)]
 
 
 def _errors(comparison):

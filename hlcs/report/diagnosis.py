@@ -13,12 +13,12 @@ from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
 from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.notes import note_parts
 from hlcs.report.ranking import ranking
-from hlcs.report.sentences import error_of, opening, place, unmeasured
+from hlcs.report.sentences import error_of, opening, place, reynolds_told
 from hlcs.report.words import capital, interval, joined, size, value, words
 
 NOT_PROVED = {
     "ambiguous": "{what} can be added, and {is_} not proved: others do as well.",
-    "unexplained": "{what} can be added, and {is_} not proved: {it_helps}, and more than noise remains.",
+    "unexplained": "{what} can be added, and {is_} not proved: {it_helps}, and more than {noise} remains.",
 }
 LITTLE = 0.02  # share of chi-square, below which nobody would speak of an explanation
 OWN_UNITS = {  # of effects, that are no units of every day
@@ -88,8 +88,8 @@ def _numbers(diagnosis):
         for name, entry in numbers.items():
             if name == "switch":
                 continue
-            if unmeasured(diagnosis, name, entry):
-                why.append(f"{effect} {name} is not told: nothing was measured along {name[-1]}.")
+            if "left_out" in entry:
+                why.append(f"{effect} {name} is not told: {entry['why']}.")
                 continue
             unit = "" if entry["unit"] in ("1", "-") else entry["unit"]
             here = value({**entry, "unit": "1"})
@@ -98,6 +98,7 @@ def _numbers(diagnosis):
                 why.append(f"{effect} {name} withheld: {entry['why']}")
     if not rows:
         return ()
+    why += reynolds_told(diagnosis, holds=True)
     units = {row[-1] for row in rows}
     note = " ".join(told for unit, told in OWN_UNITS.items() if unit in units)
     return (Table(("effect", "number", "value", "90 % interval", "unit"), tuple(rows), texts=2, note=note), *why)
@@ -160,7 +161,7 @@ def _visible(diagnosis):
 
 def _where(diagnosis, most=5):
     """Where the model still misses, if it does."""
-    if diagnosis.verdict != "unexplained" or not diagnosis.where:
+    if diagnosis.verdict != "unexplained" or diagnosis.noise_shown or not diagnosis.where:
         return ()
     return (Points(tuple(place(row, diagnosis.error.get("unit", "")) for row in diagnosis.where[:most])),)
 
@@ -184,7 +185,8 @@ def _add(diagnosis):
     elif add["file"]:
         parts.append(f"To add it, write in {add['file']}, under [model]:")
         model = diagnosis.apply(experiment).file.source.values["model"]
-        parts.append(Lines(tuple(f"{key} = {toml_value(model[key])}" for key in OF_EFFECTS if key in model)))
+        comments = [f"# {name} is left out: {why}" for name, why in add["left_out"].items()]
+        parts.append(Lines((*comments, *(f"{key} = {toml_value(model[key])}" for key in OF_EFFECTS if key in model))))
     else:
         parts += ["To add it:", Lines((add["toml"],))]
     if diagnosis.verdict == "ambiguous":
@@ -206,7 +208,8 @@ def _not_proved(diagnosis):
     names = [entry["name"] for entry in diagnosis.additions]
     one = len(names) == 1
     is_, helps = ("is", "it helps") if one else ("are", "they help")
-    return NOT_PROVED[diagnosis.verdict].format(what=capital(joined(map(words, names))), is_=is_, it_helps=helps)
+    noise = "the noise as it is stated" if diagnosis.noise_shown else "noise"
+    return NOT_PROVED[diagnosis.verdict].format(what=capital(joined(map(words, names))), is_=is_, it_helps=helps, noise=noise)
 
 
 # --- as a page, a picture, files --------------------------------------------------------------------------------------------

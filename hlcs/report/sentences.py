@@ -7,13 +7,17 @@ from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness
-from hlcs.report.words import capital, change_told, joined, share, size, value, words
+from hlcs.report.words import capital, joined, share, size, two_digits, value, words
 
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
-SLIGHT = 0.1  # of the noise, below which a bias is not worth a sentence
 LEFT_OUT = {"trajectory": "recordings", "outcomes": "rows", "layers": "layers"}  # what is held out, by the kind of measurement
 STANDS = 1e-6  # speed of a body that stands, to rounding [m/s]
+KNOWN_BY = {  # what a noise is called, by how it is known
+    "stated": "The stated noise",
+    "static recording": "The noise of the body at rest",
+    "replicates": "The noise that repeats show",
+}
 SMALL = 0.02  # share of the error below which its fall is told by chi-square instead
 
 
@@ -27,7 +31,8 @@ def opening(diagnosis):
         "cannot_judge": _cannot_judge,
     }[diagnosis.verdict](diagnosis)
     stopped = ["Stopped by Ctrl-C: this holds for the sets of effects that were fitted by then."]
-    return [*stopped * (STOPPED in diagnosis.notes), *told, *_tolerance(diagnosis)]
+    outside = reynolds_told(diagnosis, holds=False)
+    return [*stopped * (STOPPED in diagnosis.notes), *told, *outside, *_tolerance(diagnosis)]
 
 
 # --- what an effect is called -----------------------------------------------------------------------------------------------
@@ -47,9 +52,9 @@ def effect_sentence(diagnosis, name):
         told = [f"{where[key]} {value(entry)}, not {entry['stated']:g}" for key, entry in stated.items()]
         sentence = f"{capital(called(diagnosis, name))} {joined(told)}."
     elif _lacking(diagnosis, name):
-        sentence = f"{capital(called(diagnosis, name))} is missing ({_numbers(diagnosis, name, numbers)})."
+        sentence = f"{capital(called(diagnosis, name))} is missing ({_numbers(name, numbers)})."
     else:
-        sentence = f"The data show {called(diagnosis, name)} ({_numbers(diagnosis, name, numbers)})."
+        sentence = f"The data show {called(diagnosis, name)} ({_numbers(name, numbers)})."
     return " ".join([sentence, *_beyond(numbers)])
 
 
@@ -57,20 +62,9 @@ def _lacking(diagnosis, name):
     return next((entry.lacking for entry in diagnosis.candidates if entry.effect == name), True)
 
 
-def unmeasured(diagnosis, key, entry):
-    """Is it a component along an axis along which nothing was measured, of a sign that the data do not tell?"""
-    pictures = diagnosis.pictures
-    if not pictures or not pictures.channels or key[-2:] not in ("_x", "_y", "_z") or entry["value"] is None:
-        return False
-    return (
-        key[-1] not in {pictures.channels[int(k)][-1] for k in set(pictures.before["channel"])}
-        and entry["low"] < 0 < entry["high"]
-    )
-
-
-def _numbers(diagnosis, name, numbers):
-    """The name of an effect and its numbers; what only says that it is there is no number, nor is what was not measured."""
-    known = {key: entry for key, entry in numbers.items() if key != "switch" and not unmeasured(diagnosis, key, entry)}
+def _numbers(name, numbers):
+    """The name of an effect and its numbers; what only says that it is there is no number, nor is what the data do not show."""
+    known = {key: entry for key, entry in numbers.items() if key != "switch" and "left_out" not in entry}
     return ", ".join([words(name), *(f"{words(key)} {value(entry)}" for key, entry in known.items())])
 
 
@@ -81,6 +75,12 @@ def _beyond(numbers):
         for key, entry in numbers.items()
         if "beyond" in entry
     ]
+
+
+def reynolds_told(diagnosis, holds):
+    """Sentences on the Reynolds numbers of the laws of drag that hold there, or of those that do not or are not known to."""
+    told = {name: each["told"] for name, each in diagnosis.reynolds.items() if bool(each["holds"]) == holds}
+    return [f"{capital(words(name))}: {sentence[:1].lower()}{sentence[1:]}" for name, sentence in told.items()]
 
 
 # --- what it removes, what is left ------------------------------------------------------------------------------------------
@@ -178,17 +178,12 @@ def place(row, unit):
     channel = f", {row['channel']}" if row.get("channel") and row.get("time") is not None else ""
     phase = f", {row['phase']}" if row.get("phase") not in (None, "table", "flight") else ""
     told = f"{row['trial']}{channel}{phase}: {size(row['rms'], unit_of(row.get('channel'), unit))}"
-    told += f", {_two_digits(abs(row['sigma']))} times the noise"
+    told += f", {two_digits(abs(row['sigma']))} times the noise"
     if (time := row.get("time")) is not None:
         height = [] if row["height"] is None else [f"{row['height']:.3g} m high"]
         speed = [] if row["speed"] is None else [f"{row['speed'] if row['speed'] > STANDS else 0.0:.3g} m/s"]
         told += f" (most at {', '.join([f'{time:.3g} s', *height, *speed])})"
     return told
-
-
-def _two_digits(value):
-    """A number to two digits without a power of ten, where it is no larger than a million."""
-    return f"{float(f'{value:.2g}'):g}"
 
 
 # --- one opening for each verdict -------------------------------------------------------------------------------------------
@@ -250,6 +245,8 @@ def alternatives(diagnosis):
 def _unexplained(diagnosis):
     error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
     told = []
+    if diagnosis.noise_shown:
+        return _noise_first(diagnosis)
     if not error:
         return [f"The model fails, and {_nothing(diagnosis)} explains all of it."]
     if diagnosis.effects:
@@ -264,6 +261,25 @@ def _unexplained(diagnosis):
     return told
 
 
+def _noise_first(diagnosis):
+    """The noise decides before any effect does; what was found beside it."""
+    told = [noise_too_small(diagnosis.noise_shown, bool(diagnosis.effects))]
+    if diagnosis.effects:
+        told += [_helps(diagnosis), removal(diagnosis, "It" if len(diagnosis.effects) == 1 else "Together they")]
+    return told
+
+
+def noise_too_small(shown, mended=False):
+    """That the noise may be larger than what was taken for it, by how much, and what to write; mended: if effects are added."""
+    known, sigma = (size(shown[key], shown["unit"]) for key in ("known", "sigma"))
+    model, more = ("the model with what is told below", "nothing else") if mended else ("the model as it is", "nothing")
+    whose = KNOWN_BY.get(shown["source"], "The noise")
+    return (
+        f"{whose} may be too small: it is {known}, and {shown['seen']} {sigma}, whatever the model. With a noise of {sigma} "
+        f"{model} agrees with the data, and {more} need be missing. The line to write: {shown['remedy']}; then run it again."
+    )
+
+
 def _nothing(diagnosis):
     """What it is that does not explain: the library, or where a search was stopped what it had come to."""
     return "nothing that was fitted by then" if STOPPED in diagnosis.notes else "nothing in the library"
@@ -274,7 +290,7 @@ def _helps(diagnosis):
     names = diagnosis.effects
     what = capital(joined(called(diagnosis, name) for name in names))
     verb = "explains" if len(names) == 1 else "explain"
-    numbers = "; ".join(_numbers(diagnosis, name, diagnosis.parameters.get(name, {})) for name in names)
+    numbers = "; ".join(_numbers(name, diagnosis.parameters.get(name, {})) for name in names)
     part = f" {share(diagnosis.explained)} of" if diagnosis.explained is not None else " a part of"
     instead = "".join(
         f" In place of {words(members[0])} {joined(map(words, members[1:]), 'or')} would do as well."
@@ -305,10 +321,10 @@ def _left_unexplained(diagnosis):
 
 def _absorbing(diagnosis):
     """What takes a part away on data that it was not fitted to, where that is too little to be named."""
-    if not diagnosis.parameters:
+    if not diagnosis.absorbing:
         return []
-    what = joined(called(diagnosis, name) for name in diagnosis.parameters)
-    numbers = "; ".join(_numbers(diagnosis, name, its) for name, its in diagnosis.parameters.items())
+    what = joined(called(diagnosis, name) for name in diagnosis.absorbing)
+    numbers = "; ".join(_numbers(name, its) for name, its in diagnosis.absorbing.items())
     many = LEFT_OUT.get(diagnosis.kind, "data")
     return [
         f"{capital(what)} would take less than half of it away, on {many} that no number was fitted to as well ({numbers}): "
@@ -344,39 +360,3 @@ def _tolerance(diagnosis):
     unit, met = diagnosis.tolerance["unit"], "met" if diagnosis.tolerance["met"] else "not met"
     left, wanted = (size(diagnosis.tolerance[name], unit) for name in ("left", "value"))
     return [f"Your tolerance of {wanted} is {met}: {left} are left beyond the noise."]
-
-
-# --- comparisons ------------------------------------------------------------------------------------------------------------
-
-
-def comparison_opening(comparison):
-    """The first sentences of a Comparison."""
-    if comparison.adequate is None:
-        return [
-            "The noise of the measurement is unknown, so nobody can say whether the model misses anything.",
-            f"To know it, {comparison.advice}.",
-        ]
-    unit, error = comparison.error.get("unit", ""), comparison.error
-    here, noise = size(error["rms"], unit), size(error["noise"], unit)
-    told = []
-    if comparison.before:
-        before = size(comparison.before.error["rms"], unit)
-        told.append(f"With {change_told(comparison)} the error goes from {before} to {here}; the noise is {noise}.")
-    if comparison.adequate:
-        left = left_by_adequate(comparison.kind, error["rms"], error["noise"], unit)
-        told.append(f"The model agrees with the measurement: it misses by {here}, which {left}.")
-    elif error["rms"] > 1.5 * error["noise"]:
-        told.append(
-            f"The model misses the measurement by {here}, {_two_digits(error['rms'] / error['noise'])} times the noise ({noise})."
-        )
-    else:
-        told.append(
-            f"The model misses the measurement by {here}; that is hardly more than the noise ({noise}), but it has a pattern "
-            "that noise has not."
-        )
-    if abs(error.get("bias") or 0.0) > SLIGHT * error["noise"] and not comparison.adequate:
-        much, side = size(abs(error["bias"]), unit), "more" if error["bias"] > 0 else "less"
-        told.append(f"On average the model reads {much} {side} than was measured.")
-    if comparison.where and not comparison.adequate:
-        told.append(f"It misses most in {place(comparison.where[0], unit)}.")
-    return [" ".join(told)]

@@ -38,7 +38,8 @@ def facts(diagnosis):
 
 def _verdict(diagnosis):
     effects = f" Effects, what the data need most first: {', '.join(diagnosis.effects)}." if diagnosis.effects else ""
-    return (f"Verdict: {diagnosis.verdict}: {VERDICTS[diagnosis.verdict]}.{effects}",)
+    means = "more is left than the noise, as it was taken to be" if diagnosis.noise_shown else VERDICTS[diagnosis.verdict]
+    return (f"Verdict: {diagnosis.verdict}: {means}.{effects}",)
 
 
 def _errors(diagnosis):

@@ -32,6 +32,11 @@ def _digits(value):
     return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
+def two_digits(value):
+    """A number to two digits without a power of ten, where it is no larger than a million."""
+    return f"{float(f'{value:.2g}'):g}"
+
+
 def share(part):
     """A share in per cent, never rounded up to all of it: "98 %", "99.7 %", "more than 99.9 %"."""
     if part >= 0.9995:

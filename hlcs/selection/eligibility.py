@@ -139,7 +139,7 @@ def with_drag_that_fits(why, body, surroundings, speed):
     return found
 
 
-def _plain(number):
+def rounded(number):
     """Two digits without powers of ten: 21,000."""
     return f"{float(f'{number:.2g}'):,.10g}"
 
@@ -150,8 +150,8 @@ def _out_of_reach(kind, least, most):
     if most == 0.0 and np.isfinite(ends):
         return "there is no fluid, or no motion through it"
     if most < begins:
-        return f"Reynolds numbers reach {_plain(most)} only, and it needs {_plain(begins)}"
-    return f"Reynolds numbers reach {_plain(least)}, and it holds up to {_plain(ends)}" if least > ends else None
+        return f"Reynolds numbers reach {rounded(most)} only, and it needs {rounded(begins)}"
+    return f"Reynolds numbers reach {rounded(least)}, and it holds up to {rounded(ends)}" if least > ends else None
 
 
 def stated(kind, file):

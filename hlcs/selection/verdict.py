@@ -11,6 +11,7 @@ from hlcs.records import Found, NextExperiment
 from hlcs.selection import experiment_design
 from hlcs.selection.findings import candidate_findings
 from hlcs.selection.held_out import fitted_error, held_out_error
+from hlcs.selection.reynolds import reached
 from hlcs.selection.sets import FittedSets, explained, interval
 
 
@@ -36,9 +37,10 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
 
     experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table)
     -> rows, `polished` (problem, fit) -> the final fit, `alone` (problem, fit) -> one that owes nothing to other sets, `learn`
-    (problem, fit) -> the law that explains the rest, or None, and `pictures`; prepared: has the problem and the fit of the model
-    under test; absent: {name: why it was not tried}; on_all: function (problem, fit) -> the same on all rows, for the verdict and
-    the numbers, where the search has fewer.
+    (problem, fit) -> the law that explains the rest, or None, `noise_shown` (problem, fit) -> the noise with which all would be
+    explained, or None, `moved` (problem) -> how fast bodies moved, and `pictures`; prepared: has the problem and the fit of the
+    model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) -> the same on all rows, for the
+    verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
     before, table_before = experiment.judge(*on_all(problem, base))
@@ -56,10 +58,14 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     ordered, places = sets.ordered(effects), sets.alternatives()
     final = search.fits[effects]
     errors = partial(held_out_error, problem, cross_validation)
+    parameters = _parameters(sets, best, sets.tied)
+    learned = None if after.adequate else experiment.learn(problem, final)
     return Selection(
         effects=ordered,
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
-        parameters=_parameters(sets, effects, best),
+        parameters=parameters,
+        absorbing=_parameters(sets, best, sets.absorbing),
+        reynolds=reached(search.candidates, parameters, experiment.moved(judged), after.adequate),
         error={
             "measure": experiment.measure,
             "unit": problem.unit,
@@ -67,26 +73,18 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
             "fitted": _record(problem, partial(fitted_error, problem), base, final) | {"starts": starts_share(problem, final)},
         },
         steps=_steps(sets, ordered, errors),
-        adequate={
-            "before": before.adequate,
-            "after": after.adequate,
-            "statistic": after.statistic,
-            "p": after.p,
-            "threshold": after.threshold,
-            "speaks": after.worst,
-            "draws": after.draws,
-            "chi2_per_freedom": {"before": before.chi2, "after": after.chi2},
-        },
+        adequate=_told_adequate(before, after),
         candidates=candidate_findings(sets, places, absent),
         where=experiment.where(judged, table_after),
         model=best.model,
         pictures=experiment.pictures(problem, table_before, table_after),
         notes=(*prepared.notes, *prepared.aside, *_doubts(best), *search.budget.notes()),
         left_out=search.budget.notes(),
-        sets=tuple(_described(sets, members, errors) for members in sets.tied),
+        sets=tuple(_described(sets, members, errors, parameters) for members in sets.tied),
         inclusion=sets.inclusion,
         explained=explained(base, final),
-        learned=None if after.adequate else experiment.learn(problem, final),
+        learned=learned,
+        noise_shown=None if after.adequate or learned else experiment.noise_shown(judged, best),
         tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), problem.noise_level),
         next_experiment=partial(experiment_design.next_experiment, sets),
     )
@@ -108,6 +106,20 @@ def best_set(fitted, finished):
         return sets, told
     first, sets = sets.best, fitted(max(told[2].overdispersion, 1.0))
     return sets, told if sets.best == first else finished(sets.best)
+
+
+def _told_adequate(before, after):
+    """The Adequacy of the model under test and of the final fit, as in the result file."""
+    return {
+        "before": before.adequate,
+        "after": after.adequate,
+        "statistic": after.statistic,
+        "p": after.p,
+        "threshold": after.threshold,
+        "speaks": after.worst,
+        "draws": after.draws,
+        "chi2_per_freedom": {"before": before.chi2, "after": after.chi2},
+    }
 
 
 def _record(problem, error, base, final):
@@ -132,29 +144,31 @@ def left_over(tolerance, unit, error, noise):
     return {"value": tolerance, "unit": unit, "left": left, "met": left <= tolerance}
 
 
-def _described(sets, members, errors):
-    """One of the fitted sets, as in the result file."""
+def _described(sets, members, errors, parameters):
+    """One of the fitted sets, as in the result file; a number that is withheld from its parameters is None there too."""
     fit = sets.search.fits[members]
+    known = {(name, key): entry["value"] for name, numbers in parameters.items() for key, entry in numbers.items()}
     return {
         "effects": list(sets.ordered(members)),
         "weight": sets.weights[members],
         "chi2": fit.chi2,
         "held_out": errors(fit),
-        "parameters": fit.model.numbers,
+        "parameters": {
+            name: {key: None if known.get((name, key), value) is None else value for key, value in numbers.items()}
+            for name, numbers in fit.model.numbers.items()
+        },
     }
 
 
-def _parameters(sets, effects, best):
-    """{effect: {number: value, low, high, unit}} of all effects of the sets that do as well, and where nothing stands of the one
-    that absorbs most; best: the final Fit of the first."""
-    shown = [*sets.tied, *sets.absorbing]
-    fits = {members: best if members == effects else sets.search.fits[members] for members in shown}
+def _parameters(sets, best, shown):
+    """{effect: {number: value, low, high, unit}} of all effects of some sets; best: the final Fit of the best one of all."""
+    fits = {members: best if members == sets.best else sets.search.fits[members] for members in shown}
     numbers = {}
     for name in dict.fromkeys(name for members in shown for name in sets.ordered(members)):
         entry = sets.search.candidates[name]
         holding = [(sets.weights[members], fits[members]) for members in shown if name in members]
         numbers[name] = {
-            free.name: _withheld(holding, name, free)
+            free.name: _withheld(holding[0][1], entry, free)
             or told(
                 interval(
                     [(max(weight, 1e-12), *_number(fit, name, free.name, sets.overdispersion)) for weight, fit in holding],
@@ -176,15 +190,31 @@ def told(number, free, setting):
     return number | stated | ({"usual": free.usual, "beyond": beyond} if beyond else {})
 
 
-def _withheld(holding, name, free):
-    """The entry of a number that the first fit which holds it does not give, else None; holding: [(weight, Fit)]."""
-    why = holding[0][1].withheld.get((name, free.name))
-    return why and {"value": None, "low": None, "high": None, "unit": free.unit, "why": why}
+def _withheld(fit, entry, free):
+    """The entry of a number that a fit does not give, or that the data do not show; else None.
+
+    The data show a number where they tell more of it than was believed beforehand. One that they do not, and that is as it would
+    be if it were left out, is best left out: a component of the wind across the picture of a camera.
+    """
+    nothing, why = {"value": None, "low": None, "high": None, "unit": free.unit}, fit.withheld.get((entry.name, free.name))
+    if why or entry.setting or free.null is None:
+        return why and nothing | {"why": why}
+    place = _place(fit, entry.name, free.name)
+    aside, there = abs(fit.estimate[place] - free.null), f"{free.null:g} {'' if free.unit == '1' else free.unit}".rstrip()
+    if fit.information[place, place] >= 1 or aside > free.spread:
+        return None
+    why = f"these data do not show it: near {there} nothing that was measured changes with it"
+    return nothing | {"why": why, "left_out": free.null}
+
+
+def _place(fit, name, number):
+    """Where a number of an effect stands among those of a fit."""
+    return [(effect, free.name) for effect, free, _ in fit.numbers].index((name, number))
 
 
 def _number(fit, name, number, overdispersion):
     """(value, standard error) of one number of a fit, wider where the model is not adequate."""
-    place = [(effect, free.name) for effect, free, _ in fit.numbers].index((name, number))
+    place = _place(fit, name, number)
     return fit.estimate[place], float(np.sqrt(overdispersion * max(fit.covariance[place, place], 0.0)))
 
 

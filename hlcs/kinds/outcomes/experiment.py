@@ -2,12 +2,16 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.outcome_tables import read_outcomes
 from hlcs.data.quantities import OUTCOMES
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.cross_validation import CrossValidation
-from hlcs.kinds.outcomes.problem import judge_table, posed, prepare_table, table_candidates, where_in_table
+from hlcs.kinds.noise_shown import Shown, noise_shown
+from hlcs.kinds.outcomes.problem import fastest_rows, judge_table, posed, prepare_table, table_candidates, where_in_table
+from hlcs.kinds.outcomes.row_noise import about_a_curve, between_repeats
 from hlcs.kinds.protocol import Observation, Tabulated, misfit
 from hlcs.records import Reason
 from hlcs.rendering import Pictures
@@ -17,6 +21,7 @@ from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
 
 FEW = 12  # rows below which a table is small
+BY_REPEATS = "leave measurement.noise out: rows of equal inputs then tell the noise"
 AGAIN = 3  # searches at most, each with the errors of inputs as the best set of the last one propagates them
 
 
@@ -51,8 +56,32 @@ class Outcomes(Tabulated):
             "channels": (self.table.outcome,),
             "against": tuple(self.table.inputs),
         }
+        if not adequacy.adequate:
+            shown["noise_shown"] = self.noise_shown(problem, self._prepared.base)
         where = where_in_table(problem, table)
         return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, self._prepared.notes, shown)
+
+    def noise_shown(self, problem, fit):
+        """What rows show that repeat each other, else those about a smooth curve, where the model would be adequate with it."""
+        misfit = np.empty(len(problem.values))
+        misfit[np.concatenate([group.rows for group in problem.trials])] = np.concatenate(fit.linearization.raw)
+        scatter = repeats = between_repeats(self.table)
+        if scatter is None and not problem.errors.deviation.any():
+            scatter = about_a_curve(self.table, misfit)
+        if scatter is None or scatter.sigma <= problem.noise.position:
+            return None
+        key = "outcome" if "outcome" in self.file.noise else self.table.outcome
+        noise = scatter.noise(problem.noise.source)
+        following = BY_REPEATS if repeats else f"repeat rows, and {BY_REPEATS}"
+        shown = Shown(key, scatter.sigma, self.unit, scatter.seen, noise, following)
+        return noise_shown(problem, fit, shown, judge_table, self.file)
+
+    @staticmethod
+    def moved(problem):
+        """[(body, surroundings, highest speed)] of the rows, as `selection.reynolds.reached` asks for it."""
+        speeds = fastest_rows(problem.file, problem.table)
+        setups = [problem.setups[k] for k in problem.back]
+        return [(setup.body, setup.surroundings, float(speed)) for setup, speed in zip(setups, speeds, strict=True)]
 
     def names(self, candidates):
         return tuple(candidate.name for candidate in self._candidates(candidates)[0])

@@ -12,15 +12,14 @@ from hlcs.effects.measurement import ClockOffset, LengthScale, TimeScale
 from hlcs.effects.numerics import MarginOffset
 from hlcs.effects.witnesses import Camera
 from hlcs.estimation.adequacy import fit_adequacy
-from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.designs import Designs, other_bodies_tell
 from hlcs.estimation.direct_problem import DirectProblem
 from hlcs.estimation.linearization import Recording
-from hlcs.estimation.noise_model import Noise
 from hlcs.estimation.whitening import colour, whitening_of_settings
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR, SLOPED, TOO_LONG, rows_of, said
 from hlcs.kinds.outcomes.never import all_that_was_measured, told
+from hlcs.kinds.outcomes.row_noise import table_noise
 from hlcs.kinds.outcomes.setting_errors import SettingErrors, of_inputs, outcomes_at, setting_errors
 from hlcs.kinds.protocol import Prepared, misses
 from hlcs.selection.eligibility import NEEDS, eligible, stated, with_drag_that_fits
@@ -141,6 +140,10 @@ class TableProblem(DirectProblem):
             return self
         return TableProblem(self.file, self.table, self.noise, errors=errors, never=self.never)
 
+    def with_noise(self, noise):
+        """The same problem with another Noise of a row."""
+        return TableProblem(self.file, self.table, noise, self.trials, self.errors, self.never)
+
     # --- the next experiment --------------------------------------------------------------------------------------------------
 
     @property
@@ -220,30 +223,15 @@ def parted(table):
     return len(set(zip(table.setting.tolist(), table.groups.tolist(), strict=True))) > len(np.unique(table.setting))
 
 
-def table_noise(file, table):
-    """Noise of an outcome: stated, or from replicates (rows with equal inputs); unknown otherwise."""
-    stated = file.noise.get(table.outcome, file.noise.get("outcome"))
-    means = np.array([table.values[table.setting == setting].mean() for setting in table.setting])
-    within = float(np.sum((table.values - means) ** 2))
-    freedom = len(table.values) - len(np.unique(table.setting))
-    if stated is not None:
-        return Noise(CorrelatedNoise(stated, 0.0, 0.0, np.zeros((3, 3))), None, 1.0, "stated")
-    if freedom < 3 or within == 0:
-        return Noise(None, None, 1.0, "unknown")
-    covariance = np.zeros((3, 3))
-    covariance[0, 0] = 1 / (2 * freedom)
-    return Noise(CorrelatedNoise(float(np.sqrt(within / freedom)), 0.0, 0.0, covariance), None, 1.0, "replicates")
-
-
-def fastest_row(file, table):
-    """The highest speed that a body may have had [m/s]: of a fall, not above that of a free one, nor above twice its mean."""
+def fastest_rows(file, table):
+    """The highest speed that each row may have seen (n,) [m/s]: of a fall, not above that of a free one, nor twice its mean."""
     inputs, none = table.inputs, np.zeros(1)
     way = inputs.get("height_m", inputs.get("mark_2_m", none))
     free = np.sqrt(2 * file.surroundings.gravity * way)
     if table.outcome in ("fall_time_s", "passage_time_s"):
         free = np.minimum(free, 2 * (way - inputs.get("mark_1_m", none)) / np.maximum(table.values, 1e-9))
-    begun = [np.max(np.abs(inputs.get(name, none))) for name in ("speed_m_s", "start_speed_m_s", "impact_speed_m_s")]
-    return float(max(np.max(free), *begun))
+    begun = [np.abs(inputs.get(name, none)) for name in ("speed_m_s", "start_speed_m_s", "impact_speed_m_s")]
+    return np.maximum.reduce(np.broadcast_arrays(np.zeros(len(table.values)), free, *begun))
 
 
 def table_candidates(file, table, names, own):
@@ -262,7 +250,10 @@ def table_candidates(file, table, names, own):
             return "the load does not vary"
         return None
 
-    why, speed = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}, fastest_row(file, table)
+    why, speed = (
+        {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)},
+        float(np.max(fastest_rows(file, table))),
+    )
     if known:
         first = outcome_motion.row_setup(file, table.inputs, int(np.argmax(table.inputs.get("radius_m", np.zeros(1)))))
         why = with_drag_that_fits(why, first.body, first.surroundings, speed)

@@ -15,7 +15,8 @@ from hlcs.data.shown_by_impacts import differing_from_model
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.budget import SMOOTH_LIMIT, only, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
-from hlcs.estimation.noise_model import estimate_noise
+from hlcs.estimation.noise_model import KINDS, estimate_noise, shown_by_curves
+from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, touches
@@ -26,7 +27,7 @@ from hlcs.learning import learn
 from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.rendering import Pictures
-from hlcs.selection.eligibility import candidates_for
+from hlcs.selection.eligibility import candidates_for, fastest
 from hlcs.selection.planning import Pilot
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE
@@ -92,10 +93,29 @@ class Trajectories:
             "impacts": read_impacts(self.measurement, self._noise),
             "stated": {name: getattr(self.measurement.trials[0].surroundings, name) for name in ("restitution", "friction")},
         }
+        if not adequacy.adequate:
+            shown["noise_shown"] = self.noise_shown(prepared.problem, prepared.base)
         where = where_it_fails(prepared.problem, table)
         return Observation(
             adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, (*prepared.notes, *prepared.aside), shown
         )
+
+    def noise_shown(self, problem, fit):
+        """What smooth curves through the recordings leave, where the model would be adequate with it (`kinds.noise_shown`)."""
+        found = shown_by_curves(self.measurement, self._noise)
+        if found is None:
+            return None
+        what, noise = found
+        unit = dict(zip(KINDS, CHANNEL_UNITS, strict=True))[what]
+        seen = "smooth curves through the recordings leave"
+        at_rest = "record a body at rest, name it under measurement.static, and leave measurement.noise out: it tells the noise"
+        shown = Shown(what, noise.of_unit(unit), unit, seen, noise, at_rest)
+        return noise_shown(problem, fit, shown, judge, self.measurement.file)
+
+    @staticmethod
+    def moved(problem):
+        """[(body, surroundings, highest speed)] of the recordings, as `selection.reynolds.reached` asks for it."""
+        return [(trial.body, trial.surroundings, fastest(trial)) for trial in problem.trials]
 
     def names(self, candidates):
         contact = touches(self.measurement.trials, self._noise)

@@ -20,4 +20,13 @@ def test_a_number_without_an_interval_keeps_all_digits():
 def test_a_withheld_number_is_never_written_as_if_it_were_known():
     numbers = {"coefficient": {"value": None, "low": None, "high": None, "unit": "1", "why": "one segment alone tells it"}}
     assert found_entry("friction", numbers) == {"name": "friction", "coefficient": FILL_IN}
-    assert withheld("friction", numbers) == {"friction.coefficient": "one segment alone tells it"}
+    assert withheld(["friction"], {"friction": numbers}, False) == {"friction.coefficient": "one segment alone tells it"}
+    assert withheld(["friction"], {"friction": numbers}, True) == {}
+
+
+def test_what_the_data_do_not_show_is_left_out_of_the_model_and_told():
+    numbers = {"velocity_x": {"value": 2.0, "low": 2.0, "high": 2.0, "unit": "m/s"}}
+    numbers["velocity_y"] = {"value": None, "low": None, "high": None, "unit": "m/s", "why": "not shown", "left_out": 0.0}
+    assert found_entry("uniform_flow", numbers) == {"name": "uniform_flow", "velocity_x": 2.0}
+    assert withheld(["uniform_flow"], {"uniform_flow": numbers}, True) == {"uniform_flow.velocity_y": "not shown"}
+    assert withheld(["uniform_flow"], {"uniform_flow": numbers}, False) == {}

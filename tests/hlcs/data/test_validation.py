@@ -66,12 +66,28 @@ def test_oddities_are_told_not_dropped(tmp_path):
     assert "1 gap, 0.5 s at t_s = 0.4" in notes and "1 of 10 samples missing" in notes
 
 
-@pytest.mark.parametrize("clock, advice", [("frames", "frame numbers"), ("milliseconds", "milliseconds")])
-def test_times_that_are_not_seconds_are_refused(tmp_path, clock, advice):
-    """A drop of 2 m lasts 0.64 s; told in frames of a 60 Hz camera or in milliseconds it would hang in the air for minutes."""
+@pytest.mark.parametrize(
+    "told, advice",
+    [
+        (
+            lambda seconds: np.round(60 * seconds),
+            "these look like frame numbers, divide them by the frame rate (about 60 a second",
+        ),
+        (lambda seconds: np.round(60 * seconds) // 2 * 2, "by the fall about 60 of them are one second; divide frame numbers"),
+        (lambda seconds: 1000.5 * seconds, "these look like milliseconds, divide them by 1000"),
+        (lambda seconds: np.round(1000 * seconds), "these look like milliseconds, divide them by 1000"),
+        (lambda seconds: 100000 + np.round(1000 * seconds), "these look like milliseconds, divide them by 1000"),
+        (lambda seconds: 1e6 * seconds, "by the fall about 1e+06 of them are one second"),
+    ],
+)
+def test_times_that_are_not_seconds_are_refused_by_what_they_look_like(tmp_path, told, advice):
+    """A drop of 2 m lasts 0.64 s; in pictures, every second one of them, ms or us it would hang in the air for minutes. Counts go
+    up by one; of what is not counted gravity tells: g/n^2 where n units are a second."""
     seconds = np.arange(0, 0.6, 1 / 60)
-    told = np.arange(len(seconds)) if clock == "frames" else 1000.5 * seconds
-    lines = [f"{t:g},{2.0 - 0.5 * 9.81 * s * s:.4f}" for t, s in zip(told, seconds, strict=True)]
+    told = told(seconds)
+    kept = np.r_[True, np.diff(told) > 0]
+    told, seconds = told[kept], seconds[kept]
+    lines = [f"{t:.10g},{2.0 - 0.5 * 9.81 * s * s:.4f}" for t, s in zip(told, seconds, strict=True)]
     refused(experiment(tmp_path, "t_s,z_m\n" + "\n".join(lines) + "\n"), "a.csv, column t_s:", "in the air", advice)
 
 

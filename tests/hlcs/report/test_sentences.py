@@ -79,6 +79,37 @@ def test_an_unexplained_misfit_says_what_is_explained_and_what_is_left_beyond_th
     assert "your noise" not in told and "no candidate" not in told and "is missing" not in told
 
 
+TOO_SMALL = {
+    "sigma": 0.003,
+    "known": 0.001,
+    "unit": "m",
+    "source": "stated",
+    "seen": "smooth curves through the recordings leave",
+    "remedy": "e.toml, line 9: measurement.noise, position = 0.003",
+    "next": "record a body at rest",
+}
+
+
+def test_where_the_data_show_more_noise_than_is_stated_that_is_said_first_and_nothing_is_said_to_be_missing():
+    """In the details and behind the line to add neither: what is left may be the noise alone."""
+    bare = text(diagnosis("unexplained", found=(), parameters={}, noise_shown=TOO_SMALL), details=True)
+    told = bare.split("unexplained ")[1]
+    assert told.startswith(
+        "The stated noise may be too small: it is 1 mm, and smooth curves through the recordings leave 3 mm, whatever the model. "
+        "With a noise of 3 mm the model as it is agrees with the data, and nothing need be missing. The line to write: e.toml, "
+        "line 9: measurement.noise, position = 0.003; then run it again."
+    )
+    assert "Something is missing" not in bare and "more is missing" not in bare and "Where the model still misses" not in bare
+    told = opening(replace(UNEXPLAINED, noise_shown=TOO_SMALL))
+    assert told.startswith("The stated noise may be too small") and "Air resistance explains 99.9 % of the misfit" in told
+    assert "nothing else need be missing" in told and "nothing in the library" not in told
+    assert opening(comparison(noise_shown=TOO_SMALL)).startswith(
+        "The model misses the measurement by 30 mm. The stated noise may be too small: it is 1 mm"
+    )
+    at_rest = opening(comparison(noise_shown=TOO_SMALL | {"source": "static recording"}))
+    assert "The noise of the body at rest may be too small" in at_rest
+
+
 def test_where_nothing_stands_the_nearest_is_named_with_the_reason_why_it_does_not():
     near = finding("mass_offset", "a mass other than stated", reason=Reason.SUSPECTED, chi2=100.0, error=0.03, why="suspected: x")
     found = diagnosis("unexplained", found=(), others=(near,), parameters={}, after=0.15, explained=None)
@@ -106,12 +137,28 @@ def test_an_error_above_the_noise_is_never_called_noise():
     assert "What is left is your noise" not in text(found) and "cannot be told from your noise (3 mm)" in text(found)
 
 
-def test_a_component_along_an_axis_that_was_not_measured_is_not_told():
-    flow = {"velocity_z": number(-0.5, 0.1, "m/s"), "velocity_y": number(-0.2, 60.0, "m/s")}
-    shown = pictures(observations(np.ones(20)), observations(np.ones(20)))  # of z alone
-    told = text(diagnosis(found=(WIND,), parameters={"uniform_flow": flow}, pictures=shown))
-    assert "velocity z -0.50" in told and "+- 60" not in told
-    assert "uniform_flow velocity_y is not told: nothing was measured along y." in told
+def test_a_number_that_the_data_do_not_show_is_told_to_be_none():
+    nothing = {"value": None, "low": None, "high": None, "unit": "m/s", "why": "these data do not show it", "left_out": 0.0}
+    told = text(
+        diagnosis(found=(WIND,), parameters={"uniform_flow": {"velocity_z": number(-0.5, 0.1, "m/s"), "velocity_y": nothing}})
+    )
+    assert "velocity z -0.50" in told and "uniform_flow velocity_y is not told: these data do not show it." in told
+    assert "withheld" not in told
+
+
+def test_a_law_of_drag_that_does_not_hold_is_told_at_once_and_one_that_does_beside_its_number():
+    reach = {"least": 8e3, "most": 2e4, "told": "The data reach Reynolds numbers of 8,000 to 20,000."}
+    holding, failing = (replace(EFFECT, reynolds={"quadratic_drag": reach | {"holds": holds}}) for holds in (True, False))
+    told = "Quadratic drag: the data reach Reynolds numbers of 8,000 to 20,000."
+    assert told in text(holding).split("The numbers")[1] and told not in opening(holding)
+    assert told in opening(failing) and text(failing).count(told) == 1
+
+
+def test_what_only_absorbs_is_told_and_stands_nowhere_among_what_was_found():
+    found = diagnosis("unexplained", found=(), others=(WIND,), parameters={}, absorbing={"uniform_flow": {"u": number(1.0, 0.1)}})
+    assert "A steady flow of the air would take less than half of it away" in opening(found)
+    told = found.to_json()
+    assert told["parameters"] == {} and "absorbing" not in told and "The numbers" not in text(found)
 
 
 def known_badly(verdict, fitted, held_out):

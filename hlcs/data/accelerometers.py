@@ -1,0 +1,52 @@
+"""Can these readings be those of an accelerometer at the centre of a body, in m/s2, along axes that are known?"""
+
+import numpy as np
+
+from minibullet.errors import InputError
+
+FASTEST_READ = 200.0  # typical reading of an accelerometer beyond which it is in no m/s2: phones end at 16 g [m/s2]
+
+
+def check_accelerations(trial, path):
+    """Refuse accelerations in another unit than m/s2, without gravity in them, or along axes of which nothing is known."""
+    if trial.accelerations is None:
+        return
+    values, around = trial.accelerations.values, trial.surroundings
+    typical = float(np.nanmedian(np.abs(values))) if np.isfinite(values).any() else 0.0
+    if typical > FASTEST_READ:
+        raise InputError(
+            f"{path}, columns ax_m_s2..az_m_s2: typically {typical:.3g}, more than a body in flight or on a floor feels; units "
+            "that cannot be right: accelerations in m/s2, not in cm/s2 or mm/s2"
+        )
+    if trial.accelerations.in_body:
+        for key in ("orientation", "angular_velocity"):
+            if key not in trial.start:
+                value = "[1.0, 0.0, 0.0, 0.0]" if key == "orientation" else "[0.0, 0.0, 0.0]"
+                raise InputError(
+                    f'{path}, columns ax_m_s2..az_m_s2: accelerometer = "body", but how the body lies and turns at the start is '
+                    f"not stated; write start = {{ {key} = {value} }} under its [[trial]], or turn the columns into the axes of "
+                    'the world and write accelerometer = "world"'
+                )
+    elif trial.unplaced and around.floor_height is not None and "position" not in trial.start:
+        _check_gravity_read(values @ np.asarray(around.floor_normal), around, path)
+
+
+def _check_gravity_read(along, around, path):
+    """Refuse readings (n,) along the normal of the floor of a body that lies on it and that do not hold gravity."""
+    along = along[np.isfinite(along)]
+    load = around.gravity * around.floor_normal[2]
+    if not load > 1 or not len(along):
+        return
+    middle = float(np.median(along))
+    if abs(middle - load) < load / 2:
+        return
+    if abs(middle + load) < load / 2:
+        remedy = "z points up, and an accelerometer at rest reads +9.81 upwards: turn the sign of the columns"
+    elif abs(middle - 1) < 0.1:
+        remedy = "these look like multiples of g: multiply them by 9.81"
+    else:
+        remedy = f"gravity seems to be taken out of them: add it, {load:.3g} m/s2 along the normal of the floor"
+    raise InputError(
+        f"{path}, column az_m_s2: reads {middle:+.3g} m/s2 away from the floor that the body lies on, where {load:+.3g} m/s2 "
+        f"are due; {remedy}"
+    )

@@ -1,0 +1,46 @@
+"""Is it the noise that was stated too small, and not the model that lacks something?
+
+A model that leaves more than the stated noise may lack an effect, or the noise may be larger than stated. Data tell the two apart
+where they show a noise of their own, of which no model knows: what smooth curves leave, or rows that repeat each other. The model
+is then judged once more with that noise. Nothing but the words of a report depends on it.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from hlcs.estimation.noise_model import Noise
+from hlcs.report.leftover import spectra
+
+
+class Shown(NamedTuple):
+    """A noise that data show, larger than what was taken for it."""
+
+    key: str  # of measurement.noise
+    sigma: float  # of one reading [unit]
+    unit: str
+    seen: str  # how it shows, in words that end before its size
+    noise: Noise
+    next: str  # what to do, where a noise was stated, that tells it without any model
+
+
+def noise_shown(problem, fit, shown, judge, file):
+    """What a report says of a Shown noise where the model of a fit is adequate with it, a dictionary; else None.
+
+    judge: (problem, fit) -> (Adequacy, table of observations). A swing is no noise, though no slow curve follows it and its
+    blocks sum to nothing.
+    """
+    again = problem.with_noise(shown.noise)
+    rewhitened = replace(fit, linearization=again.linearise(fit.model, fit.initial_states))
+    adequacy, table = judge(again, rewhitened)
+    if not adequacy.adequate or any(each.hides_a_period for each in spectra(table)):
+        return None
+    stated, remedy = shown.key in file.noise, f"{file.place('measurement.noise')}, {shown.key} = {shown.sigma:.2g}"
+    return {
+        "sigma": shown.sigma,
+        "known": problem.noise.of_unit(shown.unit),
+        "unit": shown.unit,
+        "source": "stated" if stated else problem.noise.source,
+        "seen": shown.seen,
+        "remedy": remedy,
+        "next": shown.next if stated else f"state it: {remedy}",
+    }

@@ -1,0 +1,81 @@
+"""Which Reynolds numbers the data reach, and whether a law of drag that was fitted to them is a sphere's there."""
+
+from math import inf
+
+from hlcs.data.rigid_body import rigid_body
+from hlcs.selection.eligibility import reynolds_numbers, rounded
+from minibullet.effects.fluid import SCHILLER_NAUMANN, Drag, StokesDrag, ViscousDrag, dragged_as_much, sphere_drag
+
+TABLES = "R. Clift, J. R. Grace and M. E. Weber, Bubbles, Drops, and Particles (1978), ch. 5"
+CURVE = "L. Schiller and A. Naumann, Z. VDI 77 (1933) 318"
+
+
+def reached(candidates, parameters, moved, adequate):
+    """{law of drag: {least, most, holds, told}} of those among effects with their parameters, as in the result file.
+
+    candidates: {effect: Candidate}; moved: [(body, surroundings, its highest speed [m/s])] of every recording or row; adequate:
+    do the effects explain the data, so that what drags is known? least, most: of the Reynolds numbers 2 r rho v/eta at these
+    speeds, None where nobody knows the viscosity; holds: is the form of the law a sphere's at all of them; told: sentences. The
+    curves are those of spheres: nothing is said of other bodies.
+    """
+    spheres = [each for each in moved if each[0].shape == "sphere" and each[0].sized and each[1].fluid_density and each[2] > 0]
+    if not spheres:
+        return {}
+    laws = {name: candidates[name].kind for name in parameters if issubclass(candidates[name].kind, Drag)}
+    return {name: _reached(kind, parameters[name], spheres, adequate) for name, kind in laws.items()}
+
+
+def _reached(kind, numbers, spheres, adequate):
+    begins, ends = kind.reynolds_of_spheres
+    eta = numbers.get("viscosity", {}).get("value") if kind is StokesDrag else None
+    found = [
+        (2 * rigid_body(body).radius * around.fluid_density * speed / eta,) * 2 if eta else reynolds_numbers(body, around, speed)
+        for body, around, speed in spheres
+    ]
+    if any(low != high for low, high in found):
+        told = (
+            "The viscosity of the liquid is not stated, so its Reynolds numbers are not known, nor whether the law of drag holds"
+        )
+        return {"least": None, "most": None, "holds": None, "told": f"{told}: write fluid_viscosity."}
+    least, most = (float(end(low for low, _ in found)) for end in (min, max))
+    span = rounded(most) if rounded(least) == rounded(most) else f"{rounded(least)} to {rounded(most)}"
+    reach = f"{'By the fitted viscosity the' if eta else 'The'} data reach Reynolds numbers of {span}"
+    if issubclass(kind, ViscousDrag):
+        told = _in_proportion(reach, most, eta if adequate else None)
+    else:
+        told = _by_coefficient(reach, least, most, begins, ends)
+    return {"least": least, "most": most, "holds": begins <= least and most <= ends, "told": told}
+
+
+def _in_proportion(reach, most, eta):
+    """What the drag of a sphere is beside one in proportion to speed; eta: the viscosity that it gave, None: none, or one that
+    explains nothing."""
+    if most <= StokesDrag.reynolds_of_spheres[1]:
+        return f"{reach}, where Stokes's law tells the drag of a sphere to {_short(most):.0f} %."
+    told = f"{reach}; a sphere is dragged in proportion to its speed (Stokes's law) up to about 1 only."
+    thinner = dragged_as_much(most) if eta else most
+    if thinner > SCHILLER_NAUMANN:
+        return told
+    if not eta:
+        return f"{told} At {rounded(most)} that law is {_short(most):.0f} % too small ({CURVE})."
+    return (
+        f"{told} One that is held back as much has {rounded(thinner)}, where that law is {_short(thinner):.0f} % too small "
+        f"({CURVE}), in a liquid of {eta * most / thinner:.2g} Pa s: the viscosity is told too large."
+    )
+
+
+def _short(reynolds):
+    """How much too small Stokes's law is [% of the drag of a sphere]."""
+    return 100 * (1 - 24 / reynolds / sphere_drag(reynolds))
+
+
+def _by_coefficient(reach, least, most, begins, ends):
+    """What the drag coefficient of a sphere does there."""
+    if most > ends:
+        return f"{reach}; beyond {rounded(ends)} the drag coefficient of a sphere falls to a fraction ({TABLES})."
+    if least >= begins:
+        until = f" to {rounded(ends)}" if ends < inf else " on"
+        return f"{reach}, where this is the form of the drag of a sphere (from about {rounded(begins)}{until}; {TABLES})."
+    high, low = (sphere_drag(number) for number in (least, min(most, SCHILLER_NAUMANN)))
+    there = f"{high:.2g}" if f"{high:.2g}" == f"{low:.2g}" else f"from {high:.2g} to {low:.2g}"
+    return f"{reach}; the drag coefficient of a sphere is constant from about {rounded(begins)} on, and {there} here ({CURVE})."
