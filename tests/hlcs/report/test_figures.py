@@ -109,6 +109,7 @@ def test_the_ranking_shows_what_remains_and_tells_the_foreseen_from_the_fitted()
     marks = {round(float(line.get_xdata()[0])): line.get_markerfacecolor() for line in axes.lines if line.get_marker() == "o"}
     assert sorted(marks) == [1, 40, 2500] and marks[40] == "white" and marks[1] != "white"
     assert [label.get_text() for label in axes.get_yticklabels()] == ["as it is", "uniform_flow", "quadratic_drag"]
+    assert axes.get_title(loc="left").replace("\n", " ") == "Down from 2500 to 1 with quadratic drag"
 
 
 def test_a_spectrum_is_drawn_only_where_a_period_hides():
