@@ -33,6 +33,7 @@ from hlcs.report.words import capital, joined, size, words
 TALL = (4.5, 5.0)  # of two panels, one above the other [inch]
 WIDEST = 16  # letters of a name below an axis
 SEEN = 0.01  # of the height of a panel, from which a band in it can be seen
+ROUNDING = 1e-3  # of a column, up to which its changes are none
 NAMED = 27  # room for the names of sets, in two lines, between panel and title [points]
 
 
@@ -81,8 +82,9 @@ _OWN_SCALE = " The lower panel has a scale of its own."
 
 
 def against(pictures):
-    """The columns that residuals are drawn against."""
-    return [name for name in ("time", "height", "speed") if name in pictures.before] or [pictures.over]
+    """The columns that residuals are drawn against: those that vary, as the height of what slides on a level floor does not."""
+    known = {name: pictures.before[name] for name in ("time", "height", "speed") if name in pictures.before}
+    return [name for name, each in known.items() if np.ptp(each) > ROUNDING * np.max(np.abs(each))] or [pictures.over]
 
 
 # --- measured and modelled --------------------------------------------------------------------------------------------------
@@ -328,7 +330,7 @@ def error_panel(diagnosis, ax=None):
     else:
         ax.set_ylim(bottom=0)
     if ax.get_legend_handles_labels()[0]:
-        legend(ax)
+        legend(ax, **({"loc": "lower right"} if len(steps) == 1 else {}))  # below the one mark there is room
     measure = "rms error" if diagnosis.error.get("measure") != "mean relative error" else "mean relative error"
     of = " of positions" if turns_missed(diagnosis.pictures) else ""
     plain(ax, _error_title(diagnosis), "", f"{measure}{of} [{shown}]")

@@ -87,6 +87,13 @@ def test_a_caption_tells_of_a_lower_panel_only_where_there_is_one():
     assert "lower panel" not in captions["residuals_time"] and "lower panel" in figures.pictures(RECORDED)["residuals_time"][1]
 
 
+def test_residuals_are_drawn_against_what_varies():
+    """What slides on a level floor has one height, and a picture against it shows nothing."""
+    assert figures.against(RECORDED.pictures) == ["time", "height", "speed"]
+    flat = RECORDED.pictures.before | {"height": 0.02 + 1e-12 * RECORDED.pictures.before["height"]}
+    assert figures.against(replace(RECORDED.pictures, before=flat)) == ["time", "speed"]
+
+
 def test_the_title_of_the_error_tells_the_error_that_the_report_tells():
     """The one on recordings left out: 4 mm, where 3 mm are left on the fitted ones."""
     error = EFFECT.error | {"held_out": EFFECT.error["held_out"] | {"after": 0.004}}
