@@ -33,22 +33,24 @@ def compare(experiment, *others, effects=(), effects_file=None, seed=0, workers=
     changed = _with_other_model("compare", nominal, others, effects)
     before = nominal.before() if changed is nominal else nominal
     options = Options(changed.user_effects, seed, workers, progress)
-    comparison = comparison_of(changed.opened(options))
+    comparison, aside = comparison_of(changed.opened(options))
     if before is None:
         return comparison
     replaced = tuple(entry["name"] for entry in changed.file.replaced)
-    return replace(comparison, before=comparison_of(before.opened(options)), added=changed.file.added, replaced=replaced)
+    former, _ = comparison_of(before.opened(options), aside)
+    return replace(comparison, before=former, added=changed.file.added, replaced=replaced)
 
 
-def comparison_of(experiment: OpenExperiment):
-    """The Comparison of an OpenExperiment."""
+def comparison_of(experiment: OpenExperiment, aside=()):
+    """(The Comparison of an OpenExperiment, the samples that it sets aside); aside: those of another model."""
     common = {"kind": experiment.kind, "title": experiment.title, "noise": experiment.noise}
     if not experiment.judgeable:
         error = {"rms": None, "noise": None, "unit": experiment.unit}
         nothing = {"adequate": None, "statistic": None, "p": None, "error": error, "where": ()}
-        return Comparison(**common, **nothing, notes=experiment.notes, advice=experiment.advice)
-    seen = experiment.observe()._asdict()
-    return Comparison(**common, **seen.pop("shown"), **seen)
+        return Comparison(**common, **nothing, notes=experiment.notes, advice=experiment.advice), ()
+    seen = experiment.observe(aside)._asdict()
+    aside = seen.pop("aside")
+    return Comparison(**common, **seen.pop("shown"), **seen), aside
 
 
 def predict(experiment, inputs, model=None, effects=(), effects_file=None, allow_outside=False):

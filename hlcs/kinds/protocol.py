@@ -41,6 +41,7 @@ class Observation(NamedTuple):
     table: dict
     notes: tuple[str, ...]
     shown: dict  # what else a Comparison has of this kind: trials, channels, against, impacts, stated
+    aside: tuple[np.ndarray, ...] = ()  # samples that were set aside, (n, channels) booleans of each recording
 
 
 class OpenExperiment(Protocol):
@@ -57,8 +58,9 @@ class OpenExperiment(Protocol):
     advice: str  # where the noise is unknown: what to record
     unjudged: Explanation  # where it is unknown: what is said of every candidate
 
-    def observe(self) -> Observation:
-        """The model under test beside the measurement."""
+    def observe(self, aside=()) -> Observation:
+        """The model under test beside the measurement; aside: of an Observation of the same data, whose samples are set aside
+        here too in place of those that stand alone beside this model, so that two models are compared on the same data."""
 
     def names(self, candidates) -> tuple[str, ...]:
         """Names of all candidates that could be tried; candidates: names to choose from, None = the library."""

@@ -11,6 +11,7 @@ from hlcs.records import Reason
 from hlcs.report import page, statistics
 from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
 from hlcs.report.document import Lines, Points, Section, Table, as_text
+from hlcs.report.leftover import camera_swings
 from hlcs.report.notes import note_parts
 from hlcs.report.ranking import ranking
 from hlcs.report.sentences import error_of, opening, place, reynolds_told
@@ -31,7 +32,8 @@ SOME_WEIGHT = 0.01  # of all fitted sets, from which a set with a candidate coun
 MOST_ROWS = 12  # of the ranking, before the details
 OTHERS = {  # why not the others, where one sentence does for all of them
     Reason.OTHER_FORM: "of the same form as what was found; more is left, or more numbers are needed",
-    Reason.EXPLAINED_TOO: "a part is explained, not as well as by what was found (what is left with each stands above)",
+    Reason.EXPLAINED_TOO: "a part is explained, not as well as by what was found (what is left with each stands above, or among "
+    "the details)",
     Reason.NOT_SEEN: "not seen: what is explained is less than chance explains with as many numbers more",
     Reason.SUSPECTED: "the misfit would fall, but not enough on data that the numbers were not fitted to",
     Reason.INVISIBLE: "cannot be seen in these data: nothing here depends on it, or unknown starts or what is in the model take "
@@ -136,7 +138,8 @@ def _what(diagnosis, finding, start):
 
 def _as_good(diagnosis, finding):
     """What is said of a candidate that leaves as little as what was found, alone or beside others; "" where it leaves more."""
-    found = next((row["chi2_per_freedom"] for row in ranking(diagnosis) if row["accepted"]), None)
+    named = [set(entry["effects"]) for entry in diagnosis.sets] or [set(diagnosis.effects)]
+    found = max((row["chi2_per_freedom"] for row in ranking(diagnosis) if set(row["effects"]) in named), default=None)
     if found and finding.remains and finding.remains["chi2_per_freedom"] <= AS_LITTLE * found:
         foreseen = "is foreseen to be" if finding.remains["foreseen"] else "is"
         return f"what is left {foreseen} as little as with what was found, but more numbers are needed, or less usual ones"
@@ -171,6 +174,12 @@ def _next(diagnosis):
     parts = []
     if diagnosis.next_experiment is not None and diagnosis.verdict != "cannot_judge":
         parts.append(f"Next experiment: {diagnosis.next_experiment.text}.")
+    swings = diagnosis.verdict == "unexplained" and diagnosis.pictures
+    if swings and (often := camera_swings(diagnosis.pictures.after, diagnosis.pictures.channels)):
+        parts.append(
+            f"What swings {often:.2g} times a second may be the camera: keep a mark that stands still in the view. If the mark "
+            "swings as well, the camera shakes; if it does not, it is the motion."
+        )
     return (*parts, *_add(diagnosis))
 
 

@@ -25,14 +25,15 @@ from hlcs.report.figures import (
     scaled,
     unpowered,
 )
-from hlcs.report.leftover import ALIKE, neighbours, spectrum
-from hlcs.report.ranking import ranking
+from hlcs.report.leftover import ALIKE, neighbours, spectrum, turns_missed
+from hlcs.report.ranking import ranking, ranking_caption, ranking_title
 from hlcs.report.sentences import NEAR_NOISE, error_of, foretold_worse
 from hlcs.report.words import capital, joined, size, words
 
 TALL = (4.5, 5.0)  # of two panels, one above the other [inch]
 WIDEST = 16  # letters of a name below an axis
 SEEN = 0.01  # of the height of a panel, from which a band in it can be seen
+ROUNDING = 1e-3  # of a column, up to which its changes are none
 NAMED = 27  # room for the names of sets, in two lines, between panel and title [points]
 
 
@@ -56,9 +57,10 @@ def pictures(diagnosis):
         shown = "The recording that the model missed most." if diagnosis.pictures.channels else "All rows of the table."
         found["fit"] = fit_panel(diagnosis), shown
     if diagnosis.steps:
-        found["error"] = error_panel(diagnosis), _ERROR + (_STARTS if _starts_can_be_seen(diagnosis) else "")
+        told = _ERROR + _TURNS * bool(turns_missed(diagnosis.pictures)) + _STARTS * bool(_starts_can_be_seen(diagnosis))
+        found["error"] = error_panel(diagnosis), told
     if ranking(diagnosis):
-        found["ranking"] = ranking_panel(diagnosis), _ranking_caption(ranking(diagnosis))
+        found["ranking"] = ranking_panel(diagnosis), ranking_caption(ranking(diagnosis))
     if diagnosis.pictures:
         for column in against(diagnosis.pictures):
             caption = _RESIDUALS + (_OWN_SCALE if diagnosis.effects else "")
@@ -74,14 +76,15 @@ def pictures(diagnosis):
 
 _ERROR = "Dotted: the noise."
 _STARTS = " Hatched: the share of it that the fitted starts take up; a perfect model would end at its lower edge."
-_RANKING = "Further left is better; 1 is noise alone."
+_TURNS = " Of positions alone: what goes wrong in rotations stands in the pictures of what is left."
 _RESIDUALS = "Above zero the model is too low. Grey: two sigma of the noise."
 _OWN_SCALE = " The lower panel has a scale of its own."
 
 
 def against(pictures):
-    """The columns that residuals are drawn against."""
-    return [name for name in ("time", "height", "speed") if name in pictures.before] or [pictures.over]
+    """The columns that residuals are drawn against: those that vary, as the height of what slides on a level floor does not."""
+    known = {name: pictures.before[name] for name in ("time", "height", "speed") if name in pictures.before}
+    return [name for name, each in known.items() if np.ptp(each) > ROUNDING * np.max(np.abs(each))] or [pictures.over]
 
 
 # --- measured and modelled --------------------------------------------------------------------------------------------------
@@ -294,26 +297,8 @@ def ranking_panel(diagnosis, ax=None, most=9):
         unpowered(axes[0].xaxis, values)
     else:  # differences in the third digit are no differences
         axes[0].set_xlim(0, 1.08 * max([1.0, *values]))
-    plain(axes[0], _ranking_title(diagnosis, found), "chi-square per degree of freedom", "", letters=34)
+    plain(axes[0], ranking_title(diagnosis), "chi-square per degree of freedom", "", letters=34)
     return axes
-
-
-def _ranking_title(diagnosis, found):
-    if not found:
-        return "Nothing was tried"
-    if not diagnosis.effects:
-        return "Noise alone is left by the model as it is" if diagnosis.verdict == "complete" else "No effect explains enough"
-    row = next((row for row in found if row["accepted"]), None)
-    what = joined(map(words, diagnosis.effects))
-    return f"With {what} {row['chi2_per_freedom']:.3g} remains" if row else "What remains"
-
-
-def _ranking_caption(found):
-    """What the marks of the ranking mean, of those that are there."""
-    told = [_RANKING]
-    told += ["Blue: found."] * any(row["accepted"] for row in found)
-    told += ["Open: foreseen from slopes, not fitted."] * any(row["foreseen"] for row in found)
-    return " ".join(told)
 
 
 def error_panel(diagnosis, ax=None):
@@ -345,9 +330,10 @@ def error_panel(diagnosis, ax=None):
     else:
         ax.set_ylim(bottom=0)
     if ax.get_legend_handles_labels()[0]:
-        legend(ax)
+        legend(ax, **({"loc": "lower right"} if len(steps) == 1 else {}))  # below the one mark there is room
     measure = "rms error" if diagnosis.error.get("measure") != "mean relative error" else "mean relative error"
-    plain(ax, _error_title(diagnosis), "", f"{measure} [{shown}]")
+    of = " of positions" if turns_missed(diagnosis.pictures) else ""
+    plain(ax, _error_title(diagnosis), "", f"{measure}{of} [{shown}]")
     return axes
 
 

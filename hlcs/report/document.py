@@ -13,9 +13,9 @@ class Table:
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     texts: int = 1
-    marked: tuple[int, ...] = ()  # rows to be seen first
+    marked: tuple[int, ...] = ()  # rows of what was found, to be seen first
     wordy: bool = False  # is the last column a sentence?
-    note: str = ""  # what the marks and the columns mean
+    note: str = ""  # what the columns and the signs in them mean
 
 
 @dataclass(frozen=True)
@@ -80,4 +80,5 @@ def _table(table):
         ]
         mark = ("* " if number in table.marked else "  ") if table.marked else ""
         lines.append((mark + "  ".join(cells)).rstrip())
-    return lines + (_wrapped(table.note, "", "") if table.note else [])
+    note = " ".join([*["* found."] * bool(table.marked), *[table.note] * bool(table.note)])
+    return lines + (_wrapped(note, "", "") if note else [])

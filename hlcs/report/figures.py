@@ -64,9 +64,9 @@ def legend(ax, below=False, **more):
 
 
 def unpowered(axis, values):
-    """Numbers without powers of ten at a logarithmic axis; where values span less than a decade the ticks between have theirs."""
+    """Numbers without powers of ten at a logarithmic axis; where values span less than two decades some between have theirs."""
     axis.set_major_formatter("{x:g}")
-    narrow = max(values) < 10 * min(values)
+    narrow = max(values) < 100 * min(values)
     axis.set_minor_formatter(lambda x, _: f"{x:g}" if narrow and f"{x:e}"[0] in "25" else "")
 
 

@@ -128,8 +128,7 @@ def neighbours(table):
 
 def likeness(table, channels=(), units=()):
     """What the residuals of a table of observations look like, in a sentence without its full stop."""
-    swings = [each for each in spectra(table) if each.hides_a_period]
-    held = [_held_by(table, each) for each in swings]
+    swings, held = _swings(table)
     if swings and max(held) <= SHOWN:  # seen beyond doubt, and little of what is left: no cause of it
         where = f" in {channels[swings[0].channel]}" if channels else ""
         beside = f"beside it a swing of {swings[0].peak:.2g} times a second{where} holds {told_share(held[0])} of it"
@@ -139,9 +138,40 @@ def likeness(table, channels=(), units=()):
         found = swings[0]
         alike = [each.channel for each in swings if abs(each.peak - found.peak) < found.slowest / CYCLES]
         channel = f" in {joined(channels[each] for each in sorted(alike))}" if channels else ""
-        size = f", {1e3 * found.amplitude:.2g} mm to either side" if units and units[found.channel] == "m" else ""
+        widest = max(each.amplitude for each in swings if each.channel in alike)
+        size = f", {1e3 * widest:.2g} mm to either side" if units and all(units[each] == "m" for each in alike) else ""
         return f"it swings {found.peak:.2g} times a second{channel} (a period of {1 / found.peak:.2g} s{size})"
     return _unswinging(table)
+
+
+def _swings(table):
+    """([Spectrum of each channel where a period hides], [what share of what is left in its channel it holds])."""
+    swings = [each for each in spectra(table) if each.hides_a_period]
+    return swings, [_held_by(table, each) for each in swings]
+
+
+def camera_swings(table, channels):
+    """How often a second positions swing where that is a good part of what is left in them [Hz], as a camera that shakes makes
+    them do; None where they do not."""
+    seen = [
+        each.peak
+        for each, part in zip(*_swings(table), strict=True)
+        if part > SHOWN and channels and channels[each.channel] in ("x", "y", "z")
+    ]
+    return seen[0] if seen else None
+
+
+def turns_missed(pictures):
+    """(before, after): root mean square of what is missed of rotations [rad] that are measured beside positions, else None."""
+    found = []
+    if not pictures or not pictures.channels:
+        return None
+    for table in (pictures.before, pictures.after):
+        turns = np.isin(np.asarray(table["channel"]), [CHANNELS.index(name) for name in ("rx", "ry", "rz")])
+        if turns.all() or not turns.any():
+            return None
+        found.append(float(np.sqrt(np.mean(np.square(table["residual"][turns])))))
+    return tuple(found)
 
 
 def _held_by(table, swing):

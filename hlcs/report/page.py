@@ -26,7 +26,7 @@ ul{padding-left:1.2rem} li{margin:.25rem 0}
 .lead{font-size:1.12rem} .lead p,.lead ul{margin:.6rem 0}
 .verdict{display:inline-block;padding:.1rem .7rem;border-radius:1rem;background:var(--accent);color:var(--paper);font-size:.85rem;
 font-weight:600}
-.facts{display:grid;grid-template-columns:repeat(auto-fill,minmax(9.5rem,1fr));gap:.6rem;margin:1.1rem 0;padding:0;
+.facts{display:grid;grid-template-columns:repeat(auto-fit,minmax(9.5rem,1fr));gap:.6rem;margin:1.1rem 0;padding:0;
 list-style:none;max-width:none}
 .facts li{background:var(--card);border-radius:.5rem;padding:.5rem .9rem;margin:0}
 .facts b{display:block;font-size:1.2rem} .facts span,.note,figcaption{color:var(--dim);font-size:.88rem}
@@ -42,7 +42,8 @@ figure{margin:0;background:var(--card);border-radius:.5rem;padding:.5rem}
 figure img{display:block;width:100%;height:auto;background:#fff;border-radius:.3rem} figcaption{padding:.4rem .2rem .1rem}
 summary{cursor:pointer;font-weight:600;padding:.5rem 0} dt{font-weight:600;margin-top:.6rem} dd{margin:0}
 a{color:var(--accent)} nav{display:flex;flex-wrap:wrap;gap:.2rem .9rem;font-size:.9rem;color:var(--dim)}
-@media (max-width:40rem){td.word{white-space:normal;min-width:10rem;overflow-wrap:anywhere}}
+@media (max-width:40rem){table{font-size:.84rem} th,td{white-space:normal;min-width:0;padding-right:.55rem}
+td.long{min-width:9rem} pre{white-space:pre-wrap;overflow-wrap:anywhere}}
 @media print{details>*{display:block} figure{break-inside:avoid}}
 """
 SHOWN_WITH = {  # pictures beside the sections that they belong to
@@ -156,13 +157,14 @@ def _table(table):
     def cell(tag, place, text):
         long = table.wordy and place == last
         kind = ' class="word long"' if long else ' class="word"' if place < table.texts else ""
-        return f"<{tag}{kind}>{html.escape(_signs(text))}</{tag}>"
+        return f"<{tag}{kind}>{html.escape(_signs(text)).replace('_', '_<wbr>')}</{tag}>"  # on a phone a name may break there
 
     head = "".join(cell("th", place, text) for place, text in enumerate(table.head))
     rows = []
     for number, row in enumerate(table.rows):
         found = ' class="found"' if number in table.marked else ""
         rows.append(f"<tr{found}>{''.join(cell('td', place, text) for place, text in enumerate(row))}</tr>")
-    note = f'<p class="note">{html.escape(_signs(table.note))}</p>' if table.note else ""
+    told = " ".join([*["Shaded: found."] * bool(table.marked), *[table.note] * bool(table.note)])
+    note = f'<p class="note">{html.escape(_signs(told))}</p>' if told else ""
     body = "".join(rows)
     return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>{note}'

@@ -1,5 +1,7 @@
 """What remains with each set of effects that was tried: the rows of the ranking, for tables and pictures."""
 
+from hlcs.report.words import joined, number, words
+
 
 def ranking(diagnosis):
     """Rows {effects, chi2_per_freedom, error, over_noise, foreseen, accepted}, what was found first, then the least that remains.
@@ -16,3 +18,26 @@ def ranking(diagnosis):
         over = row["error"] / noise if row["error"] is not None and noise else None
         row |= {"over_noise": over, "accepted": bool(members) and members == frozenset(diagnosis.effects)}
     return sorted(rows.values(), key=lambda row: (not row["accepted"], row["chi2_per_freedom"], row["effects"]))
+
+
+def ranking_title(diagnosis):
+    """What the picture of a ranking says, in a line."""
+    found = ranking(diagnosis)
+    if not found:
+        return "Nothing was tried"
+    if not diagnosis.effects:
+        return "Noise alone is left by the model as it is" if diagnosis.verdict == "complete" else "No effect explains enough"
+    row = next((row for row in found if row["accepted"]), None)
+    what = joined(map(words, diagnosis.effects))
+    base = next((each["chi2_per_freedom"] for each in found if not each["effects"]), None)
+    if row is None or base is None:
+        return "What remains"
+    return f"Down from {number(base)} to {number(row['chi2_per_freedom'])} with {what}"
+
+
+def ranking_caption(found):
+    """What the marks of the ranking mean, of those that are there."""
+    told = ["Further left is better; 1 is noise alone."]
+    told += ["Blue: found."] * any(row["accepted"] for row in found)
+    told += ["Open: foreseen from slopes, not fitted."] * any(row["foreseen"] for row in found)
+    return " ".join(told)

@@ -6,8 +6,8 @@ from hlcs.data.quantities import unit_of
 from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.report.document import Points
-from hlcs.report.leftover import likeness
-from hlcs.report.words import capital, joined, share, size, two_digits, value, words
+from hlcs.report.leftover import likeness, turns_missed
+from hlcs.report.words import capital, change_told, joined, number, share, size, two_digits, value, words
 
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
@@ -205,7 +205,16 @@ def _effect(diagnosis):
     first = " ".join(found) if len(found) == 1 else Points(tuple(found))
     lead = [] if len(found) == 1 else [f"{_count(len(found))} things are missing or wrong, what the data need most first:"]
     told = [*lead, first, f"{removal(diagnosis, subject)} {_noise(diagnosis)}".strip()]
-    return [*told, *_not_sure(diagnosis)]
+    return [*told, *_turns(diagnosis), *_not_sure(diagnosis)]
+
+
+def _turns(diagnosis):
+    """What is missed of rotations, which stand in no error of a length."""
+    turns, noise = turns_missed(diagnosis.pictures), diagnosis.noise.get("orientation")
+    if not turns or not noise:
+        return []
+    before, after, noise = (number(each, "rad") for each in (*turns, noise))
+    return [f"That is the error of the positions; that of the rotations goes from {before} to {after} (noise {noise})."]
 
 
 def _count(things):
@@ -230,7 +239,7 @@ def _ambiguous(diagnosis):
         Points(tuple(" ".join(effect_sentence(diagnosis, name) for name in choice) or NOTHING_MORE for choice in choices))
     )
     subject = "The first of them, with what stands above," if common else "Each of them"
-    return [*told, f"{removal(diagnosis, subject)} {_noise(diagnosis)}".strip()]
+    return [*told, f"{removal(diagnosis, subject)} {_noise(diagnosis)}".strip(), *_turns(diagnosis)]
 
 
 def alternatives(diagnosis):

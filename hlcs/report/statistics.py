@@ -104,8 +104,7 @@ def ranking_parts(diagnosis, most=None):
         for row in shown
     )
     left_out = len(found) - len(shown)
-    note = "* found. " if diagnosis.effects else ""
-    note += "~ foreseen, not fitted. " if any(row["foreseen"] for row in shown) else ""
+    note = "~ foreseen, not fitted. " if any(row["foreseen"] for row in shown) else ""
     note += "Noise alone leaves 1 times the noise, and a chi-square of 1 per degree of freedom."
     note += f" {left_out} more leave no less; they stand among the details." if left_out else ""
     head = ("with", "error left", "times the noise", "chi-square per degree of freedom")
@@ -122,7 +121,7 @@ def _candidates(diagnosis):
         for entry in tried
     )
     marked = tuple(place for place, entry in enumerate(tried) if entry.accepted)
-    note = "Fitted and held-out error: of the cheapest set that holds the effect. Evidence: of what was found (*) what the set "
+    note = "Fitted and held-out error: of the cheapest set that holds the effect. Evidence: of what was found what the set "
     note += "would lose without it, of the others that of their cheapest set over the model as it is."
     head = ("effect", "evidence", "fitted", "held out", "why")
     return (Table(head, rows, marked=marked, wordy=True, note=note),)

@@ -66,7 +66,7 @@ def measured(grid, seed, campaign, tests=5, shift=0.0, **settings):
 
 
 def compare_layers(file, **settings):
-    return comparison_of(Layers(file, Options(), **settings))
+    return comparison_of(Layers(file, Options(), **settings))[0]
 
 
 def diagnose_layers(file, candidates=None, **settings):

@@ -5,6 +5,7 @@ import pytest
 from throws import drag_per_metre, write_drops, write_throws
 
 import hlcs
+import minibullet as mb
 
 
 def test_a_right_model_leaves_noise(tmp_path):
@@ -22,6 +23,18 @@ def test_a_missing_drag_shows_where_it_is_fastest(tmp_path):
     frame = comparison.to_dataframe()
     assert {"trial", "channel", "time", "height", "speed", "sigmas"} <= set(frame.columns)
     assert "throw_7.csv" in str(comparison)
+
+
+def test_two_models_are_compared_on_the_same_readings():
+    """Beside a wrong model good readings stand alone, and bad ones do not: what the better one sets aside counts for both."""
+    experiment = hlcs.mystery.experiment("tower-drop")
+    alone, both = hlcs.compare(experiment), hlcs.compare(experiment, effects=[mb.QuadraticDrag(0.46)])
+
+    def readings(comparison):
+        return set(zip(*(comparison.table[name] for name in ("trial", "channel", "time")), strict=True))
+
+    assert readings(both.before) == readings(both) != readings(alone)
+    assert both.before.notes == both.notes
 
 
 def test_without_known_noise_nothing_is_judged(tmp_path):

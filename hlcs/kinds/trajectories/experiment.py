@@ -19,7 +19,7 @@ from hlcs.estimation.noise_model import KINDS, estimate_noise, shown_by_curves
 from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
-from hlcs.kinds.trajectories.preparation import beside, prepare, touches
+from hlcs.kinds.trajectories.preparation import beside, prepare, touches, without
 from hlcs.kinds.trajectories.sinking import drags_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories.time_step import alone, polished
@@ -81,8 +81,9 @@ class Trajectories:
             advice += f"; a flexible curve through the data leaves {hint:.2g} m (rho {self._noise.rho:.2f}): a hint, no more"
         return advice
 
-    def observe(self):
+    def observe(self, aside=()):
         prepared = prepare(self.measurement, self.options.user_effects, self._noise)
+        prepared = without(prepared, aside) if aside else prepared
         adequacy, table = judge(prepared.problem, prepared.base)
         unit = prepared.problem.unit
         error = misfit(table["residual"][have_unit(table["channel"], unit)], unit, prepared.problem.noise_level)
@@ -96,9 +97,8 @@ class Trajectories:
         if not adequacy.adequate:
             shown["noise_shown"] = self.noise_shown(prepared.problem, prepared.base)
         where = where_it_fails(prepared.problem, table)
-        return Observation(
-            adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, (*prepared.notes, *prepared.aside), shown
-        )
+        notes, flags = (*prepared.notes, *prepared.aside), tuple(prepared.problem.dropped)
+        return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, notes, shown, flags)
 
     def noise_shown(self, problem, fit):
         """What smooth curves through the recordings leave, where the model would be adequate with it (`kinds.noise_shown`)."""

@@ -227,6 +227,22 @@ def beside(prepared, better):
     return replace(prepared, base=base, aside=prepared.aside if same else tuple(set_aside(problem.trials, flags, effects)))
 
 
+def without(prepared, flags):
+    """A Prepared without the samples of `flags`, (n, 9) booleans of each recording, in place of those that stood alone; itself
+    where these are the same, or its recordings are split otherwise."""
+    problem, base = prepared.problem, prepared.base
+    if [flag.shape for flag in flags] != [flag.shape for flag in problem.dropped] or all(
+        map(np.array_equal, flags, problem.dropped)
+    ):
+        return prepared
+    corrects = problem.step_change is not None
+    problem.leave_out(flags)
+    base = problem.fit(base.model, base.initial_states)
+    if corrects and problem.step_change is None:
+        base, _ = corrected(problem, base)
+    return replace(prepared, base=base, aside=tuple(set_aside(problem.trials, flags)))
+
+
 def without_isolated(problem, fit):
     """(fit without the samples that stand alone, sentences); the problem leaves them out for every model alike."""
     flags = isolated(problem, fit.linearization.raw)

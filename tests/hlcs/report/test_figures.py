@@ -87,6 +87,13 @@ def test_a_caption_tells_of_a_lower_panel_only_where_there_is_one():
     assert "lower panel" not in captions["residuals_time"] and "lower panel" in figures.pictures(RECORDED)["residuals_time"][1]
 
 
+def test_residuals_are_drawn_against_what_varies():
+    """What slides on a level floor has one height, and a picture against it shows nothing."""
+    assert figures.against(RECORDED.pictures) == ["time", "height", "speed"]
+    flat = RECORDED.pictures.before | {"height": 0.02 + 1e-12 * RECORDED.pictures.before["height"]}
+    assert figures.against(replace(RECORDED.pictures, before=flat)) == ["time", "speed"]
+
+
 def test_the_title_of_the_error_tells_the_error_that_the_report_tells():
     """The one on recordings left out: 4 mm, where 3 mm are left on the fitted ones."""
     error = EFFECT.error | {"held_out": EFFECT.error["held_out"] | {"after": 0.004}}
@@ -109,6 +116,7 @@ def test_the_ranking_shows_what_remains_and_tells_the_foreseen_from_the_fitted()
     marks = {round(float(line.get_xdata()[0])): line.get_markerfacecolor() for line in axes.lines if line.get_marker() == "o"}
     assert sorted(marks) == [1, 40, 2500] and marks[40] == "white" and marks[1] != "white"
     assert [label.get_text() for label in axes.get_yticklabels()] == ["as it is", "uniform_flow", "quadratic_drag"]
+    assert axes.get_title(loc="left").replace("\n", " ") == "Down from 2500 to 1 with quadratic drag"
 
 
 def test_a_spectrum_is_drawn_only_where_a_period_hides():

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from planted import ALL, EFFECT, pictures, table
+from planted import ALL, COMPLETE, EFFECT, pictures, table
 
 from hlcs.report import glossary
 from hlcs.report import page as page_style
 
-VOID = {"meta", "img", "br", "link"}
+VOID = {"meta", "img", "br", "link", "wbr"}
 
 
 class Page(HTMLParser):
@@ -82,6 +82,14 @@ def test_a_title_and_a_note_that_a_browser_would_obey_are_only_text(tmp_path):
     found = replace(EFFECT, title=bad, notes=(bad,))
     assert bad not in page(found, tmp_path / "out") and bad not in found._repr_html_()
     Page(found._repr_html_())
+
+
+def test_what_was_found_is_marked_and_the_mark_is_explained_as_it_looks():
+    """A star in a terminal, a shaded row in a page."""
+    words, printed = " ".join(Page(EFFECT._repr_html_()).words), EFFECT.summary()
+    assert "Shaded: found." in words and "* found." not in words
+    assert "* found." in printed and "Shaded" not in printed and "* quadratic_drag" in printed
+    assert "found." not in COMPLETE.summary()  # nothing is marked there
 
 
 def test_every_picture_is_a_file_of_its_own_and_stands_in_the_page(tmp_path):

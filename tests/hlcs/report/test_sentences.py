@@ -221,6 +221,31 @@ def test_a_period_that_hides_in_what_is_left_is_told():
     assert float(told[2]) == pytest.approx(9.0, abs=1.0)  # the noise moves an amplitude by 3 mm sqrt(2/200) = 0.3 mm
 
 
+def test_what_swings_in_the_picture_is_to_be_compared_with_a_mark_that_stands_still():
+    """Positions that swing may be the camera; a rotation that swings is not."""
+    swing = 0.009 * np.sin(2 * np.pi * 8.0 * np.arange(200) / 100)
+    still = observations(NOISE * np.random.default_rng(1).standard_normal(200))
+    left, turning = observations(swing), observations(swing)
+    turning["channel"] = np.full(len(turning["channel"]), 5)
+    told = [text(replace(UNEXPLAINED, pictures=pictures(table, table))) for table in (left, turning, still)]
+    assert ["keep a mark that stands still in the view" in each for each in told] == [True, False, False]
+    assert "keep a mark" not in text(replace(EFFECT, pictures=pictures(left, left)))
+
+
+def test_rotations_have_an_error_of_their_own_beside_that_of_positions():
+    """Rotations are missed by 0.2 rad before and by 0.005 rad after: no error in millimetres holds that."""
+
+    def both(turned):
+        two = [observations(np.full(20, NOISE)), observations(np.full(20, turned))]
+        two[1]["channel"] = np.full(80, 5)
+        return {key: np.concatenate([one[key] for one in two]) for key in two[0]}
+
+    shown = pictures(both(0.2), both(-0.005))
+    told = opening(diagnosis(pictures=shown, noise={"position": NOISE, "orientation": 0.0051}))
+    assert told.endswith("that of the rotations goes from 0.2 rad to 0.005 rad (noise 0.0051 rad).")
+    assert "rotations" not in opening(diagnosis(pictures=pictures(observations([1.0]), observations([1.0]))))
+
+
 def comparison(**more):
     told = {
         "kind": "trajectory",
@@ -276,6 +301,9 @@ def test_a_candidate_that_leaves_as_little_is_not_said_to_explain_less():
     assert "uniform_flow: beside others, as little is left as with what was found" in told
     useless = text(replace(diagnosis(others=(beside,)), inclusion={"uniform_flow": 0.001}))
     assert "uniform_flow: a part is explained" in useless
+    looser = replace(AMBIGUOUS.candidates[1], remains=AMBIGUOUS.candidates[1].remains | {"chi2_per_freedom": 1.2})
+    told = text(replace(AMBIGUOUS, candidates=(AMBIGUOUS.candidates[0], looser, replace(alone, remains=looser.remains))))
+    assert "uniform_flow: a part is explained" not in told  # a member of the set leaves 1.2 as well
 
 
 @pytest.mark.parametrize(("kind", "left_out"), [("trajectory", "recordings"), ("outcomes", "rows"), ("layers", "layers")])
