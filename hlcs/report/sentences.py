@@ -7,7 +7,7 @@ from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.report.document import Points
 from hlcs.report.leftover import likeness, turns_missed
-from hlcs.report.words import capital, change_told, joined, number, share, size, two_digits, value, words
+from hlcs.report.words import capital, joined, number, share, size, two_digits, value, words
 
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
