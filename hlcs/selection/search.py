@@ -168,10 +168,8 @@ class Search:
         for numbers, states in self.first:
             certain = [name for name in self.implied if self.compatible(frozenset(numbers) | {name})]
             numbers = {name: self.candidates[name].expected for name in certain} | numbers
-            white = self.problem.white_residuals(
-                self.preview.model_with(numbers), self.base.initial_states if states is None else states
-            )
-            begun.append((float(np.nansum(np.concatenate(white) ** 2)), sorted(numbers), numbers, states))
+            there = self.base.initial_states if states is None else states
+            begun.append((self.preview.left_from(numbers, there), sorted(numbers), numbers, states))
         for _, names, numbers, states in sorted(begun, key=lambda each: each[:2]):
             self.fit_sets([(Proposal(np.inf, frozenset(names), numbers), self.base)], states)
             if self.noise_alone(self.fits[self.ranked()[0]]):

@@ -250,10 +250,8 @@ def table_candidates(file, table, names, own):
             return "the load does not vary"
         return None
 
-    why, speed = (
-        {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)},
-        float(np.max(fastest_rows(file, table))),
-    )
+    why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
+    speed = float(np.max(fastest_rows(file, table)))
     if known:
         first = outcome_motion.row_setup(file, table.inputs, int(np.argmax(table.inputs.get("radius_m", np.zeros(1)))))
         why = with_drag_that_fits(why, first.body, first.surroundings, speed)

@@ -231,9 +231,8 @@ def without(prepared, flags):
     """A Prepared without the samples of `flags`, (n, 9) booleans of each recording, in place of those that stood alone; itself
     where these are the same, or its recordings are split otherwise."""
     problem, base = prepared.problem, prepared.base
-    if [flag.shape for flag in flags] != [flag.shape for flag in problem.dropped] or all(
-        map(np.array_equal, flags, problem.dropped)
-    ):
+    alike = [flag.shape for flag in flags] == [flag.shape for flag in problem.dropped]
+    if not alike or all(map(np.array_equal, flags, problem.dropped)):
         return prepared
     corrects = problem.step_change is not None
     problem.leave_out(flags)

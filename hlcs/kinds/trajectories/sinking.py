@@ -20,15 +20,18 @@ def drags_shown(candidates, trials):
     """
     seen = [(trial, *held) for trial in trials if (held := _held_back(trial)) is not None]
     laws = [entry for entry in candidates if seen and entry.is_drag and entry.absent and len(entry.free) == 1]
-    return {entry.name: {entry.free[0].name: _number(entry, seen)} for entry in laws}
+    found = {entry.name: {entry.free[0].name: _number(entry, seen)} for entry in laws}
+    return {name: numbers for name, numbers in found.items() if np.isfinite([*numbers.values()]).all()}
 
 
 def _number(entry, seen):
-    """The number of a drag that is in proportion to it; seen: [(trial, force against the motion [N], speed [m/s])]."""
+    """The number of a drag that is in proportion to it, no finite one where it does not hold a sinking body back; seen: [(trial,
+    force against the motion [N], speed [m/s])]."""
     found = []
     for trial, drag, speed in seen:
         law = build(entry.kind, {entry.free[0].name: 1.0}, trial.surroundings)
-        found.append(drag / law.forces(state_of([trial], np.array([[0.0, 0.0, -speed]])), 0.0)[0, 2])
+        unit = law.forces(state_of([trial], np.array([[0.0, 0.0, -speed]])), 0.0)[0, 2]
+        found.append(drag / unit if unit > 0 else np.nan)
     return float(np.median(found))
 
 

@@ -12,6 +12,7 @@ from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS, REACH
 from hlcs.simulation.model import Model
 from minibullet import effects
+from minibullet.errors import InputError
 
 TIMES = [np.linspace(0.0, 1.0 + k, 10) for k in range(4)]
 SXX = sum((t - t.mean()) @ (t - t.mean()) for t in TIMES)
@@ -116,3 +117,18 @@ def test_a_pair_waits_for_its_parts_and_leaves_the_batch_to_their_rivals():
     search.foreseen = {proposal.effects: (proposal, parent) for proposal, parent in proposals}
     batch = [sorted(proposal.effects) for proposal, _ in search.parts_first(proposals, 200.0)]
     assert batch == [["magnus"], ["tilted_gravity"], ["quadratic_drag"]]
+
+
+def test_a_first_set_that_cannot_be_simulated_loses_no_search():
+    """What is read off the data, or stated, may be nothing that can be: the search goes on without it."""
+
+    class Refusing(Line):
+        def residuals(self, model, initial_states):
+            if any(term.numbers["rate"] > 100.0 for term in model.terms):
+                raise InputError("not finite")
+            return super().residuals(model, initial_states)
+
+    problem = Refusing(TIMES, [3.0 * t for t in TIMES], 0.1)
+    law, base = frozenset({"linear_drag"}), problem.fit(Model())
+    search = Search(problem, [RATE], base, first=[({"linear_drag": {"rate": 1e6}}, None)]).run()
+    assert search.fits[law].estimate[0] == pytest.approx(3.0, rel=1e-3)  # what is believed of it pulls by less
