@@ -48,7 +48,7 @@ def comparison_of(experiment: OpenExperiment, aside=()):
         error = {"rms": None, "noise": None, "unit": experiment.unit}
         nothing = {"adequate": None, "statistic": None, "p": None, "error": error, "where": ()}
         return Comparison(**common, **nothing, notes=experiment.notes, advice=experiment.advice), ()
-    seen = experiment.observe(aside)._asdict()
+    seen = (experiment.observe(aside) if aside else experiment.observe())._asdict()
     aside = seen.pop("aside")
     return Comparison(**common, **seen.pop("shown"), **seen), aside
 

@@ -59,8 +59,11 @@ class OpenExperiment(Protocol):
     unjudged: Explanation  # where it is unknown: what is said of every candidate
 
     def observe(self, aside=()) -> Observation:
-        """The model under test beside the measurement; aside: of an Observation of the same data, whose samples are set aside
-        here too in place of those that stand alone beside this model, so that two models are compared on the same data."""
+        """The model under test beside the measurement.
+
+        aside: of an Observation of the same data, given only where that one had any: its samples are set aside here too, in place
+        of those that stand alone beside this model, so that two models are compared on the same data.
+        """
 
     def names(self, candidates) -> tuple[str, ...]:
         """Names of all candidates that could be tried; candidates: names to choose from, None = the library."""

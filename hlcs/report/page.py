@@ -43,6 +43,7 @@ figure img{display:block;width:100%;height:auto;background:#fff;border-radius:.3
 summary{cursor:pointer;font-weight:600;padding:.5rem 0} dt{font-weight:600;margin-top:.6rem} dd{margin:0}
 a{color:var(--accent)} nav{display:flex;flex-wrap:wrap;gap:.2rem .9rem;font-size:.9rem;color:var(--dim)}
 @media (max-width:40rem){table{font-size:.84rem} th,td{white-space:normal;min-width:0;padding-right:.55rem}
+td.word{overflow-wrap:anywhere;min-width:5.2rem} td.word:first-child{min-width:6.2rem}
 td.long{min-width:9rem} pre{white-space:pre-wrap;overflow-wrap:anywhere}}
 @media print{details>*{display:block} figure{break-inside:avoid}}
 """
@@ -157,7 +158,7 @@ def _table(table):
     def cell(tag, place, text):
         long = table.wordy and place == last
         kind = ' class="word long"' if long else ' class="word"' if place < table.texts else ""
-        return f"<{tag}{kind}>{html.escape(_signs(text)).replace('_', '_<wbr>')}</{tag}>"  # on a phone a name may break there
+        return f"<{tag}{kind}>{html.escape(_signs(text))}</{tag}>"
 
     head = "".join(cell("th", place, text) for place, text in enumerate(table.head))
     rows = []

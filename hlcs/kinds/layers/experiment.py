@@ -84,7 +84,7 @@ class Layers(Tabulated):
         groups = tuple(Group(name, name, np.flatnonzero(data.group == index)) for index, name in enumerate(names))
         return LayerProblem(responses, groups, data.variance + responses.base.variance)
 
-    def observe(self, aside=()):
+    def observe(self):
         problem = self._problem()
         fit = problem.fit(self.model)
         adequacy, table = self.judge(problem, fit)

@@ -45,7 +45,7 @@ class Outcomes(Tabulated):
         self.noise = self._prepared.noise.to_dict()
         self.judgeable = self._prepared.problem is not None
 
-    def observe(self, aside=()):
+    def observe(self):
         problem = self._prepared.problem
         adequacy, table = judge_table(problem, self._prepared.base)
         error = misfit(table["residual"], self.unit, problem.noise_level)

@@ -11,7 +11,7 @@ from planted import ALL, COMPLETE, EFFECT, pictures, table
 from hlcs.report import glossary
 from hlcs.report import page as page_style
 
-VOID = {"meta", "img", "br", "link", "wbr"}
+VOID = {"meta", "img", "br", "link"}
 
 
 class Page(HTMLParser):
