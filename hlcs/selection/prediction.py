@@ -119,6 +119,8 @@ class LinearModel:
         for name in self.present:
             if self.places[name] and all(np.isfinite(self.columns[place].absent) for place in self.places[name]):
                 sets += [present - {name}, *(present - {name} | {other} for other in absent)]
+        if len(implied & present) > 1:  # these have null values, or nothing would imply them
+            sets.append(present - implied)  # one statement of the file may be wrong
         return [self.proposal(names) for names in sets if len(names - implied) <= most and compatible(names)]
 
     def twins(self, alike):

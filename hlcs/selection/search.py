@@ -71,11 +71,11 @@ class Search:
 
     def price(self, effects):
         """The odds against a set: against each effect, once more against a law that holds another as a special case; where the
-        file implies an effect that these data would show (the lift of a stated fluid) they are against its absence; none
+        file implies effects that these data would show (the lift of a stated fluid) once against the absence of any; none
         against what the file states to be uncertain (the length of a pixel)."""
         entries = [self.candidates[name] for name in effects if name not in self.implied and not self.candidates[name].doubted]
         against = sum(1 + any(map(entry.holds, self.candidates.values())) for entry in entries)
-        return self.odds * (against + len(self.implied - effects))
+        return self.odds * (against + bool(self.implied - effects))
 
     def implies(self, linear, name):
         """Does the file state what makes an effect certain, and would these data show it?"""
