@@ -55,7 +55,7 @@ class Free:
     ends: tuple = (None, None)  # where the law itself ends (restitution 1), None: see `ends_of_law`
     stated: float | None = None  # value that the experiment file states or implies
     error: float = 0.0  # how far off that may be
-    certain: bool = False  # the file states a liquid, in which the effect is there
+    certain: bool = False  # the file states a fluid, in which the effect is there
 
     @property
     def expected(self):
@@ -305,9 +305,10 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
             high = max(high, BEYOND * stated)
         if name == DENSITY and surroundings.fluid_stated and not vacuum:
             low, high = ((1 + sign * FAR * KNOWN) * stated for sign in (-1, 1))  # a lighter fluid contradicts the file as well
-        if known.in_liquid and surroundings.in_liquid:
-            stated, error = known.in_liquid
-        ends, certain = (known.least, known.most), surroundings.in_liquid and stated is not None
+        fluid = surroundings.fluid_stated and not vacuum
+        if known.in_fluid and fluid:
+            stated, error = known.in_fluid
+        ends, certain = (known.least, known.most), fluid and stated is not None
         free.append(Free(name, unit, low, high, null, start, known.period, known.starts, ends, stated, error, certain))
     if entry is not None:
         free = [

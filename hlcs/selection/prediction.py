@@ -109,8 +109,9 @@ class LinearModel:
             for name in (*self.present, *self.entries)
         }
 
-    def proposals(self, most, compatible):
-        """Proposals of all sets one or two effects away, of at most so many effects; compatible: may names stand together?"""
+    def proposals(self, most, compatible, implied=frozenset()):
+        """Proposals of all sets one or two effects away, of at most so many effects beside those that the file implies;
+        compatible: may names stand together?"""
         present = frozenset(self.present)
         absent = [name for name in self.entries if self.visible(name)]
         sets = [present | {name} for name in absent]
@@ -118,7 +119,9 @@ class LinearModel:
         for name in self.present:
             if self.places[name] and all(np.isfinite(self.columns[place].absent) for place in self.places[name]):
                 sets += [present - {name}, *(present - {name} | {other} for other in absent)]
-        return [self.proposal(names) for names in sets if len(names) <= most and compatible(names)]
+        if len(implied & present) > 1:  # these have null values, or nothing would imply them
+            sets.append(present - implied)  # one statement of the file may be wrong
+        return [self.proposal(names) for names in sets if len(names - implied) <= most and compatible(names)]
 
     def twins(self, alike):
         """Sets in which another effect takes the place of one that is in the model and does the same here: its columns make what

@@ -68,11 +68,11 @@ class Search:
 
     def price(self, effects):
         """The odds against a set: against each effect, once more against a law that holds another as a special case; where the
-        file implies an effect that these data would show (the lift of a stated fluid) they are against its absence; none
+        file implies effects that these data would show (the lift of a stated fluid) once against the absence of any; none
         against what the file states to be uncertain (the length of a pixel)."""
         entries = [self.candidates[name] for name in effects if name not in self.implied and not self.candidates[name].doubted]
         against = sum(1 + any(map(entry.holds, self.candidates.values())) for entry in entries)
-        return self.odds * (against + len(self.implied - effects))
+        return self.odds * (against + bool(self.implied - effects))
 
     def implies(self, linear, name):
         """Does the file state what makes an effect certain, and would these data show it?"""
@@ -199,10 +199,7 @@ class Search:
         those that wait for nothing simpler. First what the first one waits for, then the cheapest.
 
         Simpler are parts with one effect less that are not foreseen to cost more than `limit`, and special cases in the place of
-        a law.
-
-        Far from the data what is foreseen of two effects flatters the one that bends least, and of a law the one that bends most:
-        a part or a special case may do alone.
+        a law. Far from the data what is foreseen of two effects flatters the one that bends least, and of laws what bends most.
         """
         ordered = {}
         for proposal, parent in proposals:
@@ -219,9 +216,9 @@ class Search:
         return [first, *sorted(ready, key=lambda each: (each[0].cost, sorted(each[0].effects)))]
 
     def simpler(self, effects):
-        """Sets that are not fitted: without one of the effects, or with a law in its place that is a special case of it."""
+        """Sets that are not fitted: without one of the doubtful effects, or with a special case in the place of its law."""
         sets = []
-        for name in sorted(effects):
+        for name in sorted(effects - self.implied):
             held = [other for other in self.candidates if self.candidates[name].holds(self.candidates[other])]
             sets += [effects - {name}, *(effects - {name} | {other} for other in held)]
         return [few for few in sets if self.compatible(few) and few not in self.fits and few not in self.closed]
@@ -297,12 +294,15 @@ class Search:
             if not effects:
                 self.base_model = linear
                 self.implied = frozenset(name for name in self.candidates if self.implies(linear, name))
-            proposals = linear.proposals(MOST_EFFECTS, self.compatible)
+                expected = {name: self.candidates[name].expected for name in sorted(self.implied)}
+                self.first += ((expected, None),) if expected and self.compatible(self.implied) else ()
+            proposals = linear.proposals(MOST_EFFECTS, self.compatible, self.implied)
             self.twins |= linear.twins(ALIKE)
-            singles = [proposal for proposal in proposals if len(proposal.effects) == 1]
-            if not effects and not self.problem.simulator.contact:
-                self.unsure = self.preview.look(singles, fit)
-            elif not effects and all(proposal.fall < self.excess(fit) for proposal in proposals):
+            begins = effects in (frozenset(), self.implied)
+            singles = [proposal for proposal in proposals if effects < proposal.effects and len(proposal.effects - effects) == 1]
+            if begins and not self.problem.simulator.contact:
+                self.unsure |= self.preview.look(singles, fit)
+            elif begins and all(proposal.fall < self.excess(fit) for proposal in proposals):
                 proposals += self.preview.farther(singles, fit)
             for proposal in proposals:
                 known = self.foreseen.get(proposal.effects)

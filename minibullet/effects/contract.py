@@ -96,7 +96,7 @@ class Parameter(NamedTuple):
     most: float | None = None  # where the law itself ends above, None = nowhere [unit]
     period: float | None = None  # values this far apart mean the same (an angle); then the bounds do not bind [unit]
     starts: tuple[float, ...] = ()  # from where a fit begins, where the null value or the default does not do alone [unit]
-    in_liquid: tuple[float, float] | None = None  # usual value and its error in a liquid, where the effect is there for certain
+    in_fluid: tuple[float, float] | None = None  # usual value and its error in a stated fluid, where the effect is certain
     body_known: bool | None = None  # True, False: for bodies whose mass and size are known, unknown; None: for all
     symbol: str = ""  # letter that stands for it in the formula, "" = its name does
     about: str = ""  # what it is, in a few words

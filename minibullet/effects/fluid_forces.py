@@ -62,7 +62,7 @@ class AddedMass(Effect):
         high=1.5,
         null=0.0,
         source="Lamb (1932) art. 92",
-        in_liquid=(0.5, 0.25),
+        in_fluid=(0.5, 0.25),
         symbol="C",
         about="added mass over displaced mass",
         typical=((0.5, "sphere: Lamb (1932) art. 92"), (0.68, "cube: DNV-RP-C205 (2010) app. D")),

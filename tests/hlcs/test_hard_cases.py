@@ -5,12 +5,14 @@ import json
 import numpy as np
 import pytest
 from hard_cases import (
+    AIR,
     CELLULOID,
     TENNIS,
     per_metre,
     write_crisis,
     write_dragged_bounces,
     write_hallway,
+    write_in_air,
     write_magnet,
     write_plain_throws,
     write_quadratic,
@@ -43,6 +45,21 @@ def test_a_pull_of_the_user_is_found_however_strong(tmp_path, strength):
     assert holds(diagnosis.parameters["magnet_pull"]["k"], strength)
     held = diagnosis.error["held_out"]
     assert held["after"] < 1.1 * held["noise"] < held["before"]
+
+
+@pytest.mark.parametrize("radius, mass, seconds", [(0.2, 0.1, 0.75), (0.14, 0.0168, 2.0)])
+def test_a_light_ball_in_air_is_told_its_drag_and_what_the_air_it_displaces_does(tmp_path, radius, mass, seconds):
+    """A beach ball, and a balloon with the air in it: the air weighs 40 and 82 % of the ball. No other density of it is told."""
+    diagnosis = hlcs.diagnose(write_in_air(tmp_path, radius, mass, seconds))
+    assert diagnosis.verdict == "effect" and set(diagnosis.effects) == {"quadratic_drag", "buoyancy", "added_mass"}
+    numbers = diagnosis.parameters
+    assert holds(numbers["quadratic_drag"]["drag_coefficient"], 0.47) and holds(numbers["added_mass"]["coefficient"], 0.5)
+    assert holds(numbers["buoyancy"]["fluid_density"], AIR)
+
+
+def test_a_dense_ball_in_air_is_told_nothing_of_the_air(tmp_path):
+    """Steel of 0.5 kg over 0.4 s: the air takes 0.4 mm of the fall, of which drag 0.2 mm, and the noise is 3 mm."""
+    assert hlcs.diagnose(write_in_air(tmp_path, 0.025, 0.51, 0.4)).verdict == "complete"
 
 
 def unique_quadratic_drags(folder, sigma, numbers):

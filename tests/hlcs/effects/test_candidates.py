@@ -120,3 +120,18 @@ def test_what_the_surroundings_say_is_filled_in_where_nothing_else_is_said():
     assert build(effects.Magnus, {"fluid_density": 2.0}, FLOOR).fluid_density == 2.0
     assert build(effects.Buoyancy, {}, FLOOR).fluid_density == 0.0  # this one is to be found
     assert build(effects.DragCrisis, {}, Surroundings(fluid_density=0.0)).fluid_density == 1.2
+
+
+@pytest.mark.parametrize("density", [1.2, 6.2, 998.0])  # air, sulphur hexafluoride, water
+def test_what_a_stated_fluid_implies_is_expected_in_a_gas_as_in_a_liquid(density):
+    """Lift by the displaced mass, and half of it set in motion by a sphere (Lamb), whatever the fluid."""
+    around = Surroundings(fluid_density=density, fluid_stated=True)
+    (lift,) = candidate(effects.Buoyancy, around, BALL, True).free
+    (moved,) = candidate(effects.AddedMass, around, BALL, True).free
+    assert (lift.expected, moved.expected) == (density, 0.5) and lift.certain and moved.certain
+
+
+@pytest.mark.parametrize("around", [Surroundings(), Surroundings(fluid_density=0.0, fluid_stated=True)])
+def test_nothing_is_certain_of_a_fluid_that_is_not_stated_or_not_there(around):
+    for kind in (effects.Buoyancy, effects.AddedMass):
+        assert not any(free.certain for free in candidate(kind, around, BALL, True).free)

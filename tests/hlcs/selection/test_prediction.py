@@ -60,6 +60,23 @@ def test_every_neighbour_costs_what_its_own_best_numbers_cost(generator, present
         assert set(proposal.numbers) == set(proposal.effects)
 
 
+def test_what_the_file_implies_leaves_room_for_as_many_effects_as_without_it(generator):
+    """Two effects are in the model and two can join it: of two at most none can, where the first two do not count both can."""
+    linear, _, _ = linear_model(generator, ("magnus", "time_scale"))
+    implied = (frozenset(), frozenset({"magnus"}), frozenset({"magnus", "time_scale"}))
+    largest = [max(len(each.effects) for each in linear.proposals(2, lambda names: True, names)) for names in implied]
+    assert largest == [2, 3, 4]
+
+
+def test_what_one_statement_of_the_file_implies_may_be_dropped_together(generator):
+    linear, _, _ = linear_model(generator, ("magnus", "time_scale"))
+    alone, implied = (
+        {each.effects for each in linear.proposals(3, lambda names: True, names)}
+        for names in (frozenset(), frozenset({"magnus", "time_scale"}))
+    )
+    assert frozenset() in implied and frozenset() not in alone
+
+
 def test_what_does_not_move_the_observations_is_not_proposed(generator):
     linear, _, _ = linear_model(generator)
     silent = SimpleNamespace(effect="silent")
