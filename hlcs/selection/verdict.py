@@ -40,8 +40,8 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
-    finished = finals(experiment, problem, search, on_all)
-    _, _, before, table_before = finished(frozenset())
+    before, table_before = experiment.judge(*on_all(problem, base))
+    finished = finals(experiment, problem, search, (before, table_before), on_all)
     sets, (judged, best, after, table_after) = best_set(search, cross_validation, finished)
     effects = sets.best
     search.progress("comparing sets")
@@ -85,16 +85,18 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     )
 
 
-def finals(experiment, problem, search, on_all):
-    """Function set -> (all rows, the final fit of a set on them, its Adequacy, table of observations), made once of each fit; the
-    rest as in `select`."""
+def finals(experiment, problem, search, before, on_all):
+    """Function set -> (all rows, the final fit of a set on them, its Adequacy, table of observations), made once of each fit.
+
+    before: the Adequacy and the table of the model under test; the rest as in `select`.
+    """
     known = {}  # set -> (its Fit in the search, what is finished of it)
 
     def finished(effects):
         fit = search.fits[effects]
         if effects not in known or known[effects][0] is not fit:
             judged, final = on_all(problem, experiment.polished(problem, fit))
-            known[effects] = fit, (judged, final, *experiment.judge(judged, final))
+            known[effects] = fit, (judged, final, *(experiment.judge(judged, final) if effects else before))
         return known[effects][1]
 
     return finished

@@ -81,7 +81,7 @@ class Trajectories:
 
     def observe(self):
         prepared = prepare(self.measurement, self.options.user_effects, self._noise)
-        adequacy, table = judge(prepared.problem, polished(prepared.problem, prepared.base))
+        adequacy, table = judge(prepared.problem, prepared.base)
         unit = prepared.problem.unit
         error = misfit(table["residual"][have_unit(table["channel"], unit)], unit, prepared.problem.noise_level)
         shown = {

@@ -143,9 +143,8 @@ def richardson(coarse, fine):
 
 def polished(problem, fit):
     """A final fit through contacts, the error of the time step at its own numbers taken out: that of the model under test may
-    be another, since what was found may bring motion that this step spoils. Numbers of segments are profiled, and the model under
-    test has the step that its segments need too."""
-    if not problem.simulator.contact or not (problem.segmented or fit.model.terms):
+    be another, since what was found may bring motion that this step spoils. Numbers of segments are profiled."""
+    if not problem.simulator.contact or not fit.model.terms:
         return fit
     known = problem.simulator.time_step, problem.step_change
     try:

@@ -8,9 +8,8 @@ from hard_cases import TUMBLING, write_cubes
 
 from hlcs.estimation.noise_model import estimate_noise
 from hlcs.kinds.trajectories import time_step
-from hlcs.kinds.trajectories.observations import judge
-from hlcs.kinds.trajectories.preparation import posed, prepare
-from hlcs.kinds.trajectories.time_step import in_still_steps, polished, richardson, settling
+from hlcs.kinds.trajectories.preparation import posed
+from hlcs.kinds.trajectories.time_step import in_still_steps, richardson, settling
 from hlcs.simulation.model import Model
 from hlcs.simulation.simulator import Motion
 
@@ -67,14 +66,3 @@ def test_a_tumble_of_another_engine_is_followed_in_the_step_that_it_needs(tmp_pa
     fit = problem.fit(Model())
     assert fit.chi2 > 78 + 10 * 12.5
     assert in_still_steps(problem, fit).chi2 < 78 + 3 * 12.5  # once in a thousand by chance
-
-
-def test_a_tumble_whose_friction_is_as_stated_is_not_told_of_the_error_of_the_step(tmp_path):
-    """A toss of another engine, cut into segments, at the friction of that engine: nothing is missing."""
-    rows, truths = (np.loadtxt(TUMBLING / name, delimiter=",", skiprows=1) for name in ("tumbles.csv", "truths.csv"))
-    toss = rows[(rows[:, 0] == 8) & (rows[:, 1] == 1), 1:]
-    prepared = prepare(measured(write_cubes(tmp_path, toss, 60, np.random.default_rng(1), truths[8, 2])))
-    step = prepared.problem.simulator.time_step
-    assert prepared.problem.segmented and not judge(prepared.problem, prepared.base)[0].adequate
-    assert judge(prepared.problem, polished(prepared.problem, prepared.base))[0].adequate
-    assert prepared.problem.simulator.time_step == step
