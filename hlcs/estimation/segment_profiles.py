@@ -119,19 +119,27 @@ def along(problem, fit, index, reach, thorough):
         covariance[:, index] / covariance[index, index] if covariance[index, index] > 0 else np.eye(len(covariance))[index]
     )
     models = [with_values(fit.model, fit.estimate + offset * direction) for offset in offsets]
+    everyone = np.arange(len(problem.trials))
+    whole = dict.fromkeys(everyone, slice(None))
+
+    def improved(model, states):
+        states = states.copy()
+        improve_for(ROUNDS, problem, model, states, whole)
+        return chi2_over(problem, model, states, everyone, whole), states
 
     def first(place):
-        options = [improved(problem, models[place], fit.initial_states)]
+        options = [improved(models[place], fit.initial_states)]
         if thorough and place % GROWN == GROWN // 2:
-            options.append(improved(problem, models[place]))
+            options.append(improved(models[place], grown_states(problem, models[place], everyone)))
         return best(options)
 
     def exchanged(place):
         options = [results[place]]
         for other in (place - 1, place + 1):
             if 0 <= other < len(models):
-                options.append(improved(problem, models[place], results[other][1], rounds=0))
-        return best([options[0], improved(problem, models[place], best(options)[1])])
+                states = results[other][1]
+                options.append((chi2_over(problem, models[place], states, everyone, whole), states))
+        return best([options[0], improved(models[place], best(options)[1])])
 
     results = problem.batched([lambda place=place: first(place) for place in range(len(models))])
     for _ in range(EXCHANGES if thorough else 0):
@@ -141,15 +149,6 @@ def along(problem, fit, index, reach, thorough):
             break
     chi2, states = (np.array(part) for part in zip(*results, strict=True))
     return Line(offsets, direction, chi2, states)
-
-
-def improved(problem, model, states=None, rounds=ROUNDS):
-    """(chi2 (segments,), states (segments, 13)) of a model after some rounds of fits of its states; None = sought anew."""
-    everyone = np.arange(len(problem.trials))
-    states = grown_states(problem, model, everyone) if states is None else states.copy()
-    whole = dict.fromkeys(everyone, slice(None))
-    improve_for(rounds, problem, model, states, whole)
-    return chi2_over(problem, model, states, everyone, whole), states
 
 
 def best(options):

@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from hlcs.estimation.fitting import fit_at, measured_errors
-from hlcs.estimation.segment_profiles import best, improved, profiled
+from hlcs.estimation.fitting import measured_errors
+from hlcs.estimation.segment_profiles import profiled
 from hlcs.kinds.trajectories.observations import recording_scale
 from hlcs.simulation.simulator import Motion
 from minibullet import rotations
@@ -75,30 +75,6 @@ def in_shorter_steps(problem, fit):
     return fit
 
 
-def in_still_steps(problem, fit):
-    """A fit of segments in the step that they need, in which the problem stays: it is halved until the chi2 of all of them, their
-    initial states fitted anew, move by less than ROUGH squared of the readings together.
-
-    In too long a step the free state of a segment gives way to the error of an impact, and chi2 has its minimum at other
-    numbers; a correction along one path is none along the path that the state then takes.
-    """
-    simulator, model = problem.simulator, fit.model
-    problem.step_change = None
-
-    def followed(states):
-        return best([improved(problem, model, states), improved(problem, model)])
-
-    chi2, states = followed(fit.initial_states)
-    while simulator.time_step / 2 >= FINEST:
-        simulator.time_step /= 2
-        finer, theirs = followed(states)
-        if np.abs(finer - chi2).sum() < ROUGH**2 * fit.count:
-            simulator.time_step *= 2
-            break
-        chi2, states = finer, theirs
-    return fit_at(model, states, problem.linearise(model, states), fit.converged)
-
-
 def settling(problem, runs):
     """The runs {share of the step: trajectories}, those of a recording that does not come to rest with shorter steps replaced by
     that of the longest: a body that goes another way there, at an edge or from one impact to the next, has no true step."""
@@ -146,10 +122,10 @@ def polished(problem, fit):
     be another, since what was found may bring motion that this step spoils. Numbers of segments are profiled."""
     if not problem.simulator.contact or not fit.model.terms:
         return fit
+    if problem.segmented:
+        return profiled(problem, fit)
     known = problem.simulator.time_step, problem.step_change
     try:
-        if problem.segmented:
-            return profiled(problem, in_still_steps(problem, fit))
         return measured_errors(problem, in_shorter_steps(problem, fit))
     except InputError:
         return fit  # what a shorter step cannot simulate loses no finished fit
