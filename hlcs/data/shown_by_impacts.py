@@ -53,6 +53,9 @@ def sliding_friction(values, errors):
     """(friction, its standard error) that readings |P_t|/P_n with their errors show, in units of 1.
 
     A contact that slides shows the friction, one that grips any share of it, all alike; where none slides, about the largest.
+    A place to begin, and no datum beside the motion itself: of a cube that tumbles about all axes few contacts slide one way for
+    as long as the lines span. 49 impacts of 20 tosses show 0.307 +- 0.004 of 0.35; the 3 or 4 of three tosses at 60 frames a
+    second mostly grip, and two alike look like sliding: of 40 such readings the median is 0.12 too low, by 3 of its errors.
     """
     friction = np.linspace(0.0, 2 * max(values.max(), 0.01), 1001)[1:, None]
     error = np.hypot(errors, CURVED * friction)

@@ -44,27 +44,22 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     """
     problem, base = prepared.problem, prepared.base
     before, table_before = experiment.judge(*on_all(problem, base))
-
-    def finished(effects):
-        """(all rows, the final fit of a set on them, its Adequacy, table of observations)"""
-        judged, best = on_all(problem, experiment.polished(problem, search.fits[effects]))
-        return judged, best, *(experiment.judge(judged, best) if effects else (before, table_before))
-
-    sets, (judged, best, after, table_after) = best_set(
-        partial(FittedSets, search, cross_validation, alone=experiment.alone), finished
-    )
+    finished = finals(experiment, problem, search, (before, table_before), on_all)
+    fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
+    sets, (judged, best, after, table_after) = best_set(fitted, finished)
     effects = sets.best
     search.progress("comparing sets")
     ordered, places = sets.ordered(effects), sets.alternatives()
     final = search.fits[effects]
+    told = {members: finished(members)[1] for members in (effects, *sets.absorbing)}
     errors = partial(held_out_error, problem, cross_validation)
-    parameters = _parameters(sets, best, sets.tied)
+    parameters = _parameters(sets, told, sets.tied)
     learned = None if after.adequate else experiment.learn(problem, final)
     return Selection(
         effects=ordered,
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
         parameters=parameters,
-        absorbing=_parameters(sets, best, sets.absorbing),
+        absorbing=_parameters(sets, told, sets.absorbing),
         reynolds=reached(search.candidates, parameters, experiment.moved(judged), after.adequate),
         error={
             "measure": experiment.measure,
@@ -88,6 +83,23 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), problem.noise_level),
         next_experiment=partial(experiment_design.next_experiment, sets),
     )
+
+
+def finals(experiment, problem, search, before, on_all):
+    """Function set -> (all rows, the final fit of a set on them, its Adequacy, table of observations), made once of each fit.
+
+    before: the Adequacy and the table of the model under test; the rest as in `select`.
+    """
+    known = {}  # set -> (its Fit in the search, what is finished of it)
+
+    def finished(effects):
+        fit = search.fits[effects]
+        if effects not in known or known[effects][0] is not fit:
+            judged, final = on_all(problem, experiment.polished(problem, fit))
+            known[effects] = fit, (judged, final, *(experiment.judge(judged, final) if effects else before))
+        return known[effects][1]
+
+    return finished
 
 
 def best_set(fitted, finished):
@@ -160,9 +172,10 @@ def _described(sets, members, errors, parameters):
     }
 
 
-def _parameters(sets, best, shown):
-    """{effect: {number: value, low, high, unit}} of all effects of some sets; best: the final Fit of the best one of all."""
-    fits = {members: best if members == sets.best else sets.search.fits[members] for members in shown}
+def _parameters(sets, final, shown):
+    """{effect: {number: value, low, high, unit}} of all effects of some sets; final: {set: its final Fit}, that of the best of
+    all among them, of the others that of the search counts."""
+    fits = {members: final.get(members, sets.search.fits[members]) for members in shown}
     numbers = {}
     for name in dict.fromkeys(name for members in shown for name in sets.ordered(members)):
         entry = sets.search.candidates[name]
@@ -173,7 +186,7 @@ def _parameters(sets, best, shown):
                 interval(
                     [(max(weight, 1e-12), *_number(fit, name, free.name, sets.overdispersion)) for weight, fit in holding],
                     free,
-                    best.freedom,
+                    final[sets.best].freedom,
                 ),
                 free,
                 entry.setting,

@@ -1,5 +1,6 @@
 """From fitted sets to what is told of them: which stand, which do as well, their weights, and intervals over several sets."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +12,7 @@ from hlcs.effects import Free
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets, interval
+from hlcs.selection.verdict import _parameters, finals
 from hlcs.simulation.model import Model
 
 
@@ -73,6 +75,29 @@ def test_what_absorbs_most_is_kept_aside_where_nothing_stands(generator):
     fitted = FittedSets(search, CrossValidation(problem.trials, "group"), 2.0)
     assert fitted.best == frozenset() and fitted.absorbing == [{"linear_drag"}]
     assert FittedSets(search, CrossValidation(problem.trials, "group")).absorbing == []
+
+
+def test_a_number_of_what_absorbs_is_told_by_its_final_fit(generator):
+    """As of what is accepted: here it lies 0.1 beyond that of the search, with twice its error. Each fit is made final once."""
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    values = [0.3 * t + 0.5 * np.sin(3 * np.pi * t) + 0.05 * generator.standard_normal(25) for t in times]
+    problem = Bend(times, values, 0.05, ["a", "b", "a", "b"])
+    search = Search(problem, [LAWS["linear_drag"]], problem.fit(Model())).run()
+    sets, made = FittedSets(search, CrossValidation(problem.trials, "group"), 2.0), []
+
+    def polished(problem, fit):
+        made.append(fit)
+        return replace(fit, estimate=fit.estimate + 0.1, covariance=4 * fit.covariance)
+
+    experiment = SimpleNamespace(polished=polished, judge=lambda problem, fit: (None, None))
+    finished = finals(experiment, problem, search, (None, None), lambda problem, fit: (problem, fit))
+    (absorbing,) = sets.absorbing
+    fit, told = search.fits[absorbing], {members: finished(members)[1] for members in (sets.best, absorbing, absorbing)}
+    number = _parameters(sets, told, sets.absorbing)["linear_drag"]["rate"]
+    assert len(made) == 2 and number["value"] == fit.estimate[0] + 0.1
+    # twice the error, and the square root of the overdispersion, 2
+    reach = stats.t.ppf(0.95, told[sets.best].freedom)
+    assert number["high"] - number["value"] == pytest.approx(reach * 2 * np.sqrt(2 * fit.covariance[0, 0]), rel=1e-3)
 
 
 def test_an_interval_over_two_sets_is_that_of_their_mixture():
