@@ -94,6 +94,11 @@ class Fit:
         return sum(free.surprise(value) for _, free, value in self.numbers)
 
     @cached_property
+    def contradicts(self):
+        """Does it need a number of what the file implies that is far from plausible?"""
+        return any(free.certain and not free.plausible(value) for _, free, value in self.numbers)
+
+    @cached_property
     def information(self):
         """What the data tell of its numbers, in units of their spreads (p, p)."""
         spread = np.array([free.spread for free in free_numbers(self.model)])

@@ -64,15 +64,15 @@ class Search:
 
     def cost(self, effects):
         """-2 log of the posterior probability of a fitted set, up to a constant of the data."""
-        return self.fits[effects].cost + self.price(effects)
+        return self.fits[effects].cost + self.price(effects, self.fits[effects])
 
-    def price(self, effects):
+    def price(self, effects, fit=None):
         """The odds against a set: against each effect, once more against a law that holds another as a special case; where the
-        file implies effects that these data would show (the lift of a stated fluid) once against the absence of any; none
-        against what the file states to be uncertain (the length of a pixel)."""
+        file implies effects that these data would show (the lift of a stated fluid) once against the absence of any, or against
+        what contradicts the file in its `fit`; none against what the file states to be uncertain (the length of a pixel)."""
         entries = [self.candidates[name] for name in effects if name not in self.implied and not self.candidates[name].doubted]
         against = sum(1 + any(map(entry.holds, self.candidates.values())) for entry in entries)
-        return self.odds * (against + bool(self.implied - effects))
+        return self.odds * (against + (bool(self.implied - effects) or fit is not None and fit.contradicts))
 
     def implies(self, linear, name):
         """Does the file state what makes an effect certain, and would these data show it?"""
@@ -326,7 +326,7 @@ class Search:
             again = best is not None and fit.cost > best.cost - EQUAL  # another beginning led to no better end
             if best is None or fit.cost < best.cost:
                 best = fit
-            if again or best.cost + self.price(proposal.effects) < proposal.cost + EQUAL or self.noise_alone(best):
+            if again or best.cost + self.price(proposal.effects, best) < proposal.cost + EQUAL or self.noise_alone(best):
                 break
         return best
 

@@ -20,7 +20,8 @@ class FittedSets:
 
     def cost(self, effects):
         """-2 log of the posterior probability of a fitted set, up to a constant of the data."""
-        return self.search.fits[effects].tempered(self.overdispersion) + self.search.price(effects)
+        fit = self.search.fits[effects]
+        return fit.tempered(self.overdispersion) + self.search.price(effects, fit)
 
     @cached_property
     def ranked(self):
@@ -75,13 +76,9 @@ class FittedSets:
     def broken(self, effects, name):
         """Explanation of the rule that an effect of a set breaks on held-out data; None of none, and where the data are explained
         without it only by numbers that contradict what the file states, such as a liquid as heavy as the body."""
-        if self.contradicts(self.fit(self.without(effects, name))):
+        if self.fit(self.without(effects, name)).contradicts:
             return None
         return self.held_out(effects, name).broken(self.cross_validation.few, len(self.search.candidates))
-
-    def contradicts(self, fit):
-        """Does a fit need a number of what the file implies that is far from plausible?"""
-        return any(free.certain and not free.plausible(value) for _, free, value in fit.numbers)
 
     def held_out(self, effects, name) -> HeldOut:
         """What one effect of a set does beside the others, and with it whatever acts through it alone."""
@@ -115,7 +112,7 @@ class FittedSets:
     def worth(self, effects, name):
         """By how much the cost of a set would rise without one of its effects."""
         rest = self.without(effects, name)
-        return self.fit(rest).cost + self.search.price(rest) - self.search.cost(effects)
+        return self.fit(rest).cost + self.search.price(rest, self.fit(rest)) - self.search.cost(effects)
 
     def ordered(self, effects):
         """The effects of a set as a tuple, what it needs most first."""
@@ -133,7 +130,7 @@ class FittedSets:
             for effects in near
             if effects != best
             and not any(self.simpler(other, effects) for other in near if self.cost(other) < self.cost(effects))
-            and (self.contradicts(search.fits[best]) or not self.contradicts(search.fits[effects]))
+            and (search.fits[best].contradicts or not search.fits[effects].contradicts)
             and (self.overdispersion > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]))
         ]
 

@@ -125,7 +125,7 @@ def test_at_equal_evidence_the_fewest_numbers_are_named_first(dearer, first):
         frozenset(names): SimpleNamespace(estimate=np.zeros(count), tempered=lambda overdispersion, cost=costs[names]: cost)
         for names, count in counts.items()
     }
-    search = SimpleNamespace(fits=fits, reduced={}, price=lambda effects: 0.0)
+    search = SimpleNamespace(fits=fits, reduced={}, price=lambda effects, fit: 0.0)
     judged = FittedSets(search, None)
     judged.stands = lambda effects: True
     assert judged.best == {first}
@@ -138,7 +138,7 @@ def test_what_was_fitted_to_judge_a_set_may_be_the_best():
     fits = {frozenset(names): SimpleNamespace(tempered=lambda overdispersion, cost=cost: cost) for names, cost in costs.items()}
     alone = frozenset({"friction"})
     search = SimpleNamespace(fits={names: fit for names, fit in fits.items() if names != alone}, reduced={})
-    search.price = lambda effects: 0.0
+    search.price = lambda effects, fit: 0.0
     judged = FittedSets(search, None)
 
     def stands(effects):
