@@ -92,7 +92,7 @@ def test_a_wrong_ruler_and_a_wrong_clock_say_the_same_in_fall_times(tmp_path):
 
 
 def test_a_number_that_contradicts_the_file_does_not_spare_another_effect(tmp_path):
-    """Falls of a ball of 81 kg/m3 in stated air from heights 2.7 % larger than stated: with the lift and half of the displaced air
+    """Falls of a ball of 81 kg/m3 in stated air from heights 2.7 % larger: with the lift and half of the displaced air
     to be moved times are those of free falls from 5 % more. 2.3 times that air would do as well; of a sphere it is half."""
     path = table(tmp_path, "height_m,fall_time_s", falls(scale=1.05))
     diagnosis = hlcs.diagnose(path)
