@@ -124,28 +124,27 @@ def polished(problem, fit):
         return fit
     if problem.segmented:
         return profiled(problem, fit)
-    known = problem.simulator.time_step, problem.step_change
-    try:
-        return measured_errors(problem, in_shorter_steps(problem, fit))
-    except InputError:
-        return fit  # what a shorter step cannot simulate loses no finished fit
-    finally:
-        problem.simulator.time_step, problem.step_change = known
+    return _aside(problem, fit, lambda: measured_errors(problem, in_shorter_steps(problem, fit)))
 
 
 def alone(problem, fit):
     """A fit through contacts with the error of the time step at its own numbers taken out, in place of that of the set that the
     search went to: what a step does to one law may be no error of another (a friction that goes with the load knows none in the
     first step)."""
-    known = problem.step_change
-    if known is None or problem.segmented:
+    if problem.step_change is None or problem.segmented:
         return fit
+    return _aside(problem, fit, lambda: corrected(problem, fit)[0])
+
+
+def _aside(problem, fit, better):
+    """The fit that better() gives, and the Problem with the step and the correction that it had before."""
+    known = problem.simulator.time_step, problem.step_change
     try:
-        return corrected(problem, fit)[0]
+        return better()
     except InputError:
         return fit  # what a shorter step cannot simulate loses no finished fit
     finally:
-        problem.step_change = known
+        problem.simulator.time_step, problem.step_change = known
 
 
 def prediction_shift(problem, first, second):
