@@ -200,20 +200,22 @@ def accelerations(bodies: Bodies, effects, forces=None):
 
 
 def step_lengths(duration, step, fastest):
-    """Steps (count,) of at most `step` [s] that fill a duration; short ones first where velocities decay at once.
+    """Steps (count,) of `step` [s] that reach to a duration or beyond; short ones first where velocities decay at once.
 
-    fastest: rate of decay [1/s]. Between nodes a motion is taken for a cubic, and a decay from the start is none.
+    fastest: rate of decay [1/s]. Between nodes a motion is taken for a cubic, and a decay from the start is none. The nodes do
+    not depend on the duration: a longer flight is the shorter one gone on with, so that two predictions differ by their models
+    alone.
     """
     first = FIRST / max(fastest, 1e-300)
     growing = first * GROWTH ** np.arange(max(int(np.log(step / first) / np.log(GROWTH)), 0)) if first < step else np.zeros(0)
     growing = growing[np.cumsum(growing) < duration]
     rest = duration - growing.sum()
     count = max(int(np.ceil(rest / step - 1e-9)), 1)
-    return np.concatenate([growing, np.full(count, rest / count)])
+    return np.concatenate([growing, np.full(count, step)])
 
 
 def fly(bodies: Bodies, effects, duration, step) -> Track:
-    """Fly n bodies for `duration` [s] under the effects (gravity among them), in steps of at most `step` [s].
+    """Fly n bodies for `duration` [s] or a little longer under the effects (gravity among them), in steps of at most `step` [s].
 
     Where another acceleration than that of a drag in proportion to speed answers a change of velocity within the step (the drag
     of a light body in a liquid) the flight is done again in shorter steps: beyond 2.8 / h Runge-Kutta's answer grows without end.
