@@ -242,8 +242,8 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
         v3 = half.left * v + h / 2 * half.one * a2
         mean = np.concatenate([v2[:, :3], (v + v2)[:, 3:] / 2], axis=1)
         a3 = rates(t + h / 2, *moved(x, q, mean, h / 2), v3)
-        early, late = np.abs(a2 - a1)[:, :3], np.abs(a3 - a2)[:, :3]
-        stiff = 2 * np.max(late / (early + 1e-3 * np.abs(a1[:, :3]).max() + 1e-9))  # h |da/dv|
+        first, early, late = (np.sqrt(np.sum(part[:, :3] ** 2, axis=1)) for part in (a1, a2 - a1, a3 - a2))
+        stiff = 2 * np.max(late / (early + 1e-3 * first + 1e-9))  # h |da/dv|; single components change sign and tell nothing
         if stiff > STIFF and h > SHORTEST:
             return fly(bodies, effects, duration, max(h / min(np.ceil(2 * stiff), 4.0), SHORTEST))
         v4 = half.left * v2 + h / 2 * half.one * (2 * a3 - a1)
