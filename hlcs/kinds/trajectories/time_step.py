@@ -42,8 +42,8 @@ def refine(problem, fit):
 
 
 def steady(problem, fit):
-    """A fit of flights in a step that all of them keep to: where one is too fast for it all that share its simulation are flown in
-    a shorter one, and no two predictions would differ by their models alone."""
+    """A fit of flights in a step that all of them keep to: where one is too fast for it all that share its simulation are flown
+    in a shorter one, and no two predictions would differ by their models alone."""
     simulator = problem.simulator
     while True:
         simulator.longest_step = np.inf
