@@ -46,11 +46,11 @@ def steady(problem, fit):
     in a shorter one, and no two predictions would differ by their models alone."""
     simulator = problem.simulator
     while True:
-        simulator.longest_step = np.inf
+        simulator.flown_step = np.inf
         problem.linearise(fit.model, fit.initial_states)
-        if not simulator.longest_step < 0.9 * simulator.time_step:
+        if not simulator.flown_step < 0.9 * simulator.time_step:
             return fit
-        simulator.time_step = simulator.longest_step
+        simulator.time_step = simulator.flown_step
         fit = problem.fit(fit.model, fit.initial_states)
 
 

@@ -35,10 +35,10 @@ def test_a_recording_that_finds_no_rest_with_shorter_steps_is_not_corrected(monk
 
 def test_flights_of_a_fit_keep_to_one_step():
     """One is too fast for 1/30 s, and after it for 1/60 s: the fit is made again in the step that all of them keep to."""
-    simulator, fits = SimpleNamespace(time_step=1 / 30, longest_step=np.inf), []
+    simulator, fits = SimpleNamespace(time_step=1 / 30, flown_step=np.inf), []
 
     def linearise(model, states):
-        simulator.longest_step = max(simulator.time_step / 2, 1 / 120)
+        simulator.flown_step = max(simulator.time_step / 2, 1 / 120)
 
     def fit(model, states):
         fits.append(simulator.time_step)
