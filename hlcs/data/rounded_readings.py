@@ -7,7 +7,8 @@ ENOUGH = 12  # distinct readings: of as many that are no multiples, one set in a
 NEAR = 0.1  # of a step, within which a reading is one of its multiples: its last digits are rounded too
 FEW = 20  # readings of which fewer than ENOUGH are distinct: so many repeat that they are rounded
 MOST_DECIMALS = 9  # of a metre: no tracker has more
-APART = 3.0  # last digits by which two distances between pixels may differ, though they are the same number of pixels
+APART = 3.0  # last digits by which two distances between pixels may differ, though they are the same number of pixels; a reading
+# may lie as many off its pixel
 
 
 def reading_step(values):
@@ -39,9 +40,13 @@ def reading_step(values):
 
 
 def are_multiples(values, step):
-    """Are all readings whole steps away from the first?"""
-    count = (values - values[0]) / step
-    return bool(np.max(np.abs(count - np.round(count))) < NEAR)
+    """Are all readings whole steps away from the first, to their last digits?
+
+    Two heights far apart are no multiples of their distance because each is read to a hundredth of it.
+    """
+    count, digit = (values - values[0]) / step, last_decimal(np.unique(values))
+    near = min(NEAR, APART * digit / step) if digit else NEAR
+    return bool(np.max(np.abs(count - np.round(count))) < near)
 
 
 def last_decimal(values):

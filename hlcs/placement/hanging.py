@@ -137,12 +137,14 @@ def _overlap(depths, handle):
 
 def _apart(hangers, generator):
     """Some of the units, in random order, no two of them so near in plan that they could meet."""
+    places = np.array([hanger.handle.position[:2] for hanger in hangers])
+    diameters = np.array([2.0 * hanger.handle.shape.bounding_radius for hanger in hangers])
+    near = ((places[:, None] - places) ** 2).sum(axis=-1) <= (diameters * diameters)[:, None]  # may each meet another
     chosen = []
     for index in generator.permutation(len(hangers)):
-        place, diameter = hangers[index].handle.position[:2], 2.0 * hangers[index].handle.shape.bounding_radius
-        if all(((place - other.handle.position[:2]) ** 2).sum() > diameter * diameter for other in chosen):
-            chosen.append(hangers[index])
-    return chosen
+        if not near[index, chosen].any():
+            chosen.append(index)
+    return [hangers[index] for index in chosen]
 
 
 def _lift_free(world, layer, hangers, few):

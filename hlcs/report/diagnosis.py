@@ -13,7 +13,7 @@ from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
 from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.leftover import camera_swings
 from hlcs.report.notes import note_parts
-from hlcs.report.ranking import ranking
+from hlcs.report.ranking import LITTLE, ranking
 from hlcs.report.sentences import error_of, opening, place, reynolds_told
 from hlcs.report.words import capital, interval, joined, size, value, words
 
@@ -21,7 +21,6 @@ NOT_PROVED = {
     "ambiguous": "{what} can be added, and {is_} not proved: others do as well.",
     "unexplained": "{what} can be added, and {is_} not proved: {it_helps}, and more than {noise} remains.",
 }
-LITTLE = 0.02  # share of chi-square, below which nobody would speak of an explanation
 OWN_UNITS = {  # of effects, that are no units of every day
     "L": "L: edge of the cube that has the volume of the body.",
     "weights": "weights: of the body, the lighter one of two.",
@@ -126,21 +125,29 @@ def _others(diagnosis):
 
 def _what(diagnosis, finding, start):
     """What is said of a candidate and of all others like it; start: what the model as it is leaves."""
-    if finding.reason is not Reason.EXPLAINED_TOO:
+    suspected = finding.reason is Reason.SUSPECTED
+    if finding.reason is not Reason.EXPLAINED_TOO and not suspected:
         return OTHERS[finding.reason]
     part = 1 - finding.remains["chi2_per_freedom"] / start if finding.remains and start else 1.0
     if part < LITTLE:
         return f"less than {100 * LITTLE:.0f} % of the misfit is explained"
-    if not diagnosis.effects:
+    if not diagnosis.effects and not suspected:
         return "a part is explained, and more than noise is left (how much stands above)"
-    return _as_good(diagnosis, finding) or OTHERS[finding.reason]
+    if suspected and not (diagnosis.effects and finding.remains and not _as_little(diagnosis, finding)):
+        return OTHERS[finding.reason]
+    return _as_good(diagnosis, finding) or OTHERS[Reason.EXPLAINED_TOO]
+
+
+def _as_little(diagnosis, finding):
+    """Does a candidate leave as little as what was found?"""
+    named = [set(entry["effects"]) for entry in diagnosis.sets] or [set(diagnosis.effects)]
+    found = max((row["chi2_per_freedom"] for row in ranking(diagnosis) if set(row["effects"]) in named), default=None)
+    return bool(found and finding.remains and finding.remains["chi2_per_freedom"] <= AS_LITTLE * found)
 
 
 def _as_good(diagnosis, finding):
     """What is said of a candidate that leaves as little as what was found, alone or beside others; "" where it leaves more."""
-    named = [set(entry["effects"]) for entry in diagnosis.sets] or [set(diagnosis.effects)]
-    found = max((row["chi2_per_freedom"] for row in ranking(diagnosis) if set(row["effects"]) in named), default=None)
-    if found and finding.remains and finding.remains["chi2_per_freedom"] <= AS_LITTLE * found:
+    if _as_little(diagnosis, finding):
         foreseen = "is foreseen to be" if finding.remains["foreseen"] else "is"
         return f"what is left {foreseen} as little as with what was found, but more numbers are needed, or less usual ones"
     after = (diagnosis.error.get("fitted") or {}).get("after")

@@ -319,7 +319,7 @@ def error_panel(diagnosis, ax=None):
         )
     if noise:
         _noise_floor(ax, factor * noise, (entry.get("starts") or 0.0) if _starts_can_be_seen(diagnosis) else 0.0)
-    names = _new_in_each(steps)
+    names = _new_in_each(diagnosis, steps)
     ax.set_xticks(range(len(names)), names, fontsize=9)
     ax.set_xlim(-0.4, max(len(steps) - 0.6, 0.6))
     largest = max((max(each) for each in values.values()), default=0.0)
@@ -361,11 +361,13 @@ def _noise_floor(ax, noise, starts):
         ax.axhspan(low, noise, facecolor="none", edgecolor=NOISE, hatch="////", lw=0, label="taken up by the fitted starts")
 
 
-def _new_in_each(steps):
-    """What is new in each step, a line for each effect."""
+def _new_in_each(diagnosis, steps):
+    """What is new in each step, a line for each effect: what is added, and which number that the model states is another."""
     names, known = ["as it is"] if steps else [], set()
+    wrong = {name for name, its in diagnosis.parameters.items() if any("stated" in entry for entry in its.values())}
     for step in steps[1:]:
-        new = [f"+ {words(effect)}" for effect in step["effects"] if effect not in known]
+        new = [effect for effect in step["effects"] if effect not in known]
+        new = [f"{words(effect)} corrected" if effect in wrong else f"+ {words(effect)}" for effect in new]
         names.append("\n".join(textwrap.fill(name, WIDEST) for name in new))
         known.update(step["effects"])
     return names

@@ -2,6 +2,8 @@
 
 from hlcs.report.words import joined, number, words
 
+LITTLE = 0.02  # share of chi-square, below which nobody would speak of an explanation
+
 
 def ranking(diagnosis):
     """Rows {effects, chi2_per_freedom, error, over_noise, foreseen, accepted}, what was found first, then the least that remains.

@@ -3,7 +3,7 @@
 from hlcs.data.quantities import unit_of
 from hlcs.records import VERDICTS, Reason
 from hlcs.report.document import Section, Table
-from hlcs.report.ranking import ranking
+from hlcs.report.ranking import LITTLE, ranking
 from hlcs.report.words import DASH, chance, joined, number, size, words
 
 UNITS = {"time": "s", "height": "m", "speed": "m/s"}
@@ -89,9 +89,14 @@ def _adequacy(diagnosis):
 
 
 def ranking_parts(diagnosis, most=None):
-    """What remains with each set of effects, the least first; most: rows, None = all; the model as it is is always among them."""
+    """What remains with each set of effects, the least first; most: rows, None = all; the model as it is is always among them,
+    and where nothing is missing no set that leaves as much as it."""
     found, unit = ranking(diagnosis), diagnosis.error.get("unit", "")
     shown = [row for place, row in enumerate(found) if most is None or place < most or not row["effects"]]
+    base = next((row["chi2_per_freedom"] for row in found if not row["effects"]), None)
+    alike = most is not None and diagnosis.verdict == "complete" and base is not None
+    if alike:
+        shown = [row for row in shown if not row["effects"] or row["chi2_per_freedom"] < (1 - LITTLE) * base]
     if not shown:
         return ()
     rows = tuple(
@@ -106,7 +111,8 @@ def ranking_parts(diagnosis, most=None):
     left_out = len(found) - len(shown)
     note = "~ foreseen, not fitted. " if any(row["foreseen"] for row in shown) else ""
     note += "Noise alone leaves 1 times the noise, and a chi-square of 1 per degree of freedom."
-    note += f" {left_out} more leave no less; they stand among the details." if left_out else ""
+    much = f"no less, to {100 * LITTLE:.0f} %" if alike else "no less"
+    note += f" {left_out} more leave {much}; they stand among the details." if left_out else ""
     head = ("with", "error left", "times the noise", "chi-square per degree of freedom")
     return (Table(head, rows, marked=tuple(place for place, row in enumerate(shown) if row["accepted"]), note=note),)
 

@@ -179,7 +179,7 @@ def _leaves(sets, name, left):
 
 def _outside(search, name):
     """Why a law of one number cannot explain what it would explain beyond its end; "" where that is not so. To first order."""
-    linear = search.base_model
+    linear = search.models[frozenset()]
     places = linear.places.get(name, ())
     if len(places) != 1 or linear.columns[places[0]].free is AMPLITUDE or not linear.visible(name):
         return ""
@@ -197,7 +197,7 @@ def _outside(search, name):
 def _visible(search, name):
     """The smallest value of a one-number candidate that these data would have shown nine times in ten; empty where it is beyond
     what is plausible."""
-    entry, linear = search.candidates[name], search.base_model
+    entry, linear = search.candidates[name], search.models[frozenset()]
     if len(entry.free) != 1 or entry.absent is None or name not in linear.entries or not linear.visible(name):
         return ""
     (free,), information = entry.free, linear.information(name)

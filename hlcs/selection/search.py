@@ -50,7 +50,7 @@ class Search:
         self.budget = budget or Budget(problem)
         self.fits = {frozenset(): base}  # names of effects -> their best fit
         self.reduced = {}  # the same of sets that the search had no need of, fitted for the verdict
-        self.base_model = None  # LinearModel at the model under test
+        self.models = {}  # set that was expanded -> the LinearModel at its fit
         self.overdispersion = 1.0  # how many residuals count as one beside the best fit, where its adequacy has been judged
         self.expanded, self.foreseen = [], {}  # sets; set -> (Proposal, Fit that it was foreseen from)
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
@@ -120,7 +120,7 @@ class Search:
         try:
             self._expand_and_refit(pause or (lambda best: False))
         except KeyboardInterrupt:
-            if self.base_model is None:  # nothing is known yet
+            if not self.models:  # nothing is known yet
                 raise
             interrupts.answered()
             self.budget.stopped = True
@@ -151,6 +151,7 @@ class Search:
                 break
             twice = max(promising[0][0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
             together = self.parts_first([each for each in promising if each[0].cost <= twice], limit)
+            together = self.first_ones(together)
             numbers = [self.count(proposal.effects) for proposal, _ in together]
             affordable = self.budget.affordable(numbers, TOGETHER) if self.problem.simulator.contact else 1
             if refits >= REFITS or self.budget.spent(f"{len(promising)} sets of effects that might do as well", affordable):
@@ -208,12 +209,31 @@ class Search:
                 numbers = {name: proposal.numbers.get(name, self.candidates[name].expected) for name in part}
                 parts.append(self.foreseen.get(part, (Proposal(limit, part, numbers), parent)))
             same = len(proposal.effects)
-            first = [each for each in parts if each[0].cost <= limit or len(each[0].effects) == same]
+            first = [each for each in parts if each[0].cost <= limit and self.borne_out(*each) or len(each[0].effects) == same]
             for each in (*sorted(first, key=lambda each: each[0].cost), (proposal, parent)):
                 ordered.setdefault(each[0].effects, each)
         first, *others = ordered.values()
         ready = [each for each in others if ordered.keys().isdisjoint(self.simpler(each[0].effects))]
         return [first, *sorted(ready, key=lambda each: (each[0].cost, sorted(each[0].effects)))]
+
+    def first_ones(self, proposals):
+        """[(Proposal, Fit it was foreseen from)] of those to be fitted now: the first one, and what is foreseen within reach of
+        the cheapest. The others are of interest where these fail."""
+        least = min(proposal.cost for proposal, _ in proposals)
+        return [each for place, each in enumerate(proposals) if not place or each[0].cost <= least + self.reach()]
+
+    def borne_out(self, proposal, parent):
+        """Is a set without some effect of the fit that it was foreseen from also foreseen where that effect is not, FORESEEN of
+        what that fit takes away there?
+
+        A law that only changes what another one does, as an adhesion that presses a spinning ball harder on its floor, is
+        foreseen beside it to do all of its work, and alone does nothing.
+        """
+        present = frozenset(parent.model.numbers)
+        there = self.models.get(proposal.effects & present)
+        if there is None or present <= proposal.effects or not proposal.effects | present <= there.places.keys():
+            return True
+        return there.proposal(proposal.effects).fall >= FORESEEN * there.proposal(present).fall
 
     def simpler(self, effects):
         """Sets that are not fitted: without one of the doubtful effects, or with a special case in the place of its law."""
@@ -231,8 +251,8 @@ class Search:
         explains the data, a linear model promises much and keeps little. It may promise too little as well: in flight by what a
         look there shows; through contacts, of a set that holds none of the best ones, by as much more of all that it takes away
         as fits found, and a twin of what explains the data is fitted, whatever is foreseen on the long way to it. There, where a
-        fit costs a hundred times as much, a set must also be foreseen to take away so much of the excess that the verdict would
-        name it, while the best fit leaves more than noise.
+        fit costs a hundred times as much, a set must also be borne out where what it replaces is not, and be foreseen to take
+        away so much of the excess that the verdict would name it, while the best fit leaves more than noise.
         """
         contact = self.problem.simulator.contact
         lost = max(1 - self.share_found(parent), 0.0) * max(proposal.fall, 0.0)
@@ -242,7 +262,7 @@ class Search:
             more = np.inf
         elif contact and min(parts, default=np.inf) > limit:
             more = max((self.share_found(self.base) - 1) * (misfit(self.base) - misfit(parent) + proposal.fall), 0.0)
-        if not proposal.cost + lost - more < min([limit, *parts]):
+        if not proposal.cost + lost - more < min([limit, *parts]) or contact and not self.borne_out(proposal, parent):
             return False
         if not contact or explained:
             return True
@@ -291,8 +311,8 @@ class Search:
             looks = [partial(signatures, self.problem, fit, entry, self.readings.get(entry.name, {})) for entry in entries]
             views = self.problem.batched(looks)
             linear = LinearModel(fit, dict(zip(entries, views, strict=True)), self.price)
+            self.models[effects] = linear
             if not effects:
-                self.base_model = linear
                 self.implied = frozenset(name for name in self.candidates if self.implies(linear, name))
                 expected = {name: self.candidates[name].expected for name in sorted(self.implied)}
                 self.first += ((expected, None),) if expected and self.compatible(self.implied) else ()

@@ -12,10 +12,12 @@ from hlcs.selection.thresholds import EQUAL, HELPS, INTERVAL, TIED
 class FittedSets:
     """What a finished search is worth on held-out data, and beside one another."""
 
-    def __init__(self, search, cross_validation, overdispersion=1.0, alone=lambda problem, fit: fit):
+    def __init__(self, search, cross_validation, overdispersion=1.0, alone=lambda problem, fit: fit, shown=frozenset()):
         """overdispersion: how many residuals count as one where no set is adequate; a wrong model concentrates falsely; alone:
-        function (problem, fit) -> the fit of a set as it would be, had nothing but this set been looked at."""
+        function (problem, fit) -> the fit of a set as it would be, had nothing but this set been looked at; shown: sets that are
+        adequate where none is that held-out data prove."""
         self.search, self.cross_validation, self.overdispersion, self.alone = search, cross_validation, overdispersion, alone
+        self.shown = shown
         self.judged = {}  # (set, effect) -> HeldOut
 
     def cost(self, effects):
@@ -74,9 +76,10 @@ class FittedSets:
         return min(explained(self.fit(rest), self.search.fits[effects]) for rest in rests)
 
     def broken(self, effects, name):
-        """Explanation of the rule that an effect of a set breaks on held-out data; None of none, and where the data are explained
-        without it only by numbers that contradict what the file states, such as a liquid as heavy as the body."""
-        if self.fit(self.without(effects, name)).contradicts:
+        """Explanation of the rule that an effect of a set breaks on held-out data; None of none, where the set is shown by what
+        it leaves, and where the data are explained without it only by numbers that contradict what the file states, such as a
+        liquid as heavy as the body."""
+        if effects in self.shown or self.fit(self.without(effects, name)).contradicts:
             return None
         return self.held_out(effects, name).broken(self.cross_validation.few, len(self.search.candidates))
 

@@ -13,6 +13,7 @@ from hlcs.selection.findings import candidate_findings
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.reynolds import reached
 from hlcs.selection.sets import FittedSets, explained, interval
+from hlcs.selection.thresholds import TIED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +108,9 @@ def best_set(fitted, finished):
     final fit, its Adequacy, ..).
 
     Where the best set leaves more than noise the search goes farther, and what is then found is judged with as many readings as
-    one as hang together in what is left; there an effect that only absorbs a part of the misfit does not stand.
+    one as hang together in what is left; there an effect that only absorbs a part of the misfit does not stand. A set that costs
+    less and leaves nothing but noise is proved by that: data left out of a short table are too few to prove an effect, but the
+    data contradict the model without it.
     """
     sets = fitted(1.0)
     told = finished(sets.best)
@@ -116,8 +119,23 @@ def best_set(fitted, finished):
         told = finished(sets.best)
     if told[2].adequate:
         return sets, told
+    if shown := adequate_ones(sets, finished):
+        sets = fitted(1.0, shown=shown)
+        return sets, finished(sets.best)
     first, sets = sets.best, fitted(max(told[2].overdispersion, 1.0))
     return sets, told if sets.best == first else finished(sets.best)
+
+
+def adequate_ones(sets, finished):
+    """The sets that cost less than the best one that stands and are adequate: the cheapest of them, and what does as well."""
+    search, found, most = sets.search, [], sets.cost(sets.best)
+    for effects in sets.ranked:
+        if sets.cost(effects) >= most:
+            break
+        if search.noise_alone(search.fits[effects]) and finished(effects)[2].adequate:
+            most = min(most, sets.cost(effects) + TIED)
+            found.append(effects)
+    return frozenset(found)
 
 
 def _told_adequate(before, after):

@@ -5,6 +5,7 @@ cheaper than one after the other. Runs never touch each other (groups), so what 
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -66,21 +67,30 @@ class SharedMass(SharedEffect):
 
 
 class SharedLaw(SharedEffect):
-    """Contact laws of several models."""
+    """Contact laws of several models; a run belongs to one subset at most."""
+
+    @cached_property
+    def subset_of_run(self):
+        """Which subset each run belongs to, -1 = none (runs,)."""
+        members = np.array([subset.members for subset in self.subsets])
+        return np.where(members.any(axis=0), members.argmax(axis=0), -1)
 
     def contact_law(self, contacts, bodies, law):
         run = np.maximum(self.assignment.run_of_row[contacts.body_a], self.assignment.run_of_row[contacts.body_b])
-        combined = [np.array(values, dtype=float) for values in law]
-        for subset in self.subsets:
-            inside = np.flatnonzero(subset.members[run])
-            if len(inside) == 0:
+        subset = self.subset_of_run[run]
+        order = np.argsort(subset, kind="stable")  # those of one subset follow one another: its arrays are slices, not copies
+        contacts, law = Contacts(*(values[order] for values in contacts)), [values[order] for values in law]
+        ends = np.searchsorted(subset[order], np.arange(len(self.subsets) + 1))
+        for its_effects, first, end in zip(self.subsets, ends[:-1], ends[1:], strict=True):
+            if first == end:
                 continue
-            some, its = Contacts(*(values[inside] for values in contacts)), ContactLaw(*(values[inside] for values in combined))
-            for effect in subset.effects:
-                its = checked_law(effect, effect.contact_law(some, bodies, its), some)
-            for values, changed in zip(combined, its, strict=True):
-                values[inside] = changed
-        return ContactLaw(*combined)
+            some, its = Contacts(*(values[first:end] for values in contacts)), ContactLaw(*(values[first:end] for values in law))
+            for effect in its_effects.effects:
+                its = checked_law(effect, effect.contact_law(some, bodies, its), some, its)
+            for values, changed in zip(law, its, strict=True):
+                values[first:end] = changed
+        place = np.argsort(order)
+        return ContactLaw(*(values[place] for values in law))
 
 
 def shared_effects(effects):

@@ -200,20 +200,22 @@ def accelerations(bodies: Bodies, effects, forces=None):
 
 
 def step_lengths(duration, step, fastest):
-    """Steps (count,) of at most `step` [s] that fill a duration; short ones first where velocities decay at once.
+    """Steps (count,) of `step` [s] that reach to a duration or beyond; short ones first where velocities decay at once.
 
-    fastest: rate of decay [1/s]. Between nodes a motion is taken for a cubic, and a decay from the start is none.
+    fastest: rate of decay [1/s]. Between nodes a motion is taken for a cubic, and a decay from the start is none. The nodes do
+    not depend on the duration: a longer flight is the shorter one gone on with, so that two predictions differ by their models
+    alone.
     """
     first = FIRST / max(fastest, 1e-300)
     growing = first * GROWTH ** np.arange(max(int(np.log(step / first) / np.log(GROWTH)), 0)) if first < step else np.zeros(0)
     growing = growing[np.cumsum(growing) < duration]
     rest = duration - growing.sum()
     count = max(int(np.ceil(rest / step - 1e-9)), 1)
-    return np.concatenate([growing, np.full(count, rest / count)])
+    return np.concatenate([growing, np.full(count, step)])
 
 
 def fly(bodies: Bodies, effects, duration, step) -> Track:
-    """Fly n bodies for `duration` [s] under the effects (gravity among them), in steps of at most `step` [s].
+    """Fly n bodies for `duration` [s] or a little longer under the effects (gravity among them), in steps of at most `step` [s].
 
     Where another acceleration than that of a drag in proportion to speed answers a change of velocity within the step (the drag
     of a light body in a liquid) the flight is done again in shorter steps: beyond 2.8 / h Runge-Kutta's answer grows without end.
@@ -240,8 +242,8 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
         v3 = half.left * v + h / 2 * half.one * a2
         mean = np.concatenate([v2[:, :3], (v + v2)[:, 3:] / 2], axis=1)
         a3 = rates(t + h / 2, *moved(x, q, mean, h / 2), v3)
-        early, late = np.abs(a2 - a1)[:, :3], np.abs(a3 - a2)[:, :3]
-        stiff = 2 * np.max(late / (early + 1e-3 * np.abs(a1[:, :3]).max() + 1e-9))  # h |da/dv|
+        first, early, late = (np.sqrt(np.sum(part[:, :3] ** 2, axis=1)) for part in (a1, a2 - a1, a3 - a2))
+        stiff = 2 * np.max(late / (early + 1e-3 * first + 1e-9))  # h |da/dv|; single components change sign and tell nothing
         if stiff > STIFF and h > SHORTEST:
             return fly(bodies, effects, duration, max(h / min(np.ceil(2 * stiff), 4.0), SHORTEST))
         v4 = half.left * v2 + h / 2 * half.one * (2 * a3 - a1)

@@ -68,6 +68,7 @@ class Simulator:
         if any(trial.recording for trial in self.trials):
             self.duration_class = np.ceil(np.log2(durations / durations.min()) - 1e-9).astype(int)
         self.body_steps = 0  # bodies times steps simulated
+        self.flown_step = np.inf  # the shortest in which a flight was flown since somebody set this back [s]
 
     def simulate(self, model, initial_states, owner, time_step=None):
         """The Motion at the times of trials[owner[b]], a list, for initial states (B, 13), owner (B,)."""
@@ -246,6 +247,7 @@ class Simulator:
             track = contact_motion.simulate(runs, duration, step)
         else:
             track = _flight(bodies, initial_states, effects[0], duration, step)
+            self.flown_step = min(self.flown_step, float(np.diff(track.times).max()))
         if off_centre:
             arms = rotations.rotate(track.orientation, centres[None])
             track = track._replace(position=track.position - arms, velocity=track.velocity - np.cross(track.spin, arms))

@@ -298,12 +298,15 @@ def checked_answer(effect, answer, n, shape):
     return answer
 
 
-def checked_law(effect, law, contacts):
-    """The law itself, refused by effect, field and contact where no contact can have it."""
+def checked_law(effect, law, contacts, given=()):
+    """The law itself, refused by effect, field and contact where no contact can have it; given: the law that the effect was
+    given, checked before, whose fields are not looked at again where it kept them."""
     if not isinstance(law, ContactLaw):
         raise InputError(f"{type(effect).__name__}: contact_law must return a ContactLaw, not {type(law).__name__}")
     law = ContactLaw(*(np.asarray(values, dtype=float) for values in law))
     for field, values in zip(law._fields, law, strict=True):
+        if any(values is kept for kept in given):
+            continue
         if values.shape != contacts.gap.shape:
             raise InputError(f"{type(effect).__name__}: {field} has shape {values.shape}; it must be {contacts.gap.shape}")
         high = 1.0 if field == "restitution" else np.inf

@@ -154,14 +154,13 @@ class Registry:
             handle._record[name] = value
             return
         scene, row = self.scene, handle._row
-        position, orientation, twist = (array.copy() for array in scene.bodies[:3])
-        if name == "position":
-            position[row] = value
-        elif name == "orientation":
-            orientation[row] = rotations.product(value, scene.frame[row])
+        column = name if name in ("position", "orientation") else "twist"
+        array = getattr(scene.bodies, column).copy()  # a copy: steps before this one keep what they saw
+        if name == "orientation":
+            array[row] = rotations.product(value, scene.frame[row])
         else:
-            twist[row, slice(0, 3) if name == "velocity" else slice(3, 6)] = value
-        scene.bodies = scene.bodies._replace(position=position, orientation=orientation, twist=twist)
+            array[row, slice(3, 6) if name == "angular_velocity" else slice(0, 3)] = value
+        scene.bodies = scene.bodies._replace(**{column: array})
         if name in ("position", "orientation"):
             scene.past_motion[row] = np.inf  # nothing cached about this body holds
 

@@ -31,9 +31,9 @@ class MagnetPull(mb.Effect):
 '''
 
 
-def per_metre(coefficient, radius, mass):
-    """k of the deceleration k v^2 of a sphere in air."""
-    return 0.5 * AIR * coefficient * np.pi * radius**2 / mass
+def per_metre(coefficient, radius, mass, fluid=AIR):
+    """k of the deceleration k v^2 of a sphere in a fluid."""
+    return 0.5 * fluid * coefficient * np.pi * radius**2 / mass
 
 
 def path_of(acceleration, place, velocity, times, step=1e-3):

@@ -32,11 +32,25 @@ def refine(problem, fit):
         return corrected(problem, fit)
     owner = np.arange(len(problem.trials))
     while True:
+        fit = steady(problem, fit)
         finer = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step / 2)
         shift = prediction_shift(problem, fit.linearization.trajectories, finer)
         if shift < STILL or simulator.time_step / 2 < FINEST:
             return fit, shift
         simulator.time_step /= 2
+        fit = problem.fit(fit.model, fit.initial_states)
+
+
+def steady(problem, fit):
+    """A fit of flights in a step that all of them keep to: where one is too fast for it all that share its simulation are flown
+    in a shorter one, and no two predictions would differ by their models alone."""
+    simulator = problem.simulator
+    while True:
+        simulator.flown_step = np.inf
+        problem.linearise(fit.model, fit.initial_states)
+        if not simulator.flown_step < 0.9 * simulator.time_step:
+            return fit
+        simulator.time_step = simulator.flown_step
         fit = problem.fit(fit.model, fit.initial_states)
 
 
@@ -124,28 +138,27 @@ def polished(problem, fit):
         return fit
     if problem.segmented:
         return profiled(problem, fit)
-    known = problem.simulator.time_step, problem.step_change
-    try:
-        return measured_errors(problem, in_shorter_steps(problem, fit))
-    except InputError:
-        return fit  # what a shorter step cannot simulate loses no finished fit
-    finally:
-        problem.simulator.time_step, problem.step_change = known
+    return _aside(problem, fit, lambda: measured_errors(problem, in_shorter_steps(problem, fit)))
 
 
 def alone(problem, fit):
     """A fit through contacts with the error of the time step at its own numbers taken out, in place of that of the set that the
     search went to: what a step does to one law may be no error of another (a friction that goes with the load knows none in the
     first step)."""
-    known = problem.step_change
-    if known is None or problem.segmented:
+    if problem.step_change is None or problem.segmented:
         return fit
+    return _aside(problem, fit, lambda: corrected(problem, fit)[0])
+
+
+def _aside(problem, fit, better):
+    """The fit that better() gives, and the Problem with the step and the correction that it had before."""
+    known = problem.simulator.time_step, problem.step_change
     try:
-        return corrected(problem, fit)[0]
+        return better()
     except InputError:
         return fit  # what a shorter step cannot simulate loses no finished fit
     finally:
-        problem.step_change = known
+        problem.simulator.time_step, problem.step_change = known
 
 
 def prediction_shift(problem, first, second):

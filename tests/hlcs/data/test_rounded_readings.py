@@ -43,3 +43,9 @@ def test_small_readings_are_no_multiples_of_a_large_step():
     """Noise of 0.1 mm about zero, written with six decimals: steps of a micrometre, not of a metre."""
     values = np.round(1e-4 * np.random.default_rng(2).standard_normal(40), 6)
     assert reading_step(values) == pytest.approx(1e-6, rel=1e-6)
+
+
+def test_two_heights_far_apart_are_no_two_multiples_of_their_distance(generator):
+    """A block that topples at 0.1 m and the same mark at rest at 1 m, both read to a millimetre: few readings, one wide gap."""
+    values = np.concatenate([0.1 + 0.001 * generator.integers(0, 7, 200), 1.0 + 0.001 * generator.integers(0, 4, 200)])
+    assert reading_step(np.round(values, 6)) == pytest.approx(0.001)

@@ -122,7 +122,7 @@ def test_a_law_that_changes_what_a_body_hits_is_looked_at_far_away(tmp_path):
     search.expand()
     drag = frozenset({"linear_drag"})
     proposal, base = search.foreseen[drag]
-    slope = search.base_model.proposal(drag)
+    slope = search.models[frozenset()].proposal(drag)
     assert slope.numbers["linear_drag"]["rate"] < 2.0 and slope.fall < 0.5 * base.chi2
     assert proposal.numbers["linear_drag"]["rate"] == pytest.approx(8.0, abs=4.0) and proposal.fall > 0.8 * base.chi2
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from linear_models import LAWS, RATE, Line, sets
+from linear_models import LAWS, RATE, Bend, Line, sets
 
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
@@ -117,6 +117,41 @@ def test_a_pair_waits_for_its_parts_and_leaves_the_batch_to_their_rivals():
     search.foreseen = {proposal.effects: (proposal, parent) for proposal, parent in proposals}
     batch = [sorted(proposal.effects) for proposal, _ in search.parts_first(proposals, 200.0)]
     assert batch == [["magnus"], ["tilted_gravity"], ["quadratic_drag"]]
+
+
+def test_a_batch_holds_what_is_foreseen_within_reach_of_the_cheapest():
+    """Of what costs more the fit of the cheapest may leave nothing to explain; the first is fitted whatever it costs."""
+    search = searched(0.0)
+    reach = search.reach()
+    costs = {"first": 500.0, "near": 100.0 + 0.9 * reach, "cheapest": 100.0, "far": 101.0 + reach}
+    batch = search.first_ones([(Proposal(cost, frozenset({name}), {}), search.base) for name, cost in costs.items()])
+    assert [sorted(proposal.effects) for proposal, _ in batch] == [["first"], ["near"], ["cheapest"]]
+
+
+@pytest.mark.parametrize(("alone", "borne_out"), [(1.0, True), (0.0, False)])
+def test_a_law_that_only_changes_what_another_does_takes_no_place_of_it(generator, alone, borne_out):
+    """At the fit of a drag spin_decay does what the drag does; where the drag is not it moves the data as much, or nothing."""
+
+    class Beside(Bend):
+        def shape(self, name, t):
+            return t
+
+        def residuals(self, model, initial_states):
+            rates = {term.name: term.numbers["rate"] for term in model.terms}
+            drag = rates.get("linear_drag", 0.0)
+            rate = drag + rates.get("spin_decay", 0.0) * (alone + (1 - alone) * drag)
+            return [y - state[0] - rate * t for t, y, state in zip(self.times, self.values, initial_states, strict=True)]
+
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    problem = Beside(times, [3.0 * t + 0.05 * generator.standard_normal(25) for t in times], 0.05)
+    search = Search(problem, LAWS.values(), problem.fit(Model()))
+    drag = frozenset({"linear_drag"})
+    search.expand()
+    search.fit_sets([search.foreseen[drag]])
+    search.expand()
+    parent, foreseen = search.fits[drag], search.models[drag].proposal(frozenset({"spin_decay"}))
+    assert foreseen.cost < search.base.cost - 1000  # beside the drag it is foreseen to do all of its work
+    assert search.borne_out(foreseen, parent) == borne_out
 
 
 def test_a_first_set_that_cannot_be_simulated_loses_no_search():

@@ -1,6 +1,7 @@
 """From fitted sets to what is told of them: which stand, which do as well, their weights, and intervals over several sets."""
 
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +13,7 @@ from hlcs.effects import Free
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets, interval
-from hlcs.selection.verdict import _parameters, finals
+from hlcs.selection.verdict import _parameters, best_set, finals
 from hlcs.simulation.model import Model
 
 
@@ -40,6 +41,29 @@ def test_what_does_not_hold_out_does_not_stand(generator):
     problem = Bend(times, values, 0.05, ["a", "b", "a", "b"])
     fitted = FittedSets(Search(problem, LAWS.values(), problem.fit(Model())).run(), CrossValidation(problem.trials, "group"))
     assert fitted.best == frozenset()
+
+
+@pytest.mark.parametrize("adequate", [True, False])
+def test_what_leaves_nothing_but_noise_stands_where_the_data_contradict_all_that_held_out_data_prove(generator, adequate):
+    """A rise that three short recordings show together and that none of them foretells of the others: without it the data are
+    not explained. Where it does not explain them either, it does not stand."""
+    times = [np.linspace(0.0, 2.0, 4) for _ in range(3)]
+    search = Search(
+        problem := Bend(times, [1.0 * t + 0.3 * generator.standard_normal(4) for t in times], 0.3, ["a", "b", "c"]),
+        [LAWS["linear_drag"]],
+        problem.fit(Model()),
+    ).run()
+    law = frozenset({"linear_drag"})
+
+    class Unproved(FittedSets):
+        def broken(self, effects, name):
+            return None if effects in self.shown else "held-out data are too few"
+
+    def finished(effects):
+        return None, search.fits[effects], SimpleNamespace(adequate=adequate and effects == law, overdispersion=2.0)
+
+    sets, told = best_set(partial(Unproved, search, CrossValidation(problem.trials, "group")), finished)
+    assert sets.best == (law if adequate else frozenset()) and told[1] is search.fits[sets.best]
 
 
 @pytest.mark.parametrize(("overdispersion", "best"), [(1.0, {"linear_drag", "spin_decay"}), (5.0, {"linear_drag"})])
