@@ -218,9 +218,11 @@ class Search:
 
     def first_ones(self, proposals):
         """[(Proposal, Fit it was foreseen from)] of those to be fitted now: the first one, and what is foreseen within reach of
-        the cheapest. The others are of interest where these fail."""
+        the cheapest, or to take away HELPS of what that one takes from the best so far: through impacts much is found that was
+        not foreseen. The others are of interest where these fail."""
         least = min(proposal.cost for proposal, _ in proposals)
-        return [each for place, each in enumerate(proposals) if not place or each[0].cost <= least + self.reach()]
+        most = least + max(self.reach(), HELPS * (self.cost(self.ranked()[0]) - least))
+        return [each for place, each in enumerate(proposals) if not place or each[0].cost <= most]
 
     def borne_out(self, proposal, parent):
         """Is a set without some effect of the fit that it was foreseen from also foreseen where that effect is not, FORESEEN of
@@ -332,11 +334,15 @@ class Search:
     def refit(self, proposal, parent, states=None):
         """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
         can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
-        best, guess = None, self.problem.initial_guess()
-        near = self.preview.nearer(proposal.numbers, parent) if states is None else proposal.numbers
-        first = near, parent.initial_states if states is None else states
-        begun = [first, *((numbers, guess) for numbers in self.beginnings(proposal))]
-        for numbers, states in begun:  # states that were fitted to a wrong model may lead astray
+        best, guess, seen = None, self.problem.initial_guess(), []
+        if states is None:
+            begun = [(self.preview.nearer(proposal.numbers, parent), parent.initial_states)]
+        else:
+            begun = [(proposal.numbers, states), (proposal.numbers, parent.initial_states)]
+        for numbers, states in (*begun, *((numbers, guess) for numbers in self.beginnings(proposal))):
+            if any(numbers == known and np.array_equal(states, there) for known, there in seen):
+                continue  # states that were fitted to a wrong model may lead astray, and so may those read off the data
+            seen.append((numbers, states))
             try:
                 fit = self.problem.fit(self.preview.model_with(numbers), states)
             except InputError:  # numbers with which nothing can be simulated
@@ -346,7 +352,8 @@ class Search:
             again = best is not None and fit.cost > best.cost - EQUAL  # another beginning led to no better end
             if best is None or fit.cost < best.cost:
                 best = fit
-            if again or best.cost + self.price(proposal.effects, best) < proposal.cost + EQUAL or self.noise_alone(best):
+            met = best.converged and best.cost + self.price(proposal.effects, best) < proposal.cost + EQUAL
+            if again or met or self.noise_alone(best):
                 break
         return best
 

@@ -215,16 +215,25 @@ def step_lengths(duration, step, fastest):
 
 
 def fly(bodies: Bodies, effects, duration, step) -> Track:
-    """Fly n bodies for `duration` [s] or a little longer under the effects (gravity among them), in steps of at most `step` [s].
+    """Fly n bodies for `duration` [s] or a little longer under the effects (gravity among them), in steps of at most `step` [s]:
+    all of them in the steps that the fastest needs."""
+    track, needed = fly_each(bodies, effects, duration, step)
+    return track if needed.min() >= step else fly(bodies, effects, duration, needed.min())
+
+
+def fly_each(bodies: Bodies, effects, duration, step):
+    """(Track of n bodies that fly for `duration` [s] or a little longer, the steps (n,) that they need [s], `step` at most).
 
     Where another acceleration than that of a drag in proportion to speed answers a change of velocity within the step (the drag
-    of a light body in a liquid) the flight is done again in shorter steps: beyond 2.8 / h Runge-Kutta's answer grows without end.
+    of a light body in a liquid) a body needs shorter ones: beyond 2.8 / h Runge-Kutta's answer grows without end. It stands still
+    from there on, and is to be flown again; the others fly as they would without it.
     """
     decay, others = viscous_rates(bodies, effects)
     lengths = step_lengths(duration, step, float(decay.max(initial=0.0)))
     rates, count, h = accelerations(bodies, effects, others), len(lengths), 0.0
     decay = np.repeat(np.concatenate([decay, np.zeros_like(decay)], axis=1), 3, axis=1)  # of a twist: no spin decays so
     x, q, v = (np.array(part, dtype=float) for part in (bodies.position, bodies.orientation, bodies.twist))
+    needed = np.full(len(x), float(step))
     record = [np.empty((count + 1, *part.shape)) for part in (x, q, v)]
     times = np.concatenate([[0.0], np.cumsum(lengths)])
     for k in range(count + 1):
@@ -243,14 +252,21 @@ def fly(bodies: Bodies, effects, duration, step) -> Track:
         mean = np.concatenate([v2[:, :3], (v + v2)[:, 3:] / 2], axis=1)
         a3 = rates(t + h / 2, *moved(x, q, mean, h / 2), v3)
         first, early, late = (np.sqrt(np.sum(part[:, :3] ** 2, axis=1)) for part in (a1, a2 - a1, a3 - a2))
-        stiff = 2 * np.max(late / (early + 1e-3 * first + 1e-9))  # h |da/dv|; single components change sign and tell nothing
-        if stiff > STIFF and h > SHORTEST:
-            return fly(bodies, effects, duration, max(h / min(np.ceil(2 * stiff), 4.0), SHORTEST))
+        stiff = 2 * late / (early + 1e-3 * first + 1e-9)  # h |da/dv|; single components change sign and tell nothing
+        if h > SHORTEST and np.any(stiff > STIFF):
+            shorter = np.maximum(h / np.minimum(np.ceil(2 * stiff), 4.0), SHORTEST)
+            needed = np.where(stiff > STIFF, np.minimum(needed, shorter), needed)
+            if np.all(needed < step):
+                for store, value in zip(record, (x, q, v), strict=True):
+                    store[k + 1 :] = value
+                break
         v4 = half.left * v2 + h / 2 * half.one * (2 * a3 - a1)
         a4 = rates(t + h, *moved(x, q, v3, h), v4)
         # the accelerations as a polynomial of time: a1 + slope s + bend s^2, s from 0 to 1 over the step
         slope, bend = 2 * (a2 + a3) - 3 * a1 - a4, 2 * (a1 + a4 - a2 - a3)
-        x, q = moved(x, q, whole.one * v + h * (whole.two * a1 + whole.three * slope + 2 * whole.four * bend), h)
-        v = whole.left * v + h * (whole.one * a1 + whole.two * slope + 2 * whole.three * bend)
+        ahead = moved(x, q, whole.one * v + h * (whole.two * a1 + whole.three * slope + 2 * whole.four * bend), h)
+        ahead = *ahead, whole.left * v + h * (whole.one * a1 + whole.two * slope + 2 * whole.three * bend)
+        flies = (needed >= step)[:, None]
+        x, q, v = (np.where(flies, new, old) for new, old in zip(ahead, (x, q, v), strict=True))
     position, orientation, twist = record
-    return Track(times, position, twist[..., :3], orientation, twist[..., 3:])
+    return Track(times, position, twist[..., :3], orientation, twist[..., 3:]), needed

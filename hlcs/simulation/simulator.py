@@ -9,7 +9,7 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.contract import Scene, Setup
 from hlcs.simulation import contact_motion
 from hlcs.simulation.batching import current_task
-from hlcs.simulation.free_flight import fly
+from hlcs.simulation.free_flight import fly_each
 from hlcs.simulation.initial_state import fastest_slide, height_on_floor
 from minibullet import rotations
 from minibullet.bodies import Bodies
@@ -68,7 +68,6 @@ class Simulator:
         if any(trial.recording for trial in self.trials):
             self.duration_class = np.ceil(np.log2(durations / durations.min()) - 1e-9).astype(int)
         self.body_steps = 0  # bodies times steps simulated
-        self.flown_step = np.inf  # the shortest in which a flight was flown since somebody set this back [s]
 
     def simulate(self, model, initial_states, owner, time_step=None):
         """The Motion at the times of trials[owner[b]], a list, for initial states (B, 13), owner (B,)."""
@@ -158,12 +157,18 @@ class Simulator:
         step = requests[0][3] or self.time_step
         duration = max(max(float(times.max()) for times in samples), step)
         duration += 0.06 * duration + 0.05 if any(changes) else 0.0
-        track = self._track(setups, initial_states, owner, effects, duration, step)
+        track, needed = self._track(setups, initial_states, owner, effects, duration, step)
         self.body_steps += (len(owner) + (0 if self.contact else STEP_COST)) * (len(track.times) - 1)
-        return [
+        answers = [
             self._observe(track, span, its_changes, samples, initial_states, owner, effects)
             for span, its_changes in zip(spans, changes, strict=True)
         ]
+        for shorter in np.unique(needed[needed < step]):  # of flights, which make one request at a time
+            (again,) = np.nonzero(needed == shorter)
+            (motions,) = self._batch([(requests[0][0], initial_states[again], owner[again], float(shorter))])
+            for b, motion in zip(again, motions, strict=True):
+                answers[0][b] = motion
+        return answers
 
     def _set_up(self, model, owner):
         """(Setup of every run, effects of every run, changes of what the camera sees) of one request."""
@@ -222,7 +227,9 @@ class Simulator:
         return force
 
     def _track(self, setups, initial_states, owner, effects, duration, step):
-        """Track of the tracked points, by flight alone or with contacts; effects: of every run, in flight the same for all."""
+        """(Track of the tracked points, the step that each run needs (B,) [s]), by flight alone or with contacts; effects: of
+        every run, in flight the same for all."""
+        needed = np.full(len(owner), step)
         bodies, centres = [rigid_body(setup.body) for setup in setups], np.array([setup.centre for setup in setups])
         if self.contact:
             initial_states = np.array(
@@ -246,16 +253,16 @@ class Simulator:
             ]
             track = contact_motion.simulate(runs, duration, step)
         else:
-            track = _flight(bodies, initial_states, effects[0], duration, step)
-            self.flown_step = min(self.flown_step, float(np.diff(track.times).max()))
+            track, needed = _flight(bodies, initial_states, effects[0], duration, step)
         if off_centre:
             arms = rotations.rotate(track.orientation, centres[None])
             track = track._replace(position=track.position - arms, velocity=track.velocity - np.cross(track.spin, arms))
-        return track
+        return track, needed
 
 
 def _flight(bodies, initial_states, effects, duration, step):
-    """Track of rigid bodies that fly from initial states (B, 13), orientations those of the bodies' own axes."""
+    """(Track of rigid bodies that fly from initial states (B, 13), orientations those of the bodies' own axes, the step that each
+    needs (B,) [s])."""
     turn = np.array([body.turn for body in bodies])
     state = Bodies(
         initial_states[:, :3],
@@ -263,8 +270,8 @@ def _flight(bodies, initial_states, effects, duration, step):
         np.concatenate([initial_states[:, 3:6], initial_states[:, 10:13]], axis=1),
         *(np.array([getattr(body, name) for body in bodies]) for name in ("mass", "inertia", "volume", "area", "radius")),
     )
-    track = fly(state, effects, duration, step)
-    return track._replace(orientation=rotations.product(track.orientation, rotations.conjugate(turn)))
+    track, needed = fly_each(state, effects, duration, step)
+    return track._replace(orientation=rotations.product(track.orientation, rotations.conjugate(turn))), needed
 
 
 def partition(members, sizes, most):

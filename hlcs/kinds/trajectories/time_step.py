@@ -32,25 +32,11 @@ def refine(problem, fit):
         return corrected(problem, fit)
     owner = np.arange(len(problem.trials))
     while True:
-        fit = steady(problem, fit)
         finer = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step / 2)
         shift = prediction_shift(problem, fit.linearization.trajectories, finer)
         if shift < STILL or simulator.time_step / 2 < FINEST:
             return fit, shift
         simulator.time_step /= 2
-        fit = problem.fit(fit.model, fit.initial_states)
-
-
-def steady(problem, fit):
-    """A fit of flights in a step that all of them keep to: where one is too fast for it all that share its simulation are flown
-    in a shorter one, and no two predictions would differ by their models alone."""
-    simulator = problem.simulator
-    while True:
-        simulator.flown_step = np.inf
-        problem.linearise(fit.model, fit.initial_states)
-        if not simulator.flown_step < 0.9 * simulator.time_step:
-            return fit
-        simulator.time_step = simulator.flown_step
         fit = problem.fit(fit.model, fit.initial_states)
 
 

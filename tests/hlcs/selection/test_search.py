@@ -119,13 +119,18 @@ def test_a_pair_waits_for_its_parts_and_leaves_the_batch_to_their_rivals():
     assert batch == [["magnus"], ["tilted_gravity"], ["quadratic_drag"]]
 
 
-def test_a_batch_holds_what_is_foreseen_within_reach_of_the_cheapest():
-    """Of what costs more the fit of the cheapest may leave nothing to explain; the first is fitted whatever it costs."""
-    search = searched(0.0)
-    reach = search.reach()
-    costs = {"first": 500.0, "near": 100.0 + 0.9 * reach, "cheapest": 100.0, "far": 101.0 + reach}
-    batch = search.first_ones([(Proposal(cost, frozenset({name}), {}), search.base) for name, cost in costs.items()])
-    assert [sorted(proposal.effects) for proposal, _ in batch] == [["first"], ["near"], ["cheapest"]]
+@pytest.mark.parametrize(("slope", "batch"), [(0.0, ["first", "near", "cheapest"]), (3.0, ["first", "near", "half", "cheapest"])])
+def test_a_batch_holds_what_is_foreseen_to_take_away_half_of_what_the_cheapest_does(slope, batch):
+    """Of what costs more, and beyond reach, the fit of the cheapest may leave nothing to explain; the first is fitted always."""
+    problem = Line(TIMES, [slope * t for t in TIMES], 0.1)
+    search = Search(problem, [RATE], problem.fit(Model()))
+    cost, reach = search.cost(frozenset()), search.reach()
+    least = -20 * reach if slope else cost
+    half = least + 0.45 * (cost - least) if slope else cost + 2 * reach
+    costs = {"first": 2 * abs(cost) + 100 * reach, "near": least + 0.9 * reach, "half": half, "cheapest": least}
+    costs["far"] = least + 0.55 * (cost - least) if slope else cost + 3 * reach
+    found = search.first_ones([(Proposal(cost, frozenset({name}), {}), search.base) for name, cost in costs.items()])
+    assert [name for proposal, _ in found for name in proposal.effects] == batch
 
 
 @pytest.mark.parametrize(("alone", "borne_out"), [(1.0, True), (0.0, False)])

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from hlcs.kinds.trajectories import time_step
-from hlcs.kinds.trajectories.time_step import richardson, settling, steady
+from hlcs.kinds.trajectories.time_step import richardson, settling
 from hlcs.simulation.simulator import Motion
 
 
@@ -31,18 +31,3 @@ def test_a_recording_that_finds_no_rest_with_shorter_steps_is_not_corrected(monk
     runs = {1: [0.0, 0.0, 5.0], 1 / 2: [0.4, 0.1, 5.0], 1 / 4: [0.6, 3.1, 5.0], 1 / 8: [0.7, 3.3, 5.001]}
     kept = settling(problem, runs)
     assert [kept[share] for share in runs] == [[0.0, 0.0, 5.0], [0.4, 0.0, 5.0], [0.6, 0.0, 5.0], [0.7, 0.0, 5.001]]
-
-
-def test_flights_of_a_fit_keep_to_one_step():
-    """One is too fast for 1/30 s, and after it for 1/60 s: the fit is made again in the step that all of them keep to."""
-    simulator, fits = SimpleNamespace(time_step=1 / 30, flown_step=np.inf), []
-
-    def linearise(model, states):
-        simulator.flown_step = max(simulator.time_step / 2, 1 / 120)
-
-    def fit(model, states):
-        fits.append(simulator.time_step)
-        return SimpleNamespace(model=model, initial_states=states)
-
-    steady(SimpleNamespace(simulator=simulator, linearise=linearise, fit=fit), fit(None, None))
-    assert fits == [1 / 30, 1 / 60, 1 / 120]
