@@ -64,8 +64,10 @@ class FittedSets:
 
     def absorbs(self, effects, name):
         """Where no set explains the data: does an effect take less than HELPS of the excess misfit that is left without it? Not
-        one whose number impacts show otherwise than the model has it: a second witness tells that it is there."""
-        return self.overdispersion > 1 and name not in self.search.readings and self.share(effects, name) < HELPS
+        one whose number impacts show otherwise than the model has it: a second witness tells that it is there. What a flight
+        shows of a drag is no second one."""
+        witnessed = self.search.problem.simulator.contact and name in self.search.readings
+        return self.overdispersion > 1 and not witnessed and self.share(effects, name) < HELPS
 
     def share(self, effects, name):
         """Share of the excess misfit that is left without an effect of a set which it takes away, 0 to 1; of a law of which a
