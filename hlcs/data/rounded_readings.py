@@ -7,8 +7,7 @@ ENOUGH = 12  # distinct readings: of as many that are no multiples, one set in a
 NEAR = 0.1  # of a step, within which a reading is one of its multiples: its last digits are rounded too
 FEW = 20  # readings of which fewer than ENOUGH are distinct: so many repeat that they are rounded
 MOST_DECIMALS = 9  # of a metre: no tracker has more
-APART = 3.0  # last digits by which two distances between pixels may differ, though they are the same number of pixels; a reading
-# may lie as many off its pixel
+APART = 3.0  # last digits by which equal distances between pixels may differ, and a reading lie off its pixel: all are rounded
 
 
 def reading_step(values):

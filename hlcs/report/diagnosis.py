@@ -125,16 +125,15 @@ def _others(diagnosis):
 
 def _what(diagnosis, finding, start):
     """What is said of a candidate and of all others like it; start: what the model as it is leaves."""
-    suspected = finding.reason is Reason.SUSPECTED
-    if finding.reason is not Reason.EXPLAINED_TOO and not suspected:
+    if finding.reason not in (Reason.EXPLAINED_TOO, Reason.SUSPECTED):
         return OTHERS[finding.reason]
     part = 1 - finding.remains["chi2_per_freedom"] / start if finding.remains and start else 1.0
     if part < LITTLE:
         return f"less than {100 * LITTLE:.0f} % of the misfit is explained"
-    if not diagnosis.effects and not suspected:
+    if finding.reason is Reason.SUSPECTED and (not diagnosis.effects or _as_little(diagnosis, finding)):
+        return OTHERS[Reason.SUSPECTED]
+    if not diagnosis.effects:
         return "a part is explained, and more than noise is left (how much stands above)"
-    if suspected and not (diagnosis.effects and finding.remains and not _as_little(diagnosis, finding)):
-        return OTHERS[finding.reason]
     return _as_good(diagnosis, finding) or OTHERS[Reason.EXPLAINED_TOO]
 
 

@@ -150,8 +150,7 @@ class Search:
             if not promising:
                 break
             twice = max(promising[0][0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
-            together = self.parts_first([each for each in promising if each[0].cost <= twice], limit)
-            together = self.first_ones(together)
+            together = self.first_ones(self.parts_first([each for each in promising if each[0].cost <= twice], limit))
             numbers = [self.count(proposal.effects) for proposal, _ in together]
             affordable = self.budget.affordable(numbers, TOGETHER) if self.problem.simulator.contact else 1
             if refits >= REFITS or self.budget.spent(f"{len(promising)} sets of effects that might do as well", affordable):
@@ -339,9 +338,10 @@ class Search:
             begun = [(self.preview.nearer(proposal.numbers, parent), parent.initial_states)]
         else:
             begun = [(proposal.numbers, states), (proposal.numbers, parent.initial_states)]
+        # states that were fitted to a wrong model may lead astray, and so may those read off the data
         for numbers, states in (*begun, *((numbers, guess) for numbers in self.beginnings(proposal))):
             if any(numbers == known and np.array_equal(states, there) for known, there in seen):
-                continue  # states that were fitted to a wrong model may lead astray, and so may those read off the data
+                continue
             seen.append((numbers, states))
             try:
                 fit = self.problem.fit(self.preview.model_with(numbers), states)

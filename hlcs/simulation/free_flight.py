@@ -208,9 +208,9 @@ def step_lengths(duration, step, fastest):
     """
     first = FIRST / max(fastest, 1e-300)
     growing = first * GROWTH ** np.arange(max(int(np.log(step / first) / np.log(GROWTH)), 0)) if first < step else np.zeros(0)
-    growing = growing[np.cumsum(growing) < duration]
+    growing = growing[np.cumsum(growing) - growing < duration]
     rest = duration - growing.sum()
-    count = max(int(np.ceil(rest / step - 1e-9)), 1)
+    count = max(int(np.ceil(rest / step - 1e-9)), 0 if len(growing) else 1)
     return np.concatenate([growing, np.full(count, step)])
 
 
@@ -260,13 +260,14 @@ def fly_each(bodies: Bodies, effects, duration, step):
                 for store, value in zip(record, (x, q, v), strict=True):
                     store[k + 1 :] = value
                 break
+        stopped = (needed < step)[:, None]
         v4 = half.left * v2 + h / 2 * half.one * (2 * a3 - a1)
+        v4 = np.where(stopped, v, v4) if stopped.any() else v4  # beyond its step what a law answers grows without end
         a4 = rates(t + h, *moved(x, q, v3, h), v4)
         # the accelerations as a polynomial of time: a1 + slope s + bend s^2, s from 0 to 1 over the step
         slope, bend = 2 * (a2 + a3) - 3 * a1 - a4, 2 * (a1 + a4 - a2 - a3)
         ahead = moved(x, q, whole.one * v + h * (whole.two * a1 + whole.three * slope + 2 * whole.four * bend), h)
         ahead = *ahead, whole.left * v + h * (whole.one * a1 + whole.two * slope + 2 * whole.three * bend)
-        flies = (needed >= step)[:, None]
-        x, q, v = (np.where(flies, new, old) for new, old in zip(ahead, (x, q, v), strict=True))
+        x, q, v = (np.where(stopped, *pair) for pair in zip((x, q, v), ahead, strict=True)) if stopped.any() else ahead
     position, orientation, twist = record
     return Track(times, position, twist[..., :3], orientation, twist[..., 3:]), needed

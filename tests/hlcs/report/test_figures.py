@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from planted import AMBIGUOUS, COMPLETE, EFFECT, NOISE, UNEXPLAINED, pictures, table
+from planted import AMBIGUOUS, COMPLETE, EFFECT, NOISE, UNEXPLAINED, number, pictures, table
 
 from hlcs.rendering import Pictures
 from hlcs.report import diagnosis_figures as figures
@@ -78,6 +78,10 @@ def test_the_error_falls_to_a_floor_with_the_share_of_the_starts_hatched():
     (axes,) = figures.error_panel(replace(EFFECT, steps=tuple(near)))  # from 5 to 3 mm
     (band,) = axes.patches
     assert band.get_y() == pytest.approx(3.0 * np.sqrt(0.96)) and band.get_y() + band.get_height() == pytest.approx(3.0)
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["as it is", "+ quadratic drag"]
+    wrong = replace(EFFECT, parameters={"quadratic_drag": {"drag_coefficient": number(0.403, 0.002, stated=0.47)}})
+    (axes,) = figures.error_panel(wrong)
+    assert [label.get_text().replace("\n", " ") for label in axes.get_xticklabels()] == ["as it is", "quadratic drag corrected"]
     (axes,) = figures.error_panel(UNEXPLAINED)
     assert "not down to the noise" in axes.get_title(loc="left").replace("\n", " ")
 

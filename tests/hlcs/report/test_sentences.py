@@ -205,6 +205,17 @@ def test_the_ranking_is_by_what_remains_and_every_error_has_its_unit():
     assert [row["foreseen"] for row in ranking(EFFECT)] == [False, True, False]
 
 
+def test_where_nothing_is_missing_sets_that_leave_as_much_are_counted_and_not_listed():
+    """Of chi-squares of 1, 0.99 and 0.97 the last alone is smaller by more than 2 %."""
+    others = [replace(WIND, effect=name, remains=WIND.remains | {"effects": [name]}) for name in ("uniform_flow", "magnus")]
+    same, less = (
+        replace(each, remains=each.remains | {"chi2_per_freedom": chi2}) for each, chi2 in zip(others, (0.99, 0.97), strict=True)
+    )
+    told = replace(COMPLETE, candidates=(same, less)).summary().split("What remains\n")[1].split("\n\n")[0]
+    assert "the model as it is" in told and "magnus" in told and "uniform_flow" not in told
+    assert "1 more leave no less, to 2 %" in " ".join(told.split())
+
+
 def test_details_are_added_and_nothing_is_taken_away():
     short, long = EFFECT.summary(), EFFECT.summary(details=True)
     assert short.rsplit("\n\n", 1)[0] in long and "Details: the candidates" in long and "Details" not in short
@@ -283,6 +294,10 @@ def test_candidates_of_one_reason_stand_together_with_it():
     assert "uniform_flow: a part is explained, and more than noise is left" in nothing and "by what was found" not in nothing
     little = replace(WIND, remains=WIND.remains | {"chi2_per_freedom": 2490.0})
     assert "- uniform_flow: less than 2 % of the misfit is explained." in text(diagnosis(others=(little,)))
+    suspected = replace(WIND, reason=Reason.SUSPECTED)
+    assert "- uniform_flow: a part is explained, not as well as by what was found" in text(diagnosis(others=(suspected,)))
+    suspected = replace(suspected, remains=WIND.remains | {"chi2_per_freedom": 1.0})  # it leaves as little as the drag
+    assert "- uniform_flow: the misfit would fall, but not enough on data that" in text(diagnosis(others=(suspected,)))
 
 
 def test_what_would_do_instead_is_one_of_several_and_not_all_of_them():

@@ -1,5 +1,7 @@
 """The search over sets of effects: it ends with the law or with nothing, and what it costs is what the formula says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from linear_models import LAWS, RATE, Bend, Line, sets
@@ -7,6 +9,7 @@ from linear_models import LAWS, RATE, Bend, Line, sets
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
+from hlcs.estimation.fitting import fit_at
 from hlcs.selection.prediction import Proposal
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS, REACH
@@ -157,6 +160,24 @@ def test_a_law_that_only_changes_what_another_does_takes_no_place_of_it(generato
     parent, foreseen = search.fits[drag], search.models[drag].proposal(frozenset({"spin_decay"}))
     assert foreseen.cost < search.base.cost - 1000  # beside the drag it is foreseen to do all of its work
     assert search.borne_out(foreseen, parent) == borne_out
+
+
+def test_a_first_set_whose_fit_did_not_come_to_its_end_is_begun_from_the_states_of_the_model_under_test(monkeypatch):
+    """From the states that were read off the data the fit stays where it began; nothing had foreseen what it would cost."""
+    problem = Line(TIMES, [3.0 * t for t in TIMES], 0.1)
+    states = problem.initial_guess() + 0.25
+    search = Search(problem, [RATE], problem.fit(Model()), first=[({"linear_drag": {"rate": 1.0}}, states)])
+    fit = problem.fit
+
+    def stuck(model, begun):
+        if not np.array_equal(begun, states):
+            return fit(model, begun)
+        return replace(fit_at(model, begun, problem.linearise(model, begun)), converged=False)
+
+    monkeypatch.setattr(problem, "fit", stuck)
+    search.fit_first()
+    found = search.fits[frozenset({"linear_drag"})]
+    assert found.converged and found.estimate[0] == pytest.approx(3.0, rel=1e-3)
 
 
 def test_a_first_set_that_cannot_be_simulated_loses_no_search():

@@ -101,6 +101,17 @@ def test_what_absorbs_most_is_kept_aside_where_nothing_stands(generator):
     assert FittedSets(search, CrossValidation(problem.trials, "group")).absorbing == []
 
 
+@pytest.mark.parametrize(("contact", "best"), [(False, set()), (True, {"linear_drag"})])
+def test_impacts_are_a_second_witness_of_an_effect_and_what_a_flight_shows_of_a_drag_is_none(generator, contact, best):
+    """A rise of 0.3 a second beside a swing, too little to stand by the misfit: what impacts show of its number lets it stand."""
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    values = [0.3 * t + 0.5 * np.sin(3 * np.pi * t) + 0.05 * generator.standard_normal(25) for t in times]
+    problem = Bend(times, values, 0.05, ["a", "b", "a", "b"])
+    search = Search(problem, [LAWS["linear_drag"]], problem.fit(Model()), readings={"linear_drag": {"rate": 0.3}}).run()
+    problem.simulator.contact = contact
+    assert FittedSets(search, CrossValidation(problem.trials, "group"), 2.0).best == best
+
+
 def test_a_number_of_what_absorbs_is_told_by_its_final_fit(generator):
     """As of what is accepted: here it lies 0.1 beyond that of the search, with twice its error. Each fit is made final once."""
     times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]

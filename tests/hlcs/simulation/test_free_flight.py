@@ -7,7 +7,7 @@ import pytest
 
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.recordings import Trial
-from hlcs.simulation.free_flight import Decay, fly
+from hlcs.simulation.free_flight import Decay, fly, fly_each
 from hlcs.simulation.model import Model
 from minibullet.bodies import Bodies
 from minibullet.effects import Gravity, LinearDrag, QuadraticDrag
@@ -49,9 +49,28 @@ def test_a_longer_flight_is_the_shorter_one_gone_on_with(rate):
     bodies = Bodies(
         np.zeros((1, 3)), np.array([[1.0, 0, 0, 0]]), np.array([[2.0, 0, 1, 0, 0, 0]]), one, np.ones((1, 3)), one, one, one
     )
-    short, long = (fly(bodies, (Gravity(9.81), LinearDrag(rate)), duration, 1 / 30) for duration in (0.91, 1.37))
-    for few, many in zip(short, long, strict=True):
-        assert np.array_equal(few, many[: len(few)])
+    *short, long = (fly(bodies, (Gravity(9.81), LinearDrag(rate)), duration, 1 / 30) for duration in (0.001, 0.91, 1.37))
+    for track in short:
+        for few, many in zip(track, long, strict=True):
+            assert np.array_equal(few, many[: len(few)])
+
+
+def test_a_body_flies_as_it_does_alone_whatever_flies_beside_it():
+    """To the last bit, beside one so fast in water that it needs another step, and stands still till it is flown again."""
+    velocity = np.array([[0.5, 0.0, 0.3, 0, 0, 0], [400.0, 0, 0, 0, 0, 0]])
+
+    def flown(rows):
+        one, upright = np.ones(len(rows)), np.tile([1.0, 0, 0, 0], (len(rows), 1))
+        bodies = Bodies(
+            np.zeros((len(rows), 3)), upright, velocity[rows], 0.007 * one, np.ones((len(rows), 3)), one, 3e-4 * one, one
+        )
+        return fly_each(bodies, (Gravity(1.0), QuadraticDrag(0.45, 1000.0)), 1.0, 1 / 30)
+
+    (alone, own), (beside, needed) = flown([0]), flown([0, 1])
+    assert needed[0] == own[0] == 1 / 30 and needed[1] < 1 / 30 and np.isfinite(beside.position).all()
+    assert np.array_equal(alone.times, beside.times)
+    for mine, both in zip(alone[1:], beside[1:], strict=True):
+        assert np.array_equal(mine[:, 0], both[:, 0])
 
 
 @pytest.mark.parametrize("rate", [0.1, 10.0, 1e3, 1e5])
