@@ -21,6 +21,7 @@ from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, touches, without
 from hlcs.kinds.trajectories.sinking import drags_shown
+from hlcs.kinds.trajectories.spinning import spin_losses_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories.time_step import alone, polished
 from hlcs.learning import learn
@@ -137,16 +138,16 @@ class Trajectories:
             few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
             prepared = prepare(few, own, noise, likely)
         chosen, absent = self._candidates(few, prepared.contact, candidates)
-        sinking = {} if prepared.contact else drags_shown(chosen, few.trials)
+        strong = {} if prepared.contact else drags_shown(chosen, few.trials) | spin_losses_shown(chosen, few.trials)
         on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
         def searched(prepared, chosen, absent):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
             odds = ODDS if cross_validation.possible else ODDS_ALONE
             few_fits = prepared.problem.segmented  # are affordable: where the impacts point to, and where a look ended
-            seen, states = (impacts, None) if few_fits else (sinking, prepared.problem.initial_guess())
+            seen, states = (impacts, None) if few_fits else (strong, prepared.problem.initial_guess())
             first = [({entry.name: seen[entry.name]}, states) for entry in chosen if entry.name in seen]
-            begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking)
+            begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | strong)
             search, looked = begun(base=prepared.base, first=first), [frozenset()]
 
             def pause(best):  # what the misfit of a worse model did to the numerics and to single samples is nothing to explain
