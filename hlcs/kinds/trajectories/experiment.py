@@ -45,6 +45,13 @@ def terms_shown(candidates, shown):
     return [*((term,) for term in terms), *pairs]
 
 
+def on_fewer(finding, count):
+    """A Finding of a search on so many of the recordings; what was not tried there was not tried at all."""
+    if finding.reason is Reason.NOT_TRIED:
+        return finding
+    return replace(finding, **Reason.ON_FEWER_RECORDINGS(count=count, why=finding.why)._asdict())
+
+
 class Trajectories:
     """An Experiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
 
@@ -169,11 +176,7 @@ class Trajectories:
         self.options.log("fitting more recordings")
         kept = {*first.effects, *(name for members in first.ambiguous for name in members)}
         confirmed = searched(prepare(many, own, noise, likely), [candidate for candidate in chosen if candidate.name in kept], {})
-        others = tuple(
-            replace(finding, **Reason.ON_FEWER_RECORDINGS(count=len(few.trials), why=finding.why)._asdict())
-            for finding in first.candidates
-            if finding.effect not in kept
-        )
+        others = tuple(on_fewer(each, len(few.trials)) for each in first.candidates if each.effect not in kept)
         left_out = tuple(note for note in first.left_out if note not in confirmed.left_out)
         return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
 
