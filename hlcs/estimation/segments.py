@@ -140,7 +140,10 @@ def _seated(trial, noise):
 
 
 def gaps(trial):
-    """Gap between body and floor at every sample (n,) [m], by the measured attitude or the bounding sphere; NaN = unknown."""
+    """Gap between body and floor at every sample (n,) [m], by the measured attitude or the bounding sphere; NaN = unknown, inf =
+    if around.floor_height is None:
+        return np.full(len(trial.times), np.inf)
+    there is no floor."""
     around, shape = trial.surroundings, rigid_body(trial.body).shape
     normal = np.asarray(around.floor_normal)
     lift = np.where(np.abs(normal) > 1e-9, trial.position, 0.0) @ normal - around.floor_height
@@ -154,7 +157,7 @@ def halves(trial):
     """The two parts of a recording, split in its middle third where the body is farthest from its floor."""
     count = len(trial.times)
     inside = np.arange(max(count // 3, SHORTEST), min(count - count // 3, count - SHORTEST) + 1)
-    height = np.nan_to_num(gaps(trial)[inside], nan=-np.inf)
+    height = np.nan_to_num(gaps(trial)[inside], nan=-np.inf, posinf=0.0)
     middle = int(inside[np.argmax(height - 1e-9 * np.abs(inside - count / 2))])
     return part_of(trial, 0, middle), part_of(trial, middle, count)
 
