@@ -93,12 +93,14 @@ class Outcomes(Tabulated):
         chosen, absent = self._candidates(candidates)
         prepared = self._prepared
         for again in reversed(range(AGAIN)):
+            if not again or search.budget.stopped:
+                break
             cross_validation = CrossValidation(prepared.problem.trials, self.file.hold_out)
             cross_validation.few = len(self.table.values) < FEW
             odds = ODDS if cross_validation.possible else ODDS_ALONE
             search = Search(prepared.problem, chosen, prepared.base, odds, self.options.log).run()
             problem = prepared.problem.beside(search.fits[search.ranked()[0]].model)
-            if not again or problem is prepared.problem:
+            if problem is prepared.problem:
                 break
             prepared = posed(problem, prepared.base.model)
         return select(self, prepared, search, cross_validation, absent)
