@@ -61,7 +61,7 @@ class TrajectoryProblem(Problem):
     def with_noise(self, noise):
         """The same problem with another Noise of the same channels."""
         other = copy(self)
-        other.noise = noise
+        other.noise, other.difference_steps = noise, dict(self.difference_steps)
         other.recordings = [other._recording(k) for k in range(len(self.trials))]
         return other
 

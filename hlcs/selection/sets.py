@@ -37,11 +37,11 @@ class FittedSets:
         search = self.search
         while True:
             cheapest = next(effects for effects in self.ranked if self.stands(effects))
-            parts = search.reduced.keys() - search.fits.keys()
-            search.fits |= {effects: search.reduced[effects] for effects in parts}
+            parts = {effects: fit for effects, fit in search.reduced.items() if effects not in search.fits}
+            search.fits |= parts
+            del self.ranked
             if not any(self.cost(effects) < self.cost(cheapest) for effects in parts):
                 return cheapest
-            del self.ranked
 
     @cached_property
     def best(self):
