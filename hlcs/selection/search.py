@@ -153,7 +153,8 @@ class Search:
             together = self.first_ones(self.parts_first([each for each in promising if each[0].cost <= twice], limit))
             numbers = [self.count(proposal.effects) for proposal, _ in together]
             affordable = self.budget.affordable(numbers, TOGETHER) if self.problem.simulator.contact else 1
-            if refits >= REFITS or self.budget.spent(f"{len(promising)} sets of effects that might do as well", affordable):
+            fits = affordable if refits < REFITS else 0
+            if self.budget.spent(f"{len(promising)} sets of effects that might do as well", fits):
                 break
             together = together[:affordable]
             named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3])
