@@ -282,7 +282,7 @@ class Plan(Result):
     now: dict  # recordings of the pilot, and their power
     needed: dict  # recordings (None: more than anybody makes), length_s, sigma, unit
     options: tuple[dict, ...]  # the same for other lengths and noise, with the power of as many as now
-    look_alikes: tuple[dict, ...]  # effect, cosine, recordings that tell them apart (None: more than a hundred)
+    look_alikes: tuple[dict, ...]  # effect, cosine, recordings that tell them apart (None: more than anybody makes)
     notes: tuple[str, ...] = ()
 
     def to_json(self):

@@ -60,7 +60,7 @@ def _errors(diagnosis):
             "the fitted data."
         )
     if not diagnosis.error.get("held_out"):
-        told.append("Nothing could be held out, since there is a single group: the price of a candidate is doubled instead.")
+        told.append('Nothing was held out (a single group, or hold_out = "none"): the price of a candidate is doubled instead.')
     return tuple(told)
 
 
