@@ -195,7 +195,8 @@ class TableProblem(DirectProblem):
         misses = [float(np.mean(part) / np.hypot(sigma / np.sqrt(len(part)), shared)) for part, shared in settings]
         index = int(np.argmax(np.abs(misses)))
         row = {name: float(values[index]) for name, values in self.distinct.items()}
-        return f"the rows {said(row)} (whose mean the model misses by {abs(misses[index]):.2g} standard errors)", row
+        at = f"the rows {said(row)}" if row else "the rows"
+        return f"{at} (whose mean the model misses by {abs(misses[index]):.2g} standard errors)", row
 
 
 def row_groups(file, table, whole=False):
