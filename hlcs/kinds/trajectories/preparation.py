@@ -27,7 +27,7 @@ LONGEST = 1 / 15  # step of such a run [s]: in a longer one a model of some cent
 RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a comparison is told to cost
 A_STEP = 1e-4  # what a step of such runs costs [s]
 ALONE_AGAIN = 3  # looks for samples that stand alone: what is set aside or taken back moves a fit, and shows or hides others
-NOTHING = None, None, 0.0, [], []  # what `fitted` gives, where nothing could be fitted
+NOTHING = None, None, 0.0, (), ()  # what `fitted` gives, where nothing could be fitted
 
 
 def start_times(trials):
@@ -128,9 +128,14 @@ def prepare(measurement: Recordings, own=(), noise=None, likely=()):
         notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))
     problem, base, shift, sentences, aside = in_long_steps(measurement, noise, model) if contact else NOTHING
     if problem is None:
+    if not np.isfinite(base.chi2):
+        raise InputError(
+            f"{measurement.file.place('model.effects')}: with these the motion does not stay finite; check their numbers, the "
+            "mass and size of the body, and its start"
+        )
         problem, base, shift, sentences, aside = fitted(posed(measurement, noise, model, contact), model, likely)
     if shift > SMALL:
-        sentences.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
+        sentences = (*sentences, f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
     return Prepared(noise, problem, base, (*notes, *sentences), contact, tuple(aside))
 
 
