@@ -177,7 +177,8 @@ def _values(trial, what):
         )
         table = np.full((len(trial.times), 3), np.nan)
         table[there] = np.cumsum(np.vstack([np.zeros(3), steps]), axis=0)
-    return [(trial.times[good], table[good, axis]) for axis in range(3) if (good := np.isfinite(table[:, axis])).sum() >= 8]
+    seen = [np.isfinite(column) for column in table.T]
+    return [(trial.times[good], table[good, axis]) for axis, good in enumerate(seen) if good.sum() >= LEAST_OF_A_PART]
 
 
 def _spread(segments):
