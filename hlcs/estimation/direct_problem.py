@@ -42,7 +42,7 @@ class DirectProblem(Problem):
             for free in term.candidate.free:
                 value = term.numbers[free.name]
                 step = difference_step(free, value)
-                if value + step > free.high:
+                if value + step > free.most:
                     step = -step
                 changed = self.residuals(model.with_at(index, term.numbers | {free.name: value + step}), initial_states)
                 slopes = self.whitened([(before - after) / step for before, after in zip(raw, changed, strict=True)])
