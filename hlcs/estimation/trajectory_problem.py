@@ -197,11 +197,7 @@ class TrajectoryProblem(Problem):
     def _changed(self, model, like, trials):
         """A Simulator of trials that are made like one of these."""
         old, count = self.simulator, len(trials)
-        new = Simulator(
-            model, trials, np.repeat(old.start_time[like], count), old.contact, old.time_step, np.repeat(old.seated[like], count)
-        )
-        new.height_range = old.height_range
-        return new
+        return old.for_trials(model, trials, np.repeat(old.start_time[like], count), np.repeat(old.seated[like], count))
 
     @staticmethod
     def _unread(trial):
