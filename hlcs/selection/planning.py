@@ -20,7 +20,6 @@ from hlcs.records import Plan
 from hlcs.selection.eligibility import lacks_drag
 from hlcs.selection.experiment_design import MOST_TESTS, tests_needed
 from hlcs.selection.other_lengths import lasting, length_of
-from hlcs.selection.prediction import LinearModel, signatures
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import BY_CHANCE, FALL, ODDS, ODDS_ALONE
 from hlcs.simulation.model import Term
@@ -200,9 +199,7 @@ def _signals(problem, base, plus, count, now):
 def beside(search, plus):
     """({look-alike of the newest effect of the model `plus`: cosine in the pilot}, names of effects that the file implies)."""
     problem, base, effect = search.problem, search.base, plus.terms[-1].name
-    entries = list(search.candidates.values())
-    views = problem.batched([lambda entry=entry: signatures(problem, base, entry, {}) for entry in entries])
-    linear = LinearModel(base, dict(zip(entries, views, strict=True)), search.price)
+    views, linear = search.linear_at(base, list(search.candidates.values()))
     implied = frozenset(name for name in search.candidates if search.implies(linear, name))
 
     def projected(parts):
@@ -211,7 +208,7 @@ def beside(search, plus):
     its = projected(problem.signature(base.model, base.initial_states, plus))[:, None]
     cosines = {
         entry.name: max(largest_cosine(its, projected(columns)) for _, columns in choices)
-        for entry, choices in zip(entries, views, strict=True)
+        for entry, choices in views.items()
         if entry.name != effect and entry.name in linear.entries and linear.visible(entry.name)
     }
     return {name: cosine for name, cosine in cosines.items() if cosine > ALIKE}, implied

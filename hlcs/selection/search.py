@@ -310,9 +310,7 @@ class Search:
             fit = self.fits[effects]
             entries = [entry for name, entry in self.candidates.items() if name not in effects]
             self.progress(f"screening {len(entries)} candidates{self.budget.time_left()}")
-            looks = [partial(signatures, self.problem, fit, entry, self.readings.get(entry.name, {})) for entry in entries]
-            views = self.problem.batched(looks)
-            linear = LinearModel(fit, dict(zip(entries, views, strict=True)), self.price)
+            _, linear = self.linear_at(fit, entries)
             self.models[effects] = linear
             if not effects:
                 self.implied = frozenset(name for name in self.candidates if self.implies(linear, name))
@@ -330,6 +328,12 @@ class Search:
                 known = self.foreseen.get(proposal.effects)
                 if known is None or proposal.cost < known[0].cost:
                     self.foreseen[proposal.effects] = proposal, fit
+    def linear_at(self, fit, entries):
+        """({candidate: its signatures at a fit}, the LinearModel that they make)."""
+        looks = [partial(signatures, self.problem, fit, entry, self.readings.get(entry.name, {})) for entry in entries]
+        views = dict(zip(entries, self.problem.batched(looks), strict=True))
+        return views, LinearModel(fit, views, self.price)
+
 
     def refit(self, proposal, parent, states=None):
         """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
