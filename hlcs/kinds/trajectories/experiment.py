@@ -15,7 +15,7 @@ from hlcs.data.shown_by_impacts import differing_from_model
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.budget import SMOOTH_LIMIT, only, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
-from hlcs.estimation.noise_model import KINDS, estimate_noise, shown_by_curves
+from hlcs.estimation.noise_model import estimate_noise, shown_by_curves
 from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
@@ -53,7 +53,7 @@ def on_fewer(finding, count):
 
 
 class Trajectories:
-    """An Experiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
+    """An OpenExperiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
 
     kind, measure, unit = "trajectory", "rms", "m"
     layout = LAYOUTS[kind]
@@ -113,8 +113,7 @@ class Trajectories:
         found = shown_by_curves(self.measurement, self._noise)
         if found is None:
             return None
-        what, noise = found
-        unit = dict(zip(KINDS, CHANNEL_UNITS, strict=True))[what]
+        what, unit, noise = found
         seen = "smooth curves through the recordings leave"
         at_rest = "record a body at rest, name it under measurement.static, and leave measurement.noise out: it tells the noise"
         shown = Shown(what, noise.of_unit(unit), unit, seen, noise, at_rest)
