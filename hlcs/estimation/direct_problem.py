@@ -11,7 +11,7 @@ from hlcs.estimation.problem import Problem, difference_step
 class NoSimulator:
     """The part of a simulator that a search asks for, where no motion is simulated during it."""
 
-    contact, height_range, body_steps = False, (0.0, 1.0), 0.0
+    contact, body_steps = False, 0.0
 
 
 class DirectProblem(Problem):

@@ -94,8 +94,6 @@ def error_of(diagnosis):
 def removal(diagnosis, subject):
     """How far the error falls, in a sentence; subject: what makes it fall."""
     error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
-    if not error:  # a kind of measurement may have none
-        return ""
     before, after = error["before"], error["after"]
     plural = subject.endswith("they")
     whose = "their" if plural else "its"
@@ -119,9 +117,7 @@ def _measure(diagnosis):
 
 def _noise(diagnosis):
     """What an adequate model leaves is noise, in a sentence: on the data themselves, on which it is judged."""
-    error, unit = diagnosis.error.get("fitted") or error_of(diagnosis), diagnosis.error.get("unit", "")
-    if not error:
-        return "What is left is noise."
+    error, unit = diagnosis.error["fitted"], diagnosis.error.get("unit", "")
     left = left_by_adequate(diagnosis.kind, error["after"], error["noise"], unit)
     if not foretold_worse(diagnosis):
         return f"What is left {left}."
@@ -230,8 +226,6 @@ def _not_sure(diagnosis):
 
 def _ambiguous(diagnosis):
     choices, common = alternatives(diagnosis)
-    if len(choices) < 2:
-        return _effect(diagnosis)
     told = [effect_sentence(diagnosis, name) for name in common]
     which, others = ("Beside that, each" if common else "Each"), "the others" if len(choices) > 2 else "the other"
     told.append(f"{which} of these explains the data as well as {others}, and these data cannot tell which it is:")
@@ -244,9 +238,7 @@ def _ambiguous(diagnosis):
 
 def alternatives(diagnosis):
     """([effects of each set that does as well, without what all of them hold], what all of them hold)."""
-    sets = [list(entry["effects"]) for entry in diagnosis.sets] or [list(diagnosis.effects)]
-    if len(sets) == 1:  # planted by hand, or read from an older file: what takes the place of each
-        sets = [[name] for members in diagnosis.ambiguous for name in members] or sets
+    sets = [list(entry["effects"]) for entry in diagnosis.sets]
     common = [name for name in sets[0] if all(name in members for members in sets)]
     return [[name for name in members if name not in common] for members in sets], common
 
@@ -256,8 +248,6 @@ def _unexplained(diagnosis):
     told = []
     if diagnosis.noise_shown:
         return _noise_first(diagnosis)
-    if not error:
-        return [f"The model fails, and {_nothing(diagnosis)} explains all of it."]
     if diagnosis.effects:
         told += [_helps(diagnosis), _left_unexplained(diagnosis)]
     else:

@@ -38,8 +38,8 @@ class Search:
     """The fitted sets of effects of one problem."""
 
     def __init__(self, problem, candidates, base, odds=ODDS, progress=None, readings=None, first=(), budget=None):
-        """base: Fit of the model under test; odds: against one effect; readings: candidate -> its numbers as samples around the
-        impacts show them; first: sets that are fitted whatever is foreseen of them, ({candidate: its numbers}, initial states or
+        """base: Fit of the model under test; odds: against one effect; readings: candidate -> its numbers as the data show them
+        without the model; first: sets that are fitted whatever is foreseen of them, ({candidate: its numbers}, initial states or
         None) each: far from the data nothing foresees them; budget: of a search that this one goes on with."""
         self.problem, self.base, self.odds = problem, base, odds
         self.candidates = {entry.name: entry for entry in sorted(candidates, key=lambda entry: entry.name)}
@@ -52,7 +52,7 @@ class Search:
         self.reduced = {}  # the same of sets that the search had no need of, fitted for the verdict
         self.models = {}  # set that was expanded -> the LinearModel at its fit
         self.overdispersion = 1.0  # how many residuals count as one beside the best fit, where its adequacy has been judged
-        self.expanded, self.foreseen = [], {}  # sets; set -> (Proposal, Fit that it was foreseen from)
+        self.foreseen = {}  # set -> (Proposal, Fit that it was foreseen from)
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
         self.twins = set()  # sets that do as the best fits do where these stand, whatever is foreseen far from there
         self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
@@ -304,10 +304,9 @@ class Search:
         reach = 0.0 if self.noise_alone(self.fits[first]) or self.budget.share > 0.5 else self.reach()
         near = [first, *(each for each in self.ranked()[1:EXPANDED] if self.cost(each) < self.cost(first) + reach)]
         for effects in near:
-            if effects in self.expanded or not np.isfinite(self.fits[effects].chi2):
-                continue
-            self.expanded.append(effects)
             fit = self.fits[effects]
+            if effects in self.models or not np.isfinite(fit.chi2):
+                continue
             entries = [entry for name, entry in self.candidates.items() if name not in effects]
             self.progress(f"screening {len(entries)} candidates{self.budget.time_left()}")
             _, linear = self.linear_at(fit, entries)
@@ -328,12 +327,12 @@ class Search:
                 known = self.foreseen.get(proposal.effects)
                 if known is None or proposal.cost < known[0].cost:
                     self.foreseen[proposal.effects] = proposal, fit
+
     def linear_at(self, fit, entries):
         """({candidate: its signatures at a fit}, the LinearModel that they make)."""
         looks = [partial(signatures, self.problem, fit, entry, self.readings.get(entry.name, {})) for entry in entries]
         views = dict(zip(entries, self.problem.batched(looks), strict=True))
         return views, LinearModel(fit, views, self.price)
-
 
     def refit(self, proposal, parent, states=None):
         """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit

@@ -120,20 +120,19 @@ def prepare(measurement: Recordings, own=(), noise=None, likely=()):
     if not noise.known:
         return Prepared(noise, None, None, tuple(notes), contact)
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
-    for trial in trials[:1]:
-        model.changes(trial.surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
+    model.changes(trials[0].surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
     notes += release_notes(trials, start_times(trials), [starts_seated(trial, noise) for trial in trials], noise.position)
     above = [trial.name for trial in trials if seen_from_above(trial) and not trial.surroundings.planar]  # there it is stated
     if above:
         notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))
     problem, base, shift, sentences, aside = in_long_steps(measurement, noise, model) if contact else NOTHING
     if problem is None:
+        problem, base, shift, sentences, aside = fitted(posed(measurement, noise, model, contact), model, likely)
     if not np.isfinite(base.chi2):
         raise InputError(
             f"{measurement.file.place('model.effects')}: with these the motion does not stay finite; check their numbers, the "
             "mass and size of the body, and its start"
         )
-        problem, base, shift, sentences, aside = fitted(posed(measurement, noise, model, contact), model, likely)
     if shift > SMALL:
         sentences = (*sentences, f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
     return Prepared(noise, problem, base, (*notes, *sentences), contact, tuple(aside))
