@@ -127,14 +127,17 @@ def best_set(fitted, finished):
 
 
 def adequate_ones(sets, finished):
-    """The sets that cost less than the best one that stands and are adequate: the cheapest of them, and what does as well."""
-    search, found, most = sets.search, [], sets.cost(sets.best)
+    """The sets that cost less than the best one that stands and are adequate: the cheapest of all, and what does as well; where
+    that one is not adequate, none."""
+    found, most = [], sets.cost(sets.best)
     for effects in sets.ranked:
         if sets.cost(effects) >= most:
             break
-        if search.noise_alone(search.fits[effects]) and finished(effects)[2].adequate:
+        if finished(effects)[2].adequate:
             most = min(most, sets.cost(effects) + TIED)
             found.append(effects)
+        elif not found:
+            break
     return frozenset(found)
 
 
