@@ -172,7 +172,9 @@ def _fit_of_table(ax, diagnosis):
 
 def _fall(diagnosis):
     """The fitted error before and after, in words."""
-    error, unit = diagnosis.error["fitted"], diagnosis.error.get("unit", "")
+    error, unit = diagnosis.error.get("fitted"), diagnosis.error.get("unit", "")
+    if not error:
+        return "unknown"
     return f"{size(error['before'], unit)}" + (f" -> {size(error['after'], unit)}" if diagnosis.effects else "")
 
 

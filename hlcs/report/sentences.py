@@ -94,6 +94,8 @@ def error_of(diagnosis):
 def removal(diagnosis, subject):
     """How far the error falls, in a sentence; subject: what makes it fall."""
     error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
+    if not error:  # a kind of measurement may have none
+        return ""
     before, after = error["before"], error["after"]
     plural = subject.endswith("they")
     whose = "their" if plural else "its"
@@ -117,7 +119,9 @@ def _measure(diagnosis):
 
 def _noise(diagnosis):
     """What an adequate model leaves is noise, in a sentence: on the data themselves, on which it is judged."""
-    error, unit = diagnosis.error["fitted"], diagnosis.error.get("unit", "")
+    error, unit = diagnosis.error.get("fitted") or error_of(diagnosis), diagnosis.error.get("unit", "")
+    if not error:
+        return "What is left is noise."
     left = left_by_adequate(diagnosis.kind, error["after"], error["noise"], unit)
     if not foretold_worse(diagnosis):
         return f"What is left {left}."
@@ -248,6 +252,8 @@ def _unexplained(diagnosis):
     told = []
     if diagnosis.noise_shown:
         return _noise_first(diagnosis)
+    if not error:
+        return [f"The model fails, and {_nothing(diagnosis)} explains all of it."]
     if diagnosis.effects:
         told += [_helps(diagnosis), _left_unexplained(diagnosis)]
     else:
