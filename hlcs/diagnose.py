@@ -42,10 +42,11 @@ def diagnosis_of(experiment: OpenExperiment, candidates=None):
     if experiment.judgeable:
         selection = experiment.search(candidates)
         told = {entry.name: getattr(selection, entry.name) for entry in fields(Found)}
-        open_question = selection.verdict in ("ambiguous", "unexplained")
-        following = selection.next_experiment(selection.verdict) if open_question else None
         if selection.noise_shown:
             following = NextExperiment(selection.noise_shown["next"], (), None)
+        else:
+            open_question = selection.verdict in ("ambiguous", "unexplained")
+            following = selection.next_experiment(selection.verdict) if open_question else None
         return Diagnosis(**common, **told, verdict=selection.verdict, next_experiment=following)
     names = experiment.names(candidates)
     return Diagnosis(

@@ -112,7 +112,7 @@ class Sentence(Enum):
 
 
 class Reason(Sentence):
-    """What became of a candidate; "at" is its family and value, where the kind of measurement says so."""
+    """What became of a candidate; "at" is its family, where the kind of measurement says so."""
 
     ACCEPTED = "accepted{at}: chi2 falls by {gain:.0f} for a price of {price:.0f}{held_out}{same}"
     NOT_TOLD_APART = "does as well as {others}{at}: not to be told apart here{label}"
@@ -134,7 +134,7 @@ class Finding:
     effect: str
     fitted: float | None  # error with it [unit of the error]
     held_out: float | None
-    evidence: float | None  # fall of chi2 less p log n
+    evidence: float | None  # fall of the cost: of -2 log of the posterior probability
     accepted: bool
     same_as: tuple[str, ...] = ()
     why: str = ""
@@ -282,7 +282,7 @@ class Plan(Result):
     now: dict  # recordings of the pilot, and their power
     needed: dict  # recordings (None: more than anybody makes), length_s, sigma, unit
     options: tuple[dict, ...]  # the same for other lengths and noise, with the power of as many as now
-    look_alikes: tuple[dict, ...]  # effect, cosine, recordings that tell them apart (None: more than a hundred)
+    look_alikes: tuple[dict, ...]  # effect, cosine, recordings that tell them apart (None: more than anybody makes)
     notes: tuple[str, ...] = ()
 
     def to_json(self):

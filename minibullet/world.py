@@ -94,7 +94,7 @@ class World(Display):
     def add_plane(self, normal=(0.0, 0.0, 1.0), height=0.0, *, friction=None, restitution=None, name=None, group=None):
         """Add the fixed half-space below the plane normal . x = height |normal| and return its handle; it has no margin.
         normal: out of it [-]; height: of the plane along its normal [m]; friction, restitution: of its contacts [-]; name: for
-        messages; group: a number, it touches bodies of its own group alone."""
+        messages; group: a number, it touches bodies of its own group and of none."""
         return self.registry.add_plane(normal, height, friction, restitution, name, group)
 
     def freeze(self, bodies=None):

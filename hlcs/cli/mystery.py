@@ -3,7 +3,6 @@
 import click
 
 import hlcs.mystery as mystery_sets
-from hlcs.cli import error_handling
 from hlcs.cli.options import SEED, example, json_option, path_option, publish, quiet_option
 from hlcs.files import folders
 
@@ -27,13 +26,13 @@ def mystery_list(json_file, quiet):
 @mystery.command("copy")
 @click.argument("name")
 @path_option("--out", metavar="DIR", help="folder for the data set; left out: ./NAME")
+@json_option
 @quiet_option
 @example("hlcs mystery copy north-window --out case")
-def mystery_copy(name, out, quiet):
+def mystery_copy(name, out, json_file, quiet):
     """Copy a data set into a folder."""
     file = mystery_sets.copy(name, out or name)
-    if not quiet:
-        error_handling.say(f"now: hlcs diagnose {file}")
+    publish({"format": 1, "experiment": str(file)}, f"now: hlcs diagnose {file}", json_file, None, quiet)
 
 
 @mystery.command("make")

@@ -19,7 +19,7 @@ class MarginOffset(Change):
         null=0.0,
         source="Molines et al. (2021): 0.008 Dn",
         about="gap over the side of the cube of equal volume, Dn",
-        typical=((0.008, "collision margin of the tests in Blender by Molines et al. (2021)"),),
+        typical=((0.008, "collision margin of the tests in Blender"),),
     )
     plain = "a gap that contacts keep open"
     formula = "gap = offset L"

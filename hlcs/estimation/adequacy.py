@@ -29,12 +29,9 @@ class Adequacy(NamedTuple):
 
 
 def block_matrix(labels):
-    """Sparse (bins, n) matrix that sums values by label and divides by the square root of the count; label -1 is left out."""
-    labels = np.asarray(labels)
-    inside = labels >= 0
-    names, index = np.unique(labels[inside], return_inverse=True)
-    count = np.bincount(index)
-    return sparse.csr_matrix((1 / np.sqrt(count[index]), (index, np.flatnonzero(inside))), shape=(len(names), len(labels)))
+    """Sparse (bins, n) matrix that sums values by label and divides by the square root of the count."""
+    _, index, count = np.unique(labels, return_inverse=True, return_counts=True)
+    return sparse.csr_matrix((1 / np.sqrt(count[index]), (index, np.arange(len(index)))), shape=(len(count), len(index)))
 
 
 def blocks_in_time(channel, length):

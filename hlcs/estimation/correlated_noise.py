@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import optimize
 
-from hlcs.estimation.whitening import filter_of, whiten_series
+from hlcs.estimation.whitening import filter_of
 
 LEAST_CERTAIN = 0.3  # largest standard deviation of log sigma, rho and share: series that tell less tell nothing
 MOST_RHO, MOST_WHITE = 0.98, 0.9  # beyond them series of some hundred samples tell nothing more
@@ -37,7 +37,7 @@ class RestrictedLikelihood:
         With [columns, values] = Q R, what the columns leave of the values is the last diagonal entry of R."""
         filter = filter_of(self.gaps, rho, share)
         white = np.zeros((*self.inside.shape, self.table.shape[1]))
-        white[self.inside] = whiten_series(filter, self.table)
+        white[self.inside] = filter.whiten(self.table)
         sizes = np.abs(np.diagonal(np.linalg.qr(white, mode="r"), axis1=1, axis2=2))
         logs = np.sum(np.log(filter.deviation)) + np.sum(np.log(sizes[:, :-1] + 1e-300))
         return float(np.sum(sizes[:, -1] ** 2)), 2 * float(logs)

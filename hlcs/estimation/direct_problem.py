@@ -11,7 +11,7 @@ from hlcs.estimation.problem import Problem, difference_step
 class NoSimulator:
     """The part of a simulator that a search asks for, where no motion is simulated during it."""
 
-    contact, height_range, body_steps = False, (0.0, 1.0), 0.0
+    contact, body_steps = False, 0.0
 
 
 class DirectProblem(Problem):
@@ -42,7 +42,7 @@ class DirectProblem(Problem):
             for free in term.candidate.free:
                 value = term.numbers[free.name]
                 step = difference_step(free, value)
-                if value + step > free.high:
+                if value + step > free.most:
                     step = -step
                 changed = self.residuals(model.with_at(index, term.numbers | {free.name: value + step}), initial_states)
                 slopes = self.whitened([(before - after) / step for before, after in zip(raw, changed, strict=True)])

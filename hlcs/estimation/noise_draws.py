@@ -3,7 +3,7 @@
 import numpy as np
 
 from hlcs.estimation.correlated_noise import MOST_RHO, MOST_WHITE, CorrelatedNoise, lower_factor
-from hlcs.estimation.whitening import colour, colour_series, kalman_filter, whiten, whiten_series, whitening_of_settings
+from hlcs.estimation.whitening import colour, kalman_filter, whiten, whitening_of_settings
 
 PERTURBATIONS = 200  # sets of noise parameters that are drawn from their uncertainty: of 16, p kept an error of 0.1
 
@@ -40,7 +40,8 @@ class NoiseDraws:
         """The same as `_as_read` where observations of a block share an error, `factor` times as large as it is taken to be."""
         whitening = self.recordings[index].whitening
         own, shared = np.exp(shifts[0][0]) * self.kinds[0].sigma, factor * whitening.common
-        actual = whitening_of_settings(np.repeat(np.arange(len(whitening.blocks)), _lengths(whitening)), own, shared)
+        lengths = [part.stop - part.start for part, _ in whitening.blocks]
+        actual = whitening_of_settings(np.repeat(np.arange(len(lengths)), lengths), own, shared)
         white[:] = whiten(whitening, colour(actual, white))
 
     def _as_read(self, index, white, shifts, factor):
@@ -61,13 +62,8 @@ class NoiseDraws:
                 rho = float(np.clip(self.kinds[which].rho + rho, 0.0, MOST_RHO))
                 share = float(np.clip(self.kinds[which].white + share, 0.0, MOST_WHITE))
                 filters[key] = kalman_filter(recording.times[part], rho, share, noise.step)
-            seen = colour_series(filters[key], np.exp(log_sigma) * self.kinds[which].sigma * white[part])
+            seen = filters[key].colour(np.exp(log_sigma) * self.kinds[which].sigma * white[part])
             if step:
                 expected = self.models[index][part][:, None] - origin
                 seen = step * np.round((expected + seen) / step) - expected
-            white[part] = whiten_series(filter, seen / recording.whitening.sigma[part][0])
-
-
-def _lengths(whitening):
-    """Number of observations of each block."""
-    return [part.stop - part.start for part, _ in whitening.blocks]
+            white[part] = filter.whiten(seen / recording.whitening.sigma[part][0])

@@ -5,16 +5,16 @@ from functools import partial
 
 import numpy as np
 
+from hlcs.data.experiment_file import OF_RECORDINGS
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, spread_of, tail_of
 from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
-from hlcs.estimation.whitening import kalman_filter, whiten_series, whitening_of
+from hlcs.estimation.whitening import kalman_filter, whitening_of
 from minibullet import rotations
 
 MOST_SEGMENTS = 48  # of a flexible curve: some 900 degrees of freedom know rho to 0.03; of a body at rest: 7,000 know it to 0.01
-KINDS = ("position", "orientation", "acceleration")
 NO_STEPS = np.zeros((3, 2))
 MOSTLY = 0.5  # share of rounding in the variance beyond which curves show how rounding, not noise, hangs together in time
 LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leaves three of them to judge by
@@ -95,7 +95,7 @@ def estimate_noise(measurement):
     source, noise, tails = "unknown", {}, {}
     curve = _from_flexible_curve(trials, step, "position", step_of(lattice))
     if measurement.static is not None:
-        for what in KINDS:
+        for what in OF_RECORDINGS:
             noise[what], tails[what] = _from_static(measurement.static, step, what, lattice, curve and curve[0])
         source = "static recording" if any(noise.values()) else "unknown"
         if source == "unknown":
@@ -103,7 +103,7 @@ def estimate_noise(measurement):
                 f"{measurement.file.static.name}: every reading is the same: the noise lies below the last digit and "
                 "stays unknown"
             )
-    for what in KINDS:
+    for what in OF_RECORDINGS:
         if what in stated:
             fitted = _from_flexible_curve(trials, step, what, step_of(lattice) if what == "position" else 0.0, stated[what])
             fitted = fitted or (None, NO_TAIL)
@@ -117,7 +117,7 @@ def estimate_noise(measurement):
     position, orientation = noise.get("position"), noise.get("orientation")
     if position is None or step_of(lattice) < FINE * position.sigma:
         lattice = NO_STEPS
-    tail = next((tails[what] for what in KINDS if noise.get(what) and what in tails), NO_TAIL)
+    tail = next((tails[what] for what in OF_RECORDINGS if noise.get(what) and what in tails), NO_TAIL)
     hint = rounded(curve[0], step_of(lattice)).sigma if curve else None
     found = Noise(position, orientation, step, source, (), hint, tail, lattice, noise.get("acceleration"))
     if position and curve and not 1 / 1.5 < hint / found.position < 1.5:
@@ -137,12 +137,13 @@ def estimate_noise(measurement):
 
 
 def shown_by_curves(measurement, noise):
-    """(what is noisy, the Noise with that of flexible curves in its place), where these leave most beyond what is known of it.
+    """(what is noisy, its unit, the Noise with that of flexible curves in its place), where these leave most beyond what is
+    known.
 
     The curves know no model, so what they leave is no misfit of one. None where they leave no more anywhere.
     """
-    found = {}
-    for what, unit in zip(KINDS, CHANNEL_UNITS, strict=True):
+    found, units = {}, dict(zip(OF_RECORDINGS, CHANNEL_UNITS, strict=True))
+    for what, unit in units.items():
         rounding = step_of(noise.lattice) if what == "position" else 0.0
         curve = _from_flexible_curve(measurement.trials, noise.step, what, rounding) if noise.of_unit(unit) else None
         if curve and rounded(curve[0], rounding).sigma > noise.of_unit(unit):
@@ -150,8 +151,8 @@ def shown_by_curves(measurement, noise):
     if not found:
         return None
     other = replace(noise, **{f"{what}s": curve for what, (curve, _) in found.items()}, tail=next(iter(found.values()))[1])
-    units = dict(zip(KINDS, CHANNEL_UNITS, strict=True))
-    return max(found, key=lambda what: other.of_unit(units[what]) / noise.of_unit(units[what])), other
+    most = max(found, key=lambda what: other.of_unit(units[what]) / noise.of_unit(units[what]))
+    return most, units[most], other
 
 
 def _with_sigma(base, sigma, variance=0.0):
@@ -177,7 +178,8 @@ def _values(trial, what):
         )
         table = np.full((len(trial.times), 3), np.nan)
         table[there] = np.cumsum(np.vstack([np.zeros(3), steps]), axis=0)
-    return [(trial.times[good], table[good, axis]) for axis in range(3) if (good := np.isfinite(table[:, axis])).sum() >= 8]
+    seen = [np.isfinite(column) for column in table.T]
+    return [(trial.times[good], table[good, axis]) for axis, good in enumerate(seen) if good.sum() >= LEAST_OF_A_PART]
 
 
 def _spread(segments):
@@ -211,7 +213,7 @@ def _white(noise, part, step):
     """Whitened values of one part of a series, what its columns fit taken out."""
     times, values, columns = part
     filter = kalman_filter(times, noise.rho, noise.white, step)
-    return project_out(basis(whiten_series(filter, columns)), whiten_series(filter, values))
+    return project_out(basis(filter.whiten(columns)), filter.whiten(values))
 
 
 def _from_flexible_curve(trials, step, what, rounding, sigma=None, length=24, degree=5):

@@ -99,9 +99,9 @@ def centred(problem, fit, index, thorough=True):
         reading = read(line, freedom)
         inside = reading is not None and line.offsets[0] < reading.offset < line.offsets[-1]
         if inside and short:
-            return moved(problem, fit, index, line, reading.offset), reading
+            return moved(problem, fit, line, reading.offset), reading
         lowest = reading.offset if inside else line.offsets[np.argmin(line.chi2.sum(axis=1))]
-        fit = moved(problem, fit, index, line, lowest)
+        fit = moved(problem, fit, line, lowest)
         short, reach = inside, REACH * reading.bare if inside else wide
     return fit, None
 
@@ -179,7 +179,7 @@ def read(line, freedom):
     return Reading(float(offset), float(bend**-0.5), float(max(scatter, bend**-0.5)), float(telling.max()))
 
 
-def moved(problem, fit, index, line, offset):
+def moved(problem, fit, line, offset):
     """The Fit at an offset on a Line, from the initial states of its nearest point."""
     nearest = int(np.argmin(np.abs(line.offsets - offset)))
     model, states = with_values(fit.model, fit.estimate + offset * line.direction), line.states[nearest].copy()

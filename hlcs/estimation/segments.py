@@ -14,7 +14,6 @@ from hlcs.estimation.multiple_shooting import chi2_over, grown_states, refit_ini
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.simulation.contact_motion import lies_on_a_face
 from hlcs.simulation.initial_state import shifted
-from hlcs.simulation.simulator import Simulator
 from minibullet import rotations
 
 GROWTH = 8.0  # times by which a change of the initial state may grow over a recording before any of them is split
@@ -48,8 +47,7 @@ def segments_of(problem):
 def _problem(problem, model, segments):
     """A TrajectoryProblem of segments with the noise of another."""
     trials, times, seated = (list(column) for column in zip(*segments, strict=True))
-    simulator = Simulator(model, trials, times, problem.simulator.contact, problem.simulator.time_step, seated)
-    return TrajectoryProblem(trials, problem.noise, simulator)
+    return TrajectoryProblem(trials, problem.noise, problem.simulator.for_trials(model, trials, times, seated))
 
 
 def split_into_segments(problem, model):
@@ -95,7 +93,7 @@ def segment_notes(problem):
     ]
 
 
-def split_further(problem, fit, likely=()):
+def split_further(problem, fit, likely):
     """(Problem, its fit): segments that no initial state follows are halved; the states of the others are kept.
 
     likely: models with what is read off the impacts directly. A segment that one of them follows is not lost, its model lacks
@@ -104,7 +102,7 @@ def split_further(problem, fit, likely=()):
     known = zip(fit.linearization.white, problem.recordings, strict=True)
     freedom = np.array([max(len(r) - len(recording.unknown), 1) for r, recording in known])
     long = np.array([len(segment.trial.times) >= 2 * SHORTEST for segment in segments_of(problem)])
-    lost = long & (fit.chi2_per_recording > LOST * freedom) & problem.segmented
+    lost = long & (fit.chi2_per_recording > LOST * freedom)
     for model in likely:
         which = np.flatnonzero(lost)
         if len(which):
@@ -140,8 +138,11 @@ def _seated(trial, noise):
 
 
 def gaps(trial):
-    """Gap between body and floor at every sample (n,) [m], by the measured attitude or the bounding sphere; NaN = unknown."""
+    """Gap between body and floor at every sample (n,) [m], by the measured attitude or the bounding sphere; NaN = unknown, inf =
+    there is no floor."""
     around, shape = trial.surroundings, rigid_body(trial.body).shape
+    if around.floor_height is None:
+        return np.full(len(trial.times), np.inf)
     normal = np.asarray(around.floor_normal)
     lift = np.where(np.abs(normal) > 1e-9, trial.position, 0.0) @ normal - around.floor_height
     reach = np.array(
@@ -154,7 +155,7 @@ def halves(trial):
     """The two parts of a recording, split in its middle third where the body is farthest from its floor."""
     count = len(trial.times)
     inside = np.arange(max(count // 3, SHORTEST), min(count - count // 3, count - SHORTEST) + 1)
-    height = np.nan_to_num(gaps(trial)[inside], nan=-np.inf)
+    height = np.nan_to_num(gaps(trial)[inside], nan=-np.inf, posinf=0.0)
     middle = int(inside[np.argmax(height - 1e-9 * np.abs(inside - count / 2))])
     return part_of(trial, 0, middle), part_of(trial, middle, count)
 

@@ -61,7 +61,7 @@ class TrajectoryProblem(Problem):
     def with_noise(self, noise):
         """The same problem with another Noise of the same channels."""
         other = copy(self)
-        other.noise = noise
+        other.noise, other.difference_steps = noise, dict(self.difference_steps)
         other.recordings = [other._recording(k) for k in range(len(self.trials))]
         return other
 
@@ -197,11 +197,7 @@ class TrajectoryProblem(Problem):
     def _changed(self, model, like, trials):
         """A Simulator of trials that are made like one of these."""
         old, count = self.simulator, len(trials)
-        new = Simulator(
-            model, trials, np.repeat(old.start_time[like], count), old.contact, old.time_step, np.repeat(old.seated[like], count)
-        )
-        new.height_range = old.height_range
-        return new
+        return old.for_trials(model, trials, np.repeat(old.start_time[like], count), np.repeat(old.seated[like], count))
 
     @staticmethod
     def _unread(trial):

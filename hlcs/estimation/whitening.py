@@ -23,11 +23,11 @@ class Filter(NamedTuple):
 
     def whiten(self, values):
         """L^-1 values for correlated values of variance 1, (n,) or (n, k) -> same shape."""
-        return whiten_series(self, values)
+        return _filtered(_whiten, self, values)
 
     def colour(self, white):
         """L white: the inverse of `whiten`."""
-        return colour_series(self, white)
+        return _filtered(_colour, self, white)
 
 
 class Whitening(NamedTuple):
@@ -88,16 +88,6 @@ def _filtered(kernel, filter, values):
     columns = result.reshape(len(result), -1)
     kernel(*filter, columns, np.zeros(columns.shape[1]))
     return result
-
-
-def whiten_series(filter, values):
-    """L^-1 values for correlated values of variance 1, (n,) or (n, k) -> same shape."""
-    return _filtered(_whiten, filter, values)
-
-
-def colour_series(filter, white):
-    """L white: the inverse of `whiten_series`."""
-    return _filtered(_colour, filter, white)
 
 
 def whitening_of(channel, times, sigma, correlations, step):

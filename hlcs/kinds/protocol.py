@@ -40,7 +40,7 @@ class Observation(NamedTuple):
     where: tuple[dict, ...]
     table: dict
     notes: tuple[str, ...]
-    shown: dict  # what else a Comparison has of this kind: trials, channels, against, impacts, stated
+    shown: dict  # what else a Comparison has of this kind: trials, channels, against, impacts, stated, noise_shown
     aside: tuple[np.ndarray, ...] = ()  # samples that were set aside, (n, channels) booleans of each recording
 
 

@@ -68,8 +68,9 @@ def double_integral(times, nodes):
 
 def flights_of(problem, fit):
     """The Flight of every stretch without contact around a fit, moved by the force that the residuals themselves show."""
-    parts = between_impacts if problem.simulator.contact else whole
-    found = [_flight(part) for k in range(len(problem.trials)) for part in parts(problem, fit.linearization, k)]
+    touching = [problem.simulator.contact and trial.surroundings.floor_height is not None for trial in problem.trials]
+    parts = [(between_impacts if touches else whole)(problem, fit.linearization, k) for k, touches in enumerate(touching)]
+    found = [_flight(part) for of_one in parts for part in of_one]
     found = [flight for flight in found if len(flight.strength)]  # orientations alone, or too few positions, show no force
     variance = force_variance(found) if found else 0.0
     return [_corrected(flight, variance) for flight in found]

@@ -58,7 +58,7 @@ MOST_ROWS = 20  # of plates on a layer
 
 @dataclass(frozen=True)
 class PlacementTest(Value):
-    """One placement test. Lengths in Dn where the paper gives them so; the defaults are the paper's calibrated values.
+    """One placement test. Lengths in Dn where the paper gives them so; those of the paper are the preset "paper".
 
     grid: Grid, "TPG", "RPG" or "a,b"; layers; rows, columns of the first layer; bottom: "flat", "slope:0.04", a survey CSV or
     a bottom; reference: "layer" (each layer's grid starts from a unit of the layer below) or "blind" (from one unit of the

@@ -13,7 +13,7 @@ from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
 from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.leftover import camera_swings
 from hlcs.report.notes import note_parts
-from hlcs.report.ranking import LITTLE, ranking
+from hlcs.report.ranking import LITTLE, left_by_base, ranking
 from hlcs.report.sentences import error_of, opening, place, reynolds_told
 from hlcs.report.words import capital, interval, joined, size, value, words
 
@@ -108,7 +108,7 @@ def _numbers(diagnosis):
 def _others(diagnosis):
     """Why the other candidates were not taken, those of one reason together."""
     together, alone, untried = {}, [], {}
-    start = next((row["chi2_per_freedom"] for row in ranking(diagnosis) if not row["effects"]), None)
+    start = left_by_base(ranking(diagnosis))
     for finding in diagnosis.candidates:
         if finding.accepted or finding.reason in (Reason.NOT_TOLD_APART, Reason.NOT_JUDGED):
             continue

@@ -26,7 +26,7 @@ from hlcs.report.figures import (
     unpowered,
 )
 from hlcs.report.leftover import ALIKE, neighbours, spectrum, turns_missed
-from hlcs.report.ranking import ranking, ranking_caption, ranking_title
+from hlcs.report.ranking import left_by_base, ranking, ranking_caption, ranking_title
 from hlcs.report.sentences import NEAR_NOISE, error_of, foretold_worse
 from hlcs.report.words import capital, joined, size, words
 
@@ -284,7 +284,7 @@ def ranking_panel(diagnosis, ax=None, most=9):
     heights = np.array([max(len(row["effects"]), 1) for row in shown], float)  # lines of a name
     places = np.cumsum(heights) - heights / 2
     axes = given_axes(ax, size=(SIZE[0], 1.0 + 0.25 * heights.sum()))
-    base = next((row["chi2_per_freedom"] for row in found if not row["effects"]), 1.0)
+    base = left_by_base(found) or 1.0
     values = [max(row["chi2_per_freedom"], 1e-3) for row in shown]
     for place, row, here in zip(places, shown, values, strict=True):
         colour = AFTER if row["accepted"] else INK if not row["effects"] else BEFORE

@@ -12,10 +12,10 @@ GLOSSARY = {
     "in 601 can be read.",
     "evidence": "By how much -2 log of the probability of the model falls with an effect, all that it costs counted. Above 0 it "
     "helps.",
-    "fitted": "An error is fitted where it is of the recordings that the numbers were fitted to. Such an error falls with every "
+    "fitted": "The fitted error is that on the recordings that the numbers were fitted to. It falls with every "
     "number that is added, needed or not.",
     "foreseen": "Computed from the slopes of the model under test, not from a fit: a first look, good for what is small.",
-    "held out": "An error is held out where it is of recordings that the numbers were not fitted to. Only what is really there "
+    "held out": "The held-out error is that on recordings that the numbers were not fitted to. Only what is really there "
     "makes it fall.",
     "noise": "How far two readings of the same thing differ: one standard deviation of one reading, also called sigma.",
     "p": "The probability that noise alone shows a misfit as large as this one.",
@@ -48,8 +48,8 @@ OTHERS = {
     "falling distance": "How far above the units below it a unit is let go, in nominal diameters.",
     "group": "Recordings that are held out together, because they may share what is wrong with them: a day, a film.",
     "hull": "The convex hull of a unit, a simpler body that fills its hollows. Units of hulls cannot interlock.",
-    "identifiable": "A number is identifiable where the data can tell it from all others; effects, where no other "
-    "explains the same.",
+    "identifiable": "A number is identifiable where the data tell its value, whatever the others are; an effect, where no "
+    "other explains the same data.",
     "layer coefficient": "Thickness of a layer over the nominal diameter, k. The sum over the layers is the height of the "
     "structure.",
     "margin": "A layer round each body that contacts keep open, as some engines have it.",

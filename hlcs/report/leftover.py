@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from hlcs.data.quantities import CHANNELS
+from hlcs.data.quantities import CHANNELS, have_unit
 from hlcs.report.words import joined
 from hlcs.report.words import share as told_share
 
@@ -84,9 +84,7 @@ def _channel_spectrum(table, channel):
 def common_pattern(table):
     """(variable, share): the variable that residuals go with most in all recordings alike, and what share of their mean square
     its bins hold beyond what chance puts there; None where there is none."""
-    angles_alone = (
-        "time" in table and np.min(table["channel"]) >= CHANNELS.index("rx") and np.max(table["channel"]) < CHANNELS.index("ax")
-    )
+    angles_alone = "time" in table and have_unit(table["channel"], "rad").all()
     variables = ("time",) if angles_alone else ("time", "height", "speed", "layer", "input")
     known = [name for name in variables if name in table]
     found = [(name, _binned(table, name)) for name in known]
@@ -95,22 +93,19 @@ def common_pattern(table):
 
 def _binned(table, name):
     """Share of the mean square of residuals that the means of bins of a variable hold, channel by channel, less chance."""
-    values, white = np.asarray(table[name], float), table["sigmas"]
+    values = np.asarray(table[name], float)
     edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)[1:-1]))
-    label = np.asarray(table["channel"]) * (BINS + 1) + np.searchsorted(edges, values)
-    _, index, counts = np.unique(label, return_inverse=True, return_counts=True)
-    means = np.bincount(index, white) / counts
-    total, spread = float(np.sum(white**2)), float(np.sum((white - means[index]) ** 2))
-    freedom = len(white) - len(counts)
-    if freedom <= 0 or total <= 0:
-        return 0.0
-    return max(0.0, 1 - spread / total * len(white) / freedom)
+    return _held_by_means(np.asarray(table["channel"]) * (BINS + 1) + np.searchsorted(edges, values), table["sigmas"])
 
 
 def own_offset(table):
     """Share of the mean square of residuals that one offset of each recording and channel holds, less chance [-]."""
-    chain, white = table["trial"] * len(CHANNELS) + table["channel"], table["sigmas"]
-    _, index, counts = np.unique(chain, return_inverse=True, return_counts=True)
+    return _held_by_means(table["trial"] * len(CHANNELS) + table["channel"], table["sigmas"])
+
+
+def _held_by_means(label, white):
+    """Share of the mean square of white residuals (n,) that the mean of each label (n,) holds, less chance [-]."""
+    _, index, counts = np.unique(label, return_inverse=True, return_counts=True)
     means, freedom = np.bincount(index, white) / counts, len(white) - len(counts)
     total = float(np.sum(white**2))
     if freedom <= 0 or total <= 0:
@@ -167,7 +162,7 @@ def turns_missed(pictures):
     if not pictures or not pictures.channels:
         return None
     for table in (pictures.before, pictures.after):
-        turns = np.isin(np.asarray(table["channel"]), [CHANNELS.index(name) for name in ("rx", "ry", "rz")])
+        turns = have_unit(table["channel"], "rad")
         if turns.all() or not turns.any():
             return None
         found.append(float(np.sqrt(np.mean(np.square(table["residual"][turns])))))

@@ -50,7 +50,6 @@ td.long{min-width:9rem} pre{white-space:pre-wrap;overflow-wrap:anywhere}}
 SHOWN_WITH = {  # pictures beside the sections that they belong to
     "opening": ("fit", "error"),
     "ranking": ("ranking",),
-    "where": (),
 }
 RESOLUTION = 150  # of pictures [dots an inch]
 

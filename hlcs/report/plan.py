@@ -67,7 +67,8 @@ def _advice(plan):
     told = "; or ".join(
         f"{row['recordings']} {plan.what}, {row['change']}, with a noise of {number(row['sigma'], row['unit'])}" for row in others
     )
-    return f"Infeasible: more than 1,000 {plan.what} like these. " + (f"Instead: {told}." if told else "Change the experiment.")
+    instead = f"Instead: {told}." if told else "Change the experiment."
+    return f"Infeasible: more than {MOST:,} {plan.what} like these. {instead}"
 
 
 def _look_alike_lines(plan):
@@ -76,7 +77,7 @@ def _look_alike_lines(plan):
     for other in plan.look_alikes:
         count = other["recordings"]
         if count is None or needed is None or count > needed:
-            left_open.append(f"{other['effect']} ({'over 100' if count is None else count} tell them apart)")
+            left_open.append(f"{other['effect']} ({f'over {MOST:,}' if count is None else count} tell them apart)")
         else:
             apart.append(other["effect"])
     lines = [f"Finding it would leave open, in experiments like these: {', '.join(left_open)}"] if left_open else []
@@ -85,7 +86,7 @@ def _look_alike_lines(plan):
 
 
 def _needed(count):
-    return "> 1000" if count is None else str(count)
+    return f"> {MOST}" if count is None else str(count)
 
 
 def html(plan):

@@ -22,6 +22,11 @@ def ranking(diagnosis):
     return sorted(rows.values(), key=lambda row: (not row["accepted"], row["chi2_per_freedom"], row["effects"]))
 
 
+def left_by_base(found):
+    """chi-square per degree of freedom that the model under test leaves, of rows of the ranking; None where it is not there."""
+    return next((row["chi2_per_freedom"] for row in found if not row["effects"]), None)
+
+
 def ranking_title(diagnosis):
     """What the picture of a ranking says, in a line."""
     found = ranking(diagnosis)
@@ -31,7 +36,7 @@ def ranking_title(diagnosis):
         return "Noise alone is left by the model as it is" if diagnosis.verdict == "complete" else "No effect explains enough"
     row = next((row for row in found if row["accepted"]), None)
     what = joined(map(words, diagnosis.effects))
-    base = next((each["chi2_per_freedom"] for each in found if not each["effects"]), None)
+    base = left_by_base(found)
     if row is None or base is None:
         return "What remains"
     return f"Down from {number(base)} to {number(row['chi2_per_freedom'])} with {what}"

@@ -230,8 +230,6 @@ def _not_sure(diagnosis):
 
 def _ambiguous(diagnosis):
     choices, common = alternatives(diagnosis)
-    if len(choices) < 2:
-        return _effect(diagnosis)
     told = [effect_sentence(diagnosis, name) for name in common]
     which, others = ("Beside that, each" if common else "Each"), "the others" if len(choices) > 2 else "the other"
     told.append(f"{which} of these explains the data as well as {others}, and these data cannot tell which it is:")
@@ -244,9 +242,7 @@ def _ambiguous(diagnosis):
 
 def alternatives(diagnosis):
     """([effects of each set that does as well, without what all of them hold], what all of them hold)."""
-    sets = [list(entry["effects"]) for entry in diagnosis.sets] or [list(diagnosis.effects)]
-    if len(sets) == 1:  # planted by hand, or read from an older file: what takes the place of each
-        sets = [[name] for members in diagnosis.ambiguous for name in members] or sets
+    sets = [list(entry["effects"]) for entry in diagnosis.sets]
     common = [name for name in sets[0] if all(name in members for members in sets)]
     return [[name for name in members if name not in common] for members in sets], common
 

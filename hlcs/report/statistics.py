@@ -3,7 +3,8 @@
 from hlcs.data.quantities import unit_of
 from hlcs.records import VERDICTS, Reason
 from hlcs.report.document import Section, Table
-from hlcs.report.ranking import LITTLE, ranking
+from hlcs.report.ranking import LITTLE, left_by_base, ranking
+from hlcs.report.sentences import error_of
 from hlcs.report.words import DASH, chance, joined, number, size, words
 
 UNITS = {"time": "s", "height": "m", "speed": "m/s"}
@@ -26,7 +27,7 @@ def sections(diagnosis):
 
 def facts(diagnosis):
     """What a page shows large: [(what, value)]."""
-    error, unit = diagnosis.error.get("held_out") or diagnosis.error.get("fitted"), diagnosis.error.get("unit", "")
+    error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
     if not error:
         return []
     told = [("error before" if diagnosis.effects else "error", size(error["before"], unit))]
@@ -60,7 +61,7 @@ def _errors(diagnosis):
             "the fitted data."
         )
     if not diagnosis.error.get("held_out"):
-        told.append("Nothing could be held out, since there is a single group: the price of a candidate is doubled instead.")
+        told.append('Nothing was held out (a single group, or hold_out = "none"): the price of a candidate is doubled instead.')
     return tuple(told)
 
 
@@ -93,7 +94,7 @@ def ranking_parts(diagnosis, most=None):
     and where nothing is missing no set that leaves as much as it."""
     found, unit = ranking(diagnosis), diagnosis.error.get("unit", "")
     shown = [row for place, row in enumerate(found) if most is None or place < most or not row["effects"]]
-    base = next((row["chi2_per_freedom"] for row in found if not row["effects"]), None)
+    base = left_by_base(found)
     alike = most is not None and diagnosis.verdict == "complete" and base is not None
     if alike:
         shown = [row for row in shown if not row["effects"] or row["chi2_per_freedom"] < (1 - LITTLE) * base]

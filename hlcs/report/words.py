@@ -20,16 +20,11 @@ def size(value, unit):
     if value is None:
         return DASH
     if unit == "1":
-        return f"{_digits(100 * value)} %"
+        return f"{number(100 * value)} %"
     smaller, factor = SMALLER.get(unit, (unit, 1.0))
     if abs(value) < 1.0:
-        return f"{_digits(factor * value)} {smaller}"
-    return f"{_digits(value)} {unit}".rstrip()
-
-
-def _digits(value):
-    """Three digits, or all of those before the point."""
-    return f"{value:.0f}" if 1e3 <= abs(value) < 1e6 else f"{value:.3g}"
+        return f"{number(factor * value)} {smaller}"
+    return f"{number(value)} {unit}".rstrip()
 
 
 def two_digits(value):

@@ -43,7 +43,10 @@ NEEDS = {
         "the file states a vacuum (fluid_density = 0.0)",
         lambda shown: any(trial.surroundings.fluid_density for trial in shown.trials),
     ),
-    Need.FLOOR: ("there is no floor", lambda shown: shown.trials[0].surroundings.floor_height is not None),
+    Need.FLOOR: (
+        "there is no floor, or not under all recordings",
+        lambda shown: all(trial.surroundings.floor_height is not None for trial in shown.trials),
+    ),
     Need.CONTACT: ("nothing touches in these data", lambda shown: shown.contact),
     Need.SPIN: (
         "the spin is neither measured nor stated",
@@ -53,7 +56,7 @@ NEEDS = {
     DataNeed.TURNING: (NO_TURNING, lambda shown: "rx" in shown.columns or shown.contact),
     DataNeed.LEANING: (
         NO_TURNING,
-        lambda shown: "rx" in shown.columns or shown.contact and shown.trials[0].body.shape != "sphere",
+        lambda shown: "rx" in shown.columns or shown.contact and any(trial.body.shape != "sphere" for trial in shown.trials),
     ),
     Need.RELEASE: (
         "the moment of release is not known (no start velocity stated)",

@@ -58,11 +58,6 @@ def feasible(option):
     return bool(option.tests) and option.tests <= MOST_TESTS
 
 
-def hardest(options):
-    """Of the best experiments for pairs of rivals, each (lambda, names, ...), that for the pair hardest to separate."""
-    return min(options, key=lambda option: option[:2])
-
-
 def next_experiment(sets, verdict):
     """The experiment that best separates the best set from those that do as well, or finds out what stays unexplained."""
     problem, fits = sets.search.problem, sets.search.fits
@@ -84,7 +79,8 @@ def next_experiment(sets, verdict):
             found.append((best.score, names, best))
     if not found:
         return unexplained(problem, final)
-    _, names, best = hardest([entry for entry in found if feasible(entry[2])] or found)
+    within_reach = [entry for entry in found if feasible(entry[2])]
+    _, names, best = min(within_reach or found, key=lambda entry: entry[:2])  # of the pair that is hardest to separate
     others = [entry for entry in found if entry[1] != names]
     sentence = _told(best, names) + "".join(f"; against {entry}" for entry in _told_of_others(best, others)[:3])
     separates = tuple(name for part in names for name in part.split(" + ") if name != NOTHING)

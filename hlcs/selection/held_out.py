@@ -49,9 +49,14 @@ def held_out(problem, cross_validation, before, after):
     p = float(special.ndtr(-dots / np.sqrt(max(spread, clustered)))) if spread > 0 else 1.0
     raw0, raw1 = problem.in_sigmas(r0), problem.in_sigmas(r1)
     halves = [np.flatnonzero(cross_validation.half == half) for half in (0, 1)]
-    directions = tuple(1 - rms([raw1[k] for k in inside]) / rms([raw0[k] for k in inside]) for inside in halves)
+    directions = tuple(fall(rms([raw0[k] for k in inside]), rms([raw1[k] for k in inside])) for inside in halves)
     e0, e1 = rms(raw0), rms(raw1)
-    return HeldOut(p, directions, 1 - e1 / e0, e0 - e1)
+    return HeldOut(p, directions, fall(e0, e1), e0 - e1)
+
+
+def fall(before, after):
+    """Relative fall of an error; of an error of zero nothing can fall, and what rises from there is all of it."""
+    return 1 - after / before if before else -float(after > 0)
 
 
 def beaten(cross_validation, fit, other):

@@ -8,7 +8,6 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.estimation.designs import with_samples
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.simulation.contact_motion import gap
-from hlcs.simulation.simulator import Simulator
 
 FEWEST_SAMPLES = 4  # of a recording: as many as reading one asks for
 
@@ -21,7 +20,9 @@ def lasting(problem, base, factor):
     if problem.simulator.contact and factor > 1 or any(factor * len(trial.times) < FEWEST_SAMPLES for trial in problem.trials):
         return None
     empty = [with_samples(trial, int(factor * len(trial.times))) for trial in problem.trials]
-    runs = _simulator(problem, base, empty).simulate(base.model, base.initial_states, np.arange(len(empty)))
+    known = problem.simulator
+    longer = known.for_trials(base.model, empty, known.start_time, known.seated)
+    runs = longer.simulate(base.model, base.initial_states, np.arange(len(empty)))
     trials = []
     for trial, (position, orientation, force) in zip(empty, runs, strict=True):
         if factor > 1 and trial.surroundings.floor_height is not None:
@@ -31,15 +32,7 @@ def lasting(problem, base, factor):
         read = trial.accelerations and trial.accelerations._replace(values=force + 0 * trial.accelerations.values)
         seen = {"position": position + 0 * trial.position, "orientation": orientation + 0 * trial.orientation}
         trials.append(replace(trial, **seen, accelerations=read))
-    return TrajectoryProblem(trials, problem.noise, _simulator(problem, base, trials))
-
-
-def _simulator(problem, base, trials):
-    """The simulator of a problem for other trials."""
-    known = problem.simulator
-    simulator = Simulator(base.model, trials, known.start_time, known.contact, known.time_step, known.seated)
-    simulator.height_range = known.height_range
-    return simulator
+    return TrajectoryProblem(trials, problem.noise, known.for_trials(base.model, trials, known.start_time, known.seated))
 
 
 def length_of(problem):

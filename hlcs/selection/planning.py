@@ -18,15 +18,13 @@ from hlcs.estimation.linearization import occam
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.records import Plan
 from hlcs.selection.eligibility import lacks_drag
-from hlcs.selection.experiment_design import tests_needed
+from hlcs.selection.experiment_design import MOST_TESTS, tests_needed
 from hlcs.selection.other_lengths import lasting, length_of
-from hlcs.selection.prediction import LinearModel, signatures
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import BY_CHANCE, FALL, ODDS, ODDS_ALONE
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError, is_number
 
-MOST = 1000  # recordings that anybody makes
 ALIKE = 0.95  # cosine of two signatures from which a tenth of the noncentrality, or less, tells them apart: 1 - 0.95^2
 SHARPEST = 1e-3  # noise, in parts of the pilot's, below which no tracker is looked for
 QUANTILES = special.ndtri(0.5 + (np.arange(20) + 0.5) / 40)  # of the size of a normal deviate
@@ -91,8 +89,8 @@ class Odds:
         return np.where(count < self.few_below, np.minimum(each, np.maximum(together, any_fall)), together)
 
     def recordings(self, signal, power):
-        """The smallest number of recordings with this power; None beyond MOST."""
-        counts = np.arange(1 if self.by_chance is None else 2, MOST + 1)
+        """The smallest number of recordings with this power; None beyond MOST_TESTS."""
+        counts = np.arange(1 if self.by_chance is None else 2, MOST_TESTS + 1)
         enough = np.flatnonzero(self.power(signal, counts) >= power)
         return int(counts[enough[0]]) if len(enough) else None
 
@@ -201,9 +199,7 @@ def _signals(problem, base, plus, count, now):
 def beside(search, plus):
     """({look-alike of the newest effect of the model `plus`: cosine in the pilot}, names of effects that the file implies)."""
     problem, base, effect = search.problem, search.base, plus.terms[-1].name
-    entries = list(search.candidates.values())
-    views = problem.batched([lambda entry=entry: signatures(problem, base, entry, {}) for entry in entries])
-    linear = LinearModel(base, dict(zip(entries, views, strict=True)), search.price)
+    views, linear = search.linear_at(base, list(search.candidates.values()))
     implied = frozenset(name for name in search.candidates if search.implies(linear, name))
 
     def projected(parts):
@@ -212,7 +208,7 @@ def beside(search, plus):
     its = projected(problem.signature(base.model, base.initial_states, plus))[:, None]
     cosines = {
         entry.name: max(largest_cosine(its, projected(columns)) for _, columns in choices)
-        for entry, choices in zip(entries, views, strict=True)
+        for entry, choices in views.items()
         if entry.name != effect and entry.name in linear.entries and linear.visible(entry.name)
     }
     return {name: cosine for name, cosine in cosines.items() if cosine > ALIKE}, implied
@@ -265,7 +261,7 @@ def _notes(pilot, search, odds, signal, entry, at):
     if not pilot.hold_out:
         yield (
             f"nothing can be held out of the pilot, so the odds against an effect are {ODDS_ALONE:g} in place of {ODDS:g}: give "
-            "the recordings at least two groups"
+            "the recordings at least two groups, and hold one of them out"
         )
     else:
         yield f"the {pilot.what} must stand in at least two groups, of about equal size, so that one is held out"

@@ -61,7 +61,7 @@ class Preview:
 
     def believed(self, numbers):
         """The surprise of numbers {effect: {number: value}}."""
-        return sum(self.candidates[name].surprise(numbers[name]) for name in numbers)
+        return sum(self.candidates[name].surprise(numbers[name]) for name in sorted(numbers))
 
     def look(self, proposals, fit):
         """By how much less than foreseen from a fit each proposal may cost, {set: amount}: LOOKED times what one simulation at

@@ -38,8 +38,8 @@ class Search:
     """The fitted sets of effects of one problem."""
 
     def __init__(self, problem, candidates, base, odds=ODDS, progress=None, readings=None, first=(), budget=None):
-        """base: Fit of the model under test; odds: against one effect; readings: candidate -> its numbers as samples around the
-        impacts show them; first: sets that are fitted whatever is foreseen of them, ({candidate: its numbers}, initial states or
+        """base: Fit of the model under test; odds: against one effect; readings: candidate -> its numbers as the data show them
+        without the model; first: sets that are fitted whatever is foreseen of them, ({candidate: its numbers}, initial states or
         None) each: far from the data nothing foresees them; budget: of a search that this one goes on with."""
         self.problem, self.base, self.odds = problem, base, odds
         self.candidates = {entry.name: entry for entry in sorted(candidates, key=lambda entry: entry.name)}
@@ -52,7 +52,7 @@ class Search:
         self.reduced = {}  # the same of sets that the search had no need of, fitted for the verdict
         self.models = {}  # set that was expanded -> the LinearModel at its fit
         self.overdispersion = 1.0  # how many residuals count as one beside the best fit, where its adequacy has been judged
-        self.expanded, self.foreseen = [], {}  # sets; set -> (Proposal, Fit that it was foreseen from)
+        self.foreseen = {}  # set -> (Proposal, Fit that it was foreseen from)
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
         self.twins = set()  # sets that do as the best fits do where these stand, whatever is foreseen far from there
         self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
@@ -153,7 +153,8 @@ class Search:
             together = self.first_ones(self.parts_first([each for each in promising if each[0].cost <= twice], limit))
             numbers = [self.count(proposal.effects) for proposal, _ in together]
             affordable = self.budget.affordable(numbers, TOGETHER) if self.problem.simulator.contact else 1
-            if refits >= REFITS or self.budget.spent(f"{len(promising)} sets of effects that might do as well", affordable):
+            fits = affordable if refits < REFITS else 0
+            if self.budget.spent(f"{len(promising)} sets of effects that might do as well", fits):
                 break
             together = together[:affordable]
             named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3])
@@ -303,15 +304,12 @@ class Search:
         reach = 0.0 if self.noise_alone(self.fits[first]) or self.budget.share > 0.5 else self.reach()
         near = [first, *(each for each in self.ranked()[1:EXPANDED] if self.cost(each) < self.cost(first) + reach)]
         for effects in near:
-            if effects in self.expanded or not np.isfinite(self.fits[effects].chi2):
-                continue
-            self.expanded.append(effects)
             fit = self.fits[effects]
+            if effects in self.models or not np.isfinite(fit.chi2):
+                continue
             entries = [entry for name, entry in self.candidates.items() if name not in effects]
             self.progress(f"screening {len(entries)} candidates{self.budget.time_left()}")
-            looks = [partial(signatures, self.problem, fit, entry, self.readings.get(entry.name, {})) for entry in entries]
-            views = self.problem.batched(looks)
-            linear = LinearModel(fit, dict(zip(entries, views, strict=True)), self.price)
+            _, linear = self.linear_at(fit, entries)
             self.models[effects] = linear
             if not effects:
                 self.implied = frozenset(name for name in self.candidates if self.implies(linear, name))
@@ -329,6 +327,12 @@ class Search:
                 known = self.foreseen.get(proposal.effects)
                 if known is None or proposal.cost < known[0].cost:
                     self.foreseen[proposal.effects] = proposal, fit
+
+    def linear_at(self, fit, entries):
+        """({candidate: its signatures at a fit}, the LinearModel that they make)."""
+        looks = [partial(signatures, self.problem, fit, entry, self.readings.get(entry.name, {})) for entry in entries]
+        views = dict(zip(entries, self.problem.batched(looks), strict=True))
+        return views, LinearModel(fit, views, self.price)
 
     def refit(self, proposal, parent, states=None):
         """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit

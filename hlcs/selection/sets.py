@@ -37,11 +37,11 @@ class FittedSets:
         search = self.search
         while True:
             cheapest = next(effects for effects in self.ranked if self.stands(effects))
-            parts = search.reduced.keys() - search.fits.keys()
-            search.fits |= {effects: search.reduced[effects] for effects in parts}
+            parts = {effects: fit for effects, fit in search.reduced.items() if effects not in search.fits}
+            search.fits |= parts
+            del self.ranked
             if not any(self.cost(effects) < self.cost(cheapest) for effects in parts):
                 return cheapest
-            del self.ranked
 
     @cached_property
     def best(self):
@@ -126,10 +126,18 @@ class FittedSets:
     @cached_property
     def tied(self):
         """The best set and those that do as well, the best first: not beaten on held-out data, none that holds a simpler one of
-        less cost, and none that contradicts what the file states where the best does not."""
+        less cost, and none that contradicts what the file states where the best does not.
+
+        That something is missing the best set has proved: one of no more effects that does as much in its place is set beside
+        it, not beside nothing.
+        """
         best, search = self.best, self.search
         reach = self.cost(best) + TIED
-        near = [effects for effects in self.ranked if self.cost(effects) <= reach and self.stands(effects)]
+
+        def proved(effects):
+            return self.overdispersion <= 1 and 0 < len(effects) <= len(best) or self.stands(effects)
+
+        near = [effects for effects in self.ranked if self.cost(effects) <= reach and proved(effects)]
         return [best] + [
             effects
             for effects in near
@@ -157,11 +165,10 @@ class FittedSets:
 
     @cached_property
     def weights(self):
-        """Posterior probability of every fitted set among them."""
+        """Posterior probability of every fitted set among them, 0 of those that cost less than the best and do not stand."""
         names = self.ranked
         costs = np.array([self.cost(effects) for effects in names])
-        beyond = self.cost(self.best) - self.cost(self.cheapest)
-        costs[costs < self.cost(self.best if beyond > EQUAL else self.cheapest)] = np.inf  # they do not stand
+        costs[(costs < self.cost(self.best)) & [effects not in self.tied for effects in names]] = np.inf
         relative = np.exp(-(costs - self.cost(self.best)) / 2)
         return dict(zip(names, relative / relative.sum(), strict=True))
 

@@ -44,8 +44,9 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
-    before, table_before = experiment.judge(*on_all(problem, base))
-    finished = finals(experiment, problem, search, (before, table_before), on_all)
+    judged = on_all(problem, base)
+    before, table_before = experiment.judge(*judged)
+    finished = finals(experiment, problem, search, {frozenset(): (base, (*judged, before, table_before))}, on_all)
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
     sets, (judged, best, after, table_after) = best_set(fitted, finished)
     effects = sets.best
@@ -86,18 +87,17 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     )
 
 
-def finals(experiment, problem, search, before, on_all):
+def finals(experiment, problem, search, known, on_all):
     """Function set -> (all rows, the final fit of a set on them, its Adequacy, table of observations), made once of each fit.
 
-    before: the Adequacy and the table of the model under test; the rest as in `select`.
+    known: {set: (its Fit in the search, what is finished of it)}, of the model under test; the rest as in `select`.
     """
-    known = {}  # set -> (its Fit in the search, what is finished of it)
 
     def finished(effects):
         fit = search.fits[effects]
         if effects not in known or known[effects][0] is not fit:
             judged, final = on_all(problem, experiment.polished(problem, fit))
-            known[effects] = fit, (judged, final, *(experiment.judge(judged, final) if effects else before))
+            known[effects] = fit, (judged, final, *experiment.judge(judged, final))
         return known[effects][1]
 
     return finished
@@ -127,14 +127,17 @@ def best_set(fitted, finished):
 
 
 def adequate_ones(sets, finished):
-    """The sets that cost less than the best one that stands and are adequate: the cheapest of them, and what does as well."""
-    search, found, most = sets.search, [], sets.cost(sets.best)
+    """The sets that cost less than the best one that stands and are adequate: the cheapest of all, and what does as well; where
+    that one is not adequate, none."""
+    found, most = [], sets.cost(sets.best)
     for effects in sets.ranked:
         if sets.cost(effects) >= most:
             break
-        if search.noise_alone(search.fits[effects]) and finished(effects)[2].adequate:
+        if finished(effects)[2].adequate:
             most = min(most, sets.cost(effects) + TIED)
             found.append(effects)
+        elif not found:
+            break
     return frozenset(found)
 
 

@@ -48,13 +48,13 @@ def outcomes(model, setups, inputs, outcome):
     return answers
 
 
-def state_of(setups, velocity):
-    """Bodies at the origin with the given velocities (d, 3)."""
+def state_of(setups, velocity, spin=0.0):
+    """Bodies at the origin, upright, with the given velocities (d, 3) and angular velocities (d, 3) or 0."""
     bodies = [rigid_body(setup.body) for setup in setups]
     count = len(bodies)
     properties = [np.array([getattr(body, name) for body in bodies]) for name in ("mass", "inertia", "volume", "area", "radius")]
     orientation = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
-    return Bodies(np.zeros((count, 3)), orientation, np.concatenate([velocity, np.zeros((count, 3))], axis=1), *properties)
+    return Bodies(np.zeros((count, 3)), orientation, np.concatenate([velocity, np.zeros((count, 3)) + spin], axis=1), *properties)
 
 
 def crossing(track, passed, count=50, until=None, begin=0.0):

@@ -69,6 +69,12 @@ class Simulator:
             self.duration_class = np.ceil(np.log2(durations / durations.min()) - 1e-9).astype(int)
         self.body_steps = 0  # bodies times steps simulated
 
+    def for_trials(self, model, trials, start_time, seated):
+        """A Simulator of other trials of the same scene, in the same steps: heights lie in the range that they have here."""
+        other = Simulator(model, trials, start_time, self.contact, self.time_step, seated)
+        other.height_range = self.height_range
+        return other
+
     def simulate(self, model, initial_states, owner, time_step=None):
         """The Motion at the times of trials[owner[b]], a list, for initial states (B, 13), owner (B,)."""
         (answer,) = self.simulate_all([(model, initial_states, owner, time_step)])

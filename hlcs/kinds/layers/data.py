@@ -88,6 +88,9 @@ def read_layers(file):
         for key in NOT_USED
         if key in table
     ]
+    values = file.source.values
+    others = ["[surroundings]"] * ("surroundings" in values) + ["[model] time_step"] * ("time_step" in values.get("model", {}))
+    notes += [f"{each} is not used: what a placement test needs to know stands under [placement]" for each in others]
     sets = read_layer_sets(file.data_file)
     stated, most = table.get("layers"), max(measured_set.layers for measured_set in sets)
     if stated not in (None, most):

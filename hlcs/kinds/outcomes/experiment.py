@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.outcome_tables import read_outcomes
 from hlcs.data.quantities import OUTCOMES
@@ -63,11 +61,9 @@ class Outcomes(Tabulated):
 
     def noise_shown(self, problem, fit):
         """What rows show that repeat each other, else those about a smooth curve, where the model would be adequate with it."""
-        misfit = np.empty(len(problem.values))
-        misfit[np.concatenate([group.rows for group in problem.trials])] = np.concatenate(fit.linearization.raw)
         scatter = repeats = between_repeats(self.table)
         if scatter is None and not problem.errors.deviation.any():
-            scatter = about_a_curve(self.table, misfit)
+            scatter = about_a_curve(self.table, problem.by_row(fit))
         if scatter is None or scatter.sigma <= problem.noise.position:
             return None
         key = "outcome" if "outcome" in self.file.noise else self.table.outcome
@@ -97,8 +93,10 @@ class Outcomes(Tabulated):
             cross_validation.few = len(self.table.values) < FEW
             odds = ODDS if cross_validation.possible else ODDS_ALONE
             search = Search(prepared.problem, chosen, prepared.base, odds, self.options.log).run()
+            if not again or search.budget.stopped:
+                break
             problem = prepared.problem.beside(search.fits[search.ranked()[0]].model)
-            if not again or problem is prepared.problem:
+            if problem is prepared.problem:
                 break
             prepared = posed(problem, prepared.base.model)
         return select(self, prepared, search, cross_validation, absent)

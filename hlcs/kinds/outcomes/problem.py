@@ -186,16 +186,21 @@ class TableProblem(DirectProblem):
         errors = SettingErrors(of_inputs(self.file, table, model)) if count and usual else None
         return TableProblem(self.file, table, self.noise, groups, errors)
 
+    def by_row(self, fit):
+        """What a fit leaves of the outcome of each row, in their order (n,) [unit of the outcome]."""
+        raw = np.empty(len(self.values))
+        raw[np.concatenate([group.rows for group in self.trials])] = np.concatenate(fit.linearization.raw)
+        return raw
+
     def worst(self, fit):
         """(where a fit misses most, in words; the same as {input: value})."""
-        order = np.concatenate([group.rows for group in self.trials])
-        raw, sigma = np.empty(len(order)), self.noise.position
-        raw[order] = np.concatenate(fit.linearization.raw)
+        raw, sigma = self.by_row(fit), self.noise.position
         settings = [(raw[self.back == k], self.errors.deviation[k]) for k in range(len(self.setups))]
         misses = [float(np.mean(part) / np.hypot(sigma / np.sqrt(len(part)), shared)) for part, shared in settings]
         index = int(np.argmax(np.abs(misses)))
         row = {name: float(values[index]) for name, values in self.distinct.items()}
-        return f"the rows {said(row)} (whose mean the model misses by {abs(misses[index]):.2g} standard errors)", row
+        at = f"the rows {said(row)}" if row else "the rows"
+        return f"{at} (whose mean the model misses by {abs(misses[index]):.2g} standard errors)", row
 
 
 def row_groups(file, table, whole=False):
@@ -309,7 +314,7 @@ def judge_table(problem, fit):
 
 
 def where_in_table(problem, table):
-    """Rows {trial, channel, phase, rms, sigma, ...} by group and by value of the main input, the worst first."""
+    """Rows {trial, channel, phase, rms, sigma, ...} by value of the main input, the worst first."""
     name = next(iter(problem.table.inputs), "row")
     where = []
     for value in np.unique(table["input"]):

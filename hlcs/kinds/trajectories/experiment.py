@@ -15,12 +15,13 @@ from hlcs.data.shown_by_impacts import differing_from_model
 from hlcs.effects import check_names, class_named
 from hlcs.estimation.budget import SMOOTH_LIMIT, only, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
-from hlcs.estimation.noise_model import KINDS, estimate_noise, shown_by_curves
+from hlcs.estimation.noise_model import estimate_noise, shown_by_curves
 from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, touches, without
 from hlcs.kinds.trajectories.sinking import drags_shown
+from hlcs.kinds.trajectories.spinning import spin_losses_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories.time_step import alone, polished
 from hlcs.learning import learn
@@ -44,8 +45,15 @@ def terms_shown(candidates, shown):
     return [*((term,) for term in terms), *pairs]
 
 
+def on_fewer(finding, count):
+    """A Finding of a search on so many of the recordings; what was not tried there was not tried at all."""
+    if finding.reason is Reason.NOT_TRIED:
+        return finding
+    return replace(finding, **Reason.ON_FEWER_RECORDINGS(count=count, why=finding.why)._asdict())
+
+
 class Trajectories:
-    """An Experiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
+    """An OpenExperiment (`kinds.protocol`) of recordings: the pose of one body at many times, in one or more trials."""
 
     kind, measure, unit = "trajectory", "rms", "m"
     layout = LAYOUTS[kind]
@@ -105,8 +113,7 @@ class Trajectories:
         found = shown_by_curves(self.measurement, self._noise)
         if found is None:
             return None
-        what, noise = found
-        unit = dict(zip(KINDS, CHANNEL_UNITS, strict=True))[what]
+        what, unit, noise = found
         seen = "smooth curves through the recordings leave"
         at_rest = "record a body at rest, name it under measurement.static, and leave measurement.noise out: it tells the noise"
         shown = Shown(what, noise.of_unit(unit), unit, seen, noise, at_rest)
@@ -137,16 +144,16 @@ class Trajectories:
             few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
             prepared = prepare(few, own, noise, likely)
         chosen, absent = self._candidates(few, prepared.contact, candidates)
-        sinking = {} if prepared.contact else drags_shown(chosen, few.trials)
+        strong = {} if prepared.contact else drags_shown(chosen, few.trials) | spin_losses_shown(chosen, few.trials)
         on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
         def searched(prepared, chosen, absent):
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
             odds = ODDS if cross_validation.possible else ODDS_ALONE
             few_fits = prepared.problem.segmented  # are affordable: where the impacts point to, and where a look ended
-            seen, states = (impacts, None) if few_fits else (sinking, prepared.problem.initial_guess())
+            seen, states = (impacts, None) if few_fits else (strong, prepared.problem.initial_guess())
             first = [({entry.name: seen[entry.name]}, states) for entry in chosen if entry.name in seen]
-            begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | sinking)
+            begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | strong)
             search, looked = begun(base=prepared.base, first=first), [frozenset()]
 
             def pause(best):  # what the misfit of a worse model did to the numerics and to single samples is nothing to explain
@@ -168,11 +175,7 @@ class Trajectories:
         self.options.log("fitting more recordings")
         kept = {*first.effects, *(name for members in first.ambiguous for name in members)}
         confirmed = searched(prepare(many, own, noise, likely), [candidate for candidate in chosen if candidate.name in kept], {})
-        others = tuple(
-            replace(finding, **Reason.ON_FEWER_RECORDINGS(count=len(few.trials), why=finding.why)._asdict())
-            for finding in first.candidates
-            if finding.effect not in kept
-        )
+        others = tuple(on_fewer(each, len(few.trials)) for each in first.candidates if each.effect not in kept)
         left_out = tuple(note for note in first.left_out if note not in confirmed.left_out)
         return replace(confirmed, candidates=confirmed.candidates + others, notes=(*notes, *confirmed.notes, *left_out))
 

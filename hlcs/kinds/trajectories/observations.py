@@ -17,10 +17,7 @@ def recording_scale(recording):
 
 def observations(problem, fit):
     """Table of all observations as arrays: trial, channel, phase, time, height, speed, residual, in sigma, white (n,) each."""
-    trajectories = fit.linearization.trajectories or problem.simulator.simulate(
-        fit.model, fit.initial_states, np.arange(len(problem.trials))
-    )
-    white = fit.linearization.projected[0]
+    trajectories, white = fit.linearization.trajectories, fit.linearization.projected[0]
     columns = {}
     for k, (recording, motion) in enumerate(zip(problem.recordings, trajectories, strict=True)):
         position, orientation = motion.position, motion.orientation
@@ -82,8 +79,7 @@ def where_it_fails(problem, table):
     for what the recording says nothing of: a height in a film from above, a speed beside angles alone.
     """
     where = []
-    regimes = table.get("phase", np.full(len(table["trial"]), "flight"))
-    names, kind = np.unique(regimes, return_inverse=True)
+    names, kind = np.unique(table["phase"], return_inverse=True)
     label = (table["trial"] * len(CHANNELS) + table["channel"]) * len(names) + kind
     order = np.argsort(label, kind="stable")
     for inside in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
@@ -91,7 +87,7 @@ def where_it_fails(problem, table):
         row = {
             "trial": problem.trials[table["trial"][worst]].name,
             "channel": CHANNELS[table["channel"][worst]],
-            "phase": str(regimes[worst]),
+            "phase": str(table["phase"][worst]),
         }
         seen = told_of(problem.trials[table["trial"][worst]])
         at_worst = {name: float(table[name][worst]) if name in seen else None for name in ("time", "height", "speed")}

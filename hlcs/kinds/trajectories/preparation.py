@@ -27,7 +27,7 @@ LONGEST = 1 / 15  # step of such a run [s]: in a longer one a model of some cent
 RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a comparison is told to cost
 A_STEP = 1e-4  # what a step of such runs costs [s]
 ALONE_AGAIN = 3  # looks for samples that stand alone: what is set aside or taken back moves a fit, and shows or hides others
-NOTHING = None, None, 0.0, [], []  # what `fitted` gives, where nothing could be fitted
+NOTHING = None, None, 0.0, (), ()  # what `fitted` gives, where nothing could be fitted
 
 
 def start_times(trials):
@@ -120,8 +120,7 @@ def prepare(measurement: Recordings, own=(), noise=None, likely=()):
     if not noise.known:
         return Prepared(noise, None, None, tuple(notes), contact)
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
-    for trial in trials[:1]:
-        model.changes(trial.surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
+    model.changes(trials[0].surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
     notes += release_notes(trials, start_times(trials), [starts_seated(trial, noise) for trial in trials], noise.position)
     above = [trial.name for trial in trials if seen_from_above(trial) and not trial.surroundings.planar]  # there it is stated
     if above:
@@ -129,8 +128,13 @@ def prepare(measurement: Recordings, own=(), noise=None, likely=()):
     problem, base, shift, sentences, aside = in_long_steps(measurement, noise, model) if contact else NOTHING
     if problem is None:
         problem, base, shift, sentences, aside = fitted(posed(measurement, noise, model, contact), model, likely)
+    if not np.isfinite(base.chi2):
+        raise InputError(
+            f"{measurement.file.place('model.effects')}: with these the motion does not stay finite; check their numbers, the "
+            "mass and size of the body, and its start"
+        )
     if shift > SMALL:
-        sentences.append(f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
+        sentences = (*sentences, f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
     return Prepared(noise, problem, base, (*notes, *sentences), contact, tuple(aside))
 
 

@@ -13,7 +13,6 @@ from hlcs.data.impacts import read_impacts
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.kinds.trajectories.preparation import without_isolated
 from hlcs.kinds.trajectories.time_step import refine
-from hlcs.simulation.simulator import Simulator
 
 MOST_SEARCHED = 10_000  # rows of all recordings: a search then takes some 1 GB and minutes
 BEGINNING = 12  # samples from which a start is read
@@ -62,11 +61,8 @@ def on_all_rows(measurement):
         simulator, first = problem.simulator, problem not in whole
         if first:
             trials = [_filled(trial, measurement.trials) for trial in problem.trials]
-            whole[problem] = TrajectoryProblem(
-                trials,
-                problem.noise,
-                Simulator(fit.model, trials, simulator.start_time, simulator.contact, simulator.time_step, simulator.seated),
-            )
+            of_all = simulator.for_trials(fit.model, trials, simulator.start_time, simulator.seated)
+            whole[problem] = TrajectoryProblem(trials, problem.noise, of_all)
         full = whole[problem]
         fit = full.fit(fit.model, fit.initial_states)
         if first:

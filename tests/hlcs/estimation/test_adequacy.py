@@ -43,9 +43,8 @@ def test_a_block_that_the_fit_has_fixed_says_nothing(generator):
 
 
 def test_block_sums_are_divided_by_the_root_of_their_count():
-    matrix = block_matrix([0, 0, 0, 0, -1, 7]).toarray()
-    np.testing.assert_allclose(matrix @ np.ones(6), [2.0, 1.0])
-    assert matrix[:, 4].tolist() == [0.0, 0.0]
+    matrix = block_matrix([0, 0, 0, 0, 7]).toarray()
+    np.testing.assert_allclose(matrix @ np.ones(5), [2.0, 1.0])
 
 
 def test_blocks_begin_anew_with_each_channel():

@@ -3,15 +3,7 @@
 import numpy as np
 import pytest
 
-from hlcs.estimation.whitening import (
-    colour,
-    colour_series,
-    kalman_filter,
-    whiten,
-    whiten_series,
-    whitening_of,
-    whitening_of_settings,
-)
+from hlcs.estimation.whitening import colour, kalman_filter, whiten, whitening_of, whitening_of_settings
 
 
 @pytest.mark.parametrize(("rho", "white"), [(0.0, 0.0), (0.6, 0.0), (0.6, 0.1), (0.9, 0.9), (0.95, 0.4)])
@@ -24,8 +16,8 @@ def test_the_filter_is_the_cholesky_factor(generator, rho, white, jitter):
     lower, values = np.linalg.cholesky(covariance), generator.standard_normal((80, 3))
     tolerance = 1e-15 * 80 * np.linalg.cond(covariance)
     filter = kalman_filter(times, rho, white, 1.0)
-    assert np.allclose(colour_series(filter, np.eye(80)), lower, atol=1e-13)
-    assert np.allclose(whiten_series(filter, values), np.linalg.solve(lower, values), atol=tolerance)
+    assert np.allclose(filter.colour(np.eye(80)), lower, atol=1e-13)
+    assert np.allclose(filter.whiten(values), np.linalg.solve(lower, values), atol=tolerance)
     assert np.isclose(2 * np.sum(np.log(filter.deviation)), np.linalg.slogdet(covariance)[1], rtol=1e-12, atol=1e-12)
 
 

@@ -56,7 +56,7 @@ def test_where_everything_is_known_everything_takes_part():
     [
         ({"body": Body(shape="sphere", radius=0.1)}, {"buoyancy", "drag_crisis", "mass_offset"}, "mass and size"),
         ({"fluid": 0.0}, {"linear_drag", "stokes_drag"}, "the file states a vacuum (fluid_density = 0.0)"),
-        ({"floor": None}, {"wall_drag", "ground_cushion", "tracker_smoothing"}, "there is no floor"),
+        ({"floor": None}, {"wall_drag", "ground_cushion", "tracker_smoothing"}, "there is no floor, or not under all recordings"),
         ({"start": ("velocity",)}, {"magnus", "orientation_drag"}, "the spin is neither measured nor stated"),
         ({"start": ()}, {"clock_offset", "history_force"}, "the moment of release is not known"),
         ({}, {"spin_decay"}, "orientations are not measured"),

@@ -5,7 +5,7 @@ import pytest
 from linear_models import Line, model
 
 from hlcs.estimation.cross_validation import CrossValidation
-from hlcs.selection.held_out import HeldOut, beaten, held_out
+from hlcs.selection.held_out import HeldOut, beaten, fall, held_out
 from hlcs.selection.reasons import Rule
 from hlcs.simulation.model import Model
 
@@ -31,6 +31,10 @@ def test_a_law_that_holds_for_one_half_alone_is_refused(generator):
     worth = held_out(problem, CrossValidation(problem.trials, "group"), base, fit)
     assert max(worth.directions) <= 0 and worth.broken(True, 40).reason is Rule.BOTH_DIRECTIONS
     assert worth.broken(False, 40).reason is Rule.NO_CHANCE
+
+
+def test_an_error_of_zero_cannot_fall():
+    assert fall(2.0, 1.5) == 0.25 and fall(0.0, 0.0) == 0.0 and fall(0.0, 1e-9) == -1.0
 
 
 def test_many_candidates_ask_for_more():

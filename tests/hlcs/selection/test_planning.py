@@ -13,8 +13,9 @@ import hlcs
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
 from hlcs.kinds.experiment import Experiment
 from hlcs.kinds.protocol import Options, Prepared
+from hlcs.selection.experiment_design import MOST_TESTS
 from hlcs.selection.held_out import held_out
-from hlcs.selection.planning import MOST, Odds, Pilot, Signal, plan
+from hlcs.selection.planning import Odds, Pilot, Signal, plan
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
 from hlcs.selection.thresholds import BY_CHANCE, ODDS_ALONE
@@ -105,8 +106,8 @@ def test_more_power_needs_more_and_less_noise_needs_less():
     signal = Signal(2.0, np.array([[3.0]]), 12.0, 11.0, 1.0)
     for odds in (Odds(7.0, 9.0, 6.0), Odds(13.0, None, 6.0)):
         needed = [odds.recordings(signal, power) for power in (0.5, 0.9, 0.99)]
-        assert needed == sorted(needed) and needed[0] < needed[2] <= MOST
-        assert odds.recordings(signal.at_noise(0.5), 0.9) < needed[1] < (odds.recordings(signal.at_noise(1.2), 0.9) or MOST)
+        assert needed == sorted(needed) and needed[0] < needed[2] <= MOST_TESTS
+        assert odds.recordings(signal.at_noise(0.5), 0.9) < needed[1] < (odds.recordings(signal.at_noise(1.2), 0.9) or MOST_TESTS)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+from hlcs.kinds.trajectories.experiment import on_fewer
 from hlcs.records import Diagnosis, Finding, Reason, untested
 from hlcs.selection.reasons import Rule
 
@@ -43,13 +44,18 @@ def test_a_finding_keeps_its_reason_and_the_result_file_its_sentence():
 
 def test_the_report_gathers_what_was_not_tried_by_its_reason_not_by_its_words():
     absent = [untested(name, Reason.NOT_TRIED(why="there is no floor")) for name in ("a", "b")]
-    fewer = replace(absent[0], effect="c", **Reason.ON_FEWER_RECORDINGS(count=3, why=absent[0].why)._asdict())
+    fewer = on_fewer(Finding("c", None, None, None, False, **Reason.INVISIBLE()._asdict()), 3)
     quoted = Finding("d", None, None, None, False, why="not tried: so says the user", reason=Reason.NOT_SEEN)
     text = str(diagnosis(*absent, fewer, quoted))
     assert "- not tried, there is no floor: a, b\n" in text
     assert "- c: tried on fewer recordings" in text and "- d: not seen" in text
     details = diagnosis(*absent, fewer, quoted).summary(details=True)
-    assert "on 3 recordings: not tried: there is no floor" in details and "  not tried: so says the user" in details
+    assert "on 3 recordings: cannot be seen" in details and "  not tried: so says the user" in details
+
+
+def test_what_was_not_tried_on_fewer_recordings_was_not_tried_at_all():
+    absent = untested("a", Reason.NOT_TRIED(why="there is no floor"))
+    assert on_fewer(absent, 3) == absent
 
 
 def test_the_report_says_why_a_number_is_withheld():

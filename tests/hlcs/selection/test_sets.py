@@ -13,7 +13,7 @@ from hlcs.effects import Free
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets, interval
-from hlcs.selection.verdict import _parameters, best_set, finals
+from hlcs.selection.verdict import _parameters, adequate_ones, best_set, finals
 from hlcs.simulation.model import Model
 
 
@@ -25,6 +25,21 @@ def test_laws_that_look_alike_share_the_weight_and_take_each_others_place(genera
     ) == pytest.approx(1)
     ((name, others),) = alike.alternatives().items()
     assert {name, *others} == set(LAWS)
+
+
+def test_what_does_as_much_in_the_place_of_the_best_is_set_beside_it_not_beside_nothing(generator):
+    """Laws that look alike, one of which held-out data fail to prove by chance: it still does as well as the one they prove."""
+    alike = sets(0.0, generator)
+
+    class OneProved(FittedSets):
+        def broken(self, effects, name):
+            return "by chance" if name == "spin_decay" else None
+
+    told = OneProved(alike.search, alike.cross_validation)
+    assert told.tied == [{"linear_drag"}, {"spin_decay"}]
+    assert sorted(told.weights.values())[-2:] == pytest.approx([0.5, 0.5], abs=0.02)
+    told = OneProved(alike.search, alike.cross_validation, 2.0)  # where nothing explains the data it may only absorb
+    assert {"spin_decay"} not in told.tied
 
 
 def test_laws_that_the_data_tell_apart_do_not(generator):
@@ -64,6 +79,23 @@ def test_what_leaves_nothing_but_noise_stands_where_the_data_contradict_all_that
 
     sets, told = best_set(partial(Unproved, search, CrossValidation(problem.trials, "group")), finished)
     assert sets.best == (law if adequate else frozenset()) and told[1] is search.fits[sets.best]
+
+
+def test_what_is_adequate_is_looked_for_from_the_cheapest_set_on(generator):
+    """Where the cheapest set is not adequate no other is judged; where it is, those that do as well are too."""
+    alike, judged = sets(0.0, generator), []
+
+    def finals_of(adequate):
+        def finished(effects):
+            judged.append(effects)
+            return None, None, SimpleNamespace(adequate=effects in adequate)
+
+        return finished
+
+    first, second = alike.ranked[:2]
+    alike.best = frozenset()  # held-out data proved nothing
+    assert adequate_ones(alike, finals_of({second})) == frozenset() and judged == [first]
+    assert adequate_ones(alike, finals_of({first, second})) == {first, second}
 
 
 @pytest.mark.parametrize(("overdispersion", "best"), [(1.0, {"linear_drag", "spin_decay"}), (5.0, {"linear_drag"})])
@@ -125,7 +157,7 @@ def test_a_number_of_what_absorbs_is_told_by_its_final_fit(generator):
         return replace(fit, estimate=fit.estimate + 0.1, covariance=4 * fit.covariance)
 
     experiment = SimpleNamespace(polished=polished, judge=lambda problem, fit: (None, None))
-    finished = finals(experiment, problem, search, (None, None), lambda problem, fit: (problem, fit))
+    finished = finals(experiment, problem, search, {}, lambda problem, fit: (problem, fit))
     (absorbing,) = sets.absorbing
     fit, told = search.fits[absorbing], {members: finished(members)[1] for members in (sets.best, absorbing, absorbing)}
     number = _parameters(sets, told, sets.absorbing)["linear_drag"]["rate"]
@@ -157,11 +189,14 @@ def test_at_equal_evidence_the_fewest_numbers_are_named_first(dearer, first):
     by_cost = {frozenset(names): cost for names, cost in costs.items()}
     counts = {("curve",): 5, ("scale",): 1, (): 0}
     fits = {
-        frozenset(names): SimpleNamespace(estimate=np.zeros(count), tempered=lambda overdispersion, cost=costs[names]: cost)
+        frozenset(names): SimpleNamespace(
+            estimate=np.zeros(count), tempered=lambda overdispersion, cost=costs[names]: cost, contradicts=False
+        )
         for names, count in counts.items()
     }
-    search = SimpleNamespace(fits=fits, reduced={}, price=lambda effects, fit: 0.0)
-    judged = FittedSets(search, None)
+    laws = dict.fromkeys(("curve", "scale"), SimpleNamespace(holds=lambda other: False))
+    search = SimpleNamespace(fits=fits, reduced={}, candidates=laws, price=lambda effects, fit: 0.0)
+    judged = FittedSets(search, SimpleNamespace(possible=False))
     judged.stands = lambda effects: True
     assert judged.best == {first}
     assert max(judged.weights.values()) == judged.weights[min(by_cost, key=by_cost.get)] > 0.5
