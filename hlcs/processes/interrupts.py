@@ -94,10 +94,10 @@ def _called_by_compiled_code(frame):
 
 
 def _unraisable(what):
-    if not issubclass(what.exc_type, KeyboardInterrupt):
+    if issubclass(what.exc_type, KeyboardInterrupt):
+        _soon()
+    elif not _seen.is_set():  # what Ctrl-C broke off, such as a half compiled function, may fail once more as it is thrown away
         sys.__unraisablehook__(what)
-        return
-    _soon()
 
 
 def _soon():

@@ -248,6 +248,29 @@ def test_ctrl_c_inside_a_callback_of_a_c_library_is_not_lost(asks):
     assert done.stderr == ""
 
 
+THROWN_AWAY = """
+from hlcs.processes import interrupts
+
+class Half:
+    def __del__(self):
+        raise AttributeError("half made")
+
+interrupts.listen()
+Half()
+try:
+    interrupts._interrupt(2, None)
+except KeyboardInterrupt:
+    Half()
+"""
+
+
+def test_what_ctrl_c_broke_off_is_thrown_away_without_a_word():
+    """An error in a finaliser is printed, but not one of what was being made when Ctrl-C came."""
+    command = [sys.executable, "-c", THROWN_AWAY]
+    done = subprocess.run(command, text=True, capture_output=True, timeout=300, env=os.environ | {"PYTHONPATH": os.getcwd()})
+    assert done.returncode == 0 and done.stderr.count("AttributeError: half made") == 1
+
+
 def test_a_reader_that_goes_away_is_no_error_to_tell_about(tmp_path):
     """`hlcs mystery list | head -1` prints one line and no traceback."""
     process = subprocess.Popen(
