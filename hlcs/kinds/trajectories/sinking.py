@@ -9,7 +9,7 @@ from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.effects.candidates import build
 from hlcs.simulation.outcome_motion import state_of
 
-LEAST = 5  # samples of a recording from which speed and acceleration are read
+LEAST = 5  # samples of a recording from which its motion is read
 HELD = 0.5  # part of the weight that drag carries, from which the motion is nearer to its final speed than to free fall
 
 
@@ -19,20 +19,29 @@ def drags_shown(candidates, trials):
     {name of the candidate: {its number: value}}; {} where no body sinks or rises with a drag that carries HELD of its weight.
     """
     seen = [(trial, *held) for trial in trials if (held := _held_back(trial)) is not None]
-    laws = [entry for entry in candidates if seen and entry.is_drag and entry.absent and len(entry.free) == 1]
-    found = {entry.name: {entry.free[0].name: _number(entry, seen)} for entry in laws}
-    return {name: numbers for name, numbers in found.items() if np.isfinite([*numbers.values()]).all()}
+
+    def of_unit(law, trial, drag, speed):
+        return drag, law.forces(state_of([trial], np.array([[0.0, 0.0, -speed]])), 0.0)[0, 2]
+
+    return numbers_shown([entry for entry in candidates if entry.is_drag], seen, of_unit)
 
 
-def _number(entry, seen):
-    """The number of a drag that is in proportion to it, no finite one where it does not hold a sinking body back; seen: [(trial,
-    force against the motion [N], speed [m/s])]."""
-    found = []
-    for trial, drag, speed in seen:
-        law = build(entry.kind, {entry.free[0].name: 1.0}, trial.surroundings)
-        unit = law.forces(state_of([trial], np.array([[0.0, 0.0, -speed]])), 0.0)[0, 2]
-        found.append(drag / unit if unit > 0 else np.nan)
-    return float(np.median(found))
+def numbers_shown(laws, seen, of_unit):
+    """{name: {its number: value}} of the laws of one number that may be missing and, in proportion to it, give what recordings
+    show; the median over them.
+
+    seen: [(trial, what it shows, ..)]; of_unit: (the law at a number of 1, *one of `seen`) -> (what is seen, what that law
+    gives). A law that gives nothing, or the contrary, is left out.
+    """
+    found = {}
+    for entry in laws:
+        if not seen or not entry.absent or len(entry.free) != 1:
+            continue
+        (free,) = entry.free
+        pairs = [of_unit(build(entry.kind, {free.name: 1.0}, trial.surroundings), trial, *shown) for trial, *shown in seen]
+        if all(unit > 0 for _, unit in pairs):
+            found[entry.name] = {free.name: float(np.median([value / unit for value, unit in pairs]))}
+    return found
 
 
 def _held_back(trial):

@@ -6,14 +6,13 @@ Far from a steady spin a small change of a model without loss says nothing of a 
 import numpy as np
 
 from hlcs.data.rigid_body import known_body, rigid_body
-from hlcs.effects.candidates import build
+from hlcs.kinds.trajectories.sinking import LEAST, numbers_shown
+from hlcs.selection.thresholds import HELPS
 from hlcs.simulation.outcome_motion import state_of
 from minibullet import rotations
 from minibullet.effects import Effect
 
-LEAST = 5  # samples of a recording from which a loss of spin is read
-LEFT = 0.5  # part of the misfit of a steady spin that a loss may leave, to be worth beginning with
-RATES = np.geomspace(0.1, 100.0, 61)  # in units of one over the duration of a recording: a tenth apart
+RATES = np.geomspace(0.1, 100.0, 61)  # in units of one over the duration of a recording: an eighth apart
 
 
 def spin_losses_shown(candidates, trials):
@@ -21,23 +20,13 @@ def spin_losses_shown(candidates, trials):
 
     {name of the candidate: {its number: value}}; {} where no body spins ever slower about one axis.
     """
-    rates = [(trial, rate) for trial in trials if (rate := _rate_of_loss(trial)) is not None]
-    laws = [entry for entry in candidates if rates and entry.absent and len(entry.free) == 1 and issubclass(entry.kind, Effect)]
-    found = {entry.name: {entry.free[0].name: _number(entry, rates)} for entry in laws}
-    return {name: numbers for name, numbers in found.items() if np.isfinite([*numbers.values()]).all()}
+    seen = [(trial, rate) for trial in trials if (rate := _rate_of_loss(trial)) is not None]
 
+    def of_unit(law, trial, rate):
+        still, spinning = (state_of([trial], np.zeros((1, 3)), np.array([[0.0, 0.0, spin]])) for spin in (0.0, 1.0))
+        return rate, (law.forces(still, 0.0) - law.forces(spinning, 0.0))[0, 5] / spinning.inertia[0, 2]
 
-def _number(entry, rates):
-    """The number of a moment that is in proportion to it, no finite one where it does not slow a spin; rates: [(trial, share of
-    the spin lost per second [1/s])]."""
-    found = []
-    for trial, rate in rates:
-        law = build(entry.kind, {entry.free[0].name: 1.0}, trial.surroundings)
-        at_rest = state_of([trial], np.zeros((1, 3)))
-        spinning = state_of([trial], np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))
-        unit = (law.forces(at_rest, 0.0) - law.forces(spinning, 0.0))[0, 5] / spinning.inertia[0, 2]
-        found.append(rate / unit if unit > 0 else np.nan)
-    return float(np.median(found))
+    return numbers_shown([entry for entry in candidates if issubclass(entry.kind, Effect)], seen, of_unit)
 
 
 def _rate_of_loss(trial):
@@ -52,7 +41,7 @@ def _rate_of_loss(trial):
     rates = RATES / times[-1]
     left = [_left(-np.expm1(-rate * times), turned) for rate in rates]
     best = int(np.argmin(left))
-    return float(rates[best]) if left[best] < LEFT * _left(times, turned) else None
+    return float(rates[best]) if left[best] < (1 - HELPS) * _left(times, turned) else None
 
 
 def _left(course, turned):

@@ -110,6 +110,12 @@ def test_a_folder_of_someone_else_is_refused_before_any_work(hlcs, tmp_path, mon
     assert status == 2 and "thesis.tex" in errors
 
 
+def test_a_copied_mystery_is_told_to_programs(hlcs, tmp_path):
+    status, text, _ = hlcs("mystery", "copy", "gym-floor", "--out", "case", "--json", "c.json")
+    told = json.loads((tmp_path / "c.json").read_text())
+    assert status == 0 and f"hlcs diagnose {told['experiment']}" in text and told["format"] == 1
+
+
 def test_a_file_in_the_place_of_a_folder_is_refused_before_any_work(hlcs, tmp_path):
     (tmp_path / "notes.txt").write_text("x")
     name = "gym-floor"

@@ -67,3 +67,12 @@ def test_how_the_noise_hangs_together_shows_at_rest_and_not_in_what_no_curve_fol
 def test_a_stated_noise_is_that_before_rounding(tmp_path):
     noise = estimate_noise(measured(write_rounded(tmp_path, 3e-4, 1e-3, 0.5, stated=True)))
     assert noise.position == pytest.approx(np.hypot(3e-4, 1e-3 / np.sqrt(12)), rel=1e-3)
+
+
+def test_an_axis_with_too_few_readings_at_rest_tells_nothing_of_the_noise(tmp_path):
+    """Eight readings in each axis of a body at rest, blank beyond: a curve of degree 5 would leave too few to judge by."""
+    path = write_rounded(tmp_path, 3e-4, 1e-3, 0.5)
+    header, *rows = (tmp_path / "rest.csv").read_text().splitlines()
+    blank = [row.split(",")[0] + ",,," for row in rows[8:40]]
+    (tmp_path / "rest.csv").write_text("\n".join([header, *rows[:8], *blank]) + "\n")
+    assert not estimate_noise(measured(path)).known

@@ -21,3 +21,9 @@ def test_sets_that_cannot_be_judged_are_named(tmp_path):
     (note,) = left_out(measurement, measurement.sets[1:])
     assert note.startswith("TPG flat: not judged")
     assert left_out(measurement, ()) == []  # where none can be, the verdict says so
+
+
+def test_keys_that_mean_nothing_beside_a_placement_are_told(tmp_path):
+    diagnose = 'hold_out = "grid"\n[surroundings]\nfriction = 0.6\n[model]\ntime_step = 0.01'
+    notes = read_layers(experiment(tmp_path, [measured("TPG", 1, "a")], diagnose=diagnose)).notes
+    assert [note.split(" is not used")[0] for note in notes] == ["[surroundings]", "[model] time_step"]

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import hlcs
+from hlcs.kinds.outcomes import experiment
+from hlcs.kinds.protocol import Options
+from hlcs.processes.interrupts import STOPPED
 from minibullet.errors import InputError
 
 HEIGHTS = np.repeat(np.linspace(0.5, 9.0, 8), 4)
@@ -32,3 +35,32 @@ def test_a_number_found_beyond_what_is_plausible_can_be_written_back(tmp_path):
 def test_what_no_law_allows_stays_refused_by_file_and_line(tmp_path):
     with pytest.raises(InputError, match=r"e.toml, line 11: model.effects: length_scale: factor = -1 must be at least 0.009"):
         hlcs.compare(falls(tmp_path, 1.0, '[model]\neffects = [{ name = "length_scale", factor = -1.0 }]\n'))
+
+
+def test_ctrl_c_ends_all_searches_over_a_table_and_is_told(tmp_path, monkeypatch):
+    """Errors of inputs may ask for a second search: after Ctrl-C there is none, and the note of the first one stays."""
+    searches = []
+
+    class Stopped(experiment.Search):
+        def run(self, *given):
+            searches.append(self)
+            found = super().run(*given)
+            self.budget.stopped = True
+            return found
+
+    monkeypatch.setattr(experiment, "Search", Stopped)
+    file = falls(tmp_path, 0.6)
+    file.write_text(file.read_text() + "input_sd = { height_m = 0.05 }\n")
+    found = hlcs.diagnose(file, candidates=["length_scale"])
+    assert len(searches) == 1 and STOPPED in found.notes
+
+
+def test_a_table_without_inputs_is_told_by_its_rows(tmp_path):
+    """A ball of radius 50 mm that lies 52 mm high, to 0.2 mm."""
+    rows = "".join(f"{0.052 + 0.0002 * (-1) ** k:.4f}\n" for k in range(8))
+    (tmp_path / "t.csv").write_text("rest_height_m\n" + rows)
+    file = tmp_path / "e.toml"
+    body = 'kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.05\nmass = 0.1\n[surroundings]\nfloor = { height = 0.0 }\n'
+    file.write_text(body + '[measurement]\nfile = "t.csv"\n')
+    prepared = hlcs.Experiment.read(file).opened(Options())._prepared
+    assert prepared.problem.worst(prepared.base)[0].startswith("the rows (whose mean")

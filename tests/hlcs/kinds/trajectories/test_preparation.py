@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from experiments import FLOOR, experiment, measured
+from experiments import FLOOR, TOML, experiment, measured
 from throws import csv
 from tosses import CUBE
 
 from hlcs.kinds.trajectories.preparation import prepare, rebounds
-from minibullet.errors import InputWarning
+from minibullet.errors import InputError, InputWarning
 
 
 def test_long_rolling_is_computed_in_long_steps_and_bouncing_is_not(tmp_path, monkeypatch, generator):
@@ -66,3 +66,14 @@ def test_a_rebound_between_two_samples_is_seen_and_a_throw_is_none():
     assert bouncing.min() > 0.02 and rebounds(times, bouncing, reach=0.005)
     assert not rebounds(times, 0.9 + 3.0 * times - 0.5 * 9.81 * times**2, reach=0.005)
     assert not rebounds(times[times < 0.9 * impact], falling[times < 0.9 * impact], reach=0.005)
+
+
+def test_a_model_with_which_the_motion_does_not_stay_finite_is_refused_with_its_line(tmp_path):
+    """A drag coefficient of 1e6 brakes a ball of 50 g at 4 m/s within 0.1 mm: no step of a flight is short enough."""
+    times = np.arange(60) / 60
+    throw = csv(times, np.column_stack([3 * times, 0 * times, 3 * times - 9.81 * times**2 / 2]))
+    path = experiment(
+        tmp_path, csv=throw, toml=TOML + '[model]\neffects = [{ name = "quadratic_drag", drag_coefficient = 1e6 }]\n'
+    )
+    with np.errstate(all="ignore"), pytest.raises(InputError, match=r"e.toml, line 9: model.effects: with these the motion"):
+        prepare(measured(path))
