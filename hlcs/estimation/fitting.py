@@ -21,7 +21,7 @@ MOST_EVALUATIONS = 40  # of the residuals in the numbers
 MOST_STATE_STEPS = 12  # of the initial states at given numbers
 COARSE = 0.01  # step in spreads of the numbers below which segments are told no finer: `segment_profiles` tells the final ones
 HELD = 0.5  # part of the promised fall of chi2 below which columns of the states have become old
-CAUTIOUS = (1.0, 0.3)  # parts of a step of an initial state that are tried, one after the other
+CAUTIOUS = (0.0, 0.1)  # dampings of a step of an initial state that are tried, one after the other: of what columns hardly tell
 ENDS = 2.0  # standard errors to both sides at which intervals through contacts are measured: 1.645 is the end of a 90 % interval
 ALIKE = 0.2  # relative change of the standard errors from one measurement of them to the next below which they are known
 MEASURED = 4  # such measurements at most
@@ -70,26 +70,26 @@ class Elimination:
         for _ in range(MOST_STATE_STEPS):
             if not np.isfinite(chi2_of(white)).all():
                 break
-            moves = [least_squares(n, r) for n, r in zip(columns, white, strict=True)]
-            promised = sum(move.gain for move in moves)
+            promised = sum(least_squares(n, r).gain for n, r in zip(columns, white, strict=True))
             if not promised > self.close:
                 break
-            initial_states, white, fall = self.step(model, initial_states, white, [move.estimate for move in moves])
+            initial_states, white, fall = self.step(model, initial_states, white, columns)
             if fall < HELD * promised:
                 if not renew or fresh and fall <= self.close:
                     break
                 columns, fresh = self.problem.linearise(model, initial_states, np.arange(len(white))).state_columns, True
         return initial_states, white
 
-    def step(self, model, initial_states, white, moves):
-        """(initial states, white residuals, fall of chi2) after moves of the states.
+    def step(self, model, initial_states, white, columns):
+        """(initial states, white residuals, fall of chi2) after a step of the states on these columns.
 
-        Each recording takes its own move, or a part of it, only where that fits it better.
+        Each recording takes its own step, or a damped one, only where that fits it better.
         """
         before = chi2_of(white)
         first, waiting = before.sum(), np.full(len(white), True)
-        for share in CAUTIOUS:
-            options = self.problem.stepped(initial_states, [share * move for move in moves])
+        for damping in CAUTIOUS:
+            moves = [least_squares(n, r, damping).estimate for n, r in zip(columns, white, strict=True)]
+            options = self.problem.stepped(initial_states, moves)
             options = np.where(waiting[:, None], options, initial_states)
             tried = self.problem.white_residuals(model, options)
             after = chi2_of(tried)
