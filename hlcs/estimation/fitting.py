@@ -21,7 +21,7 @@ MOST_EVALUATIONS = 40  # of the residuals in the numbers
 MOST_STATE_STEPS = 12  # of the initial states at given numbers
 COARSE = 0.01  # step in spreads of the numbers below which segments are told no finer: `segment_profiles` tells the final ones
 HELD = 0.5  # part of the promised fall of chi2 below which columns of the states have become old
-CAUTIOUS = (0.0, 0.1)  # dampings of a step of an initial state that are tried: of what columns hardly tell
+CAUTIOUS = (1.0, 0.3, 0.1)  # parts of a step of an initial state that are tried: a strong drag bends its path far from the best
 ENDS = 2.0  # standard errors to both sides at which intervals through contacts are measured: 1.645 is the end of a 90 % interval
 ALIKE = 0.2  # relative change of the standard errors from one measurement of them to the next below which they are known
 MEASURED = 4  # such measurements at most
@@ -83,13 +83,11 @@ class Elimination:
     def step(self, model, initial_states, white, columns):
         """(initial states, white residuals, fall of chi2) after a step of the states on these columns.
 
-        Each recording takes its own step, or a damped one, whichever fits it best, only where that fits it better.
+        Each recording takes its own step or that part of it which fits it best, and none where none fits it better.
         """
-        options, tried = [initial_states], [white]
-        for damping in CAUTIOUS:
-            moves = [least_squares(n, r, damping).estimate for n, r in zip(columns, white, strict=True)]
-            options.append(self.problem.stepped(initial_states, moves))
-        tried += map(self.problem.whitened, self.problem.residuals_at(model, options[1:]))
+        moves = [least_squares(n, r).estimate for n, r in zip(columns, white, strict=True)]
+        parts = [self.problem.stepped(initial_states, [share * move for move in moves]) for share in CAUTIOUS]
+        options, tried = [initial_states, *parts], [white, *map(self.problem.whitened, self.problem.residuals_at(model, parts))]
         chi2 = np.array([chi2_of(each) for each in tried])
         best = list(enumerate(chi2.argmin(axis=0)))
         initial_states, white = np.array([options[taken][k] for k, taken in best]), [tried[taken][k] for k, taken in best]

@@ -28,11 +28,8 @@ class LinearFit(NamedTuple):
     gain: float  # chi2 explained
 
 
-def least_squares(s, r, damping=0.0):
-    """LinearFit of r (n,) on S (n, p), safe against columns that say the same: those share the estimate (minimum norm).
-
-    damping: of the estimate, in squares of columns of length one (D. W. Marquardt, J. Soc. Indust. Appl. Math. 11 (1963) 431).
-    """
+def least_squares(s, r):
+    """LinearFit of r (n,) on S (n, p), safe against columns that say the same: those share the estimate (minimum norm)."""
     length = np.linalg.norm(s, axis=0)
     length = np.where(length > 0, length, 1.0)
     u, d, vt = np.linalg.svd(s / length, full_matrices=False)
@@ -40,7 +37,7 @@ def least_squares(s, r, damping=0.0):
     u, d, vt = u[:, keep], d[keep], vt[keep]
     dots = u.T @ r
     inverse = (vt.T / d) / length[:, None]
-    return LinearFit(inverse @ (dots / (1 + damping / d**2)), inverse @ inverse.T, float(dots @ dots))
+    return LinearFit(inverse @ dots, inverse @ inverse.T, float(dots @ dots))
 
 
 def largest_cosine(a, b):

@@ -26,7 +26,7 @@ TERMS = 26  # of these series: the last adds less than the last bit
 FIRST, GROWTH = 0.2, 1.3  # first step of a flight, in times of its fastest decay, and how much longer each next one may be [-]
 KINK = 0.1  # difference of accelerations before and after a step above which it may hold a change of contact [m/s2]
 STEADIER = 4.0  # how many times the acceleration must change less on both sides of such a step than in it [-]
-JUMP = 60.0  # a mean acceleration over one step that only an impact gives [m/s2]
+JUMP = 60.0  # mean acceleration above which a step in which a contact pushes holds an impact [m/s2]
 
 
 class Track(NamedTuple):
