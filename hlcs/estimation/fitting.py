@@ -21,7 +21,7 @@ MOST_EVALUATIONS = 40  # of the residuals in the numbers
 MOST_STATE_STEPS = 12  # of the initial states at given numbers
 COARSE = 0.01  # step in spreads of the numbers below which segments are told no finer: `segment_profiles` tells the final ones
 HELD = 0.5  # part of the promised fall of chi2 below which columns of the states have become old
-CAUTIOUS = (1.0, 0.3)  # parts of a step of an initial state that are tried, one after the other
+CAUTIOUS = (1.0, 0.3, 0.1)  # parts of a step of an initial state that are tried: a strong drag bends its path far from the best
 ENDS = 2.0  # standard errors to both sides at which intervals through contacts are measured: 1.645 is the end of a 90 % interval
 ALIKE = 0.2  # relative change of the standard errors from one measurement of them to the next below which they are known
 MEASURED = 4  # such measurements at most
@@ -70,37 +70,28 @@ class Elimination:
         for _ in range(MOST_STATE_STEPS):
             if not np.isfinite(chi2_of(white)).all():
                 break
-            moves = [least_squares(n, r) for n, r in zip(columns, white, strict=True)]
-            promised = sum(move.gain for move in moves)
+            promised = sum(least_squares(n, r).gain for n, r in zip(columns, white, strict=True))
             if not promised > self.close:
                 break
-            initial_states, white, fall = self.step(model, initial_states, white, [move.estimate for move in moves])
+            initial_states, white, fall = self.step(model, initial_states, white, columns)
             if fall < HELD * promised:
                 if not renew or fresh and fall <= self.close:
                     break
                 columns, fresh = self.problem.linearise(model, initial_states, np.arange(len(white))).state_columns, True
         return initial_states, white
 
-    def step(self, model, initial_states, white, moves):
-        """(initial states, white residuals, fall of chi2) after moves of the states.
+    def step(self, model, initial_states, white, columns):
+        """(initial states, white residuals, fall of chi2) after a step of the states on these columns.
 
-        Each recording takes its own move, or a part of it, only where that fits it better.
+        Each recording takes its own step or that part of it which fits it best, and none where none fits it better.
         """
-        before = chi2_of(white)
-        first, waiting = before.sum(), np.full(len(white), True)
-        for share in CAUTIOUS:
-            options = self.problem.stepped(initial_states, [share * move for move in moves])
-            options = np.where(waiting[:, None], options, initial_states)
-            tried = self.problem.white_residuals(model, options)
-            after = chi2_of(tried)
-            better = waiting & (after < before)
-            initial_states = np.where(better[:, None], options, initial_states)
-            white = [new if taken else old for new, old, taken in zip(tried, white, better, strict=True)]
-            before = np.where(better, after, before)
-            waiting &= ~better
-            if not waiting.any():
-                break
-        return initial_states, white, first - before.sum()
+        moves = [least_squares(n, r).estimate for n, r in zip(columns, white, strict=True)]
+        parts = [self.problem.stepped(initial_states, [share * move for move in moves]) for share in CAUTIOUS]
+        options, tried = [initial_states, *parts], [white, *map(self.problem.whitened, self.problem.residuals_at(model, parts))]
+        chi2 = np.array([chi2_of(each) for each in tried])
+        best = list(enumerate(chi2.argmin(axis=0)))
+        initial_states, white = np.array([options[taken][k] for k, taken in best]), [tried[taken][k] for k, taken in best]
+        return initial_states, white, float((chi2[0] - chi2.min(axis=0)).sum())
 
     def residuals(self, step):
         """White residuals of all recordings and what is believed of the numbers, (n + p,); step: from one spread below the start

@@ -138,6 +138,10 @@ class Problem:
         known = zip(initial_states, self.recordings, moves, strict=True)
         return np.array([stepped(state, recording.unknown, move) for state, recording, move in known])
 
+    def residuals_at(self, model, options):
+        """Raw residuals of every recording at each of some initial states, list of (trials, 13): list of lists of (n_i,)."""
+        return [self.residuals(model, initial_states) for initial_states in options]
+
     def white_residuals(self, model, initial_states):
         """Whitened residuals of every recording, list of (n_i,)."""
         return self.whitened(self.residuals(model, initial_states))

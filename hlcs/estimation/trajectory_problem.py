@@ -2,6 +2,7 @@
 
 from copy import copy
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -104,9 +105,14 @@ class TrajectoryProblem(Problem):
 
     def residuals(self, model, initial_states):
         """Raw residuals of every recording, list of (n_i,)."""
+        return self.residuals_at(model, [initial_states])[0]
+
+    def residuals_at(self, model, options):
+        """As in `Problem`, all simulated beside each other: most of what a step costs, it costs for one body as for many."""
+        count = len(self.trials)
         with np.errstate(all="ignore"):  # a step may leave what can be; its chi2 is then not finite and it is refused
-            trajectories = self.simulator.simulate(model, initial_states, np.arange(len(self.trials)))
-        return [self.residual(k, trajectory) for k, trajectory in enumerate(trajectories)]
+            trajectories = self.simulator.simulate(model, np.concatenate(options), np.tile(np.arange(count), len(options)))
+        return [[self.residual(k, trajectories[first + k]) for k in range(count)] for first in range(0, len(trajectories), count)]
 
     def linearise(self, model, initial_states, only=None):
         """Linearization at this point; with `only`, of the recordings of these indices, and of their initial states alone."""
@@ -138,8 +144,7 @@ class TrajectoryProblem(Problem):
 
     def _with_parameters(self, model, initial_states, linear):
         """A Linearization with the columns of the model's free numbers."""
-        columns = [[] for _ in self.trials]
-        moves = [[] for _ in self.trials]
+        looks = []
         for index, term in enumerate(model.terms):
             for free in term.candidate.free:
 
@@ -147,10 +152,9 @@ class TrajectoryProblem(Problem):
                     return model.with_at(index, term.numbers | {free.name: value})
 
                 value = term.numbers[free.name]
-                changes, state_moves = self.derivative(term.name, free, value, moved, linear, initial_states)
-                for k, (change, move) in enumerate(zip(changes, state_moves, strict=True)):
-                    columns[k].append(change)
-                    moves[k].append(move)
+                looks.append(partial(self.derivative, term.name, free, value, moved, linear, initial_states))
+        found = self.batched(looks)
+        columns, moves = ([[each[part][k] for each in found] for k in range(len(self.trials))] for part in (0, 1))
         return replace(
             linear,
             parameter_columns=[stacked(part, len(white)) for part, white in zip(columns, linear.white, strict=True)],

@@ -143,6 +143,7 @@ def simulate(runs, duration, step):
     frames = scene.frame[order]
     count = max(int(np.ceil(duration / step - 1e-9)), 1)
     record = [np.empty((count + 1, len(runs), size)) for size in (3, 3, 4, 3)]
+    pushed = np.zeros((count, len(scene.names)), bool)
     initial_states = np.array([run.initial_state for run in runs])
     for store, columns in zip(record, (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13)), strict=True):
         store[0] = initial_states[:, columns]
@@ -150,11 +151,13 @@ def simulate(runs, duration, step):
         warnings.simplefilter("ignore", mb.SceneWarning)
         for k in range(1, count + 1):
             world.step()
-            after = world.last_step.after
+            last, after = world.last_step, world.last_step.after
+            pushing = (last.solution.impulse + last.impact_impulse)[:, 0] > 0
+            pushed[k - 1, last.points.bodies[pushing]] = True
             record[0][k], record[1][k], record[3][k] = after.position[order], after.twist[order, :3], after.twist[order, 3:]
             record[2][k] = after.orientation[order]
     record[2][1:] = rotations.product(record[2][1:], rotations.conjugate(frames))
-    return Track(np.arange(count + 1) * step, *record)
+    return Track(np.arange(count + 1) * step, *record, pushed[:, order])
 
 
 def _add(world, runs):

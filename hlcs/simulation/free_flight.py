@@ -26,7 +26,7 @@ TERMS = 26  # of these series: the last adds less than the last bit
 FIRST, GROWTH = 0.2, 1.3  # first step of a flight, in times of its fastest decay, and how much longer each next one may be [-]
 KINK = 0.1  # difference of accelerations before and after a step above which it may hold a change of contact [m/s2]
 STEADIER = 4.0  # how many times the acceleration must change less on both sides of such a step than in it [-]
-JUMP = 60.0  # a mean acceleration over one step that only an impact gives [m/s2]
+JUMP = 60.0  # mean acceleration above which a step in which a contact pushes holds an impact [m/s2]
 
 
 class Track(NamedTuple):
@@ -37,6 +37,7 @@ class Track(NamedTuple):
     velocity: np.ndarray  # (T, B, 3) [m/s]
     orientation: np.ndarray  # (T, B, 4)
     spin: np.ndarray  # angular velocity, world frame (T, B, 3) [rad/s]
+    pushed: np.ndarray  # by a contact, within each of the steps between (T - 1, B)
 
     def subset(self, bodies):
         """The Track of some of the bodies (a slice or indices)."""
@@ -45,8 +46,8 @@ class Track(NamedTuple):
     def observe(self, times):
         """Position (B, n, 3) and orientation (B, n, 4) at times (B, n).
 
-        Cubic Hermite between nodes, straight on outside; where the velocity jumps inside a step (an impact), two straight
-        pieces that meet at the moment of the jump.
+        Cubic Hermite between nodes, straight on outside; where a contact makes the velocity jump inside a step (an impact), two
+        straight pieces that meet at the moment of the jump.
         """
         h = np.diff(self.times)
         last = len(self.times) - 2
@@ -67,7 +68,7 @@ class Track(NamedTuple):
         )
         jump = v0 - v1
         size = np.sum(jump**2, axis=-1, keepdims=True)
-        hit = size > (JUMP * step[..., None] ** 2) ** 2
+        hit = (size > (JUMP * step[..., None] ** 2) ** 2) & self.pushed[index, who][..., None]  # no drag, however strong it is
         if hit.any():
             moment = np.clip(np.sum((x1 - x0 - v1) * jump, axis=-1, keepdims=True) / np.where(size > 0, size, 1.0), 0.0, 1.0)
             position = np.where(hit, np.where(inside < moment, x0 + inside * v0, x1 - (1 - inside) * v1), position)
@@ -270,4 +271,5 @@ def fly_each(bodies: Bodies, effects, duration, step):
         ahead = *ahead, whole.left * v + h * (whole.one * a1 + whole.two * slope + 2 * whole.three * bend)
         x, q, v = (np.where(stopped, *pair) for pair in zip((x, q, v), ahead, strict=True)) if stopped.any() else ahead
     position, orientation, twist = record
-    return Track(times, position, twist[..., :3], orientation, twist[..., 3:]), needed
+    untouched = np.zeros((count, len(needed)), bool)
+    return Track(times, position, twist[..., :3], orientation, twist[..., 3:], untouched), needed

@@ -9,6 +9,7 @@ from linear_models import Line, model
 from hlcs.estimation.fitting import measured_errors, with_values
 from hlcs.estimation.linearization import Linearization, values_of
 from hlcs.estimation.whitening import whiten
+from hlcs.simulation.model import Model
 
 TIMES = [np.linspace(0.0, 2.0, 9), np.linspace(0.0, 1.0, 7)]
 
@@ -67,6 +68,40 @@ def test_a_law_that_bends_is_followed_to_its_only_minimum_from_anywhere(start):
     """sinh(6) = 202: at rate 0 the linear step is 202, where the law has left the finite numbers."""
     fit = Bent(TIMES, [np.sinh(6.0) * t + 1.0 for t in TIMES], 0.01).fit(model(start))
     assert fit.estimate[0] == pytest.approx(6.0, rel=1e-5) and fit.converged
+
+
+class Thrown(Line):
+    """x = p + ln(1 + k v t)/k: a body thrown into a liquid that stops it within k = 80 1/m; its states are p and v."""
+
+    k = 80.0
+
+    def residuals(self, model, initial_states):
+        told = zip(self.times, self.values, initial_states, strict=True)
+        with np.errstate(all="ignore"):
+            return [y - state[0] - np.log1p(self.k * state[3] * t) / self.k for t, y, state in told]
+
+    def linearise(self, model, initial_states, only=None):
+        raw = self.residuals(model, initial_states)
+        columns = [
+            np.stack([np.ones_like(t), t / (1 + self.k * s[3] * t)], 1) for t, s in zip(self.times, initial_states, strict=True)
+        ]
+        white = [
+            [whiten(recording.whitening, part) for recording, part in zip(self.recordings, parts, strict=True)]
+            for parts in (raw, columns)
+        ]
+        return Linearization(raw, *white, [np.zeros((len(t), 0)) for t in self.times])
+
+
+@pytest.mark.parametrize("start", [5.0, 20.0, 80.0])
+def test_a_start_that_its_columns_hardly_tell_is_found_from_afar(start):
+    """A throw at 1 m/s with k = 80 1/m, seen at 60 Hz; begun elsewhere a full Gauss-Newton step leads to no motion at all."""
+    t = np.arange(60) / 60
+    problem = Thrown([t], [0.2 + np.log1p(80.0 * t) / 80.0], 4e-4)
+    unknown = tuple((kind, np.array([1.0, 0.0, 0.0])) for kind in (0, 1))
+    problem.recordings = [replace(recording, unknown=unknown) for recording in problem.recordings]
+    states = problem.initial_guess()
+    states[0, [0, 3]] = 0.2, start
+    assert problem.fit(Model(), states).chi2 < 0.1  # a step that is foreseen to gain 0.02 is not taken
 
 
 def test_a_fit_that_leaves_the_finite_numbers_costs_infinitely_much():

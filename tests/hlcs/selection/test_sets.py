@@ -122,12 +122,15 @@ def test_a_law_takes_away_what_its_special_case_leaves():
     assert told.share(frozenset({"crisis"}), "crisis") == pytest.approx(0.4)
 
 
-def test_what_absorbs_most_is_kept_aside_where_nothing_stands(generator):
-    """A rise of 0.3 a second, variance 0.03, beside a swing of 0.125: too little to stand, and the only thing that helps."""
+@pytest.mark.parametrize("implied", [frozenset(), frozenset({"linear_drag"})])
+def test_what_absorbs_most_is_kept_aside_where_nothing_stands(generator, implied):
+    """A rise of 0.3 a second, variance 0.03, beside a swing of 0.125: too little to stand, and the only thing that helps; also
+    where the file implies it."""
     times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
     values = [0.3 * t + 0.5 * np.sin(3 * np.pi * t) + 0.05 * generator.standard_normal(25) for t in times]
     problem = Bend(times, values, 0.05, ["a", "b", "a", "b"])
     search = Search(problem, [LAWS["linear_drag"]], problem.fit(Model())).run()
+    search.implied = implied
     fitted = FittedSets(search, CrossValidation(problem.trials, "group"), 2.0)
     assert fitted.best == frozenset() and fitted.absorbing == [{"linear_drag"}]
     assert FittedSets(search, CrossValidation(problem.trials, "group")).absorbing == []

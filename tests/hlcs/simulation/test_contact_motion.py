@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from boxes import SIZE, write_box
 
+import minibullet as mb
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import contact_motion
@@ -58,3 +59,13 @@ def test_a_body_off_its_centre_of_mass_has_its_vertices_about_that_centre():
     moved = contact_motion.off_centre(box, (0.01, 0.0, 0.005))
     np.testing.assert_allclose(moved.pieces[0].vertices, box.pieces[0].vertices - [0.01, 0.0, 0.005])
     assert moved.volume == box.volume and contact_motion.off_centre(box, (0.01, 0.0, 0.005)) is moved
+
+
+def test_a_run_knows_the_steps_in_which_its_floor_pushes_it():
+    """A ball dropped from 0.1 m lands after 0.143 s; another that flies on beside it is never pushed."""
+    ball = rigid_body(Body(shape="sphere", radius=0.05, mass=0.1))
+    states = [np.array([0, 0, height, 0, 0, 0, 1.0, 0, 0, 0, 0, 0, 0]) for height in (0.15, 5.0)]
+    floor, gravity = ((0.0, 0.0, 1.0), 0.0), (mb.Gravity(9.81),)
+    runs = [contact_motion.Run(ball, ball.shape, state, floor, gravity, 0.5, 0.5) for state in states]
+    pushed = contact_motion.simulate(runs, 0.2, 1 / 500).pushed
+    assert np.flatnonzero(pushed[:, 0]) == pytest.approx([np.sqrt(2 * 0.1 / 9.81) * 500], abs=1) and not pushed[:, 1].any()

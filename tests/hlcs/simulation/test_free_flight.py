@@ -42,6 +42,16 @@ def test_a_drag_that_does_not_answer_within_a_step_shortens_none():
     assert np.diff(track.times) == pytest.approx(1 / 30)
 
 
+def test_a_drag_as_strong_as_an_impact_is_none():
+    """A sheet thrown at 13 m/s, k = 1.7 1/m, is slowed by 290 m/s2: x = ln(1 + k v t)/k between the nodes as well as on them."""
+    k, speed, one = 1.7, 13.0, np.ones(1)
+    twist = np.array([[speed, 0.0, 0, 0, 0, 0]])
+    bodies = Bodies(np.zeros((1, 3)), np.array([[1.0, 0, 0, 0]]), twist, one, np.ones((1, 3)), one, one, one)
+    times = np.linspace(0.0, 0.3, 301)[None]
+    x = fly(bodies, (QuadraticDrag(2 * k, 1.0),), 0.3, 1 / 120).observe(times)[0][0, :, 0]
+    assert np.abs(x - np.log1p(k * speed * times[0]) / k).max() < 2e-5  # a cubic over a step: h^4/384 of the fourth derivative
+
+
 @pytest.mark.parametrize("rate", [0.0, 500.0])
 def test_a_longer_flight_is_the_shorter_one_gone_on_with(rate):
     """To the last bit: where nodes followed the duration two predictions differed by more than their models."""

@@ -121,7 +121,7 @@ def test_a_mean_acceleration_over_a_window_is_the_change_of_velocity_in_it():
     nodes = np.linspace(0.0, 1.0, 11)
     velocity = np.zeros((11, 1, 3))
     velocity[:, 0, 2] = nodes**2
-    track = Track(nodes, 0 * velocity, velocity, np.zeros((11, 1, 4)), 0 * velocity)
+    track = Track(nodes, 0 * velocity, velocity, np.zeros((11, 1, 4)), 0 * velocity, np.zeros((10, 1), bool))
     times = np.array([[0.3, 0.37, 0.52]])
     mean = track.mean_acceleration(times, np.array([[0.1]]))[0, :, 2]
     np.testing.assert_allclose(mean, 2 * times[0], rtol=1e-12)  # d(t^2)/dt; both ends err alike
@@ -133,7 +133,7 @@ def test_a_slide_that_stops_inside_a_step_is_read_as_if_steps_were_short(stop):
     nodes, slowing = np.arange(31) / 30, 3.0
     velocity = np.zeros((31, 1, 3))
     velocity[:, 0, 0] = np.maximum(slowing * (stop - nodes), 0.0)
-    track = Track(nodes, 0 * velocity, velocity, np.zeros((31, 1, 4)), 0 * velocity)
+    track = Track(nodes, 0 * velocity, velocity, np.zeros((31, 1, 4)), 0 * velocity, np.zeros((30, 1), bool))
     times = np.linspace(0.2, 0.5, 40)[None]
     begin, end = times[0] - 0.005, times[0] + 0.005
     due = (np.maximum(slowing * (stop - end), 0.0) - np.maximum(slowing * (stop - begin), 0.0)) / 0.01
