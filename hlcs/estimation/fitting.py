@@ -70,22 +70,22 @@ class Elimination:
         for _ in range(MOST_STATE_STEPS):
             if not np.isfinite(chi2_of(white)).all():
                 break
-            promised = sum(least_squares(n, r).gain for n, r in zip(columns, white, strict=True))
+            moves = [least_squares(n, r) for n, r in zip(columns, white, strict=True)]
+            promised = sum(move.gain for move in moves)
             if not promised > self.close:
                 break
-            initial_states, white, fall = self.step(model, initial_states, white, columns)
+            initial_states, white, fall = self.step(model, initial_states, white, [move.estimate for move in moves])
             if fall < HELD * promised:
                 if not renew or fresh and fall <= self.close:
                     break
                 columns, fresh = self.problem.linearise(model, initial_states, np.arange(len(white))).state_columns, True
         return initial_states, white
 
-    def step(self, model, initial_states, white, columns):
-        """(initial states, white residuals, fall of chi2) after a step of the states on these columns.
+    def step(self, model, initial_states, white, moves):
+        """(initial states, white residuals, fall of chi2) after moves of the states.
 
-        Each recording takes its own step or that part of it which fits it best, and none where none fits it better.
+        Each recording takes its own move or that part of it which fits it best, and none where none fits it better.
         """
-        moves = [least_squares(n, r).estimate for n, r in zip(columns, white, strict=True)]
         parts = [self.problem.stepped(initial_states, [share * move for move in moves]) for share in CAUTIOUS]
         options, tried = [initial_states, *parts], [white, *map(self.problem.whitened, self.problem.residuals_at(model, parts))]
         chi2 = np.array([chi2_of(each) for each in tried])

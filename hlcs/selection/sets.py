@@ -57,8 +57,7 @@ class FittedSets:
 
     def stands(self, effects):
         """Does every effect of a set lower the held-out error beside the others, and more than absorb where nothing explains the
-        data? What the file implies needs no proof on held-out data,
-        and takes its half where it stands alone."""
+        data? What the file implies needs no proof on held-out data, and absorbs or not where it stands alone."""
         doubtful = sorted(effects - self.search.implied)
         finite = np.isfinite(self.search.fits[effects].chi2)
         proved = finite and not any(self.broken(effects, name) for name in doubtful)

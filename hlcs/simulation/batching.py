@@ -6,6 +6,7 @@ on the tasks alone.
 """
 
 import threading
+from contextvars import copy_context
 from itertools import islice
 
 _here = threading.local()
@@ -22,6 +23,7 @@ class Task(threading.Thread):
         super().__init__(daemon=True)
         self.function, self.result, self.error, self.ended = function, None, None, False
         self.requests = self.answers = None
+        self._context = copy_context()  # what NumPy does with an overflow is as its caller wants it
         self._go, self._back = threading.Semaphore(0), threading.Semaphore(0)
 
     def run(self):
@@ -30,7 +32,7 @@ class Task(threading.Thread):
         _here.task = self
         try:
             if not isinstance(self.answers, Abandoned):
-                self.result = self.function()
+                self.result = self._context.run(self.function)
         except BaseException as error:  # handed on by `run_tasks`
             self.error = error
         self.ended = True

@@ -93,8 +93,8 @@ class Thrown(Line):
 
 
 @pytest.mark.parametrize("start", [5.0, 20.0, 80.0])
-def test_a_start_that_its_columns_hardly_tell_is_found_from_afar(start):
-    """A throw at 1 m/s with k = 80 1/m, seen at 60 Hz; begun elsewhere a full Gauss-Newton step leads to no motion at all."""
+def test_a_start_far_from_the_best_is_found_by_parts_of_steps(start):
+    """A throw at 1 m/s with k = 80 1/m, seen at 60 Hz; from far off whole Gauss-Newton steps lead away from it."""
     t = np.arange(60) / 60
     problem = Thrown([t], [0.2 + np.log1p(80.0 * t) / 80.0], 4e-4)
     unknown = tuple((kind, np.array([1.0, 0.0, 0.0])) for kind in (0, 1))

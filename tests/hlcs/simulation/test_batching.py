@@ -2,6 +2,7 @@
 
 import time
 
+import numpy as np
 import pytest
 
 from hlcs.simulation.batching import current_task, run_tasks
@@ -50,3 +51,11 @@ def test_one_failure_ends_all_pieces():
             break
         time.sleep(0.01)
     assert ended == ["waits"]
+
+
+def test_a_task_treats_an_overflow_as_its_caller_does():
+    def treated():
+        return np.geterr()["over"]
+
+    with np.errstate(over="raise"):
+        assert run_tasks(lambda requests: requests, [treated, treated]) == ["raise", "raise"]
