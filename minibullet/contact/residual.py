@@ -25,11 +25,12 @@ class Squares(NamedTuple):
 
 
 @leaf
-def natural_map_error(r, u, friction):
-    """Squared |r - P_K(r - u~)|^2 of one contact, impulse r over the reference mass and velocity u, (3,) each."""
+def natural_map_error(r, u, friction, rounding=0.0):
+    """Squared |r - P_K(r - u~)|^2 of one contact, impulse r over the reference mass and velocity u, (3,) each; a slip below the
+    rounding of velocities is none, whatever coefficient it is multiplied with."""
     r_n, r_1, r_2 = r
     u_n, u_1, u_2 = u
-    modified = u_n + friction * sqrt(u_1 * u_1 + u_2 * u_2)
+    modified = u_n + friction * max(sqrt(u_1 * u_1 + u_2 * u_2) - rounding, 0.0)
     p_n, p_1, p_2 = project_cone((r_n - modified, r_1 - u_1, r_2 - u_2), friction)
     return (r_n - p_n) ** 2 + (r_1 - p_1) ** 2 + (r_2 - p_2) ** 2
 
@@ -44,7 +45,7 @@ def squares_of(problem, iterate, first, end, free):
         u_n -= problem.target[c]
         mass, r = problem.reference_mass, iterate.impulse[c]
         p_n, p_1, p_2 = r[0] / mass, r[1] / mass, r[2] / mass
-        error += natural_map_error((p_n, p_1, p_2), (u_n, u_1, u_2), problem.friction[c])
+        error += natural_map_error((p_n, p_1, p_2), (u_n, u_1, u_2), problem.friction[c], problem.rounding)
         size_r += p_n * p_n + p_1 * p_1 + p_2 * p_2
         size_u += u_n * u_n + u_1 * u_1 + u_2 * u_2
         if problem.rolling[c, 0] > 0.0 or problem.rolling[c, 1] > 0.0:

@@ -77,3 +77,16 @@ def test_residual_counts_rolling_and_spinning_moments():
     unheld = residual_of(problem, Iterate(solution.impulse, none, twist))
     assert unheld == pytest.approx(np.sqrt((own + (turned**2).sum()) / size), rel=1e-9)
     assert (turned**2).sum() > 0.01 * own
+
+
+def test_rounding_of_a_slip_is_no_error_whatever_the_coefficient():
+    """A box that stands with mu = 1e9: the law speaks of mu |u_T|, which turns the rounding of a slip that is none into an
+    error of 1e-8; no sweep could take it away."""
+    world = mb.World([mb.Gravity()], mb.Settings(time_step=0.004, solver="gauss_seidel", iterations=1000, friction=1e9))
+    world.add_plane()
+    for place, turn in ((0.0, 0.14), (1.0, 0.36)):
+        world.add(mb.Box(0.12, 0.08, 0.04), mass=0.4, position=(place, 0, 0.02), orientation=(np.sqrt(1 - turn**2), 0, 0, turn))
+    world.add(mb.Sphere(0.02), mass=0.4, position=(3, 0, 0.3), velocity=(1.7, 0.6, 0))  # speeds say what rounding is
+    world.run(0.4)
+    assert world.unsolved_steps == 0
+    assert world.worst_residual <= world.settings.tolerance
