@@ -38,16 +38,18 @@ class SharedEffect(Effect):
     subsets: tuple = field(default=(), compare=False)
     assignment: Assignment | None = field(default=None, compare=False)
 
+    @cached_property
+    def rows(self):
+        """Rows of each subset among the bodies that move; a slice where they follow one another, which copies nothing."""
+        rows = [np.flatnonzero(subset.members[self.assignment.run_of_moving]) for subset in self.subsets]
+        return [slice(its[0], its[-1] + 1) if its[-1] - its[0] < len(its) else its for its in rows]
+
     def summed(self, answer, bodies, shape):
         """Sum of answer(effect, bodies) over effects, each for the bodies of the runs that have it, (n, *shape)."""
-        total, run = np.zeros((len(bodies.mass), *shape)), self.assignment.run_of_moving
-        for subset in self.subsets:
-            inside = subset.members[run]
-            rows, part = slice(None), bodies
-            if not inside.all():
-                rows = np.flatnonzero(inside)
-                part = Bodies(*(values[rows] for values in bodies))
-            for effect in subset.effects if inside.any() else ():
+        total = np.zeros((len(bodies.mass), *shape))
+        for subset, rows in zip(self.subsets, self.rows, strict=True):
+            part = Bodies(*[values[rows] for values in bodies])
+            for effect in subset.effects:
                 total[rows] += checked_answer(effect, answer(effect, part), len(part.mass), shape)
         return total
 
