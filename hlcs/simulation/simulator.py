@@ -116,11 +116,14 @@ class Simulator:
         return answers
 
     def _batch_or_errors(self, requests):
-        """Answers to requests that share a World; where one of them is at fault each is run alone to find out which."""
+        """Answers to requests that share a World; where one of them is at fault they are halved until it stands alone."""
+        if len(requests) == 1:
+            return [self._alone(requests[0])]
         try:
             return self._batch(requests)
         except InputError:
-            return [self._alone(request) for request in requests]
+            half = len(requests) // 2
+            return self._batch_or_errors(requests[:half]) + self._batch_or_errors(requests[half:])
 
     def _alone(self, request):
         """The answer to one request, or the InputError."""

@@ -1,8 +1,9 @@
-"""The simulator: shares of a batch."""
+"""The simulator: shares of a batch, and what becomes of a batch in which one run cannot be."""
 
 import numpy as np
 
-from hlcs.simulation.simulator import partition
+from hlcs.simulation.simulator import Simulator, partition
+from minibullet.errors import InputError
 
 
 def test_a_batch_is_parted_so_that_each_part_is_held_at_once():
@@ -13,3 +14,23 @@ def test_a_batch_is_parted_so_that_each_part_is_held_at_once():
     assert sorted(b for part in parts for b in part) == list(range(6))
     assert all(len(part) == 1 or len(part) * max(sizes[part]) <= 8 for part in parts)
     assert [list(sizes[part]) for part in parts] == [[1, 1, 1], [3, 4], [5]]
+
+
+def test_a_request_at_fault_spoils_its_own_answer_only():
+    """Of 64 requests in one World two leave the finite numbers: both get their error, the others their answers, in their order,
+    after a number of simulations that grows with the logarithm of 64 and not with 64."""
+    simulator, asked = Simulator.__new__(Simulator), []
+    simulator.contact = True
+
+    def batch(requests):
+        asked.append(len(requests))
+        wrong = [model for model, *_ in requests if model in (20, 50)]
+        if wrong:
+            raise InputError(f"model {wrong[0]} is at fault")
+        return [[f"motion {model}"] for model, *_ in requests]
+
+    simulator._batch = batch
+    answers = simulator._batch_or_errors([(model, np.zeros((1, 13)), np.zeros(1, int), None) for model in range(64)])
+    assert [str(answers[k]) for k in (20, 50)] == ["model 20 is at fault", "model 50 is at fault"]
+    assert all(answers[k] == [f"motion {k}"] for k in range(64) if k not in (20, 50))
+    assert len(asked) <= 1 + 2 * 2 * 6
