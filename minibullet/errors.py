@@ -4,6 +4,8 @@ import difflib
 from math import isfinite
 from numbers import Real
 
+LIKE = 0.5  # likeness of two names, 0 to 1, below which the one tells nothing of the other
+MOST_TOLD = 15  # names that a message lists
 LONGEST_NAME = 100  # letters of a name that is looked for in a text, or among known names
 
 
@@ -65,6 +67,14 @@ def one_of(name, known, words="it must be one of"):
     """The end of a message on a name that is none of the known ones: what it may be, and which word was most likely meant."""
     meant = f"; did you mean '{nearest(name, known)}'?" if isinstance(name, str) else ""
     return f"{words} {', '.join(known)}{meant}"
+
+
+def known_one(name, known, what="key"):
+    """The end of a message on a name that is not known: the nearest that is, or all of them where none is like it."""
+    if near := nearest(name, known, LIKE):
+        return f"the nearest known {what} is '{near}'"
+    known = list(known)
+    return f"known are {', '.join(known[:MOST_TOLD])}" + ", .." * (len(known) > MOST_TOLD)
 
 
 def if_alike(name, known):

@@ -16,7 +16,7 @@ from hlcs.data.quantities import AROUND, INPUTS, OUTCOMES
 from hlcs.data.unfilled import refuse_unfilled
 from hlcs.files.toml_files import TomlFile
 from minibullet.effects.fluid import AIR_DENSITY
-from minibullet.errors import InputError, shown_value
+from minibullet.errors import InputError, shown, shown_value
 
 HELD_OUT = {False: ("group", "none"), True: ("campaign", "grid", "none", "group")}  # together, of tables of layers or of others
 OF_RECORDINGS = ("position", "orientation", "acceleration")  # what a recording may hold, and has a noise of its own
@@ -281,8 +281,8 @@ def _trial(reader, entry, index, body, surroundings):
     name = reader.words(entry, "file", "trial", index=index)
     file = reader.file_of(name, "file", "trial", index)
     group = entry.get("group", name)
-    if not isinstance(group, str | int | float):
-        reader.fail("group", f"must be a name, got {shown_value(group)}", "trial", index)
+    if isinstance(group, bool) or not isinstance(group, str | int | float):
+        reader.fail("group", f'must be a name between quotes, such as "day 1", got {shown(group)}', "trial", index)
     session = reader.words(entry, "session", "trial", default="", index=index)
     if len(session) > LONGEST_SESSION or not session.isprintable():
         reader.fail("session", f"must be a printable name of at most {LONGEST_SESSION} letters", "trial", index)

@@ -1,14 +1,14 @@
 """Measurements that stand in no file: frames, dictionaries of arrays, structured arrays, each read as a CSV file is."""
 
-import csv
-import io
 from collections.abc import Iterable, Sized
+from datetime import timedelta
 from numbers import Real
 from os import PathLike
 
 import numpy as np
 
 from hlcs.files.csv_files import CsvText
+from hlcs.files.spreadsheets import rows_text
 from minibullet.errors import InputError, shown_value
 
 LIKE = "a pandas frame, a dictionary of arrays or lists, or a structured array"
@@ -47,13 +47,13 @@ def csv_of(frame, name):
     """The CsvText of a frame, so that one reader checks files and frames alike: row 1 names the columns, a blank is missing.
 
     frame: columns of equal length by name (pandas, a dictionary, a structured array); one value in place of a column stands in
-    every row, and columns of one value each are one row; None and NaN are blank; name: what messages call it. Raises InputError
-    where it is no frame, or a column has another shape or length.
+    every row, and columns of one value each are one row; None, NaN and what is masked are blank, durations seconds; name: what
+    messages call it. Raises InputError where it is no frame, or a column has another shape or length, or holds dates.
     """
     if not is_frame(frame):
         raise InputError(f"{name}: {type(frame).__name__} has no columns by name; give {LIKE}")
     names = list(frame.keys()) if hasattr(frame, "keys") else list(frame.dtype.names)
-    columns = {str(column): np.asarray(frame[column], dtype=object) for column in names}
+    columns = {str(column): _objects(frame[column], f"{name}, column {column}") for column in names}
     for column, values in columns.items():
         if values.ndim > 1:
             told = f"has shape {values.shape}; give one number a row, shape (n,), or one number for all rows"
@@ -64,15 +64,34 @@ def csv_of(frame, name):
         raise InputError(f"{name}: columns of different lengths ({told}); give all of them the same number of rows")
     rows = next(iter(lengths.values()), 1)
     columns = {column: values if values.ndim else np.full(rows, values, dtype=object) for column, values in columns.items()}
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(map(_cell, row) for row in zip(*columns.values(), strict=True))
-    return CsvText(name, stream.getvalue())
+    return CsvText(name, rows_text([list(columns), *zip(*(map(_cell, values) for values in columns.values()), strict=True)]))
+
+
+def _objects(values, place):
+    """A column as an array of objects, None where it is masked, seconds where it holds durations; place: begins a complaint."""
+    column = np.asarray(values) if hasattr(values, "dtype") else np.asarray(values, dtype=object)
+    if column.dtype.kind == "M":
+        raise InputError(f"{place}: dates; give the seconds since the first, such as (t - t[0]) / numpy.timedelta64(1, 's')")
+    if column.dtype.kind == "m":
+        column = np.where(np.isnat(column), np.nan, column / np.timedelta64(1, "s"))
+    column = column.astype(object)
+    return np.where(np.ma.getmaskarray(values), None, column) if isinstance(values, np.ma.MaskedArray) else column
 
 
 def _cell(value):
     """A cell with all its digits; blank where it is missing."""
     if isinstance(value, Real) and not isinstance(value, bool):
         return "" if value != value else repr(float(value))
-    return "" if value is None or value != value else str(value)  # a missing time or text of pandas differs from itself
+    if isinstance(value, timedelta) and value == value:
+        return repr(value.total_seconds())
+    return "" if _missing(value) else str(value)
+
+
+def _missing(value):
+    """Is it None, or one of pandas' marks of a missing value? Those differ from themselves, or refuse to say whether they do."""
+    try:
+        return value is None or bool(value != value)
+    except TypeError:
+        return True
+    except ValueError:  # an array in a cell
+        return False

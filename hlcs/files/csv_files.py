@@ -5,18 +5,21 @@ rows that begin with # are passed over. Every complaint is one line that names f
 """
 
 import csv
+import re
 from dataclasses import dataclass, field
 from math import isfinite, nan
 
 import numpy as np
 
-from minibullet.errors import InputError, nearest, shown
+from minibullet.errors import InputError, known_one, shown
 from minibullet.files.reading import read_text
 
 MOST_ROWS = 200_000  # of a file, and of all recordings of an experiment: what `hlcs compare` does in 2 GB of memory
 MOST_BYTES = 25 * 8 * MOST_ROWS  # eight columns of numbers with all their digits, 25 characters each with the comma
 MOST_LINE = 10_000  # characters: fifty rows of eight such numbers; what is longer is no table
 MOST_TOLD = 14  # columns that a complaint lists
+# what a spreadsheet writes in place of a number that it cannot show: ####, #N/A, #DIV/0!, #NAME?
+NO_COMMENT = re.compile(r'"?#(?:#+|N/A|NV|[^\s,;]+[!?])"?\s*(?:[,;\t]|$)')
 MOST_WORD = 100  # characters: names of groups and grids stand in every report
 
 
@@ -75,7 +78,7 @@ def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
             f"{name}, row {longest + 1}: a line of {len(lines[longest]):,} characters, at most {MOST_LINE:,} are "
             "read; is this a CSV file?"
         )
-    used = [k for k, line in enumerate(lines) if line.strip(" \t,") and not line.lstrip().startswith("#")]
+    used = [k for k, line in enumerate(lines) if line.strip(" \t,") and not is_comment(line)]
     if not used:
         names = ",".join(layout.known)
         if len(layout.known) > MOST_TOLD:
@@ -114,6 +117,11 @@ def _text_of(path, name, most_rows):
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
+def is_comment(line):
+    """Does a line begin with #, and not with a cell of which a spreadsheet says that it is no number?"""
+    return line.lstrip().startswith("#") and not NO_COMMENT.match(line.lstrip())
+
+
 def cells_of(name, row, line, separator=","):
     """The texts of a row's cells, without the blanks around them; name and row: what a complaint calls it."""
     try:
@@ -135,9 +143,7 @@ def _check_header(place, header, layout):
         if not name and not layout.others:
             raise InputError(f"{place}: column {number} has no name; is there a comma too many?")
         if name not in layout.known and not layout.others:
-            raise InputError(
-                f"{place}: unknown column '{shown(name)}'; the nearest known column is '{nearest(name[:60], layout.known)}'"
-            )
+            raise InputError(f"{place}: unknown column '{shown(name)}'; {known_one(name, layout.known, 'column')}")
         if name in layout.known and header.count(name) > 1:
             raise InputError(f"{place}: column '{name}' stands twice; keep one")
     for name in layout.required:
@@ -173,10 +179,13 @@ def _word(place, text):
 
 
 def decimal(text):
-    """The number that a text means; ValueError where it means none. To Python 1_5 is 15, to whoever typed it hardly."""
+    """The number that a text means, also with the minus of printers; ValueError where it means none.
+
+    To Python 1_5 is 15, to whoever typed it hardly.
+    """
     if "_" in text:
         raise ValueError(text)
-    return float(text)
+    return float(text.replace("\N{MINUS SIGN}", "-"))
 
 
 def _number(place, text, blank):

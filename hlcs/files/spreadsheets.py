@@ -9,10 +9,15 @@ STARTS = ("=", "+", "-", "@", "\t", "\r")  # what spreadsheets take for the begi
 def csv_text(columns):
     """The CSV text of columns {name: values}, missing values (None, NaN)
     blank; a text that would be a formula gets an apostrophe before it."""
+    return rows_text([tuple(map(_shown, columns)), *zip(*(map(_shown, values) for values in columns.values()), strict=True)])
+
+
+def rows_text(rows):
+    """The CSV text of rows of cells; what begins a row with # stands in quotes, for it is no comment."""
     stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(map(_shown, columns))
-    writer.writerows(zip(*(map(_shown, values) for values in columns.values()), strict=True))
+    plain, quoted = (csv.writer(stream, lineterminator="\n", quoting=kind) for kind in (csv.QUOTE_MINIMAL, csv.QUOTE_ALL))
+    for row in rows:
+        (quoted if row and str(row[0]).startswith("#") else plain).writerow(row)
     return stream.getvalue()
 
 

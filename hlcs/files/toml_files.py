@@ -13,7 +13,7 @@ import warnings
 from pathlib import Path
 
 from hlcs.files import limits
-from minibullet.errors import LONGEST_NAME, InputError, InputWarning, is_number, nearest, shown, shown_value
+from minibullet.errors import LONGEST_NAME, InputError, InputWarning, is_number, known_one, nearest, shown, shown_value
 from minibullet.files.reading import read_text
 
 EXAMPLES = {
@@ -25,6 +25,13 @@ EXAMPLES = {
 MOST_BYTES = 2_000_000  # ten thousand recordings with starts of their own; read in 2 s
 MOST_DEPTH = 16  # of tables and lists in each other; files of ours have 4
 ALIKE = 0.75  # likeness of two keys, 0 to 1, from which one is taken for the other misspelt
+REMEDIES = {  # what stands in a line that is no TOML -> what is to be written in its place
+    r"=[^\"']*\d,\d+\s*(#|$)": "decimals have a point, 0.5",
+    r"\\": "between folders write /, also on Windows",
+    r"^[\w. -]+:": 'write key = value, and texts between quotes, such as kind = "trajectory"',
+    r"=\s*(?!true|false|inf|nan)[^\s\d\"'\[{.+-]": 'texts stand between quotes, such as shape = "sphere"',
+    r"^\[": "a table stands once; [[trial]] begins one of several",
+}
 TABLES = (".csv", ".tsv", ".txt")
 LARGEST = 1e12  # no quantity of a laboratory is larger in SI units, and its cube is still a number
 # A name of more parts than that: reading takes time as the square of their number.
@@ -51,7 +58,7 @@ class TomlFile:
         except tomllib.TOMLDecodeError as problem:
             table = self.path.suffix.lower() in TABLES
             hint = "; a table is no experiment file: write one that names it, or let `hlcs import` write it" if table else ""
-            raise InputError(f"{self.path}: not valid TOML: {shown(problem, 200)}{hint}") from None
+            raise InputError(f"{self.path}: not valid TOML: {shown(problem, 200)}{self._at_fault(str(problem))}{hint}") from None
         except RecursionError:
             raise InputError(f"{self.path}: not valid TOML: {self._deep()}") from None
         except ValueError:  # Python's own bound of the digits of a whole number
@@ -75,6 +82,13 @@ class TomlFile:
         changed = copy.copy(self)
         changed.values = values
         return changed
+
+    def _at_fault(self, problem):
+        """The line that a complaint of the parser is about, and what is to be written there in its place."""
+        found = re.search(r"at line (\d+)", problem)
+        line = self.text.split("\n")[int(found[1]) - 1].strip() if found else ""
+        remedy = next((remedy for pattern, remedy in REMEDIES.items() if re.search(pattern, line)), "")
+        return (f": '{shown(line, 80)}'" if line else "") + (f"; {remedy}" if remedy else "")
 
     def _deep(self):
         return f"tables and lists stand in each other at most {MOST_DEPTH} deep: write what is meant without so many"
@@ -155,7 +169,8 @@ class TomlFile:
         if os.path.isdir(path):
             self.fail(key, f"'{shown(name)}' is a folder; name a file in it", section, index)
         if not os.path.isfile(path):
-            self.fail(key, f"file '{shown(name)}' is not there (looked for {shown(path, 200)})", section, index)
+            slash = "; between folders write /, also on Windows" if "\\" in name else ""
+            self.fail(key, f"file '{shown(name)}' is not there (looked for {shown(path, 200)}){slash}", section, index)
         return path
 
     def known(self, table, section, index=None):
@@ -174,7 +189,7 @@ class TomlFile:
             for other, keys in self.sections.items():
                 if other and (near := nearest(key, keys, ALIKE)):
                     return f"unknown key here; '{near}' stands under [{other}]"
-        return f"unknown key; the nearest known key is '{nearest(key, self.sections[section])}'"
+        return f"unknown key; {known_one(key, self.sections[section])}"
 
     def number(self, table, key, section, *, low=-LARGEST, high=LARGEST, above=None, index=None):
         """A finite number within bounds, None where the key is left out."""

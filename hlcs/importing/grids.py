@@ -10,15 +10,25 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs.files.csv_files import MOST_BYTES, MOST_ROWS, cells_of, decimal
+from hlcs.files.csv_files import MOST_BYTES, MOST_ROWS, cells_of, decimal, is_comment
 from hlcs.importing.found import Assumption
 from minibullet.errors import InputError, shown
 from minibullet.files.reading import read_bytes
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas"}  # the first of these that stands in a file separates its columns
 MOST_LINE = 200_000  # characters: a thousand markers of a motion capture, three numbers each, would have 60,000
-MISSING = {"", "nan", "na", "n/a", "#n/a", "-", "--"}  # what programs and people write for a sample that was lost
-COMMA_NUMBER = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+MOST_BROKEN = 5  # lines that the cells of one row may fill
+# what programs and people write for a sample that was lost
+MISSING = {"", "nan", "-nan", "na", "n/a", "<na>", "#n/a", "#nv", "null", "none", "-", "--"}
+SIGN = r"[+\-\N{MINUS SIGN}]?"
+COMMA_NUMBER = re.compile(SIGN + r"(?:\d+|\d{1,3}(?:\.\d{3})+),\d+(?:[eE][+-]?\d+)?")
+# digits in groups of three, where the groups cannot be mistaken for decimals: 1 500,5 and 1'500.5; 1,500.5; 1.500,5
+BLANK_GROUPS = re.compile(SIGN + r"\d{1,3}(?:[ \u00a0\u2009\u202f'\u2019]\d{3})+(?:[.,]\d+)?")
+COMMA_GROUPS, POINT_GROUPS = (re.compile(SIGN + rf"\d{{1,3}}(?:{a}\d{{3}})+{b}\d+") for a, b in ((",", r"\."), (r"\.", ",")))
+# 1,500 beside 998: one of them is a thousand times what it seems
+EITHER, WHOLE = re.compile(SIGN + r"[1-9]\d{0,2}[.,]\d{3}"), re.compile(SIGN + r"\d{1,3}")
+SEPARATOR_LINE = re.compile(r'"?sep=(.)"?[,;\s]*', re.IGNORECASE)  # the first line of what Excel writes for other programs
+DATE = re.compile(r"\d[-./]\d+[-./]\d|\d:\d\d|\b(?:jan|feb|m[aä]r|apr|ma[iy]|jun|jul|aug|sep|o[ck]t|nov|de[cz])", re.IGNORECASE)
 WORKBOOKS = {b"PK\x03\x04": "an Excel workbook or a zip archive", b"\xd0\xcf\x11\xe0": "an old Excel workbook"}
 FIRST_LINES = 12  # in which the names of the columns stand
 
@@ -40,7 +50,7 @@ class Grid:
     stem: str
     lines: tuple[int, ...]  # line of the file of each row
     cells: tuple[list[str], ...]
-    comma: bool  # whether decimals are written with a comma
+    comma: str  # where a decimal is written with a comma, in words; "" where none is
     assumptions: tuple[Assumption, ...]
 
     def place(self, row, column=""):
@@ -48,22 +58,64 @@ class Grid:
         return f"{self.name}, row {self.lines[row]}" + (f", column {shown(column)}" if column else "")
 
     def column(self, first, index, name):
-        """Numbers of a column from row `first` on, (n,), NaN where missing; InputError for what is no number."""
+        """Numbers of a column from row `first` on, (n,), NaN where missing; InputError for what is no number, or two."""
+        self._refuse_thousands(first, index, name)
         return np.array([self._number(row, index, name) for row in range(first, len(self.cells))], dtype=float)
 
-    def _number(self, row, index, name):
+    def once(self, row, index):
+        """InputError where the name of a column stands in its row again: one of the two would be passed over."""
+        name = self.cells[row][index]
+        if self.cells[row].count(name) > 1:
+            raise InputError(
+                f"{self.place(row)}: column '{shown(name)}' stands twice; give each recording a file of its own, repeats of "
+                "an experiment a row each"
+            )
+
+    def no_more_cells_than_names(self, head):
+        """Refuse a row in which something stands beyond the last column that has a name; head: index of the row of names."""
+        count = len(self.cells[head])
+        for row in range(head + 1, len(self.cells)):
+            if any(self.cells[row][count:]):
+                raise InputError(
+                    f"{self.place(row)}: {len(self.cells[row])} cells below {count} names; where decimals have a comma, columns "
+                    "need another separator, such as ;"
+                )
+
+    def _text(self, row, index):
         cells = self.cells[row]
-        text = cells[index] if index < len(cells) else ""
+        return cells[index] if index < len(cells) else ""
+
+    def _refuse_thousands(self, first, index, name):
+        """Refuse a column of 998 and 1,002 alone: 1002, or 1 and two thousandths?"""
+        found = None
+        for row in range(first, len(self.cells)):
+            text = self._text(row, index)
+            if EITHER.fullmatch(text):
+                found = row if found is None else found
+            elif not (WHOLE.fullmatch(text) or text.lower() in MISSING):
+                return
+        texts = (self._text(row, index) for row in range(first, len(self.cells)))
+        if found is not None and any(WHOLE.fullmatch(text) and text[-3:].isdecimal() and len(text) > 2 for text in texts):
+            raise InputError(
+                f"{self.place(found, name)}: '{self._text(found, index)}' beside whole numbers below 1000: are its last digits "
+                "decimals? Write numbers without separators of thousands, decimals with one digit more"
+            )
+
+    def _number(self, row, index, name):
+        text = self._text(row, index)
         if text.lower() in MISSING:
             return nan
-        if self.comma and "." in text:
+        if BLANK_GROUPS.fullmatch(text) or (POINT_GROUPS if self.comma else COMMA_GROUPS).fullmatch(text):
+            *whole, last = re.split(r"[.,](?=\d+$)(?!.*[.,])", text)
+            text = "".join(re.findall(r"\d|[^\s\d.,'\u2019]", "".join(whole or [last]))) + ("." + last if whole else "")
+        elif self.comma and "." in text:
             raise InputError(
-                f"{self.place(row, name)}: '{shown(text)}' has a point where other decimals have a comma; write all of them alike"
+                f"{self.place(row, name)}: '{shown(text)}' has a point where {self.comma} has a comma; write all decimals alike"
             )
         try:
             value = decimal(text.replace(",", ".") if self.comma else text)
         except ValueError:
-            raise InputError(f"{self.place(row, name)}: '{shown(text)}' is not a number; leave a missing sample blank") from None
+            raise InputError(f"{self.place(row, name)}: '{shown(text)}' is not a number; {_remedy(text)}") from None
         if not isfinite(value):
             raise InputError(f"{self.place(row, name)}: '{shown(text)}' is not finite; leave a missing sample blank")
         return value
@@ -82,7 +134,9 @@ def grid_of(source, separator=None):
     """
     text, notes = _text(source)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    used = [k for k, line in enumerate(lines) if line.strip(" \t,;") and not line.lstrip().startswith("#")]
+    used = [k for k, line in enumerate(lines) if line.strip(" \t,;") and not is_comment(line)]
+    if used and (found := SEPARATOR_LINE.fullmatch(lines[used[0]])):
+        separator, used = separator or found[1], used[1:]
     if not used:
         raise InputError(f"{source.name}: is empty")
     if len(used) > MOST_ROWS:
@@ -96,15 +150,51 @@ def grid_of(source, separator=None):
             "this an export as text?"
         )
     head = "\n".join(lines[k] for k in used[:FIRST_LINES])
-    separator = separator or next((sign for sign in SEPARATORS if sign in head), " ")
-    if separator == " ":
-        cells = tuple(_between_blanks(source.name, k + 1, lines[k]) for k in used)
-    else:
-        cells = tuple(cells_of(source.name, k + 1, lines[k], separator) for k in used)
-    comma = any(COMMA_NUMBER.fullmatch(cell) for row in cells for cell in row)
-    if comma:
+    numbers, cells = _rows(source.name, lines, used, separator or _separator(head))
+    commas = (f"'{shown(cell)}' in row {k}" for k, row in zip(numbers, cells, strict=True) for cell in row if _is_comma(cell))
+    if comma := next(commas, ""):
         notes = (*notes, Assumption(f"{source.name}: decimals are written with a comma, 0,5 for a half"))
-    return Grid(source.name, source.stem, tuple(k + 1 for k in used), cells, comma, notes)
+    if below := [k + 1 for k in range(used[0], len(lines)) if is_comment(lines[k])]:
+        rows = ", ".join(map(str, below[:5])) + ", .." * (len(below) > 5)
+        notes = (*notes, Assumption(f"{source.name}: what begins with # is passed over, as a comment (row {rows})"))
+    return Grid(source.name, source.stem, numbers, cells, comma, notes)
+
+
+def _is_comma(cell):
+    return COMMA_NUMBER.fullmatch(cell) is not None
+
+
+def _separator(head):
+    """What separates the columns of the first lines; commas between digits alone are those of decimals where blanks do."""
+    found = next((sign for sign in SEPARATORS if sign in head), " ")
+    decimals = found == "," and not re.search(r"(?<!\d),|,(?!\d)", head) and re.search(r"\d +[+-]?\d", head)
+    return " " if decimals else found
+
+
+def _rows(name, lines, used, separator):
+    """(line of the file of each row, its cells); a line break between quotes is a blank of its cell."""
+    numbers, cells, end = [], [], 0
+    for k in (k for k in used if k >= end):
+        numbers.append(k + 1)
+        if separator == " ":
+            cells.append(_between_blanks(name, k + 1, lines[k]))
+            continue
+        ends = (stop for stop in range(k + 1, k + 1 + MOST_BROKEN) if " ".join(lines[k:stop]).count('"') % 2 == 0)
+        try:
+            cells.append(cells_of(name, k + 1, lines[k], separator))
+        except InputError:
+            end = next(ends, k + 1)
+            cells.append(cells_of(name, k + 1, " ".join(lines[k:end]), separator))
+    return tuple(numbers), tuple(cells)
+
+
+def _remedy(text):
+    """What to do about a cell that is no number."""
+    if DATE.search(text):
+        return "a date or a time of day: give the column the format of plain numbers, times in s"
+    if re.match(r"[+-]?\d", text):
+        return "write the number alone, its unit in the name of the column"
+    return "write a number, or leave a missing sample blank"
 
 
 def _between_blanks(name, line, text):

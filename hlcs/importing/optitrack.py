@@ -8,6 +8,8 @@ rows with type, name, ID (and parent) of what each column belongs to; a row `Rot
 Euler angles are taken about the axes of the turned body ("relative", right-handed), both from the samples of its NatNet SDK.
 """
 
+import re
+
 import numpy as np
 
 from hlcs.importing.axes import ORDERS, from_euler, turned, turned_quaternions
@@ -29,7 +31,9 @@ def read(path, overrides):
 
     Raises InputError with file, row, and what was expected.
     """
-    grid = grid_of(source_of(path), ",")
+    source = source_of(path)
+    other = re.match(rb'(?:\xef\xbb\xbf)?"?Format Version"?([;\t])', source.data)  # saved again by a spreadsheet
+    grid = grid_of(source, other[1].decode() if other else ",")
     said = _pairs(grid)
     head = _header(grid)
     kind, bodies = _bodies(grid, head)
@@ -88,7 +92,13 @@ def _bodies(grid, head):
         bodies = {}
         for index in range(2, length):
             if types[index] == kind and quantities[index] in ("Rotation", "Position"):
-                bodies.setdefault(names[index], {})[quantities[index], axes[index]] = index
+                own, what = bodies.setdefault(names[index], {}), (quantities[index], axes[index])
+                if what in own:
+                    raise InputError(
+                        f"{grid.place(2)}: {kind} '{shown(names[index])}' stands twice with {' '.join(what)}; give each a name "
+                        "of its own in Motive, and export again"
+                    )
+                own[what] = index
         if bodies:
             return kind, bodies
     there = ", ".join(dict.fromkeys(cell for cell in types if cell and cell != "Type")) or "nothing"
@@ -106,7 +116,7 @@ def _times(grid, head, said, overrides):
         return grid.column(head + 1, 1, "Time (Seconds)"), []
     for key in ("Export Frame Rate", "Capture Frame Rate"):
         try:
-            rate = float(said[key])
+            rate = float(said[key].replace(",", "."))
         except (KeyError, ValueError):
             continue
         if rate > 0:

@@ -44,6 +44,9 @@ def read(path, overrides):
     for kind in readers:  # the list of all events before its first six
         for grid in grids:
             if words := _recognised(grid, kind):
+                for index, _ in words.values():
+                    grid.once(0, index)
+                grid.no_more_cells_than_names(0)
                 found = readers[kind](grid, words, overrides)
                 others = ", ".join(other.name for other in grids if other is not grid)
                 told = (Assumption(f"{grid.name} is read; left out: {others}"),) if others else ()
@@ -55,7 +58,7 @@ def read(path, overrides):
 def _sources(path):
     """The CSV files of an export, its metadata left out."""
     if os.path.isdir(path):
-        found = [source_of(member) for member in sorted(path.glob("*.csv"))]
+        found = [source_of(member) for member in sorted(path.iterdir()) if member.suffix.lower() == ".csv"]
     else:
         source = source_of(path)
         found = _members(source) if source.data.startswith(b"PK\x03\x04") else [source]
@@ -74,7 +77,9 @@ def _members(source):
                     f"{source.name}: is an Excel workbook; choose one of the CSV formats when exporting from phyphox"
                 )
             tables = [
-                one for one in infos if one.filename.endswith(".csv") and not one.filename.startswith(("meta/", "__MACOSX"))
+                one
+                for one in infos
+                if one.filename.lower().endswith(".csv") and not one.filename.startswith(("meta/", "__MACOSX"))
             ]
             if len(infos) > MOST_MEMBERS or sum(one.file_size for one in tables) > MOST_BYTES:
                 raise InputError(
@@ -155,7 +160,10 @@ def _sounds(grid, words, overrides):
     for name in sorted(words, key=lambda name: (not name.startswith("start"), int(SOUND.fullmatch(name)[2] or 0))):
         index, unit = words[name]
         factor, told = scale("time", unit, overrides, "times", grid.place(0))
-        times.append(factor * grid.column(1, index, grid.cells[0][index])[0])
+        first, *others = factor * grid.column(1, index, grid.cells[0][index])
+        if np.isfinite(others).any():
+            raise InputError(f"{grid.place(2)}: a second row of times; give each drop a file of its own")
+        times.append(first)
         notes += told
     heard = [time for time in times if np.isfinite(time) and (time > 0 or time == times[0])]
     if len(heard) < len(times):

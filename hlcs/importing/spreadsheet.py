@@ -12,6 +12,7 @@ from hlcs.data.model_entries import FILL_IN
 from hlcs.data.outcome_tables import SD
 from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.data.recordings import ACCELERATIONS, COLUMNS, PIXELS
+from hlcs.files.csv_files import decimal
 from hlcs.importing.axes import turned
 from hlcs.importing.found import Assumption, Found, recording
 from hlcs.importing.grids import MISSING, grid_of, source_of
@@ -55,15 +56,19 @@ for column in (*INPUTS, *OUTCOMES):  # "bounce time" is bounce_time_s: a column 
 def read(path, overrides):
     """The Found of one file: one recording, or the rows of a table. Raises InputError with file, row, and what was expected."""
     grid = grid_of(source_of(path))
-    head = _header(grid)
-    _no_more_cells_than_names(grid, head)
+    head = _header(grid, overrides)
+    grid.no_more_cells_than_names(head)
     columns, left, notes = _columns(grid, head, overrides)
     first = head + 1 + _has_units(grid, head)
     for name, (index, _) in columns.items():
         if _empty(grid, first, index):
-            raise InputError(f"{grid.place(head, grid.cells[head][index])}: no number below it, which is to be {name}")
+            raise InputError(
+                f"{grid.place(head, grid.cells[head][index])}: no number below it, to be {name}: delete the column, or fill it in"
+            )
     is_table = any(name in columns for name in OUTCOMES)
-    notes = [*grid.assumptions, *notes]
+    above = ", ".join(map(str, grid.lines[:head]))
+    passed = [Assumption(f"{grid.name}: what stands above the names of its columns is passed over (row {above})")] if head else []
+    notes = [*grid.assumptions, *passed, *notes]
     if is_table:
         rows, told = _rows(grid, first, columns, overrides)
         return Found((), rows, {}, (*notes, *told))
@@ -71,12 +76,17 @@ def read(path, overrides):
     return Found((found,), None, measurement, (*notes, *told))
 
 
-def _header(grid):
-    """Index of the row that names the columns: the first with words alone, above a row with a number."""
+def _header(grid, overrides):
+    """Index of the row that names the columns: of those with words alone the first with the most names that are known."""
+    known = {*IN_RECORDINGS, *IN_TABLES, *MEANING}
+    rows = []
     for row in range(min(FIRST_ROWS, len(grid.cells) - 1)):
         cells = [cell for cell in grid.cells[row] if cell]
         if len(cells) > 1 and not any(map(_is_number, cells)):
-            return row
+            count = sum(cell in overrides.column or bool({cell, split_unit(cell)[0]} & known) for cell in cells)
+            rows.append((-count, row))
+    if rows:
+        return min(rows)[1]
     told = f"{grid.place(0)}: '{shown(', '.join(grid.cells[0]), 100)}'; "
     if not any(_is_number(cell) for cells in grid.cells for cell in cells) and len(grid.cells[0]) > 1:
         raise InputError(f"{told}no row of numbers follows these names")
@@ -87,20 +97,9 @@ def _header(grid):
     )
 
 
-def _no_more_cells_than_names(grid, head):
-    """Refuse a row in which something stands beyond the last column that has a name."""
-    count = len(grid.cells[head])
-    for row in range(head + 1, len(grid.cells)):
-        if any(grid.cells[row][count:]):
-            raise InputError(
-                f"{grid.place(row)}: {len(grid.cells[row])} cells below {count} names; where decimals have a comma, columns need "
-                "another separator, such as ;"
-            )
-
-
 def _is_number(cell):
     try:
-        float(cell.replace(",", "."))
+        decimal(cell.replace(",", "."))
     except ValueError:
         return False
     return cell.lower() not in MISSING
@@ -108,8 +107,8 @@ def _is_number(cell):
 
 def _has_units(grid, head):
     """Whether the row below the names holds their units, and nothing else."""
-    below = [cell.strip("[]() ").lower() for cell in grid.cells[head + 1] if cell]
-    return bool(below) and all(cell in KNOWN for cell in below)
+    below = {cell.strip("[]() ").lower() for cell in grid.cells[head + 1]} - MISSING
+    return bool(below) and below <= KNOWN
 
 
 def _empty(grid, first, index):
@@ -134,6 +133,7 @@ def _columns(grid, head, overrides):
             left += [cell] if cell else []
             continue
         if name in found:
+            grid.once(head, index)
             raise InputError(
                 f"{grid.place(head)}: both '{shown(grid.cells[head][found[name][0]])}' and '{shown(cell)}' would be {name}; "
                 f'state with --column "{shown(cell)}=.." what each is'

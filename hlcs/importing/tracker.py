@@ -18,6 +18,7 @@ from minibullet.errors import InputError, shown
 
 NAME = "Tracker"
 USES = ("up", "length_unit", "time_unit", "frame_rate", "only")
+CLOCK = ("t", "time")
 HEADER = 4  # rows in which the names of the columns stand
 LEAST = "Tracker's text export begins with a row of the names of the point masses and a row of columns: t, x, y, .."
 
@@ -26,8 +27,8 @@ def read(path, overrides):
     """The Found of one file: a recording for each point mass. Raises InputError with file, row, and what was expected."""
     grid = grid_of(source_of(path))
     head, words = _header(grid)
-    masses = _masses(grid, head, words)
-    times, notes = _times(grid, head, words, overrides)
+    grid.no_more_cells_than_names(head)
+    masses, notes = _masses(grid, head, words), []
     up = overrides.up or "y"
     if overrides.up is None:
         notes.append(
@@ -38,6 +39,8 @@ def read(path, overrides):
     notes += _left_out(grid, head, words)
     recordings = []
     for name in overrides.chosen(list(masses), grid.name):
+        times, told = _times(grid, head, words, _clock(words, masses[name]), overrides)
+        notes += told
         vectors = np.full((len(times), 3), np.nan)
         for axis, index in masses[name].items():
             factor, told = scale("length", words[index][1], overrides, "lengths", grid.place(head, grid.cells[head][index]))
@@ -59,7 +62,7 @@ def _header(grid):
     """(index of the row of columns, its (name, unit) pairs)."""
     for row in range(min(HEADER, len(grid.cells))):
         words = [split_unit(cell) for cell in grid.cells[row]]
-        if words[0][0] in ("t", "time"):
+        if any(word in CLOCK for word, _ in words):
             return row, words
     raise InputError(
         f"{grid.place(0)}: begins with '{shown(grid.cells[0][0])}', and no row of the first {HEADER} with t; {LEAST}"
@@ -95,19 +98,23 @@ def _masses(grid, head, words):
 def _left_out(grid, head, words):
     """[Assumption] on the columns that are not read: Tracker computes velocities and angles from x and y."""
     others = dict.fromkeys(
-        cell
-        for cell, (word, _) in zip(grid.cells[head], words, strict=True)
-        if cell and word not in ("t", "time", "x", "y", "frame")
+        cell for cell, (word, _) in zip(grid.cells[head], words, strict=True) if cell and word not in (*CLOCK, "x", "y", "frame")
     )
     return [Assumption(f"{grid.name}: left out, t, x and y are read alone: {shown(', '.join(others), 200)}")] if others else []
 
 
-def _times(grid, head, words, overrides):
-    """(times of all rows [s], assumptions)."""
+def _clock(words, own):
+    """Index of the column of times of a point mass: the last one before its own columns, else the first."""
+    clocks = [index for index, (word, _) in enumerate(words) if word in CLOCK]
+    return max((index for index in clocks if index < min(own.values())), default=clocks[0])
+
+
+def _times(grid, head, words, clock, overrides):
+    """(times of all rows [s], assumptions); clock: index of their column."""
     if overrides.frame_rate is None:
-        factor, _ = scale("time", words[0][1] or "s", overrides, "times", grid.place(head))
+        factor, _ = scale("time", words[clock][1] or "s", overrides, "times", grid.place(head))
         note = "t is in s, with the frame rate that Tracker had: wrong where a slow-motion video states another one"
-        return factor * grid.column(head + 1, 0, "t"), [Assumption(note, "--frame-rate")]
+        return factor * grid.column(head + 1, clock, "t"), [Assumption(note, "--frame-rate")]
     frames = next((index for index, (word, _) in enumerate(words) if word == "frame"), None)
     if frames is None:
         raise InputError(f"{grid.place(head)}: no column 'frame', which --frame-rate needs; choose it in Tracker's export dialog")

@@ -9,9 +9,10 @@ from hlcs.importing.found import Assumption
 from minibullet.errors import InputError, shown
 
 UNITS = {  # quantity -> unit -> its size in the unit of the project
-    "time": {"s": 1.0, "sec": 1.0, "sek": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0},
-    "length": {"m": 1.0, "meters": 1.0, "metres": 1.0, "cm": 0.01, "centimeters": 0.01, "mm": 1e-3, "millimeters": 1e-3,
-               "km": 1e3, "in": 0.0254, "ft": 0.3048},
+    "time": {"s": 1.0, "sec": 1.0, "sek": 1.0, "second": 1.0, "seconds": 1.0, "milliseconds": 1e-3, "ms": 1e-3, "us": 1e-6,
+             "µs": 1e-6, "ns": 1e-9, "min": 60.0},
+    "length": {"m": 1.0, "meter": 1.0, "metre": 1.0, "meters": 1.0, "metres": 1.0, "cm": 0.01, "centimeters": 0.01, "mm": 1e-3,
+               "millimeters": 1e-3, "km": 1e3, "in": 0.0254, "inch": 0.0254, "inches": 0.0254, "ft": 0.3048, "feet": 0.3048},
     "speed": {"m/s": 1.0, "cm/s": 0.01, "mm/s": 1e-3, "km/h": 1 / 3.6},
     "acceleration": {"m/s2": 1.0, "m/s^2": 1.0, "m/s²": 1.0},
     "mass": {"kg": 1.0, "g": 1e-3},
@@ -66,14 +67,15 @@ def split_unit(name):
 
 
 def _plain(unit):
-    return unicodedata.normalize("NFC", unit).strip().lower().replace("μ", "µ").replace("**", "^")
+    return unicodedata.normalize("NFC", unit).strip().rstrip(".").lower().replace("μ", "µ").replace("**", "^")
 
 
 def factor_of(quantity, unit, place):
     """What a number in that unit is to be multiplied by; InputError that begins with `place` for a unit nobody knows."""
     if unit not in UNITS[quantity]:
         known = ", ".join(UNITS[quantity])
-        raise InputError(f"{place}: '{shown(unit)}' is not known as a unit of {quantity}; known are {known}")
+        said = f"; write one of them, or state --{quantity}-unit" if quantity in CHOICES else "; write one of them"
+        raise InputError(f"{place}: '{shown(unit)}' is not known as a unit of {quantity}; known are {known}{said}")
     return UNITS[quantity][unit]
 
 

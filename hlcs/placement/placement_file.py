@@ -24,7 +24,7 @@ from hlcs.placement.sea_bottom import parse_bottom
 from hlcs.placement.standing_units import parse_standing
 from minibullet.effects import library
 from minibullet.effects.contract import parameters
-from minibullet.errors import InputError, nearest, shown_value
+from minibullet.errors import InputError, known_one, nearest, shown, shown_value
 
 FIELDS = tuple(field.name for field in fields(PlacementTest))
 KEYS = (*FIELDS, "nominal_diameter", "stacking")
@@ -58,7 +58,7 @@ def checked_table(file, skipped=()):
         file.fail("placement", "must be a table: [placement]")
     for key in table:
         if key not in KEYS:
-            file.fail(key, f"unknown key; the nearest known key is '{nearest(key, KEYS)}'", "placement")
+            file.fail(key, f"unknown key; {known_one(key, KEYS)}", "placement")
     if "nominal_diameter" in skipped or "side" in skipped:
         table = {key: value for key, value in table.items() if key not in ("nominal_diameter", "side")}
     if "bottom" not in skipped:
@@ -118,7 +118,7 @@ def _made(table):
     table = dict(table)
     for key in table:
         if key not in KEYS:
-            raise InputError(f"placement: unknown key '{key}'; the nearest known key is '{nearest(key, KEYS)}'")
+            raise InputError(f"placement: unknown key '{shown(key)}'; {known_one(key, KEYS)}")
     if "nominal_diameter" in table:
         if "side" in table:
             raise InputError("placement: both side and nominal_diameter are given; leave one of the two out")

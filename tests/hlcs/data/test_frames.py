@@ -33,6 +33,7 @@ def test_every_digit_word_and_gap_comes_back(frame):
         ({"t_s": [0.0, np.inf]}, "frame 1, row 3, column t_s: 'inf' is not finite"),
         ({"t_s": [0.0, None], "z_m": [1.0, 2.0]}, "frame 1, row 3, column t_s: blank"),
         ({"time": [0.0]}, "frame 1, row 1: unknown column 'time'"),
+        ({"t_s": pd.to_datetime([0, 1], unit="s")}, "frame 1, column t_s: dates; give the seconds since the first"),
     ],
 )
 def test_what_is_no_table_is_refused(frame, words):
@@ -51,3 +52,30 @@ def test_one_value_stands_in_every_row_and_values_alone_are_one_row():
 
 def test_a_list_of_frames_is_no_frame():
     assert is_frame(COLUMNS) and is_frame(RECORDS) and not is_frame([COLUMNS]) and not is_frame(np.zeros(3))
+
+
+GAP = {  # a second height that was not measured, in the words of each library
+    "nullable": pd.array([1.0, pd.NA, 3.0], dtype="Float64"),
+    "whole": pd.array([1, pd.NA, 3], dtype="Int64"),
+    "text": pd.array(["1.0", pd.NA, "3"], dtype="string"),
+    "objects": [1.0, pd.NaT, 3.0],
+    "masked": np.ma.array([1.0, 999.0, 3.0], mask=[False, True, False]),
+}
+
+
+@pytest.mark.parametrize("heights", GAP.values(), ids=GAP)
+def test_every_mark_of_a_missing_value_is_a_blank(heights):
+    for frame in ({"t_s": TIMES, "z_m": heights}, pd.DataFrame({"t_s": TIMES, "z_m": heights})):
+        np.testing.assert_array_equal(read_csv(csv_of(frame, "frame 1"), LAYOUT).columns["z_m"], [1.0, np.nan, 3.0])
+
+
+def test_durations_are_seconds():
+    spans = pd.to_timedelta([100, 250], unit="ms")
+    for times in (spans, spans.to_numpy(), spans.astype(object), [span.to_pytimedelta() for span in spans]):
+        np.testing.assert_allclose(read_csv(csv_of({"t_s": times}, "frame 1"), LAYOUT).columns["t_s"], [0.1, 0.25], rtol=1e-12)
+
+
+def test_a_frame_has_no_comments():
+    """A name that begins with # does not hide its row, in memory and in the file that is written of it."""
+    text = csv_of({"group": ["#1", "b"], "t_s": [0.0, 1.0]}, "frame 1")
+    assert list(read_csv(text, LAYOUT).columns["group"]) == ["#1", "b"]

@@ -118,6 +118,13 @@ def test_without_a_column_of_times_the_frame_rate_gives_them(imported):
     assert "frame number over 120 1/s, the Export Frame Rate" in str(found)
 
 
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_a_take_that_a_spreadsheet_saved_again_is_the_same(imported, decimal):
+    _, wanted = imported(motive(), "optitrack")
+    _, tables = imported("\ufeff" + motive().replace(",", ";").replace(".", decimal), "optitrack")
+    assert tables == wanted
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -132,6 +139,10 @@ def test_without_a_column_of_times_the_frame_rate_gives_them(imported):
             ["drop.csv, row 9, columns Rotation X..W: a quaternion of length 0.6083"],
         ),
         (motive(ROWS.replace(",1499.7,", ",high,")), ["drop.csv, row 9, column Position Y: 'high' is not a number"]),
+        (
+            motive(what=(BODY, NAME, "\n", WHAT.replace("Mean Marker Error", "Position"), AXES.replace("Z,,X", "Z,X,X"))),
+            ["drop.csv, row 4: Rigid Body 'ball' stands twice with Position X; give each a name of its own"],
+        ),
         (motive(unit="Smoots"), ["drop.csv, row 1: Length Units: 'smoots' is not known as a unit of length"]),
     ],
 )

@@ -27,8 +27,35 @@ def test_decimal_commas_and_centimetres(imported):
         "Fall of a ball\n\ntime,height\ns,mm\n0,1500\n0.1,1451\n0.2,-\n0.3,1059\n",
         'Zeit in s,Höhe in cm\n0,150\n"0,1","145,1"\n"0,2",\n"0,3","105,9"\n',
         "# made by hand\nz_m,t_s\n1.5,0\n1.451,0.1\nnan,0.2\n1.059,0.3\n",
+        "sep=;\n" + GERMAN,
+        "Versuch;7\nvon;Anna\n" + GERMAN,
+        "t,z,remark\ns,mm,-\n0,1500,first\n0.1,1451,\n0.2,null,\n0.3,1059,\n",
+        '"time\n(s)","height\n(m)",remark\n0,1.5,"let\ngo"\n0.1,1.451,\n0.2,None,\n0.3,1.059,\n',
+        "t/ms;z/mm\n0;1 500\n100;1\N{NO-BREAK SPACE}451,0\n200;\n300;1'059\n",
+        "t/ms;z/mm\n0;1,500.0\n100;1,451.0\n200;\n300;1,059.0\n",
+        "t/ms;z/mm\n0;1.500,0\n100;1.451,0\n200;\n300;1.059,0\n",
+        "t z\n0 1,5\n0,1 1,451\n0,2 -\n0,3 1,059\n",
+        "Time (sec.),Height (meter)\n0,1.5\n0.1,1.451\n0.2,<NA>\n0.3,1.059\n",
     ],
-    ids=["Windows", "UTF-16", "tabs", "mm and ms", "suffixes", "units below", "quoted commas", "own names"],
+    ids=[
+        "Windows",
+        "UTF-16",
+        "tabs",
+        "mm and ms",
+        "suffixes",
+        "units below",
+        "quoted commas",
+        "own names",
+        "Excel's first line",
+        "a head of two columns",
+        "units of some",
+        "broken lines",
+        "blanks and apostrophes",
+        "English thousands",
+        "German thousands",
+        "blanks and decimal commas",
+        "words for units",
+    ],
 )
 def test_one_recording_in_many_hands(imported, text):
     _, tables = imported(text, "csv")
@@ -118,14 +145,19 @@ def test_every_column_that_tables_take_can_be_named_as_it_is(imported):
         ("Zeit,Laune\n0,1\n", ["drop.csv, row 1: columns 'Zeit', 'Laune'; none is known as a position", '--column "Laune=z_m"']),
         ("height [cm],x [m]\n1,2\n2,3\n",
          ["drop.csv, row 1: a column of times, such as Zeit [s], is missing; there are z_m, x_m"]),
-        ("t,z\n0,1\n0.1,1.2.3\n", ["drop.csv, row 3, column z_m: '1.2.3' is not a number; leave a missing sample blank"]),
-        ("t;z\n0;1,5\n0,1;1.4\n", ["drop.csv, row 3, column z_m: '1.4' has a point where other decimals have a comma"]),
+        ("t,z\n0,1\n0.1,1.2.3\n", ["drop.csv, row 3, column z_m: '1.2.3' is not a number; a date or a time of day"]),
+        ("t;z\n0;1,5\n0,1;1.4\n", ["drop.csv, row 3, column z_m: '1.4' has a point where '1,5' in row 2 has a comma"]),
+        ("t,z\n0,1\n00:00:01,2\n", ["drop.csv, row 3, column t_s: '00:00:01' is not a number; a date or a time of day: give"]),
+        ("t,z\n0,1\n1,2 m\n", ["column z_m: '2 m' is not a number; write the number alone, its unit in the name of the column"]),
+        ("t,z\n0,1\n####,2\n2,3\n", ["drop.csv, row 3, column t_s: '####' is not a number; write a number, or leave"]),
+        ("t;z/mm\n0;1,002\n1;998\n", ["drop.csv, row 2, column z_m: '1,002' beside whole numbers below 1000: are its"]),
+        ("t,z,z\n0,1,2\n1,2,3\n", ["drop.csv, row 1: column 'z' stands twice; give each recording a file"]),
         ("t,z\n0,1\n0,1\n", ["drop.csv, row 3, column t_s: 0 s after 0 s: the same time twice; where each row is an experiment"]),
         ("t,z\n0,1\n0.1,2\n0,3\n0.1,4\n",
          ["drop.csv, row 4, column t_s: 0 s after 0.1 s: time begins again; where recordings stand below one another"]),
         ("t [s],z [ell]\n0,1\n1,2\n", ["drop.csv, column z_m: 'ell' is not known as a unit of length; known are m,"]),
         ("t,height,z\n0,1,2\n1,1,2\n", ["drop.csv, row 1: both 'height' and 'z' would be z_m"]),
-        ("t,z,x\n0,1,\n1,2,\n", ["drop.csv, row 1, column x: no number below it, which is to be x_m"]),
+        ("t,z,x\n0,1,\n1,2,\n", ["drop.csv, row 1, column x: no number below it, to be x_m: delete the column"]),
         ("fall time,drop height\n0.3,0.5\n0.4,\n",
          ["drop.csv, row 3, column height_m: blank; every experiment needs its inputs"]),
         ("fall time,rebound height\n0.3,0.5\n", ["fall_time_s and rebound_height_m are both outcomes; a table has one"]),
@@ -136,6 +168,24 @@ def test_every_column_that_tables_take_can_be_named_as_it_is(imported):
 )  # fmt: skip
 def test_what_cannot_be_read_is_refused_with_its_row(refused, text, words):
     refused(text, "csv", *words)
+
+
+def test_a_minus_is_a_minus_however_it_is_printed(imported):
+    _, tables = imported("t,z\n0,\N{MINUS SIGN}0.5\n1,-0.7\n", "csv")
+    assert tables["drop.csv"]["z_m"] == ["-0.5", "-0.7"]
+
+
+def test_three_decimals_are_decimals_where_nothing_says_thousands(imported):
+    _, tables = imported("t;z;x\n0;1,002;1.5\n1;1,25;nan\n2;0,998;2\n".replace("1.5", "1,5"), "csv")
+    assert tables["drop.csv"]["z_m"] == ["1.002", "1.25", "0.998"]
+    _, tables = imported("t,z\n0,1.002\n1,nan\n2,1\n", "csv")
+    assert tables["drop.csv"]["z_m"] == ["1.002", "", "1.0"]
+
+
+def test_rows_that_are_passed_over_are_told(imported):
+    found, _ = imported("Anna,7\nwho,what\nt,z\n0,1\n#0.5,2\n1,2\n", "csv")
+    assert "what stands above the names of its columns is passed over (row 1, 2)" in str(found)
+    assert "what begins with # is passed over, as a comment (row 5)" in str(found)
 
 
 def test_a_column_that_is_not_there_is_told_with_those_that_are(refused):

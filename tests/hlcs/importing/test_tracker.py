@@ -60,10 +60,11 @@ def test_one_of_several_masses_can_be_taken(imported, refused):
         ONE.replace("\t", ","),
         ONE.replace("\t", ";").replace(".", ","),
         ONE.replace("\n", "\r\n"),
+        ONE.replace("\t", " ").replace(".", ",").replace("  ", " nan "),
         ONE.split("\n", 1)[1],  # the table copied without its row of names
         "\ufeff" + ONE,
     ],
-    ids=["tabs", "commas", "semicolons and decimal commas", "Windows", "copied", "marked UTF-8"],
+    ids=["tabs", "commas", "semicolons and decimal commas", "Windows", "blanks and decimal commas", "copied", "marked UTF-8"],
 )
 def test_any_separator_any_decimals_any_line_end_are_the_same_recording(imported, text):
     _, tables = imported({"drop.txt": text}, "tracker")
@@ -101,10 +102,17 @@ def test_other_columns_of_a_mass_are_not_mistaken_for_its_position(imported):
     assert "left out, t, x and y are read alone: v, pixelx" in str(found)
 
 
+def test_a_mass_with_times_of_its_own_keeps_them(imported):
+    """Tables put side by side by hand: the column t before a mass is its clock."""
+    _, tables = imported(",A,,,B,,\nt,x,y,t,x,y,\n0,1,2,5,3,4,\n0.1,1,2,5.2,3,4,\n", "tracker")
+    assert tables["drop_A.csv"]["t_s"] == ["0.0", "0.1"] and tables["drop_B.csv"]["t_s"] == ["5.0", "5.2"]
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("height,time\n1,2\n", ["drop.csv, row 1: begins with 'height'", "row of columns: t, x, y"]),
+        ("height,clock\n1,2\n", ["drop.csv, row 1: begins with 'height'", "row of columns: t, x, y"]),
+        (",A,,\nt,x,y,\n1,0,1,1,2,1\n", ["drop.csv, row 3: 6 cells below 4 names; where decimals have a comma"]),
         (",A,,\nt,vx,vy,\n0,1,2,\n", ["drop.csv, row 2: columns t, vx, vy; x or y is needed"]),
         ("t,x,y,x,y\n0,1,2,3,4\n", ["drop.csv, row 1: column x stands twice", "names of the tracks"]),
         (",A,,\nt,x,y,\n0,1,2,\n0,1,3,\n", ["drop.csv, row 4, column t: 0 s after 0 s: the same time twice"]),
@@ -112,7 +120,7 @@ def test_other_columns_of_a_mass_are_not_mistaken_for_its_position(imported):
         (",A,,\nt,x,y,\n0,1,2,\n,1,3,\n", ["drop.csv, row 4, column t: blank; every sample needs its time"]),
         (
             ",A,,\nt,x,y,\n0,1,two,\n1,1,3,\n",
-            ["drop.csv, row 3, column y of A: 'two' is not a number; leave a missing sample blank"],
+            ["drop.csv, row 3, column y of A: 'two' is not a number; write a number, or leave a missing sample blank"],
         ),
         (",A,,\nt,x,y,\n0,1,inf,\n1,1,3,\n", ["drop.csv, row 3, column y of A: 'inf' is not finite"]),
         (",A,,\nt,x,y,\n0,1,2,\n1,,,\n", ["drop.csv: 1 samples of 'drop'; a recording needs at least 2"]),
