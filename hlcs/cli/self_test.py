@@ -1,4 +1,4 @@
-"""`hlcs doctor`: versions, optional parts, and a self-test of the engine and of the collision library in about ten seconds."""
+"""`hlcs doctor`: versions, optional parts, and a self-test of the engine and of the collision library in some seconds."""
 
 import importlib.util
 import time

@@ -31,10 +31,12 @@ GLOSSARY = {
 # words of the documentation beside those of reports
 OTHERS = {
     "ambiguous": "The verdict that something is missing, and that these data cannot tell which of several effects it is.",
+    "armour unit": "A block of concrete that is laid, with many others, to protect a shore or a breakwater from waves.",
     "campaign": "Tests made together, by the same people on the same bed. What is off in one campaign is off in all of "
     "its tests.",
     "candidate": "An effect that a diagnosis tries.",
     "cannot judge": "The verdict that the noise is unknown: nobody can say whether a misfit is one.",
+    "channel": "One kind of reading in a recording: x, y or z of the position, rx, ry or rz of the orientation.",
     "certificate": "What each step of the engine publishes of itself: by how much its impulses miss the contact law, "
     "relative to the velocities, with the contact where they miss it most. Below the tolerance the step counts as solved.",
     "coefficient of variation, CV": "The standard deviation between tests over their mean.",
@@ -50,14 +52,22 @@ OTHERS = {
     "hull": "The convex hull of a unit, a simpler body that fills its hollows. Units of hulls cannot interlock.",
     "identifiable": "A number is identifiable where the data tell its value, whatever the others are; an effect, where no "
     "other explains the same data.",
+    "Holm's correction": "Makes the p of each of several tests larger: among many tests one p is small by chance.",
+    "inclusion": "Weight, 0 to 1, of all fitted sets of effects that hold this effect.",
     "layer coefficient": "Thickness of a layer over the nominal diameter, k. The sum over the layers is the height of the "
     "structure.",
+    "lost": "A unit is lost where it fell out of its layer, onto a lower layer or onto the bed.",
+    "mean relative error, eps_R": "Mean over the layers of the difference between model and measurement, without its sign, over "
+    "what was measured.",
+    "misplaced": "A unit is misplaced where it came to rest more than half a nominal diameter from its aim, seen from above.",
     "margin": "A layer round each body that contacts keep open, as some engines have it.",
     "model under test": "What is believed to happen: gravity, and the effects under [model] of the experiment file.",
     "nominal diameter, Dn": "Edge of the cube that has the volume of the unit.",
     "null value": "Value of a number at which its effect is exactly absent.",
     "packing density": "Units of a layer per square of the nominal diameter in plan, 1/(a b) of the spacings of the grid.",
     "pilot": "A few recordings, or rows of a table, from which a plan reads how many more are needed.",
+    "plate": "A square measuring plate, 2 nominal diameters wide, that is laid on a layer to read its height; nine on each "
+    "layer. A plate that the layer alone does not carry at rest is left out.",
     "power": "The probability that an effect of a given size is found.",
     "noncentrality": "By how much chi-square is expected to fall when an effect that is there is added: the sum of squares of "
     'what the effect changes, less what unknown starts take up, in units of the noise. Plans print its root, "over the noise".',
@@ -65,10 +75,16 @@ OTHERS = {
     "plausible range": "Where a number is expected to lie. A belief and not a wall: a number beyond it is told as such.",
     "porosity": "Share of the structure that is not concrete.",
     "prior": "What is believed of a number before the data are seen.",
+    "recording": "One motion that was measured: one CSV file.",
     "replicates": "Tests with the same inputs. Their scatter is the noise.",
     "restitution": "Normal speed after an impact over that before it.",
     "RPG, TPG": "Rectangular and triangular placement grid.",
+    "seed": "The number that all chance in a run is drawn from. The same settings and the same seed give the same run.",
+    "signature": "What an effect changes in the readings, in units of the noise. Two effects whose signatures are alike cannot "
+    "be told apart.",
     "sigma": "One standard deviation. A residual of 3 sigma is three times what noise makes as a rule.",
+    "unsettled": "A unit is unsettled where it still moved, or nothing carried it, when its layer was fixed.",
+    "Welch's test, z": "Compares two means that scatter differently. z is their difference over its standard error.",
     "verdict": "The answer of a diagnosis: complete, effect, ambiguous, unexplained or cannot judge.",
 }
 
