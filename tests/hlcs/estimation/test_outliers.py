@@ -1,6 +1,7 @@
 """Isolated outliers are found, what is smooth or a kink is none, and those that stay are counted."""
 
 import numpy as np
+import pytest
 from throws import correlated
 
 from hlcs.estimation.correlated_noise import CorrelatedNoise
@@ -34,6 +35,17 @@ def test_outliers_at_the_ends_are_found_and_their_neighbours_kept(generator):
         flags = isolated_outliers(TIMES, values, np.sqrt(1.5))
         found, neighbours = found + int(flags[[0, -1]].sum()), neighbours + int(flags[[1, -2]].sum())
     assert found > 0.85 * 800 and neighbours < 0.05 * 800 and good <= 1
+
+
+@pytest.mark.parametrize("fall", [0.25, 0.4, 0.6, 0.8])
+def test_a_series_that_bends_at_its_beginning_loses_one_sample_at_most(generator, fall):
+    """What a linear drag leaves of a coffee filter near its final speed falls exponentially, from 60 sigma on by up to a half
+    from sample to sample: each first sample stands out from those after it, as long as there are any."""
+    count = []
+    for size in generator.uniform(20, 200, 100):
+        values = generator.standard_normal(60) - size * np.exp(-fall * np.arange(60))
+        count.append(isolated_outliers(TIMES, values, np.sqrt(1.5), False).sum())
+    assert np.mean(np.array(count) > 1) < 0.03
 
 
 def test_short_series_know_their_scatter_together(generator):
