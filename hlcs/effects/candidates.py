@@ -22,7 +22,7 @@ KNOWN = (
 )
 BEYOND = 1.1  # times what a file states: plausible, though the law's own range ends below
 FAST = 10.0  # speed of a body whose speed is not known, for what a drag in proportion to it may be [m/s]
-FAR = 2.0  # times that error: beyond it a number contradicts the file
+FAR = 2.0  # times that error a number contradicts the file; times the range of its law no fluid has it
 DENSITY = "fluid_density"  # the number that a file states under the same name
 VISCOSITY = "viscosity"  # the number that a file states as fluid_viscosity
 OF_VISCOSITY = 0.2  # relative error of a stated viscosity: that of glycerine falls by 8 % for each degree
@@ -56,6 +56,7 @@ class Free:
     stated: float | None = None  # value that the experiment file states or implies
     error: float = 0.0  # how far off that may be
     certain: bool = False  # the file states a fluid, in which the effect is there
+    highest: float = np.inf  # end of the plausible range of the law itself, where the file states a narrower one
 
     @property
     def expected(self):
@@ -96,6 +97,10 @@ class Free:
     def plausible(self, value):
         """Is a value within the plausible range?"""
         return self.period is not None or self.low <= value <= self.high
+
+    def possible(self, value):
+        """May it be so, were the file mistaken? No fluid that a file states is as dense as steel."""
+        return not self.certain or self.plausible(value) or value <= FAR * self.highest
 
     def beyond(self, value):
         """The value and on which side of the plausible range it lies, in words, each number with three digits or as
@@ -303,13 +308,14 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
             stated, error = surroundings.fluid_viscosity, OF_VISCOSITY * surroundings.fluid_viscosity
         if stated is not None:
             high = max(high, BEYOND * stated)
+        highest = high
         if name == DENSITY and surroundings.fluid_stated and not vacuum:
             low, high = ((1 + sign * FAR * KNOWN) * stated for sign in (-1, 1))  # a lighter fluid contradicts the file as well
         fluid = surroundings.fluid_stated and not vacuum
         if known.in_fluid and fluid:
             stated, error = known.in_fluid
         ends, certain = (known.least, known.most), fluid and stated is not None
-        free.append(Free(name, unit, low, high, null, start, known.period, known.starts, ends, stated, error, certain))
+        free.append(Free(name, unit, low, high, null, start, known.period, known.starts, ends, stated, error, certain, highest))
     if entry is not None:
         free = [
             replace(each, null=entry[each.name], start=entry[each.name], starts=(), ends=(each.least, each.most)) for each in free

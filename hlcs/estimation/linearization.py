@@ -90,8 +90,10 @@ class Fit:
 
     @cached_property
     def surprise(self):
-        """-2 log of what was believed of its numbers, relative to what was expected."""
-        return sum(free.surprise(value) for _, free, value in self.numbers)
+        """-2 log of what was believed of its numbers, relative to what was expected; infinite where one cannot be, such as a
+        liquid so dense that a bead of steel weighs nothing in it."""
+        possible = all(free.possible(value) for _, free, value in self.numbers)
+        return sum(free.surprise(value) for _, free, value in self.numbers) if possible else np.inf
 
     @cached_property
     def contradicts(self):

@@ -131,6 +131,17 @@ def test_what_a_stated_fluid_implies_is_expected_in_a_gas_as_in_a_liquid(density
     assert (lift.expected, moved.expected) == (density, 0.5) and lift.certain and moved.certain
 
 
+def test_no_fluid_is_as_dense_as_steel_whatever_is_wrong_in_the_file():
+    """Stated as glycerine it may be water, or what is twice as heavy as the heaviest that the law knows; steel it is not. What
+    no file states is believed by the Cauchy law alone."""
+    around = Surroundings(fluid_density=1260.0, fluid_stated=True)
+    (lift,) = candidate(effects.Buoyancy, around, BALL, True).free
+    assert not lift.plausible(998.0) and lift.possible(998.0) and lift.possible(2 * 1.1 * 1260.0)
+    assert not lift.possible(7800.0) and not candidate(effects.AddedMass, around, BALL, True).free[0].possible(9.0)
+    (left_out,) = candidate(effects.Buoyancy, Surroundings(), BALL, True).free
+    assert left_out.possible(7800.0)
+
+
 @pytest.mark.parametrize("around", [Surroundings(), Surroundings(fluid_density=0.0, fluid_stated=True)])
 def test_nothing_is_certain_of_a_fluid_that_is_not_stated_or_not_there(around):
     for kind in (effects.Buoyancy, effects.AddedMass):
