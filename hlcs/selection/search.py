@@ -311,8 +311,9 @@ class Search:
             self.progress(f"screening {len(entries)} candidates{self.budget.time_left()}")
             _, linear = self.linear_at(fit, entries)
             self.models[effects] = linear
+            if effects == first:  # a slow fall through a liquid shows a lift that a free fall does not
+                self.implied |= frozenset(name for name in self.candidates if self.implies(linear, name))
             if not effects:
-                self.implied = frozenset(name for name in self.candidates if self.implies(linear, name))
                 expected = {name: self.candidates[name].expected for name in sorted(self.implied)}
                 self.first += ((expected, None),) if expected and self.compatible(self.implied) else ()
             proposals = linear.proposals(MOST_EFFECTS, self.compatible, self.implied)

@@ -47,6 +47,22 @@ def test_the_viscosity_is_found_from_times(tmp_path, rate, others):
     assert found.parameters["stokes_drag"]["viscosity"]["value"] == pytest.approx(ETA, rel=0.02)
 
 
+def test_the_lift_is_expected_where_only_the_slow_fall_shows_it(tmp_path):
+    """Without a drag a bead falls 0.8 m in 0.4 s, and its lift changes that by milliseconds; with it in, the lift of the stated
+    glycerine is a sixth of its weight, for which the viscosity would be found a sixth too large."""
+    radius, mass, k, g = sphere(300.0, 1.0, 0.5)
+    exact = np.array([brentq(lambda t, h=h: sunk(t, k, g) - h, 1e-9, 1e7, xtol=1e-13) for h in HEIGHTS])
+    times = exact + 0.1 * np.random.default_rng(3).standard_normal(len(exact))
+    (tmp_path / "t.csv").write_text(
+        "height_m,fall_time_s\n" + "".join(f"{h},{t:.8g}\n" for h, t in zip(HEIGHTS, times, strict=True))
+    )
+    path = tmp_path / "e.toml"
+    path.write_text(head("outcomes", radius, mass, '[measurement]\nfile = "t.csv"\nnoise = 0.1\n'))
+    found = hlcs.diagnose(path, candidates=["stokes_drag", "linear_drag", "buoyancy", "added_mass", "clock_offset"])
+    assert found.verdict != "unexplained" and {"stokes_drag", "buoyancy"} <= set(found.effects), found.sets
+    assert found.parameters["stokes_drag"]["viscosity"]["value"] == pytest.approx(ETA, rel=0.02)
+
+
 AT_REST = "start = { velocity = [0.0, 0.0, 0.0] }\n"
 
 
