@@ -43,23 +43,22 @@ def blocks_in_time(channel, length):
 
 
 def fit_adequacy(problem, fit, partitions, models=None):
-    """(Adequacy of a fit, its white residuals with the signatures of all its numbers projected out (n,)).
+    """(Adequacy of a fit, its white residuals as they stand (n,)): a fit that did not come to its end has not explained what more
+    steps would.
 
     partitions: as for `adequacy`; models: list of what the fit expects of every observation (n_i,): readings may be rounded.
     """
     residuals, signatures = fit.linearization.projected
     signatures = [columns * ~fit.held for columns in signatures]
-    rest = project_out(basis(np.concatenate(signatures)), np.concatenate(residuals))
-    parts = np.split(rest, np.cumsum([len(part) for part in residuals])[:-1])
     draw = NoiseDraws(problem.noise, problem.recordings, models, problem.shared_doubt)
-    return adequacy(parts, fit.linearization.state_columns, signatures, partitions, draw), rest
+    return adequacy(residuals, fit.linearization.state_columns, signatures, partitions, draw), np.concatenate(residuals)
 
 
 def adequacy(residuals, columns, shared, partitions, draw, draws=600):
-    """Adequacy of projected, whitened residuals against noise alone, through the same whitening and projection.
+    """Adequacy of whitened residuals against noise alone, through the same whitening and the projection of the fit.
 
-    residuals: list over recordings of (n_i,); columns: list of (n_i, k_i) whitened columns that were
-    fitted in that recording alone; shared: list of (n_i, p) columns of the numbers fitted to all, these projected out;
+    residuals: list over recordings of (n_i,), the initial states projected out; columns: list of (n_i, k_i) whitened columns that
+    were fitted in that recording alone; shared: list of (n_i, p) columns of the numbers fitted to all;
     partitions: name -> labels over all observations in one row, (sum n_i,), whose block sums are tested beside the
     variance; draw: function (index of recording, count) -> white noise (n_i, count) as these data may hold it, what is
     not known of the noise included. A block whose sum the fit has all but fixed says nothing and is left out. Every

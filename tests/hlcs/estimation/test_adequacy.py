@@ -1,8 +1,10 @@
 """Adequacy: noise alone passes as often as its quantile says, a slow misfit does not, whatever the fit has absorbed."""
 
 import numpy as np
+from linear_models import Line, model
 
-from hlcs.estimation.adequacy import QUANTILE, adequacy, block_matrix, blocks_in_time
+from hlcs.estimation.adequacy import QUANTILE, adequacy, block_matrix, blocks_in_time, fit_adequacy
+from hlcs.estimation.fitting import fit_at
 from hlcs.estimation.least_squares import basis, project_out
 
 COUNT = 48
@@ -64,3 +66,19 @@ def test_overdispersion_of_white_noise_is_about_one(generator):
     """The larger of two means of squares about 1, that of six sums with errors of root(2/6) = 0.6."""
     seen = [judged(generator.standard_normal(COUNT), generator).overdispersion for _ in range(50)]
     assert 1 < np.mean(seen) < 1.6
+
+
+def test_what_more_steps_of_a_fit_would_explain_it_has_not_explained(generator, monkeypatch):
+    """A slope of 3 is read as 2.9, ten standard errors off: where it stands the fit leaves more than noise, at its end it does
+    not, although the column of the slope can explain either."""
+    monkeypatch.setattr(
+        "hlcs.estimation.adequacy.NoiseDraws", lambda *known: lambda k, count: generator.standard_normal((100, count))
+    )
+    times = np.linspace(0.0, 1.0, 100)
+    problem = Line([times, times], [3.0 * times + 0.002 * generator.standard_normal(100) for _ in range(2)], 0.002)
+    problem.shared_doubt = None
+    end = problem.fit(model(2.9))
+    stuck = fit_at(model(2.9), end.initial_states, problem.linearise(model(2.9), end.initial_states), converged=False)
+    labels = {"blocks": blocks_in_time(np.repeat([0, 1], 100), 10)}
+    assert fit_adequacy(problem, end, labels)[0].adequate
+    assert not fit_adequacy(problem, stuck, labels)[0].adequate
