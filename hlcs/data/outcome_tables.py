@@ -11,6 +11,7 @@ import numpy as np
 from hlcs.data import validation
 from hlcs.data.frames import csv_of
 from hlcs.data.quantities import INPUTS, OUTCOMES
+from hlcs.data.rounded_readings import reading_step
 from hlcs.files.csv_files import CsvLayout, CsvText, read_csv
 from minibullet.errors import InputError
 
@@ -94,7 +95,7 @@ def read_table(path):
     notes, values = (), columns[outcome]
     _, first = np.unique(np.column_stack([settings, values]), axis=0, return_index=True)
     repeats = np.setdiff1d(np.arange(len(rows)), first)
-    if len(repeats):
+    if len(repeats) and not coarse(values, setting):
         notes = (
             f"{path.name}, row {rows[repeats[0]]}: repeats inputs and outcome of an earlier row digit for digit "
             f"({len(repeats)} such rows): a true repeat, or a copy?",
@@ -105,6 +106,15 @@ def read_table(path):
     inputs, input_sd = ({name: column[order] for name, column in some.items()} for some in (inputs, input_sd))
     groups = groups[order] if "group" in columns else np.array([f"row {row}" for row in rows[order]])
     return OutcomeTable(path, outcome, values[order], inputs, groups, setting[order], rows[order], notes, input_sd)
+
+
+def coarse(values, setting):
+    """Are readings (n,) so coarse that those of one setting (n,) agree to the digit by chance: is their step a tenth of what they
+    scatter by, or more?"""
+    means = np.bincount(setting, values) / np.bincount(setting)
+    freedom = len(values) - len(means)
+    scatter = np.sqrt(np.sum((values - means[setting]) ** 2) / freedom) if freedom else 0.0
+    return 0 < 0.1 * scatter <= reading_step(values)
 
 
 def inputs_like(table, frame):

@@ -88,7 +88,7 @@ def isolated_outliers(times, values, spread=0.0, rough=True):
     for place in kept[_standing_out(times[kept], values[kept], spread, rough)]:
         isolated[max(place - PASSES, 0) : place + PASSES + 1] = False
     for along in (isolated, isolated[::-1]):
-        if along[:2].all():
+        if along[:2].sum() == 2:
             along[: np.argmin(along)] = False
     return isolated
 

@@ -128,7 +128,8 @@ def _noise(diagnosis):
     many = LEFT_OUT.get(diagnosis.kind, "data")
     return (
         f"On the {many} themselves {size(error['after'], unit)} are left, which {left}. That the error is larger on {many} that "
-        f"were left out says that the numbers are known badly: more or other {many} tell them better."
+        f"were left out says that these are foretold from the others with less certainty: more or other {many} tell the numbers "
+        "better."
     )
 
 

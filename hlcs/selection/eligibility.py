@@ -36,7 +36,7 @@ class Shown:
 # need: (what is said where it is missing, test of what recordings show)
 NEEDS = {
     Need.MASS_AND_SIZE: (
-        "mass and size of the body are not stated",
+        "the mass or the size of the body is not stated",
         lambda shown: all(known_body(trial.body) for trial in shown.trials),
     ),
     Need.FLUID: (

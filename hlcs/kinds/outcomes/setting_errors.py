@@ -89,7 +89,10 @@ def setting_errors(file, table, sigma, model):
 def _stands_alone(table, row):
     """The note on the one setting, of which a row is given, that all the scatter comes from."""
     inputs = ", ".join(f"{name} = {values[row]:g}" for name, values in table.inputs.items() if np.ptp(values) > 0)
-    return f"the rows at {inputs} lie off a curve through all others, which scatter no more than they should: check that setting"
+    return (
+        f"the rows at {inputs} lie off a curve through all others, which scatter no more than they should: check that setting, "
+        "where nothing that was found explains it"
+    )
 
 
 class Scatter(NamedTuple):

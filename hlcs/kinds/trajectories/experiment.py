@@ -86,7 +86,7 @@ class Trajectories:
             "measurement.noise"
         )
         if hint := self._noise.hint:
-            advice += f"; a flexible curve through the data leaves {hint:.2g} m (rho {self._noise.rho:.2f}): a hint, no more"
+            advice += f"; a flexible curve through the data leaves {1000 * hint:.2g} mm: a hint, no more"
         return advice
 
     def observe(self, aside=()):

@@ -1,5 +1,6 @@
 """Outcome tables: one outcome, inputs within their bounds, repeated rows told."""
 
+import numpy as np
 import pytest
 
 import hlcs
@@ -17,6 +18,16 @@ def test_outcome_tables(tmp_path):
     path.write_text("height_m\n1\n1\n2\n")
     with pytest.raises(InputError, match="0 outcome columns"):
         read_table(path)
+
+
+def test_repeats_by_chance_are_not_told(tmp_path, generator):
+    """Ten times to 0.01 s that scatter by 0.03 s agree here and there; to 1e-6 s they do not, and one that does is a copy."""
+    path, heights = tmp_path / "o.csv", np.repeat([1.0, 2.0], 10)
+    times = np.sqrt(heights / 4.905) + 0.03 * generator.standard_normal(20)
+    for digits in (2, 6):
+        times[3] = times[4]
+        path.write_text("height_m,fall_time_s\n" + "".join(f"{h},{t:.{digits}f}\n" for h, t in zip(heights, times, strict=True)))
+        assert len(read_table(path).notes) == (digits == 6)
 
 
 @pytest.mark.parametrize(

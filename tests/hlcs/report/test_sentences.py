@@ -168,11 +168,11 @@ def known_badly(verdict, fitted, held_out):
 
 
 def test_what_is_left_is_judged_on_the_data_themselves_and_the_error_on_others_is_told_beside_it():
-    """5.43 mm are not noise of 3 mm: 2.99 mm are, and the numbers are known badly."""
+    """5.43 mm are not noise of 3 mm: 2.99 mm are, and the numbers are less certain."""
     told = opening(known_badly("effect", 0.00299, 0.00543))
     assert "5.43 mm after, on recordings that its numbers were not fitted to" in told
     assert "On the recordings themselves 2.99 mm are left, which is your noise (3 mm). That the error is larger on" in told
-    assert "the numbers are known badly: more or other recordings tell them better" in told
+    assert "with less certainty: more or other recordings tell the numbers better" in told
     assert "What is left" not in told
     assert "What is left is your noise (3 mm)" in opening(known_badly("effect", 0.00299, 0.00302))
     told = opening(known_badly("unexplained", 0.004, 0.008))

@@ -54,7 +54,7 @@ def test_where_everything_is_known_everything_takes_part():
 @pytest.mark.parametrize(
     ("what", "names", "why"),
     [
-        ({"body": Body(shape="sphere", radius=0.1)}, {"buoyancy", "drag_crisis", "mass_offset"}, "mass and size"),
+        ({"body": Body(shape="sphere", radius=0.1)}, {"buoyancy", "drag_crisis", "mass_offset"}, "the mass or the size"),
         ({"fluid": 0.0}, {"linear_drag", "stokes_drag"}, "the file states a vacuum (fluid_density = 0.0)"),
         ({"floor": None}, {"wall_drag", "ground_cushion", "tracker_smoothing"}, "there is no floor, or not under all recordings"),
         ({"start": ("velocity",)}, {"magnus", "orientation_drag"}, "the spin is neither measured nor stated"),

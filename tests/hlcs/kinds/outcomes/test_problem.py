@@ -121,7 +121,7 @@ def test_candidates_that_do_not_act_on_an_outcome_are_left_out_with_the_reason(t
     assert {"quadratic_drag", "clock_offset"} <= {candidate.name for candidate in chosen}
     assert absent["friction"] == "does not act on fall_time_s"
     _, absent = table_candidates(*table(tmp_path, falls(), body='[body]\nshape = "sphere"\nradius = 0.03\n'), ["buoyancy"], ())
-    assert absent == {"buoyancy": "mass and size of the body are not stated"}
+    assert absent == {"buoyancy": "the mass or the size of the body is not stated"}
 
 
 def test_in_a_stated_vacuum_no_fluid_is_viscous(tmp_path):
