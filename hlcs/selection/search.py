@@ -326,7 +326,8 @@ class Search:
                 proposals += self.preview.farther(singles, fit)
             for proposal in proposals:
                 known = self.foreseen.get(proposal.effects)
-                if known is None or proposal.cost < known[0].cost:
+                nearer = EQUAL if known and misfit(fit) < misfit(known[1]) else 0.0  # it is foreseen better from there
+                if known is None or proposal.cost < known[0].cost + nearer:
                     self.foreseen[proposal.effects] = proposal, fit
 
     def linear_at(self, fit, entries):
