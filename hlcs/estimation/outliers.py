@@ -75,7 +75,7 @@ def isolated_outliers(times, values, spread=0.0, rough=True):
     is left is measured in `spread`, that of noise alone where it is known, or in its own robust scatter where that may be larger
     (`rough`) and is, by more than chance. The largest go first and their neighbours are looked at again. A kink, as an impact
     leaves in the residuals of a wrong model, stands out however many samples are taken from it, so there none is; nor are
-    two in a row at an end, where a wrong drag leaves a bend.
+    PASSES in a row at an end, where a wrong drag leaves a bend.
     """
     kept = np.arange(len(values))
     for _ in range(PASSES):
@@ -88,7 +88,7 @@ def isolated_outliers(times, values, spread=0.0, rough=True):
     for place in kept[_standing_out(times[kept], values[kept], spread, rough)]:
         isolated[max(place - PASSES, 0) : place + PASSES + 1] = False
     for along in (isolated, isolated[::-1]):
-        if along[:2].sum() == 2:
+        if along[:PASSES].sum() == PASSES:
             along[: np.argmin(along)] = False
     return isolated
 

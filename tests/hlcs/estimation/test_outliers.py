@@ -38,14 +38,13 @@ def test_outliers_at_the_ends_are_found_and_their_neighbours_kept(generator):
 
 
 @pytest.mark.parametrize("fall", [0.25, 0.4, 0.6, 0.8])
-def test_a_series_that_bends_at_its_beginning_loses_one_sample_at_most(generator, fall):
+def test_a_series_that_bends_at_its_beginning_loses_few_samples(generator, fall):
     """What a linear drag leaves of a coffee filter near its final speed falls exponentially, from 60 sigma on by up to a half
-    from sample to sample: each first sample stands out from those after it, as long as there are any."""
-    count = []
+    from sample to sample: each first sample stands out from those after it, as long as there are any. Three outliers in a row
+    are none (one in 40,000 of three per cent)."""
     for size in generator.uniform(20, 200, 100):
         values = generator.standard_normal(60) - size * np.exp(-fall * np.arange(60))
-        count.append(isolated_outliers(TIMES, values, np.sqrt(1.5), False).sum())
-    assert np.mean(np.array(count) > 1) < 0.03
+        assert isolated_outliers(TIMES, values, np.sqrt(1.5), False)[:5].sum() < 3
 
 
 def test_short_series_know_their_scatter_together(generator):
