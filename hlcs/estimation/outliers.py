@@ -75,7 +75,7 @@ def isolated_outliers(times, values, spread=0.0, rough=True):
     is left is measured in `spread`, that of noise alone where it is known, or in its own robust scatter where that may be larger
     (`rough`) and is, by more than chance. The largest go first and their neighbours are looked at again. A kink, as an impact
     leaves in the residuals of a wrong model, stands out however many samples are taken from it, so there none is; nor are
-    PASSES in a row at an end, where a wrong drag leaves a bend.
+    PASSES in a row at an end that rise or fall steadily, and go on to: there a wrong drag leaves a bend.
     """
     kept = np.arange(len(values))
     for _ in range(PASSES):
@@ -87,9 +87,10 @@ def isolated_outliers(times, values, spread=0.0, rough=True):
     isolated[kept] = False
     for place in kept[_standing_out(times[kept], values[kept], spread, rough)]:
         isolated[max(place - PASSES, 0) : place + PASSES + 1] = False
-    for along in (isolated, isolated[::-1]):
-        if along[:PASSES].sum() == PASSES:
-            along[: np.argmin(along)] = False
+    for flags, seen in ((isolated, values), (isolated[::-1], values[::-1])):
+        steady = abs(np.sign(np.diff(seen[: PASSES + 2])).sum()) == PASSES + 1
+        if steady and flags[:PASSES].all():
+            flags[: np.argmin(flags)] = False
     return isolated
 
 
