@@ -30,7 +30,7 @@ AS_LITTLE = 1.02  # times what was found leaves, up to which a candidate is said
 SOME_WEIGHT = 0.01  # of all fitted sets, from which a set with a candidate counts as one that might have been found
 MOST_ROWS = 12  # of the ranking, before the details
 OTHERS = {  # why not the others, where one sentence does for all of them
-    Reason.OTHER_FORM: "does much the same as a part of what was found; more is left, or more numbers are needed",
+    Reason.OTHER_FORM: "much the same as a part of what was found; more is left, or more numbers are needed",
     Reason.EXPLAINED_TOO: "a part is explained, not as well as by what was found (what is left with each stands above, or among "
     "the details)",
     Reason.NOT_SEEN: "not seen: what is explained is less than chance explains with as many numbers more",
