@@ -69,10 +69,10 @@ def one_of(name, known, words="it must be one of"):
     return f"{words} {', '.join(known)}{meant}"
 
 
-def known_one(name, known, what="key"):
+def known_one(name, known, told="the nearest known key is"):
     """The end of a message on a name that is not known: the nearest that is, or all of them where none is like it."""
     if near := nearest(name, known, LIKE):
-        return f"the nearest known {what} is '{near}'"
+        return f"{told} '{near}'"
     known = list(known)
     return f"known are {', '.join(known[:MOST_TOLD])}" + ", .." * (len(known) > MOST_TOLD)
 

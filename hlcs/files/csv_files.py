@@ -143,7 +143,8 @@ def _check_header(place, header, layout):
         if not name and not layout.others:
             raise InputError(f"{place}: column {number} has no name; is there a comma too many?")
         if name not in layout.known and not layout.others:
-            raise InputError(f"{place}: unknown column '{shown(name)}'; {known_one(name, layout.known, 'column')}")
+            told = known_one(name, layout.known, "the nearest known column is")
+            raise InputError(f"{place}: unknown column '{shown(name)}'; {told}")
         if name in layout.known and header.count(name) > 1:
             raise InputError(f"{place}: column '{name}' stands twice; keep one")
     for name in layout.required:

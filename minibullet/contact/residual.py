@@ -26,8 +26,7 @@ class Squares(NamedTuple):
 
 @leaf
 def natural_map_error(r, u, friction, rounding=0.0):
-    """Squared |r - P_K(r - u~)|^2 of one contact, impulse r over the reference mass and velocity u, (3,) each; a slip below the
-    rounding of velocities is none, whatever coefficient it is multiplied with."""
+    """|r - P_K(r - u~)|^2 of one contact, impulse r over the reference mass, velocity u; a slip below ``rounding`` is none."""
     r_n, r_1, r_2 = r
     u_n, u_1, u_2 = u
     modified = u_n + friction * max(sqrt(u_1 * u_1 + u_2 * u_2) - rounding, 0.0)
