@@ -5,7 +5,7 @@ from math import isfinite
 from numbers import Real
 
 LIKE = 0.5  # likeness of two names, 0 to 1, below which the one tells nothing of the other
-MOST_TOLD = 15  # names that a message lists
+MOST_TOLD = 14  # names that a message lists
 LONGEST_NAME = 100  # letters of a name that is looked for in a text, or among known names
 
 

@@ -22,7 +22,8 @@ KNOWN = (
 )
 BEYOND = 1.1  # times what a file states: plausible, though the law's own range ends below
 FAST = 10.0  # speed of a body whose speed is not known, for what a drag in proportion to it may be [m/s]
-FAR = 2.0  # times that error a number contradicts the file; times the range of its law no fluid has it
+FAR = 2.0  # times that error: beyond it a number contradicts the file
+IN_NO_FLUID = 2.0  # times the end of its law's range: beyond it no fluid that a file states has a number, were the file mistaken
 DENSITY = "fluid_density"  # the number that a file states under the same name
 VISCOSITY = "viscosity"  # the number that a file states as fluid_viscosity
 OF_VISCOSITY = 0.2  # relative error of a stated viscosity: that of glycerine falls by 8 % for each degree
@@ -100,7 +101,7 @@ class Free:
 
     def possible(self, value):
         """May it be so, were the file mistaken? No fluid that a file states is as dense as steel."""
-        return not self.certain or self.plausible(value) or value <= FAR * self.highest
+        return not self.certain or self.plausible(value) or value <= IN_NO_FLUID * self.highest
 
     def beyond(self, value):
         """The value and on which side of the plausible range it lies, in words, each number with three digits or as

@@ -11,13 +11,12 @@ from math import isfinite, nan
 
 import numpy as np
 
-from minibullet.errors import InputError, known_one, shown
+from minibullet.errors import MOST_TOLD, InputError, known_one, shown
 from minibullet.files.reading import read_text
 
 MOST_ROWS = 200_000  # of a file, and of all recordings of an experiment: what `hlcs compare` does in 2 GB of memory
 MOST_BYTES = 25 * 8 * MOST_ROWS  # eight columns of numbers with all their digits, 25 characters each with the comma
 MOST_LINE = 10_000  # characters: fifty rows of eight such numbers; what is longer is no table
-MOST_TOLD = 14  # columns that a complaint lists
 # what a spreadsheet writes in place of a number that it cannot show: ####, #N/A, #DIV/0!, #NAME?
 NO_COMMENT = re.compile(r'"?#(?:#+|N/A|NV|[^\s,;]+[!?])"?\s*(?:[,;\t]|$)')
 MOST_WORD = 100  # characters: names of groups and grids stand in every report

@@ -17,7 +17,7 @@ from minibullet.files.reading import read_bytes
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas"}  # the first of these that stands in a file separates its columns
 MOST_LINE = 200_000  # characters: a thousand markers of a motion capture, three numbers each, would have 60,000
-MOST_BROKEN = 5  # lines that the cells of one row may fill
+MOST_BROKEN = 5  # lines that the cells of one row may fill: a quote that is never closed must not swallow the file
 # what programs and people write for a sample that was lost
 MISSING = {"", "nan", "-nan", "na", "n/a", "<na>", "#n/a", "#nv", "null", "none", "-", "--"}
 SIGN = r"[+\-\N{MINUS SIGN}]?"

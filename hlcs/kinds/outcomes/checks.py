@@ -6,7 +6,7 @@ from hlcs.data.bodies import SHAPES, impossible_density, refuse_unsized
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import outcome_motion
-from minibullet.errors import InputError, nearest
+from minibullet.errors import LIKE, InputError, nearest
 
 # Measured over predicted: outside these bounds no effect is missing, a unit is wrong. Nothing falls faster than freely.
 PLAUSIBLE = {
@@ -40,7 +40,7 @@ def check_table(file, table):
             )
     for column in outcome_motion.NEEDS[table.outcome]:
         if column not in table.inputs:
-            near = nearest(column, table.inputs, 0.5)
+            near = nearest(column, table.inputs, LIKE)
             hint = f"; is it '{near}'?" if near else ""
             raise InputError(f"{table.file}: {table.outcome} needs the column '{column}'{hint}")
     if table.outcome == "slide_time_s" and not {"distance_m", "speed_m_s"} & set(table.inputs):
