@@ -58,6 +58,7 @@ class Free:
     error: float = 0.0  # how far off that may be
     certain: bool = False  # the file states a fluid, in which the effect is there
     highest: float = np.inf  # end of the plausible range of the law itself, where the file states a narrower one
+    holds_from: float = -np.inf  # value below which the law does not hold at the highest speed: Reynolds numbers are beyond it
 
     @property
     def expected(self):
@@ -98,6 +99,10 @@ class Free:
     def plausible(self, value):
         """Is a value within the plausible range?"""
         return self.period is not None or self.low <= value <= self.high
+
+    def contradicts(self, value):
+        """Is a value of what the file implies far from plausible, or one at which the law does not hold?"""
+        return self.certain and not self.plausible(value) or value < self.holds_from
 
     def possible(self, value):
         """May it be so, were the file mistaken? No fluid that a file states is as dense as steel."""
@@ -316,7 +321,13 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
         if known.in_fluid and fluid:
             stated, error = known.in_fluid
         ends, certain = (known.least, known.most), fluid and stated is not None
-        free.append(Free(name, unit, low, high, null, start, known.period, known.starts, ends, stated, error, certain, highest))
+        inertia = 2 * body.radius * surroundings.fluid_density * speed  # of the flow: over the viscosity a Reynolds number
+        holds_from = inertia / kind.reynolds[1] if name == VISCOSITY else -np.inf
+        free.append(
+            Free(
+                name, unit, low, high, null, start, known.period, known.starts, ends, stated, error, certain, highest, holds_from
+            )
+        )
     if entry is not None:
         free = [
             replace(each, null=entry[each.name], start=entry[each.name], starts=(), ends=(each.least, each.most)) for each in free

@@ -97,8 +97,8 @@ class Fit:
 
     @cached_property
     def contradicts(self):
-        """Does it need a number of what the file implies that is far from plausible?"""
-        return any(free.certain and not free.plausible(value) for _, free, value in self.numbers)
+        """Does it need a number that contradicts what the file states?"""
+        return any(free.contradicts(value) for _, free, value in self.numbers)
 
     @cached_property
     def information(self):

@@ -4,7 +4,15 @@ from math import inf
 
 from hlcs.data.rigid_body import rigid_body
 from hlcs.selection.eligibility import reynolds_numbers, rounded
-from minibullet.effects.fluid import SCHILLER_NAUMANN, Drag, StokesDrag, ViscousDrag, dragged_as_much, sphere_drag
+from minibullet.effects.fluid import (
+    SCHILLER_NAUMANN,
+    Drag,
+    SphereDrag,
+    StokesDrag,
+    ViscousDrag,
+    drag_coefficient_of_sphere,
+    dragged_as_much,
+)
 
 TABLES = "R. Clift, J. R. Grace and M. E. Weber, Bubbles, Drops, and Particles (1978), ch. 5"
 CURVE = "L. Schiller and A. Naumann, Z. VDI 77 (1933) 318"
@@ -27,7 +35,7 @@ def reached(candidates, parameters, moved, adequate):
 
 def _reached(kind, numbers, spheres, adequate):
     begins, ends = kind.reynolds_of_spheres
-    eta = numbers.get("viscosity", {}).get("value") if kind is StokesDrag else None
+    eta = numbers.get("viscosity", {}).get("value") if issubclass(kind, StokesDrag) else None
     found = [
         (2 * rigid_body(body).radius * around.fluid_density * speed / eta,) * 2 if eta else reynolds_numbers(body, around, speed)
         for body, around, speed in spheres
@@ -40,7 +48,9 @@ def _reached(kind, numbers, spheres, adequate):
     least, most = (float(end(low for low, _ in found)) for end in (min, max))
     span = rounded(most) if rounded(least) == rounded(most) else f"{rounded(least)} to {rounded(most)}"
     reach = f"{'By the fitted viscosity the' if eta else 'The'} data reach Reynolds numbers of {span}"
-    if issubclass(kind, ViscousDrag):
+    if issubclass(kind, SphereDrag):
+        told = f"{reach}; the drag of a sphere follows this curve to 5 % up to about {SCHILLER_NAUMANN:g} ({CURVE})."
+    elif issubclass(kind, ViscousDrag):
         told = _in_proportion(reach, most, eta if adequate else None)
     else:
         told = _by_coefficient(reach, least, most, begins, ends)
@@ -66,7 +76,7 @@ def _in_proportion(reach, most, eta):
 
 def _short(reynolds):
     """How much too small Stokes's law is [% of the drag of a sphere]."""
-    return 100 * (1 - 24 / reynolds / sphere_drag(reynolds))
+    return 100 * (1 - 24 / reynolds / drag_coefficient_of_sphere(reynolds))
 
 
 def _by_coefficient(reach, least, most, begins, ends):
@@ -76,6 +86,6 @@ def _by_coefficient(reach, least, most, begins, ends):
     if least >= begins:
         until = f" to {rounded(ends)}" if ends < inf else " on"
         return f"{reach}, where this is the form of the drag of a sphere (from about {rounded(begins)}{until}; {TABLES})."
-    high, low = (sphere_drag(number) for number in (least, min(most, SCHILLER_NAUMANN)))
+    high, low = (drag_coefficient_of_sphere(number) for number in (least, min(most, SCHILLER_NAUMANN)))
     there = f"{high:.2g}" if f"{high:.2g}" == f"{low:.2g}" else f"from {high:.2g} to {low:.2g}"
     return f"{reach}; the drag coefficient of a sphere is constant from about {rounded(begins)} on, and {there} here ({CURVE})."

@@ -75,7 +75,10 @@ class Search:
         return self.odds * (against + (bool(self.implied - effects) or fit is not None and fit.contradicts))
 
     def implies(self, linear, name):
-        """Does the file state what makes an effect certain, and would these data show it?"""
+        """Does the file state what makes an effect certain, and would these data show it? A law that holds another one is there
+        in that one's place, if at all."""
+        if any(map(self.candidates[name].holds, self.candidates.values())):
+            return False
         certain = [free for free in self.candidates[name].free if free.certain and name in linear.entries]
         size = max((abs(free.expected - free.null) / free.spread for free in certain), default=0.0)
         return size > 0 and linear.information(name) * size**2 > self.odds

@@ -15,6 +15,7 @@ from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.dynamics.integrate import moved
 from minibullet.effects import AddedMass, contract
+from minibullet.effects.body import force_only
 from minibullet.effects.fluid import ViscousDrag
 from minibullet.kernels import leaf
 from minibullet.rotations import rotation_matrices
@@ -147,41 +148,47 @@ class Decay(NamedTuple):
 
 
 def viscous_rates(bodies: Bodies, effects):
-    """(rates k at which drags in proportion to speed slow n bodies (n, 1) [1/s], the other effects).
+    """(rates k at which drags in proportion to speed slow n bodies (n, 1) [1/s], the forces beside them as `forces_of` has them).
 
-    Zero, with all effects, where there is no such drag or the added mass is not the same in every direction.
+    Zero, and all forces, where there is no such drag or the added mass is not the same in every direction.
     """
     viscous = [effect for effect in effects if isinstance(effect, ViscousDrag)]
     if not viscous or not isotropic_mass(effects):
-        return np.zeros((len(bodies.mass), 1)), list(effects)
+        return np.zeros((len(bodies.mass), 1)), forces_of(effects)
     added = contract.added_mass(effects, bodies)
     mass = bodies.mass + (0.0 if added is None else added[:, 0, 0])
     rates = sum(effect.resistance(bodies) for effect in viscous) / mass
-    return rates[:, None], [effect for effect in effects if effect not in viscous]
+    inertial = [effect.inertial for effect in viscous if type(effect).inertial is not ViscousDrag.inertial]
+    beside = [lambda state, time, force=force: force_only(force(state)) for force in inertial]
+    return rates[:, None], forces_of(effect for effect in effects if effect not in viscous) + beside
+
+
+def forces_of(effects):
+    """The forces of effects, functions (bodies, time) -> wrenches (n, 6)."""
+    return [effect.forces for effect in effects if contract.overrides(effect, "forces")]
 
 
 def isotropic_mass(effects):
     """Is all added mass the same in every direction and attitude?"""
-    return all(type(effect) is AddedMass for effect in effects if type(effect).added_mass is not contract.Effect.added_mass)
+    return all(type(effect) is AddedMass for effect in effects if contract.overrides(effect, "added_mass"))
 
 
-def accelerations(bodies: Bodies, effects, forces=None):
+def accelerations(bodies: Bodies, effects, forces):
     """Function (time, position, orientation, twist) -> accelerations of n free bodies, linear and angular as the twist (n, 6).
 
-    forces: the effects whose forces count, None = all.
+    forces: those that count, as `forces_of` has them.
     """
     mass, added = bodies.mass[:, None], contract.added_mass(effects, bodies)
     if added is not None and isotropic_mass(effects):
         mass, added = mass + added[:, 0, :1], None  # the same in every direction and attitude: so much more to accelerate
-    forceful = [effect for effect in (effects if forces is None else forces) if type(effect).forces is not contract.Effect.forces]
     isotropic = np.allclose(bodies.inertia, bodies.inertia[:, :1])
     n = len(bodies.mass)
 
     def rates(time, x, q, twist):
         state = bodies._replace(position=x, orientation=q, twist=twist)
         total = np.zeros((n, 6))
-        for effect in forceful:
-            total += effect.forces(state, time)
+        for force in forces:
+            total += force(state, time)
         if added is None and isotropic:
             return total / np.concatenate([mass, mass, mass, bodies.inertia], axis=1)
         axes, w = rotation_matrices(q), twist[:, 3:]

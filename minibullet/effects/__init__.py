@@ -34,7 +34,7 @@ from minibullet.effects.contract import (
     wrenches,
 )
 from minibullet.effects.flow import DragModifier, OrientationDrag, UniformFlow, WallDrag, compose
-from minibullet.effects.fluid import Drag, DragCrisis, FluidForce, LinearDrag, QuadraticDrag, StokesDrag
+from minibullet.effects.fluid import Drag, DragCrisis, FluidForce, LinearDrag, QuadraticDrag, SphereDrag, StokesDrag
 from minibullet.effects.fluid_forces import AddedMass, Buoyancy, GroundCushion, HistoryForce, Magnus, SpinDecay
 
 # what `minibullet` offers to its users; the rest of the names above is for the engine and for who looks after laws
@@ -61,6 +61,7 @@ __all__ = [
     "QuadraticDrag",
     "Restitution",
     "RollingFriction",
+    "SphereDrag",
     "SpinDecay",
     "SpinningFriction",
     "StaticFriction",

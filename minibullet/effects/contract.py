@@ -154,6 +154,7 @@ class Need(Enum):
     """What must be there or be known of a body, its surroundings and its motion, or a law cannot act or cannot be seen to act."""
 
     MASS_AND_SIZE = auto()  # of the body
+    SPHERE = auto()  # the law is that of no other shape
     FLUID = auto()  # around the body, where no number of the law says whether there is one
     FLOOR = auto()  # a plane that something happens at
     CONTACT = auto()  # bodies that touch
@@ -170,9 +171,7 @@ class Facts(Value):
     formula: ClassVar[str] = ""  # the law in letters, one line of plain text
     symbols: ClassVar[dict[str, str]] = {}  # letters of the formula that SYMBOLS does not know: {letter: meaning [unit]}
     looks_like: ClassVar[str] = ""  # what it leaves in data where the model lacks it, a sentence
-    confused_with: ClassVar[
-        tuple[str, ...]
-    ] = ()  # names of effects that look like it, beside those of its set; said by one of two
+    confused_with: ClassVar[tuple[str, ...]] = ()  # names of effects that look like it, beside those of its set; one of two says
     group: ClassVar[str] = ""  # heading in lists of candidates: fluid, contact_normal, contact_tangential, measurement, ...
     needs: ClassVar[tuple[Enum, ...]] = ()  # what it needs, the first to be named where it is missing
     alike: ClassVar[str] = ""  # label of the set whose members may turn out to be one and the same for given data

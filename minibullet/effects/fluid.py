@@ -20,23 +20,29 @@ WATER_VISCOSITY = 1.0e-3  # fresh water at 20 degrees Celsius [Pa s]
 SCHILLER_NAUMANN = 800.0  # Reynolds number up to which their curve holds, to 5 %
 
 
-def sphere_drag(reynolds):
-    """Drag coefficient of a sphere at Reynolds numbers up to 800, to 5 %.
+def excess_over_stokes(reynolds):
+    """Part of Stokes's drag by which that of a smooth sphere is larger, at Reynolds numbers up to 800: 0.15 Re^0.687, to 5 % of
+    the drag.
 
-    C = 24/Re (1 + 0.15 Re^0.687): L. Schiller and A. Naumann, Z. VDI 77 (1933) 318; in R. Clift, J. R. Grace and M. E. Weber,
-    Bubbles, Drops, and Particles (1978), table 5.1. 24/Re alone is Stokes's law.
+    L. Schiller and A. Naumann, Z. VDI 77 (1933) 318; in R. Clift, J. R. Grace and M. E. Weber, Bubbles, Drops, and Particles
+    (1978), table 5.1.
     """
-    return 24.0 / reynolds * (1.0 + 0.15 * reynolds**0.687)
+    return 0.15 * reynolds**0.687
+
+
+def drag_coefficient_of_sphere(reynolds):
+    """Drag coefficient of a smooth sphere at Reynolds numbers up to 800; 24/Re alone is Stokes's law."""
+    return 24.0 / reynolds * (1.0 + excess_over_stokes(reynolds))
 
 
 def dragged_as_much(reynolds):
-    """The Reynolds number of a sphere that a fluid drags, by `sphere_drag`, as much as Stokes's law foretells at this one.
+    """The Reynolds number of a sphere that a fluid drags as much as Stokes's law foretells at this one.
 
     Of the same sphere at the same speed: the fluid is thinner by the ratio of the two.
     """
     found = reynolds
     for _ in range(100):  # each step leaves 0.687 of the error at most: the power in the law
-        found = reynolds * (1.0 + 0.15 * found**0.687)
+        found = reynolds * (1.0 + excess_over_stokes(found))
     return found
 
 
@@ -71,7 +77,7 @@ class Drag(FluidForce):
 
 
 class ViscousDrag(Drag):
-    """A drag proportional to the relative velocity, F = -resistance w: a free flight through it has a closed form."""
+    """A drag with a part in proportion to the relative velocity, F = -resistance w, for which a free flight has a closed form."""
 
     form_of = "drag_form"
     needs = (Need.FLUID,)
@@ -81,8 +87,12 @@ class ViscousDrag(Drag):
         """Force over speed of each body (n,) [kg/s]."""
         raise NotImplementedError
 
+    def inertial(self, bodies):
+        """The rest, by the inertia of the fluid: force on each body (n, 3) [N]; 0.0 of a law in proportion to the velocity."""
+        return 0.0
+
     def forces(self, bodies, time):
-        return force_only(-self.resistance(bodies)[:, None] * velocity(bodies))
+        return force_only(self.inertial(bodies) - self.resistance(bodies)[:, None] * velocity(bodies))
 
 
 @dataclass(frozen=True)
@@ -150,6 +160,36 @@ class StokesDrag(ViscousDrag):
 
     def resistance(self, bodies):
         return 6.0 * pi * self.viscosity * bodies.radius
+
+
+@dataclass(frozen=True)
+class SphereDrag(StokesDrag):
+    """Drag of a smooth sphere in a viscous fluid, from creeping flow on to Reynolds numbers of 800.
+
+    Half as much again as by Stokes's law at Re = 6, five times as much at 120; right to 5 %. L. Schiller and A. Naumann, Z. VDI
+    77 (1933) 318; in R. Clift, J. R. Grace and M. E. Weber, Bubbles, Drops, and Particles (1978), table 5.1. A whole drag law,
+    not an addition to StokesDrag.
+    """
+
+    fluid_density: float = density(AIR_DENSITY)
+    plain = "{fluid} resistance by viscosity and inertia"
+    formula = "F = -6 pi eta r (1 + 0.15 Re^0.687) w, Re = 2 r rho |w|/eta"
+    symbols = {"Re": "Reynolds number"}
+    looks_like = (
+        "As by viscosity alone, but the more so the larger and faster a sphere is: by Stokes's law a large one gives a greater "
+        "viscosity than a small one."
+    )
+    confused_with = ("history_force", "wall_drag")
+    contains = (StokesDrag,)
+    needs = (Need.FLUID, Need.SPHERE, Need.MASS_AND_SIZE)
+    reynolds_of_spheres = reynolds = (0.0, SCHILLER_NAUMANN)
+
+    def inertial(self, bodies):
+        w = velocity(bodies)
+        if not self.viscosity:  # the drag ends at none, its Reynolds number at infinity
+            return np.zeros_like(w)
+        reynolds = 2.0 * bodies.radius[:, None] * self.fluid_density * length_of(w) / self.viscosity
+        return -excess_over_stokes(reynolds) * self.resistance(bodies)[:, None] * w
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ from minibullet.effects.contract import Need
 FORCES = (
     effects.LinearDrag,
     effects.StokesDrag,
+    effects.SphereDrag,
     effects.QuadraticDrag,
     effects.DragCrisis,
     effects.Buoyancy,
@@ -243,14 +244,15 @@ def table_candidates(file, table, names, own):
     """(candidates, {name: why not}) for an outcome table."""
     known = known_body(file.body) or ("mass_kg" in table.inputs and "radius_m" in table.inputs)
 
+    fluid, sphere = file.surroundings.fluid_density, file.body.shape == "sphere"
+    met = {Need.FLUID: fluid, Need.MASS_AND_SIZE: known, Need.SPHERE: sphere}
     extent = float(max((np.max(table.inputs[name]) for name in LENGTHS if name in table.inputs), default=1.0))
 
     def obstacle(kind):
         if kind not in own and kind not in FITTING[table.outcome]:
             return f"does not act on {table.outcome}"
-        for need, met in ((Need.FLUID, file.surroundings.fluid_density), (Need.MASS_AND_SIZE, known)):
-            if need in kind.needs and not met:
-                return NEEDS[need][0]
+        if missing := next((need for need in kind.needs if not met.get(need, True)), None):
+            return NEEDS[missing][0]
         if kind is effects.LoadDependentFriction and "mass_kg" not in table.inputs:
             return "the load does not vary"
         return None

@@ -9,6 +9,7 @@ from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.effects.candidates import build
 from hlcs.simulation.outcome_motion import state_of
 
+STEPS = 40  # in which a number is found: a force that goes as its power p leaves 1 - p of the error in each, 1e-6 of 0.7 in all
 LEAST = 5  # samples of a recording from which its motion is read
 HELD = 0.5  # part of the weight that drag carries, from which the motion is nearer to its final speed than to free fall
 
@@ -20,28 +21,39 @@ def drags_shown(candidates, trials):
     """
     seen = [(trial, *held) for trial in trials if (held := _held_back(trial)) is not None]
 
-    def of_unit(law, trial, drag, speed):
+    def given(law, trial, drag, speed):
         return drag, law.forces(state_of([trial], np.array([[0.0, 0.0, -speed]])), 0.0)[0, 2]
 
-    return numbers_shown([entry for entry in candidates if entry.is_drag], seen, of_unit)
+    return numbers_shown([entry for entry in candidates if entry.is_drag], seen, given)
 
 
-def numbers_shown(laws, seen, of_unit):
-    """{name: {its number: value}} of the laws of one number that may be missing and, in proportion to it, give what recordings
-    show; the median over them.
+def numbers_shown(laws, seen, given):
+    """{name: {its number: value}} of the laws of one number that may be missing and, growing with it, give what recordings show;
+    the median over them.
 
-    seen: [(trial, what it shows, ..)]; of_unit: (the law at a number of 1, *one of `seen`) -> (what is seen, what that law
-    gives). A law that gives nothing, or the contrary, is left out.
+    seen: [(trial, what it shows, ..)]; given: (the law at a number, *one of `seen`) -> (what is seen, what that law gives). A law
+    that gives nothing, or the contrary, is left out.
     """
     found = {}
     for entry in laws:
         if not seen or not entry.absent or len(entry.free) != 1:
             continue
         (free,) = entry.free
-        pairs = [of_unit(build(entry.kind, {free.name: 1.0}, trial.surroundings), trial, *shown) for trial, *shown in seen]
-        if all(unit > 0 for _, unit in pairs):
-            found[entry.name] = {free.name: float(np.median([value / unit for value, unit in pairs]))}
+        values = [_number_shown(entry.kind, free.name, given, trial, *shown) for trial, *shown in seen]
+        if all(value is not None for value in values):
+            found[entry.name] = {free.name: float(np.median(values))}
     return found
+
+
+def _number_shown(kind, name, given, trial, *shown):
+    """The number with which a law gives what one recording shows; None of one that gives nothing, or the contrary."""
+    value = 1.0
+    for _ in range(STEPS):
+        seen, force = given(build(kind, {name: value}, trial.surroundings), trial, *shown)
+        if not force > 0:
+            return None
+        value *= seen / force
+    return float(value)
 
 
 def _held_back(trial):

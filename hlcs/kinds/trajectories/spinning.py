@@ -22,11 +22,11 @@ def spin_losses_shown(candidates, trials):
     """
     seen = [(trial, rate) for trial in trials if (rate := _rate_of_loss(trial)) is not None]
 
-    def of_unit(law, trial, rate):
+    def given(law, trial, rate):
         still, spinning = (state_of([trial], np.zeros((1, 3)), np.array([[0.0, 0.0, spin]])) for spin in (0.0, 1.0))
         return rate, (law.forces(still, 0.0) - law.forces(spinning, 0.0))[0, 5] / spinning.inertia[0, 2]
 
-    return numbers_shown([entry for entry in candidates if issubclass(entry.kind, Effect)], seen, of_unit)
+    return numbers_shown([entry for entry in candidates if issubclass(entry.kind, Effect)], seen, given)
 
 
 def _rate_of_loss(trial):

@@ -46,16 +46,17 @@ def missing(contact=True, **what):
 
 
 def test_where_everything_is_known_everything_takes_part():
-    """But for the law of a creeping flow: this ball has Reynolds numbers of 1e5."""
+    """But for the laws of slow flow: this ball has Reynolds numbers of 1e5."""
     found, absent = candidates_for(recordings(columns="x y z rx ry rz rw"), True)
-    assert set(absent) == {"stokes_drag"} and [entry.name for entry in found] == sorted({*classes()} - {*absent})
+    assert set(absent) == {"stokes_drag", "sphere_drag"} and [entry.name for entry in found] == sorted({*classes()} - {*absent})
 
 
 @pytest.mark.parametrize(
     ("what", "names", "why"),
     [
         ({"body": Body(shape="sphere", radius=0.1)}, {"buoyancy", "drag_crisis", "mass_offset"}, "the mass or the size"),
-        ({"fluid": 0.0}, {"linear_drag", "stokes_drag"}, "the file states a vacuum (fluid_density = 0.0)"),
+        ({"body": BOX}, {"sphere_drag"}, "the body is no sphere"),
+        ({"fluid": 0.0}, {"linear_drag", "stokes_drag", "sphere_drag"}, "the file states a vacuum (fluid_density = 0.0)"),
         ({"floor": None}, {"wall_drag", "ground_cushion", "tracker_smoothing"}, "there is no floor, or not under all recordings"),
         ({"start": ("velocity",)}, {"magnus", "orientation_drag"}, "the spin is neither measured nor stated"),
         ({"start": ()}, {"clock_offset", "history_force"}, "the moment of release is not known"),

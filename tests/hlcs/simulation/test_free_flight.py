@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.recordings import Trial
 from hlcs.simulation.free_flight import Decay, fly, fly_each
 from hlcs.simulation.model import Model
 from minibullet.bodies import Bodies
-from minibullet.effects import Gravity, LinearDrag, QuadraticDrag
+from minibullet.effects import Gravity, LinearDrag, QuadraticDrag, SphereDrag
 
 G = 9.81
 
@@ -94,6 +95,33 @@ def test_a_drag_in_proportion_to_speed_is_exact_however_stiff(rate):
     left = -np.expm1(-rate * t) / rate
     np.testing.assert_allclose(track.velocity[:, 0], fall + (start - fall) * np.exp(-rate * t), rtol=1e-10, atol=1e-12)
     np.testing.assert_allclose(track.position[:, 0], bodies.position[0] + fall * t + (start - fall) * left, rtol=1e-9, atol=1e-11)
+
+
+@pytest.mark.parametrize(("radius", "eta"), [(3e-4, 1.0), (3e-4, 0.12), (2e-3, 0.12), (1e-2, 0.8)])
+def test_a_sphere_sinks_by_its_drag_in_viscous_flow_however_stiff(radius, eta):
+    """Steel thrown into oil at 2 m/s, beside LSODA at 1e-10. Reynolds numbers of 1 to 58 at first; rates of 4.6 to 6,400 /s."""
+    oil, steel, start = 870.0, 7800.0, -2.0
+    volume = 4 / 3 * np.pi * radius**3
+    one = np.ones(1)
+    bodies = Bodies(
+        np.zeros((1, 3)),
+        np.array([[1.0, 0, 0, 0]]),
+        np.array([[0.0, 0.0, start, 0, 0, 0]]),
+        steel * volume * one,
+        np.ones((1, 3)),
+        volume * one,
+        np.pi * radius**2 * one,
+        radius * one,
+    )
+
+    def rate(_, state):
+        reynolds = max(2 * radius * oil * abs(state[1]) / eta, 1e-12)
+        drag = 6 * np.pi * eta * radius * (1 + 0.15 * reynolds**0.687) * state[1]
+        return state[1], -9.81 - drag / (steel * volume)
+
+    track = fly(bodies, (Gravity(9.81), SphereDrag(eta, oil)), 0.5, 1 / 30)
+    exact = solve_ivp(rate, (0.0, track.times[-1]), (0.0, start), "LSODA", track.times, rtol=1e-10, atol=1e-14).y
+    np.testing.assert_allclose(track.position[:, 0, 2], exact[0], rtol=1e-3, atol=1e-4)  # a tenth of what a camera sees
 
 
 def test_functions_of_a_decay_agree_with_their_series():

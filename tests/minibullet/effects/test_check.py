@@ -13,6 +13,7 @@ NAMES = {
     "gravity",
     "linear_drag",
     "stokes_drag",
+    "sphere_drag",
     "quadratic_drag",
     "drag_crisis",
     "orientation_drag",

@@ -24,6 +24,19 @@ def test_a_sphere_in_glycerine_sinks_as_stokes_says():
     np.testing.assert_allclose(wrench, effects.LinearDrag(sinks.resistance(ball())[0] / ball().mass[0]).forces(ball(), 0.0))
 
 
+def test_the_drag_of_a_sphere_is_stokes_s_law_where_the_flow_creeps_and_the_measured_one_up_to_a_reynolds_number_of_800():
+    """C of C. E. Lapple and C. B. Shepherd, Ind. Eng. Chem. 32 (1940) 605, at Re = 2 r rho v/eta; the curve meets it to 5 %."""
+    body, rho = ball(velocity=(3.0, 0.0, 0.0), radius=0.1), 870.0
+    for reynolds, measured in ((0.1, 240.0), (1.0, 26.5), (10.0, 4.1), (100.0, 1.07), (500.0, 0.55)):
+        law = effects.SphereDrag(viscosity=0.2 * rho * 3.0 / reynolds, fluid_density=rho)
+        force = -effects.wrench(law, body, 0.0)[0, 0]
+        assert force / (rho / 2 * np.pi * 0.01 * 9.0) == pytest.approx(measured, rel=0.05)
+    thick = 1e9 * 0.2 * rho * 3.0  # Re = 1e-9: what inertia adds is 1e-7 of the drag
+    creeping = effects.StokesDrag(thick).forces(body, 0.0)
+    np.testing.assert_allclose(effects.SphereDrag(thick, rho).forces(body, 0.0), creeping, rtol=2e-7)
+    assert not effects.SphereDrag(0.0, rho).forces(body, 0.0).any()
+
+
 def test_linear_drag_ends_at_g_over_rate():
     """v(t) = -(g/k) (1 - exp(-k t))."""
     rate, duration = 2.0, 0.8

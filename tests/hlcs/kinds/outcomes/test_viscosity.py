@@ -42,7 +42,7 @@ def test_the_viscosity_is_found_from_times(tmp_path, rate, others):
     stated = '[model]\neffects = [{ name = "buoyancy", fluid_density = 1260.0 }, { name = "added_mass", coefficient = 0.5 }]\n'
     path = tmp_path / "e.toml"
     path.write_text(head("outcomes", radius, mass, f'{stated}[measurement]\nfile = "t.csv"\nnoise = {sigma}\n'))
-    found = hlcs.diagnose(path, candidates=["stokes_drag", "linear_drag", "clock_offset", *others])
+    found = hlcs.diagnose(path, candidates=["stokes_drag", "sphere_drag", "linear_drag", "clock_offset", *others])
     assert (found.verdict, found.effects) == ("effect", ("stokes_drag",)), (found.ambiguous, found.parameters)
     assert found.parameters["stokes_drag"]["viscosity"]["value"] == pytest.approx(ETA, rel=0.02)
 
@@ -58,7 +58,9 @@ def test_the_lift_is_expected_where_only_the_slow_fall_shows_it(tmp_path):
     )
     path = tmp_path / "e.toml"
     path.write_text(head("outcomes", radius, mass, '[measurement]\nfile = "t.csv"\nnoise = 0.1\n'))
-    found = hlcs.diagnose(path, candidates=["stokes_drag", "linear_drag", "buoyancy", "added_mass", "clock_offset"])
+    found = hlcs.diagnose(
+        path, candidates=["stokes_drag", "sphere_drag", "linear_drag", "buoyancy", "added_mass", "clock_offset"]
+    )
     assert found.verdict != "unexplained" and {"stokes_drag", "buoyancy"} <= set(found.effects), found.sets
     assert found.parameters["stokes_drag"]["viscosity"]["value"] == pytest.approx(ETA, rel=0.02)
 
@@ -86,7 +88,7 @@ def test_the_viscosity_is_found_from_recordings_of_a_sphere_that_sinks(tmp_path,
         text += f'[[trial]]\nfile = "{index}.csv"\ngroup = "{index % 2}"\n{start}'
     path = tmp_path / "e.toml"
     path.write_text(head("trajectory", radius, mass, "[measurement]\nnoise = { position = 0.0005 }\n" + text))
-    found = hlcs.diagnose(path, candidates=["stokes_drag", "linear_drag", "buoyancy", "added_mass", *others])
+    found = hlcs.diagnose(path, candidates=["stokes_drag", "sphere_drag", "linear_drag", "buoyancy", "added_mass", *others])
     assert found.verdict == "effect" and {"stokes_drag", "buoyancy"} <= set(found.effects) <= {
         "stokes_drag",
         "buoyancy",

@@ -72,7 +72,10 @@ BODY = Body("sphere", radius=RADIUS, mass=2000.0 * VOLUME)
 def shown(times, heights):
     """What one recording of BODY shows of three drags."""
     trial = SimpleNamespace(times=times, position=np.outer(heights, [0.0, 0.0, 1.0]), body=BODY, surroundings=AROUND)
-    laws = [candidate(kind, AROUND, rigid_body(BODY), True) for kind in (mb.QuadraticDrag, mb.StokesDrag, mb.DragCrisis)]
+    laws = [
+        candidate(kind, AROUND, rigid_body(BODY), True)
+        for kind in (mb.QuadraticDrag, mb.StokesDrag, mb.SphereDrag, mb.DragCrisis)
+    ]
     return drags_shown(laws, [trial])
 
 
@@ -80,10 +83,14 @@ def test_at_the_final_speed_drag_is_the_weight_in_the_liquid():
     """There is no other force, so each law of one number is told exactly; a law of three is not read from one force."""
     times = np.linspace(3.0, 4.0, 60)  # a hundred times v_e/a at least
     read = shown(times, -way(times, BODY.mass, 1000.0, drag=0.5))
-    assert set(read) == {"quadratic_drag", "stokes_drag"}
+    assert set(read) == {"quadratic_drag", "stokes_drag", "sphere_drag"}
     assert read["quadratic_drag"]["drag_coefficient"] == pytest.approx(0.5, rel=1e-9)
-    read = shown(times, -way(times, BODY.mass, 1000.0, viscosity=0.7))
+    heights = -way(times, BODY.mass, 1000.0, viscosity=0.7)
+    read = shown(times, heights)
     assert read["stokes_drag"]["viscosity"] == pytest.approx(0.7, rel=1e-9)
+    thinner = read["sphere_drag"]["viscosity"]  # not in proportion to its number: less viscous, as fast and as much held back
+    speed = (heights[0] - heights[-1]) / (times[-1] - times[0])
+    assert thinner * (1 + 0.15 * (2 * RADIUS * 1000.0 * speed / thinner) ** 0.687) == pytest.approx(0.7, rel=1e-5)
 
 
 def test_no_drag_is_read_where_a_body_falls_nearly_freely_or_is_thrown_up():
