@@ -132,6 +132,15 @@ EXPERIMENTS = (
         (0.0, 0.0, 0.5),
         STILL,
         0.3,
+        effects={"sphere_drag": {"viscosity": 1.4}},
+    ),
+    StandardExperiment(
+        "a steel bead of 2 mm sinks in glycerine",
+        Body("sphere", radius=0.001, mass=3.27e-5),
+        Surroundings(fluid_density=1260.0, fluid_stated=True, fluid_viscosity=1.4),
+        (0.0, 0.0, 0.5),
+        STILL,
+        0.1,
         effects={"stokes_drag": {"viscosity": 1.4}},
     ),
     StandardExperiment(
