@@ -327,11 +327,20 @@ class Search:
                 self.unsure |= self.preview.look(singles, fit)
             elif begins and all(proposal.fall < self.excess(fit) for proposal in proposals):
                 proposals += self.preview.farther(singles, fit)
+            if not effects and self.problem.simulator.contact and not self.noise_alone(fit):
+                self.first += tuple((proposal.numbers, None) for proposal in singles if self.doubted(proposal, fit))
             for proposal in proposals:
                 known = self.foreseen.get(proposal.effects)
                 nearer = EQUAL if known and misfit(fit) < misfit(known[1]) else 0.0  # it is foreseen better from there
                 if known is None or proposal.cost < known[0].cost + nearer:
                     self.foreseen[proposal.effects] = proposal, fit
+
+    def doubted(self, proposal, fit):
+        """Is a set one number that the model of a fit itself states, its friction or restitution, foreseen to help at all? It is
+        doubted before all else: a body that stops or lands elsewhere does so by leaps, which nothing foresees."""
+        (name,) = proposal.effects
+        begun = any(set(numbers) == {name} for numbers, _ in self.first)
+        return self.candidates[name].setting and not begun and proposal.cost < misfit(fit)
 
     def linear_at(self, fit, entries):
         """({candidate: its signatures at a fit}, the LinearModel that they make)."""

@@ -65,7 +65,7 @@ def initial_guess(trial, start_time, seated, flat, contact):
         if name in trial.start:
             state[place] = trial.start[name]
     if trial.unplaced and seated and "velocity" not in trial.start:
-        state[3:6] = -gained(trial, start_time)[-1]
+        state[3:6] = slid_from(trial, start_time)
     if flat:  # a face on the floor stays there: only turns about the normal are free
         normal = np.asarray(trial.surroundings.floor_normal)
         if "orientation" not in trial.start:
@@ -78,27 +78,47 @@ def initial_guess(trial, start_time, seated, flat, contact):
 def gained(trial, start_time):
     """Velocity that a body has gained since its start at every sample by its accelerometer alone, world frame (n, 3) [m/s].
 
-    On a floor without what acts along its normal. A body is taken to turn steadily as at its start; a missing reading is 0 m/s2.
+    On a floor without what acts along its normal.
     """
-    read, around, times = trial.accelerations, trial.surroundings, trial.times - start_time
-    force = np.nan_to_num(read.values)
-    if read.in_body:
-        spin = np.asarray(trial.start["angular_velocity"])
-        turns = rotations.exponential(times[:, None] * spin)
-        force = rotations.rotate(rotations.product(turns, np.asarray(trial.start["orientation"])), force)
-    acceleration = force - np.array([0.0, 0.0, around.gravity])
-    if around.floor_height is not None:
-        normal = np.asarray(around.floor_normal)
-        acceleration = acceleration - (acceleration @ normal)[:, None] * normal
+    around, times = trial.surroundings, trial.times - start_time
+    acceleration = _along_floor(felt(trial, start_time) - np.array([0.0, 0.0, around.gravity]), around)
     steps = np.diff(times, prepend=0.0)[:, None]
     return np.cumsum(steps * (acceleration + np.concatenate([acceleration[:1], acceleration[:-1]])) / 2, axis=0)
 
 
+def felt(trial, start_time):
+    """What an accelerometer reads, along the axes of the world (n, 3) [m/s2]: all forces but gravity over the mass.
+
+    A body is taken to turn steadily as at its start; a missing reading is 0 m/s2.
+    """
+    read = trial.accelerations
+    force = np.nan_to_num(read.values)
+    if not read.in_body:
+        return force
+    turns = rotations.exponential((trial.times - start_time)[:, None] * np.asarray(trial.start["angular_velocity"]))
+    return rotations.rotate(rotations.product(turns, np.asarray(trial.start["orientation"])), force)
+
+
+def _along_floor(vectors, surroundings):
+    """Vectors (n, 3) without their part along the normal of the floor, where there is one."""
+    if surroundings.floor_height is None:
+        return vectors
+    normal = np.asarray(surroundings.floor_normal)
+    return vectors - (vectors @ normal)[:, None] * normal
+
+
+def slid_from(trial, start_time):
+    """Velocity with which a body on its floor began by its accelerometer alone, (3,) [m/s]: such that it ends at rest, or at rest
+    where the floor would then have pushed it on in place of holding it back: it slides down ever faster."""
+    gain = gained(trial, start_time)
+    work = np.sum(_along_floor(felt(trial, start_time), trial.surroundings) * (gain - gain[-1]))
+    return np.zeros(3) if work > 0 else -gain[-1]
+
+
 def fastest_slide(trial):
-    """The highest speed of a body on its floor by its accelerometer alone [m/s]; without a stated velocity it ends at rest."""
-    velocity = gained(trial, trial.times[0])
-    begun = np.asarray(trial.start["velocity"]) if "velocity" in trial.start else -velocity[-1]
-    return float(np.max(np.linalg.norm(velocity + begun, axis=1)))
+    """The highest speed of a body on its floor by its accelerometer alone [m/s]."""
+    begun = np.asarray(trial.start["velocity"]) if "velocity" in trial.start else slid_from(trial, trial.times[0])
+    return float(np.max(np.linalg.norm(gained(trial, trial.times[0]) + begun, axis=1)))
 
 
 def height_on_floor(trial):

@@ -6,7 +6,7 @@ from experiments import TOML, measured
 from throws import correlated, flight
 from throws import csv as recording
 
-from hlcs.estimation.noise_model import estimate_noise
+from hlcs.estimation.noise_model import estimate_noise, resting_from
 
 
 def test_a_coordinate_set_to_zero_tells_nothing_of_the_noise(tmp_path):
@@ -76,3 +76,14 @@ def test_an_axis_with_too_few_readings_at_rest_tells_nothing_of_the_noise(tmp_pa
     blank = [row.split(",")[0] + ",,," for row in rows[8:40]]
     (tmp_path / "rest.csv").write_text("\n".join([header, *rows[:8], *blank]) + "\n")
     assert not estimate_noise(measured(path)).known
+
+
+def test_where_a_slide_ends_no_smooth_curve_goes_on():
+    """The last sample that is 4 standard deviations short of a stop lies sqrt(8 sigma/a) before it, 3 samples here."""
+    times, sigma = np.arange(60) / 30, 0.001
+    noise = sigma * np.random.default_rng(2).standard_normal(60)
+    moving = np.minimum(times, 1.0)  # a stop at sample 30
+    assert 26 <= resting_from(1.8 * (moving - moving**2 / 2) + noise, 0.0) <= 31
+    assert resting_from(0.3 * times + noise, 0.0) == 60  # it moves on
+    assert resting_from(noise, 0.0) == 0
+    assert resting_from(np.where(times < 1.0, times, 1.0).round(1), 0.1) >= 9  # read in steps of a tenth

@@ -82,6 +82,17 @@ def test_a_slide_with_the_right_friction_is_complete():
     assert hlcs.diagnose(sliding(0.31, **SOME)).verdict == "complete"
 
 
+def test_a_phone_that_slides_down_ever_faster_is_no_phone_that_slides_up_and_stops():
+    """Let go at rest on a slope of 25 degrees, v' = g (sin a - mu cos a); nobody states that start."""
+    slope, friction, times = np.radians(25), 0.22, np.arange(40) / RATE
+    down = G * (np.sin(slope) - friction * np.cos(slope)) * np.array([np.cos(slope), 0.0, -np.sin(slope)])
+    frames = [frame(times, np.tile(down + [0.0, 0.0, G], (40, 1)), seed) for seed in range(2)]
+    floor = {"height": 0.0, "normal": [np.sin(slope), 0.0, np.cos(slope)]}
+    lying = {"orientation": [np.cos(slope / 2), 0.0, np.sin(slope / 2), 0.0]}
+    compared = hlcs.compare(experiment(frames, BOX, start=lying, surroundings={"floor": floor, "friction": friction}))
+    assert compared.error["rms"] == pytest.approx(SIGMA, rel=0.15)  # 240 readings: a standard error of 5 %
+
+
 @pytest.mark.parametrize("coefficient", [0.0, DRAG])
 def test_drag_and_nothing_else_is_read_in_free_fall(coefficient):
     around = {"fluid_density": DENSITY}

@@ -69,3 +69,27 @@ def test_what_is_no_motion_in_a_plane_is_refused(tmp_path, columns, planar, mess
     with pytest.raises(InputError) as problem:
         read_recordings(read_experiment_file(tmp_path / "e.toml"))
     assert message in str(problem.value)
+
+
+def test_a_puck_that_stops_elsewhere_has_another_friction(tmp_path):
+    """30 frames a second, each recording with a stop in it: no law in the place of the friction, no larger noise beside it. A
+    length scale of 0.18/0.25 would do as well, and is no scale that a ruler has."""
+    draw, times, frames = np.random.default_rng(5), np.arange(36) / 30, []
+    for speed, heading in ((0.9, 0.2), (1.3, 1.1), (1.1, -2.5), (1.5, 0.7)):
+        moving = np.minimum(times, speed / (0.18 * G))
+        way = speed * moving - 0.18 * G * moving**2 / 2
+        seen = np.outer(way, (np.cos(heading), np.sin(heading))) + 0.001 * draw.standard_normal((36, 2))
+        frames.append({"t_s": times, "x_m": seen[:, 0].round(3), "y_m": seen[:, 1].round(3)})
+    found = hlcs.diagnose(
+        hlcs.Experiment.from_frames(
+            frames,
+            {"shape": "disc", "radius": 0.04, "height": 0.02, "mass": 0.17},
+            {"floor": {"height": 0.0}, "friction": 0.25},
+            noise={"position": 0.001},
+            trials=[{"group": str(index % 2)} for index in range(4)],
+            measurement={"planar": True},
+        )
+    )
+    assert (found.verdict, found.effects) == ("effect", ("friction",)), (found.sets, found.notes)
+    number = found.parameters["friction"]["coefficient"]
+    assert number["low"] < 0.18 < number["high"] and number["high"] - number["low"] < 0.005
