@@ -9,6 +9,7 @@ from hlcs.effects import check_names, class_named
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.outcomes.problem import fastest_rows, judge_table, posed, prepare_table, table_candidates, where_in_table
+from hlcs.kinds.outcomes.repeats import groups_told, without_misread
 from hlcs.kinds.outcomes.row_noise import about_a_curve, between_repeats
 from hlcs.kinds.protocol import Observation, Tabulated, misfit
 from hlcs.records import Reason
@@ -35,8 +36,8 @@ class Outcomes(Tabulated):
     def __init__(self, file, options):
         said = check_names(file, options.user_effects)
         self.options, self.title, self.tolerance = options, file.title, file.tolerance
-        table = read_outcomes(file)
-        self.file, self.table = file, replace(table, notes=(*said, *table.notes))
+        table, aside = without_misread(read_outcomes(file))
+        self.file, self.table = file, replace(table, notes=(*said, *table.notes, *aside, *groups_told(table)))
         self.notes = self.table.notes
         self.unit = OUTCOMES[self.table.outcome]
         self._prepared = prepare_table(file, self.table, options.user_effects)

@@ -7,7 +7,8 @@ import numpy as np
 from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.noise_model import Noise, polynomials
-from hlcs.kinds.outcomes.setting_errors import LEAST_FREEDOM, MOST_BENT
+from hlcs.kinds.outcomes.repeats import LEAST_FREEDOM, repeats_of
+from hlcs.kinds.outcomes.setting_errors import MOST_BENT
 
 
 class RowScatter(NamedTuple):
@@ -25,13 +26,11 @@ class RowScatter(NamedTuple):
 
 
 def between_repeats(table):
-    """The RowScatter of rows of equal inputs, None where too few repeat each other or all agree to the last digit."""
-    _, setting, counts = np.unique(table.setting, return_inverse=True, return_counts=True)
-    means = np.bincount(setting, table.values) / counts
-    within, freedom = float(np.sum((table.values - means[setting]) ** 2)), len(table.values) - len(counts)
-    if freedom < LEAST_FREEDOM or within == 0:
+    """The RowScatter of rows that repeat each other, None where too few do or all agree to the last digit."""
+    repeats = repeats_of(table)
+    if repeats.freedom < LEAST_FREEDOM or repeats.within == 0:
         return None
-    return RowScatter(float(np.sqrt(within / freedom)), freedom, "rows that repeat each other differ by")
+    return RowScatter(float(np.sqrt(repeats.within / repeats.freedom)), repeats.freedom, "rows that repeat each other differ by")
 
 
 def about_a_curve(table, misfit):

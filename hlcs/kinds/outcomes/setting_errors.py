@@ -10,12 +10,11 @@ import numpy as np
 from scipy import special
 
 from hlcs.data.quantities import INPUTS, OUTCOMES
+from hlcs.kinds.outcomes.repeats import LEAST_FREEDOM, SEEN
 from hlcs.simulation import outcome_motion
 
 LEAST_SETTINGS = 6  # from which scatter between settings is told from the bend of an effect
-LEAST_FREEDOM = 3  # settings beyond the numbers of the curve
 MOST_BENT = 3  # degree of the curve: what the library does to an outcome bends no more over a range of one input
-SEEN = 0.01  # probability below which replicates do not explain the scatter: as of the adequacy of a model
 APART = 0.05  # probability below which neighbours are too much alike for scatter: the rest of an effect would be so
 FINE = 400  # variances, from far below that of a mean to far above the misfit, among which the most probable is looked for
 DRAWS = 2000  # of scatter without order, beside which neighbours are compared
@@ -80,8 +79,9 @@ def setting_errors(file, table, sigma, model):
     if not scatter.size > 0:
         return SettingErrors(known)
     note = (
-        f"settings scatter by {scatter.size:.2g} {unit} beyond what their replicates and the stated errors of inputs explain, up "
-        "and down from one to the next as no effect does: taken as an error that the rows of a setting share"
+        f"settings scatter by {scatter.size:.2g} {unit} beyond what their replicates (each off by {sigma:.2g} {unit}) and the "
+        "stated errors of inputs explain, in no order that so few settings show: taken as an error that the rows of a setting "
+        "share. If no setting can be so far off, something is missing: state what each may be off by, measurement.input_sd"
     )
     return SettingErrors(np.hypot(known, scatter.size), float(1 / np.sqrt(2 * scatter.freedom)), (note,))
 

@@ -1,0 +1,122 @@
+"""Rows of a table that repeat each other: which do, which of them were misread, and how far the others differ."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy import special
+
+from hlcs.data.outcome_tables import OutcomeTable
+from hlcs.data.quantities import OUTCOMES
+from hlcs.data.rounded_readings import reading_step
+
+LEAST_FREEDOM = 3  # from which a scatter is read
+SEEN = 0.01  # probability below which chance does not explain what is seen: as of the adequacy of a model
+LEAST_REPEATS = 3  # of a setting, one of which was misread: of two that differ nobody knows which is wrong
+APART = 4.0  # times the range of all others of its setting that a misread row lies off them: scatter may grow with the outcome
+MOST_MISREAD = 0.1  # of all rows: beyond it such rows are no misreadings but what happens
+DRAWS = 1000  # of tables without misreadings
+
+
+class Repeats(NamedTuple):
+    """Rows that repeat each other, and what they differ by."""
+
+    cell: np.ndarray  # equal for rows that do (n,)
+    within: float  # sum of squares about the means of the cells
+    freedom: int
+
+    @classmethod
+    def of(cls, values, cell):
+        """The Repeats of values (n,) in cells, integers (n,)."""
+        _, cell, counts = np.unique(cell, return_inverse=True, return_counts=True)
+        means = np.bincount(cell, values) / counts
+        return cls(cell, float(np.sum((values - means[cell]) ** 2)), len(values) - len(counts))
+
+
+class Apart(NamedTuple):
+    """How rows of one setting that stand in different groups differ."""
+
+    seen: bool  # beyond chance
+    size: float  # one sigma beyond what rows of one setting and group differ by [unit of the outcome]
+    inside: Repeats  # of one setting and group
+
+
+def between_groups(table):
+    """The Apart of a table, by the F test of one-way analysis of variance within settings."""
+    group = np.unique(table.groups, return_inverse=True)[1]
+    cell = np.unique(np.column_stack([table.setting, group]), axis=0, return_inverse=True)[1].reshape(-1)
+    settings, inside = Repeats.of(table.values, table.setting), Repeats.of(table.values, cell)
+    groups = settings.freedom - inside.freedom  # degrees of freedom between the groups of a setting
+    if groups <= 0 or inside.freedom < LEAST_FREEDOM or inside.within == 0:
+        return Apart(False, 0.0, inside)
+    of_groups, of_rows = (settings.within - inside.within) / groups, inside.within / inside.freedom
+    seen = special.fdtrc(groups, inside.freedom, of_groups / of_rows) < SEEN
+    return Apart(seen, float(np.sqrt(max(of_groups - of_rows, 0.0) * (inside.cell.max() + 1) / len(cell))), inside)
+
+
+def repeats_of(table):
+    """The Repeats of a table: rows of one setting, and of one group too where groups differ: another person, another clock."""
+    apart = between_groups(table)
+    return apart.inside if apart.seen else Repeats.of(table.values, table.setting)
+
+
+def groups_told(table):
+    """The note on groups that differ at equal inputs, () of none."""
+    apart = between_groups(table)
+    if not apart.seen:
+        return ()
+    return (
+        f"rows of equal inputs differ by {apart.size:.2g} {OUTCOMES[table.outcome]} from group to group, beyond what rows of one "
+        "group do: it depends on who or what measured there, which no effect explains; compare the groups one by one",
+    )
+
+
+def without_misread(table) -> tuple[OutcomeTable, tuple[str, ...]]:
+    """(the table without rows that stand off all that repeat them, notes that name these).
+
+    A row was misread or mistyped where it is farther off the median of its setting, in units of the median of all such distances,
+    than the farthest of a table with normal scatter in one of a hundred, and APART from the rest of its setting. The farthest is
+    taken out, then the next is looked for.
+    """
+    kept, step = np.ones(len(table.values), bool), reading_step(table.values)
+    while True:
+        rows = np.flatnonzero(kept)
+        cell, counts = np.unique(table.setting[rows], return_inverse=True, return_counts=True)[1:]
+        rows, cell = rows[counts[cell] >= LEAST_REPEATS], np.unique(cell[counts[cell] >= LEAST_REPEATS], return_inverse=True)[1]
+        if not len(rows) or np.sum(~kept) >= MOST_MISREAD * len(kept):
+            break
+        aside = off_medians(table.values[rows][:, None], cell)[:, 0]
+        worst, typical = int(np.argmax(aside)), max(float(np.median(aside)), step / 2)
+        others = np.sort(table.values[rows[(cell == cell[worst]) & (np.arange(len(cell)) != worst)]])
+        value = table.values[rows[worst]]
+        off = max(others[0] - value, value - others[-1])
+        if not (typical > 0 and off > APART * max(np.ptp(others), step) and aside[worst] > farthest(cell) * typical):
+            break
+        kept[rows[worst]] = False
+    if kept.all():
+        return table, ()
+    named = ", ".join(f"{table.rows[row]} ({table.values[row]:g})" for row in np.flatnonzero(~kept))
+    many = "s" if np.sum(~kept) > 1 else ""
+    note = (
+        f"{table.file.name}, row{many} {named}: far off all rows that repeat the same inputs, set aside for all models alike: "
+        "misread or mistyped? Look them up"
+    )
+    columns = {name: getattr(table, name)[kept] for name in ("values", "groups", "setting", "rows")}
+    inputs, errors = ({name: column[kept] for name, column in some.items()} for some in (table.inputs, table.input_sd))
+    return replace(table, inputs=inputs, input_sd=errors, **columns), (note,)
+
+
+def off_medians(values, cell):
+    """Distance of each of values (n, draws) from the median of its cell, integers from 0 (n,)."""
+    aside = np.empty_like(values)
+    for number in range(cell.max() + 1):
+        here = cell == number
+        aside[here] = np.abs(values[here] - np.median(values[here], axis=0))
+    return aside
+
+
+def farthest(cell):
+    """How many times the median distance the farthest row of cells (n,) lies off the median of its cell, where scatter is normal;
+    exceeded in one of a hundred tables."""
+    aside = off_medians(np.random.default_rng(12345).standard_normal((len(cell), DRAWS)), cell)
+    return float(np.quantile(aside.max(axis=0) / np.median(aside, axis=0), 1 - SEEN))
