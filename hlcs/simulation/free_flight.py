@@ -45,19 +45,22 @@ class Track(NamedTuple):
         return Track(self.times, *(part[:, bodies] for part in self[1:]))
 
     def observe(self, times):
-        """Position (B, n, 3) and orientation (B, n, 4) at times (B, n).
+        """Position (B, n, 3) and orientation (B, n, 4) at times (B, n): turns are steady between nodes."""
+        index, step, inside, beyond = self._places(times)
+        who = np.arange(self.position.shape[1])[:, None]
+        q0, q1 = self.orientation[index, who], self.orientation[index + 1, who]
+        turn = rotations.logarithm(rotations.product(q1, rotations.conjugate(q0)))
+        orientation = rotations.product(rotations.exponential((inside + beyond / step[..., None]) * turn), q0)
+        return self.position_at(times), orientation
+
+    def position_at(self, times):
+        """Position (B, n, 3) at times (B, n).
 
         Cubic Hermite between nodes, straight on outside; where a contact makes the velocity jump inside a step (an impact), two
         straight pieces that meet at the moment of the jump.
         """
-        h = np.diff(self.times)
-        last = len(self.times) - 2
-        index = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, last)
+        index, step, inside, beyond = self._places(times)
         who = np.arange(self.position.shape[1])[:, None]
-        step = h[index]
-        s = (times - self.times[index]) / step
-        inside = np.clip(s, 0.0, 1.0)[..., None]
-        beyond = ((s - np.clip(s, 0.0, 1.0)) * step)[..., None]
         x0, x1 = self.position[index, who], self.position[index + 1, who]
         v0, v1 = self.velocity[index, who] * step[..., None], self.velocity[index + 1, who] * step[..., None]
         square, cube = inside**2, inside**3
@@ -73,11 +76,18 @@ class Track(NamedTuple):
         if hit.any():
             moment = np.clip(np.sum((x1 - x0 - v1) * jump, axis=-1, keepdims=True) / np.where(size > 0, size, 1.0), 0.0, 1.0)
             position = np.where(hit, np.where(inside < moment, x0 + inside * v0, x1 - (1 - inside) * v1), position)
-        position = position + beyond * np.where(s[..., None] > 1, v1, v0) / step[..., None]
-        q0, q1 = self.orientation[index, who], self.orientation[index + 1, who]
-        turn = rotations.logarithm(rotations.product(q1, rotations.conjugate(q0)))
-        orientation = rotations.product(rotations.exponential((inside + beyond / step[..., None]) * turn), q0)
-        return position, orientation
+        position = position + beyond * np.where(beyond > 0, v1, v0) / step[..., None]
+        return position
+
+    def _places(self, times):
+        """(step that each of the times (B, n) lies in, its length [s], the part of it that has passed (B, n, 1) [-], the time
+        (B, n, 1) before the first or beyond the last node [s])."""
+        h = np.diff(self.times)
+        index = np.clip(np.searchsorted(self.times, times, side="right") - 1, 0, len(h) - 1)
+        step = h[index]
+        passed = (times - self.times[index]) / step
+        inside = np.clip(passed, 0.0, 1.0)
+        return index, step, inside[..., None], ((passed - inside) * step)[..., None]
 
     def mean_acceleration(self, times, window):
         """Mean acceleration (B, n, 3) over a window (B, 1) about each of the times (B, n), within the track [m/s2]."""

@@ -66,7 +66,7 @@ def crossing(track, passed, count=50, until=None, begin=0.0):
     low, high = np.zeros(bodies) + begin, np.full(bodies, track.times[-1]) if until is None else until
     for _ in range(count):
         middle = (low + high) / 2
-        before = passed(track.observe(middle[:, None])[0][:, 0]) > 0
+        before = passed(track.position_at(middle[:, None])[:, 0]) > 0
         low, high = np.where(before, middle, low), np.where(before, high, middle)
     return (low + high) / 2
 
@@ -74,7 +74,7 @@ def crossing(track, passed, count=50, until=None, begin=0.0):
 def velocity_at(track, times):
     """Velocities (B, 3) at times (B,), by a central difference well inside a step."""
     h = 1e-4 * track.times[-1] / STEPS
-    ahead, behind = track.observe((times + h)[:, None])[0][:, 0], track.observe((times - h)[:, None])[0][:, 0]
+    ahead, behind = track.position_at((times + h)[:, None])[:, 0], track.position_at((times - h)[:, None])[:, 0]
     return (ahead - behind) / (2 * h)
 
 
