@@ -148,6 +148,8 @@ class Problem:
 
 
 def difference_step(free, value):
-    """Difference for a derivative with respect to a free number."""
+    """Difference for a derivative with respect to a free number: a part of its plausible range, and of an amount that may be any
+    part of that, as the viscosity of water is of honey's, a part of itself, as far as rounding lets a change show."""
     span = free.high - free.low
-    return 1e-4 * span if np.isfinite(span) and span < 1e5 else 1e-4 * max(abs(value), 1.0)
+    step = 1e-4 * span if np.isfinite(span) and span < 1e5 else 1e-4 * max(abs(value), 1.0)
+    return min(step, max(1e-3 * value, 1e-4 * step)) if value > 0 and free.least == free.null == 0 else step

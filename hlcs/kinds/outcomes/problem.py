@@ -230,12 +230,15 @@ def parted(table):
 
 
 def fastest_rows(file, table):
-    """The highest speed that each row may have seen (n,) [m/s]: of a fall, not above that of a free one, nor twice its mean."""
-    inputs, none = table.inputs, np.zeros(1)
-    way = inputs.get("height_m", inputs.get("mark_2_m", none))
-    free = np.sqrt(2 * file.surroundings.gravity * way)
+    """The highest speed that each row saw, about (n,) [m/s]: that of a free fall at its end where the time is that of a free one,
+    the mean where it took much longer: then it is near its final speed, and the gain over the mean goes as 1/time^2."""
+    inputs, none, gravity = table.inputs, np.zeros(1), file.surroundings.gravity
+    way, begin = inputs.get("height_m", inputs.get("mark_2_m", none)), inputs.get("mark_1_m", none)
+    free = np.sqrt(2 * gravity * way)
     if table.outcome in ("fall_time_s", "passage_time_s"):
-        free = np.minimum(free, 2 * (way - inputs.get("mark_1_m", none)) / np.maximum(table.values, 1e-9))
+        shortest, passed = (free - np.sqrt(2 * gravity * begin)) / gravity, np.maximum(way - begin, 1e-12)
+        gain = (free * shortest / passed - 1) * np.minimum(shortest / np.maximum(table.values, 1e-9), 1.0) ** 2
+        free = np.minimum(free, passed / np.maximum(table.values, 1e-9) * (1 + gain))
     begun = [np.abs(inputs.get(name, none)) for name in ("speed_m_s", "start_speed_m_s", "impact_speed_m_s")]
     return np.maximum.reduce(np.broadcast_arrays(np.zeros(len(table.values)), free, *begun))
 
@@ -259,10 +262,11 @@ def table_candidates(file, table, names, own):
 
     why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
     speed = float(np.max(fastest_rows(file, table)))
+    body = file.body
     if known:
         first = outcome_motion.row_setup(file, table.inputs, int(np.argmax(table.inputs.get("radius_m", np.zeros(1)))))
-        why = with_drag_that_fits(why, first.body, first.surroundings, speed)
-    return eligible(why, file.effects, file.body, file.surroundings, known or known_to_drag(file.body), own, extent, speed)
+        body, why = first.body, with_drag_that_fits(why, first.body, first.surroundings, speed)
+    return eligible(why, file.effects, body, file.surroundings, known or known_to_drag(file.body), own, extent, speed)
 
 
 def prepare_table(file, table, own=()):

@@ -33,3 +33,5 @@ def test_a_difference_is_a_part_of_the_range_or_of_the_value():
     free = RATE.free[0]
     assert difference_step(free, 3.0) == pytest.approx(1e-3)
     assert difference_step(replace(free, high=np.inf), 50.0) == pytest.approx(5e-3)
+    assert difference_step(free, 0.01) == pytest.approx(1e-5)  # of an amount far below its range: 0.1 % of it
+    assert difference_step(free, 1e-12) == pytest.approx(1e-7)  # a change of 1e-15 would be lost in rounding

@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hlcs
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.data.outcome_tables import read_outcomes
+from hlcs.kinds.outcomes.problem import fastest_rows
 
 G, ETA, GLYCERINE, STEEL = 9.81, 1.4, 1260.0, 7800.0
 DRAGS = ("quadratic_drag", "drag_crisis")
@@ -107,3 +111,53 @@ def test_a_drag_in_proportion_to_speed_is_the_viscosity_only_where_the_flow_may_
         opened = hlcs.Experiment.read(path).opened(hlcs.kinds.protocol.Options())
         names, why = opened.names(None), opened._candidates(None)[1]
         assert kept in names and left in why and "drag_crisis" in why
+
+
+def passages(folder):
+    """Glass beads of 0.3 to 1.8 mm in water, between marks 0.1 and 0.4 m below their release, by Schiller and Naumann's curve."""
+    eta, rows, draw = 1e-3, "radius_m,mass_kg,mark_1_m,mark_2_m,passage_time_s\n", np.random.default_rng(8)
+    for radius in (0.00015, 0.00025, 0.0004, 0.0006, 0.0009):
+        volume = 4 / 3 * np.pi * radius**3
+
+        def slope(_, state, radius=radius, volume=volume):
+            reynolds = max(2 * radius * 1000.0 * state[1] / eta, 1e-12)
+            drag = 6 * np.pi * eta * radius * state[1] * (1 + 0.15 * reynolds**0.687)
+            return state[1], (1500.0 * volume * G - drag) / (2500.0 * volume)
+
+        way = solve_ivp(slope, (0, 30), (0, 0), "LSODA", dense_output=True, rtol=1e-9, atol=1e-12).sol
+        first, last = (brentq(lambda t, mark=mark, way=way: way(t)[0] - mark, 1e-6, 30) for mark in (0.1, 0.4))
+        for _ in range(4):
+            time = last - first + 0.01 * draw.standard_normal()
+            rows += f"{radius},{2500.0 * volume:.6g},0.1,0.4,{time:.3f}\n"
+    (folder / "t.csv").write_text(rows)
+    path = folder / "e.toml"
+    surroundings = "[surroundings]\nfluid_density = 1000\nfluid_viscosity = 0.001\n"
+    path.write_text(f'kind = "outcomes"\n[body]\nshape = "sphere"\n{surroundings}[measurement]\nfile = "t.csv"\n')
+    return path
+
+
+def test_beads_in_water_are_held_back_by_what_their_reynolds_numbers_tell(tmp_path):
+    """Reynolds numbers of 12 to 440: by twice its mean speed the largest would seem beyond the law."""
+    found = hlcs.diagnose(
+        passages(tmp_path), candidates=["sphere_drag", *DRAGS, "stokes_drag", "linear_drag", "buoyancy", "added_mass"]
+    )
+    assert found.verdict == "effect" and {"sphere_drag", "buoyancy"} <= set(found.effects), found.sets
+    told = found.parameters["sphere_drag"]["viscosity"]
+    # 20 times to 0.01 s tell the viscosity beside the lift to 0.88 %, by the derivatives of these falls: 90 % in 1.74 of that
+    assert told["value"] == pytest.approx(1e-3, rel=3 * 0.0088)
+    assert told["high"] - told["low"] == pytest.approx(
+        2 * 1.74 * 0.0088e-3, rel=0.6
+    )  # the noise is that of 15 degrees of freedom
+    assert found.reynolds["sphere_drag"]["holds"] is True
+
+
+def test_the_highest_speed_of_a_fall_is_twice_its_mean_where_it_is_free_and_its_mean_where_it_is_slow(tmp_path):
+    """2 h/T of a free fall through h; of one that takes 20 times as long the mean and 1/400 of it more."""
+    free = np.sqrt(2 * HEIGHTS / G)
+    for times, expected in ((free, 2 * HEIGHTS / free), (20 * free, HEIGHTS / (20 * free) * (1 + 1 / 400))):
+        rows = "".join(f"{h},{t:.10g}\n" for h, t in zip(HEIGHTS, times, strict=True))
+        (tmp_path / "t.csv").write_text("height_m,fall_time_s\n" + rows)
+        (tmp_path / "e.toml").write_text(head("outcomes", 0.001, 3e-5, '[measurement]\nfile = "t.csv"\n'))
+        file = read_experiment_file(tmp_path / "e.toml")
+        found = fastest_rows(file, read_outcomes(file))
+        np.testing.assert_allclose(np.sort(found), np.sort(expected), rtol=1e-8)
