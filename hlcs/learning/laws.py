@@ -132,6 +132,7 @@ WRITTEN = "import numpy as np\n" + "".join(
     for name, (_, _, lines) in VARIABLES.items()
     if name != "distance"  # from a point that is to be found
 )
+NEEDED = {"height": "z", "x": "x", "y": "y", "heading": "xy"}  # axes along which positions must be measured to know a variable
 SIGNED = ("height", "x", "y")  # a power of such a variable keeps its sign
 # way -> lines that give the direction `along` (n, 3) in which a positive force acts
 UNIT = "along = {0} / np.maximum(np.linalg.norm({0}, axis=1, keepdims=True), 1e-9)"

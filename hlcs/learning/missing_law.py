@@ -9,7 +9,7 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
 from hlcs.estimation.whitening import colour
 from hlcs.learning.flights import flights_of, rows_with_force
-from hlcs.learning.laws import AXES, Ranges, knots_of, laws, one_law, seen
+from hlcs.learning.laws import AXES, NEEDED, Ranges, knots_of, laws, one_law, seen
 from hlcs.learning.learned import Learned, sentence
 from hlcs.learning.regression import Regression
 from hlcs.simulation.model import Term
@@ -233,6 +233,8 @@ def _ranges(problem, regression):
     values = seen(regression.bodies, regression.times) | {"distance": np.array([0.0, np.linalg.norm(box[1] - box[0])])}
     if not any((recording.channel >= 3).any() for recording in problem.recordings):
         del values["spin"]
+    measured = _measured(regression)
+    values = {name: known for name, known in values.items() if set(NEEDED.get(name, "")) <= set(measured)}
     step = max(float(np.median(np.diff(trial.times))) for trial in problem.trials)
     shortest = min(float(np.ptp(flight.times)) for flight in flights)
     # an oscillation comes back one and a half times: a slower one is any force that changes once; four frames a period show it

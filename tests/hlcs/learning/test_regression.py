@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.learning.flights import flights_of
 from hlcs.learning.laws import one_law
 from hlcs.learning.missing_law import _ranges
@@ -45,3 +46,14 @@ def test_what_is_held_out_is_foretold_where_the_law_is_right(drag):
     (found,) = regression.fits([law], lambda law, left, without: True, 0.0)
     assert found.missed @ found.missed < 0.01 * found.unforetold @ found.unforetold
     assert found.score >= found.missed @ found.missed
+
+
+def test_no_law_goes_by_a_place_that_nobody_measured(throw):
+    """Where heights alone were measured, x, y and the heading are those of a fit."""
+    problem, fit = throw(lambda x, v, t: 0.0 * x)
+    assert {"x", "y", "height", "heading"} <= _ranges(problem, Regression(flights_of(problem, fit), 1.0))[0].keys()
+    for trial in problem.trials:
+        trial.position[:, :2] = np.nan
+    heights = TrajectoryProblem(problem.trials, problem.noise, problem.simulator)
+    known = _ranges(heights, Regression(flights_of(heights, heights.fit(fit.model)), 1.0))[0]
+    assert "height" in known and known.keys().isdisjoint({"x", "y", "heading"})
