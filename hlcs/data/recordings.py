@@ -74,6 +74,13 @@ class Trial:
         """Are accelerations measured, and nothing of where the body is?"""
         return self.accelerations is not None and not np.isfinite(self.position).any()
 
+    @property
+    def seen_from_above(self):
+        """Is there a floor and motion, but no height, measured or stated? Such a body is taken to move on its floor."""
+        on_floor = self.surroundings.floor_height is not None and "position" not in self.start
+        level = self.unplaced or np.isfinite(self.position[:, :2]).any()
+        return on_floor and level and not np.isfinite(self.position[:, 2]).any()
+
     def at(self, which, **changes):
         """The trial with some of its samples (a slice or indices), and other fields changed."""
         rows = None if self.rows is None else self.rows[which]

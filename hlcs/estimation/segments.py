@@ -132,7 +132,7 @@ def _seated(trial, noise):
     """Does a segment start flat on its floor? A body on an edge or a corner tips: its initial state is free."""
     return (
         noise.orientation is not None
-        and gaps(trial)[: SHORTEST // 2].max() < 4 * (noise.position or 0.0)
+        and (trial.seen_from_above or gaps(trial)[: SHORTEST // 2].max() < 4 * (noise.position or 0.0))
         and lies_on_a_face(trial.body, trial.surroundings.floor_normal, trial.orientation, noise.orientation)
     )
 

@@ -15,6 +15,7 @@ from minibullet import rotations
 from minibullet.shapes.primitives import ConvexPiece
 
 BOX = np.repeat(np.eye(3), 2, axis=0) * np.tile([[1.0], [-1.0]], (3, 1))  # outward normals of its faces
+ENDS = {shape: ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0)) for shape in ("disc", "cylinder")} | {"cone": ((0.0, 0.0, -1.0),)}  # likewise
 SWEEPS = 1000  # a body on an edge needs hundreds; the exact solver costs more than what it adds to them can be measured
 
 
@@ -67,16 +68,19 @@ def seat(shape, initial_state, nominal, actual, margin):
 
 @lru_cache(maxsize=256)
 def faces(body):
-    """Outward normals (F, 3), body axes, of the faces on which a box or the hull of a mesh can lie; none of other shapes."""
+    """Outward normals (F, 3), body axes, of the faces on which a box, a disc, a cylinder, a cone or the hull of a mesh can lie;
+    none of other shapes."""
     if body.shape == "box":
         return BOX
+    if body.shape in ENDS:
+        return np.array(ENDS[body.shape])
     if body.shape != "mesh":
         return np.zeros((0, 3))
     return ConvexPiece(np.concatenate([piece.vertices for piece in rigid_body(body).shape.pieces])).normals
 
 
 def lies_on_a_face(body, normal, orientations, sigma):
-    """Does a box or a mesh lie still on one face over its first dozen measured orientations (n, 4), noise sigma [rad] granted?"""
+    """Does a body lie still on one of its faces over its first dozen measured orientations (n, 4), noise sigma [rad] granted?"""
     there = orientations[np.isfinite(orientations[:, 0])][:12]
     if len(there) < 12 or not len(faces(body)):
         return False

@@ -44,19 +44,12 @@ def start_times(trials):
     return np.array(starts)
 
 
-def seen_from_above(trial):
-    """Is there a floor and motion, but no height, measured or stated? Such a body is taken to move on its floor."""
-    on_floor = trial.surroundings.floor_height is not None and "position" not in trial.start
-    level = trial.unplaced or np.isfinite(trial.position[:, :2]).any()
-    return on_floor and level and not np.isfinite(trial.position[:, 2]).any()
-
-
 def touches(trials, noise):
     """Does any body come near its floor in these data?"""
     for trial in trials:
         if trial.surroundings.floor_height is None:
             continue
-        if seen_from_above(trial) or trial.unplaced:  # it may reach its floor, and no height tells that it does not
+        if trial.seen_from_above or trial.unplaced:  # it may reach its floor, and no height tells that it does not
             return True
         shape = rigid_body(trial.body).shape
         there = np.isfinite(trial.position).all(axis=1)
@@ -90,7 +83,7 @@ def starts_seated(trial, noise):
     """Does the body lie on its floor at the start? By the stated position, else by the first samples' gap within their noise."""
     if trial.surroundings.floor_height is None:
         return False
-    if seen_from_above(trial):
+    if trial.seen_from_above:
         return True
     shape = rigid_body(trial.body).shape
     there = np.flatnonzero(np.isfinite(trial.position).all(axis=1))
@@ -122,7 +115,7 @@ def prepare(measurement: Recordings, own=(), noise=None, likely=()):
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     model.changes(trials[0].surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
     notes += release_notes(trials, start_times(trials), [starts_seated(trial, noise) for trial in trials], noise.position)
-    above = [trial.name for trial in trials if seen_from_above(trial) and not trial.surroundings.planar]  # there it is stated
+    above = [trial.name for trial in trials if trial.seen_from_above and not trial.surroundings.planar]  # there it is stated
     if above:
         notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))
     problem, base, shift, sentences, aside = in_long_steps(measurement, noise, model) if contact else NOTHING

@@ -38,6 +38,24 @@ def test_faces_of_a_mesh_on_which_it_can_lie_are_those_of_its_hull(tmp_path):
     assert lies_on_a_face(mesh, up, flat, 0.001) and not lies_on_a_face(mesh, up, np.tile(tilted, (12, 1)), 0.001)
 
 
+@pytest.mark.parametrize(
+    ("shape", "turns", "lies"),
+    [
+        ("disc", (0.0, np.pi), True),
+        ("cylinder", (0.0, np.pi), True),
+        ("cylinder", (np.pi / 2,), False),
+        ("cone", (0.0,), True),
+        ("cone", (np.pi,), False),
+    ],
+)
+def test_a_round_body_lies_on_its_ends_and_not_on_its_side(shape, turns, lies):
+    """A cone on its base alone; a roll by `turns` about x."""
+    body, up = Body(shape=shape, radius=0.04, height=0.02, mass=0.17), np.array([0.0, 0.0, 1.0])
+    for turn in turns:
+        there = rotations.product(rotations.exponential(np.array([0, 0, 0.7])), rotations.exponential(np.array([turn, 0, 0])))
+        assert lies_on_a_face(body, up, np.tile(there, (12, 1)), 0.001) is lies
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.1])
 def test_a_box_put_on_a_floor_touches_it_and_keeps_only_its_speed_along_it(angle):
     """On a floor that leans more than the file says the box turns with it, its gap is the margin."""

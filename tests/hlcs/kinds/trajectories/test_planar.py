@@ -71,6 +71,22 @@ def test_what_is_no_motion_in_a_plane_is_refused(tmp_path, columns, planar, mess
     assert message in str(problem.value)
 
 
+def test_a_disc_that_turns_on_its_flat_side_is_not_cut_as_a_body_that_tumbles():
+    """Its slide is steady, whatever its orientations scatter by: one start for each recording, and its height is not measured."""
+    draw, times = np.random.default_rng(6), np.arange(40) / 40
+    frames = []
+    for spin in (8.0, -5.0):
+        angle = spin * times - 2.5 * np.sign(spin) * times**2 + 0.01 * draw.standard_normal(40)
+        place = np.outer(0.6 * times - 0.25 * times**2, (1.0, 0.0)) + SIGMA * draw.standard_normal((40, 2))
+        turned = {"qw": np.cos(angle / 2), "qx": 0 * angle, "qy": 0 * angle, "qz": np.sin(angle / 2)}
+        frames.append({"t_s": times, "x_m": place[:, 0], "y_m": place[:, 1], **turned})
+    body = {"shape": "disc", "radius": 0.04, "height": 0.02, "mass": 0.17}
+    around = {"floor": {"height": 0.0}, "friction": 0.05}
+    noise = {"position": SIGMA, "orientation": 0.01}
+    compared = hlcs.compare(hlcs.Experiment.from_frames(frames, body, around, noise=noise, measurement={"planar": True}))
+    assert not any("split" in note for note in compared.notes)
+
+
 def test_a_puck_that_stops_elsewhere_has_another_friction(tmp_path):
     """30 frames a second, each recording with a stop in it: no law in the place of the friction, no larger noise beside it. A
     length scale of 0.18/0.25 would do as well, and is no scale that a ruler has."""
