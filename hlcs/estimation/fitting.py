@@ -22,6 +22,7 @@ MOST_STATE_STEPS = 12  # of the initial states at given numbers
 COARSE = 0.01  # step in spreads of the numbers below which segments are told no finer: `segment_profiles` tells the final ones
 HELD = 0.5  # part of the promised fall of chi2 below which columns of the states have become old
 CAUTIOUS = (1.0, 0.3, 0.1)  # parts of a step of an initial state that are tried: a strong drag bends its path far from the best
+FIRM = 0.01  # what columns tell of a direction, of what they tell best, below which a long way along it shows nothing of the data
 ENDS = 2.0  # standard errors to both sides at which intervals through contacts are measured: 1.645 is the end of a 90 % interval
 ALIKE = 0.2  # relative change of the standard errors from one measurement of them to the next below which they are known
 MEASURED = 4  # such measurements at most
@@ -74,19 +75,23 @@ class Elimination:
             promised = sum(move.gain for move in moves)
             if not promised > self.close:
                 break
-            initial_states, white, fall = self.step(model, initial_states, white, [move.estimate for move in moves])
+            ways = [[share * move.estimate for move in moves] for share in CAUTIOUS]
+            firm = [least_squares(n, r, FIRM).estimate for n, r in zip(columns, white, strict=True)]
+            if not all(map(np.array_equal, firm, ways[0])):
+                ways.append(firm)
+            initial_states, white, fall = self.step(model, initial_states, white, ways)
             if fall < HELD * promised:
                 if not renew or fresh and fall <= self.close:
                     break
                 columns, fresh = self.problem.linearise(model, initial_states, np.arange(len(white))).state_columns, True
         return initial_states, white
 
-    def step(self, model, initial_states, white, moves):
-        """(initial states, white residuals, fall of chi2) after moves of the states.
+    def step(self, model, initial_states, white, ways):
+        """(initial states, white residuals, fall of chi2) after moves of the states, several ways to take.
 
-        Each recording takes its own move or that part of it which fits it best, and none where none fits it better.
+        Each recording takes the way that fits it best, and none where none fits it better.
         """
-        parts = [self.problem.stepped(initial_states, [share * move for move in moves]) for share in CAUTIOUS]
+        parts = [self.problem.stepped(initial_states, moves) for moves in ways]
         options, tried = [initial_states, *parts], [white, *map(self.problem.whitened, self.problem.residuals_at(model, parts))]
         chi2 = np.array([chi2_of(each) for each in tried])
         best = list(enumerate(chi2.argmin(axis=0)))
@@ -99,7 +104,7 @@ class Elimination:
         values = self.start + (step - 1.0) * self.spread
         change, linear = values - self.values, self.linear
         moves = [
-            least_squares(n, r - s @ change).estimate + (0.0 if along is None else along @ change)
+            least_squares(n, r - s @ change, FIRM).estimate + (0.0 if along is None else along @ change)
             for n, r, s, along in zip(
                 linear.state_columns,
                 linear.white,
