@@ -75,7 +75,9 @@ NEEDS = {
 def candidates_for(measurement, contact, names=None, own=()):
     """(candidates, {name: why it cannot take part}) for trajectories; `names` None = all that fit, else just these."""
     trials, shown = measurement.trials, Shown(measurement.trials, contact)
-    body, surroundings, speed = trials[0].body, trials[0].surroundings, max(map(fastest, trials))
+    # a drag must hold in every recording: the one of the largest Reynolds number speaks for all
+    seen = [(trial.body, trial.surroundings, fastest(trial)) for trial in trials]
+    body, surroundings, speed = max(seen, key=lambda each: reynolds_numbers(*each)[1])
     why = {kind: stated(kind, measurement.file) or obstacle(kind, shown) for kind in wanted(names, own)}
     why = with_drag_that_fits(why, body, surroundings, speed)
     heights = np.concatenate([trial.position[:, 2] for trial in trials])

@@ -261,11 +261,13 @@ def table_candidates(file, table, names, own):
         return None
 
     why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
-    speed = float(np.max(fastest_rows(file, table)))
+    speeds = fastest_rows(file, table)
+    speed = float(np.max(speeds))
     body = file.body
     if known:
-        first = outcome_motion.row_setup(file, table.inputs, int(np.argmax(table.inputs.get("radius_m", np.zeros(1)))))
-        body, why = first.body, with_drag_that_fits(why, first.body, first.surroundings, speed)
+        row = int(np.argmax(speeds * table.inputs.get("radius_m", 1.0)))  # that of the largest Reynolds number speaks for all
+        largest, speed = outcome_motion.row_setup(file, table.inputs, row), float(speeds[row])
+        body, why = largest.body, with_drag_that_fits(why, largest.body, largest.surroundings, speed)
     return eligible(why, file.effects, body, file.surroundings, known or known_to_drag(file.body), own, extent, speed)
 
 

@@ -114,3 +114,23 @@ def test_what_acts_through_a_drag_needs_one():
 def test_in_a_vacuum_nothing_creeps():
     why = with_drag_that_fits({effects.StokesDrag: None, effects.LinearDrag: None}, BALL, Surroundings(fluid_density=0.0), 1.0)
     assert why[effects.LinearDrag] is None and "no fluid" in why[effects.StokesDrag]
+
+
+def test_reynolds_numbers_are_those_of_each_recording_whatever_their_order():
+    """Spheres of 2 and 20 mm in oil of 1 Pa s, at 0.4 and 0.04 m/s: 0.7 both, and 7 for the large one at 0.4 m/s."""
+    around = Surroundings(fluid_density=900.0, fluid_viscosity=1.0, fluid_stated=True, floor_height=0.0)
+    shown = recordings(columns="z")
+    small, large = (
+        SimpleNamespace(**vars(trial) | {"body": Body(shape="sphere", mass=m, radius=r), "surroundings": around, "position": way})
+        for trial, m, r, way in zip(
+            shown.trials,
+            (1e-5, 1e-2),
+            (0.001, 0.01),
+            (np.outer(TIMES, [0, 0, -0.4]), np.outer(TIMES, [0, 0, -0.04])),
+            strict=True,
+        )
+    )
+    for order in ((small, large), (large, small)):
+        shown.trials = order
+        found, absent = candidates_for(shown, False)
+        assert "stokes_drag" not in absent and "stokes_drag" in {entry.name for entry in found}
