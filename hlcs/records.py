@@ -115,6 +115,9 @@ class Reason(Sentence):
     """What became of a candidate; "at" is its family, where the kind of measurement says so."""
 
     ACCEPTED = "accepted{at}: chi2 falls by {gain:.0f} for a price of {price:.0f}{held_out}{same}"
+    IMPLIED = (
+        "implied by what the file states{at}: chi2 falls by {gain:.0f} alone, where another effect would need {odds:.0f}{same}"
+    )
     NOT_TOLD_APART = "does as well as {others}{at}: not to be told apart here{label}"
     OTHER_FORM = "of one set ({form}) with {better}, which explains the data better"
     SUSPECTED = "suspected: {why}"

@@ -51,15 +51,19 @@ def effect_sentence(diagnosis, name):
         where = {key: "is" if key == "coefficient" else f"is not as stated: {words(key)}" for key in stated}
         told = [f"{where[key]} {value(entry)}, not {entry['stated']:g}" for key, entry in stated.items()]
         sentence = f"{capital(called(diagnosis, name))} {joined(told)}."
-    elif _lacking(diagnosis, name):
+    elif _finding(diagnosis, name, "reason", None) is Reason.IMPLIED:
+        told = f"{capital(called(diagnosis, name))} follows from what the file states ({_numbers(name, numbers)})"
+        sentence = f"{told}; these data alone do not show it."
+    elif _finding(diagnosis, name, "lacking", True):
         sentence = f"{capital(called(diagnosis, name))} is missing ({_numbers(name, numbers)})."
     else:
         sentence = f"The data show {called(diagnosis, name)} ({_numbers(name, numbers)})."
     return " ".join([sentence, *_beyond(numbers)])
 
 
-def _lacking(diagnosis, name):
-    return next((entry.lacking for entry in diagnosis.candidates if entry.effect == name), True)
+def _finding(diagnosis, name, what, otherwise):
+    """What a Finding says of one effect, by the name of its field; `otherwise` where there is none."""
+    return next((getattr(entry, what) for entry in diagnosis.candidates if entry.effect == name), otherwise)
 
 
 def _numbers(name, numbers):

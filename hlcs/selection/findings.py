@@ -111,6 +111,8 @@ def _explained(sets, name, same, holding, evidence, left):
         gain = rest.chi2 - fit.chi2
         held_out = f"; held-out error falls by {' and '.join(f'{100 * fall:.0f} %' for fall in falls)}" if falls else ""
         others = f"; cannot be told from {', '.join(same)}{label}" if same else ""
+        if name in search.implied and gain < search.odds:
+            return Reason.IMPLIED(at=at, gain=gain, odds=search.odds, same=others)
         return Reason.ACCEPTED(at=at, gain=gain, price=gain - evidence, held_out=held_out, same=others)
     if same:
         return Reason.NOT_TOLD_APART(others=", ".join(other for other in same if other in best), at=at, label=label)

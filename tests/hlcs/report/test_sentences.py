@@ -25,6 +25,7 @@ from planted import table as observations
 from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Comparison, Reason
 from hlcs.report.ranking import ranking
+from hlcs.report.sentences import effect_sentence
 
 
 def text(found, **more):
@@ -53,6 +54,14 @@ def test_a_number_that_was_wrong_is_corrected_not_missing():
 def test_what_is_no_law_is_shown_by_the_data_and_not_missing():
     assert "The data show a clock at a wrong rate (time scale, factor 1.0300 +- 0.0010)." in opening(AMBIGUOUS)
     assert "missing" not in opening(AMBIGUOUS)
+
+
+def test_what_the_file_implies_and_the_data_do_not_show_is_not_said_to_be_missing_in_them():
+    lift = replace(finding("buoyancy", "the lift of the displaced air", True, chi2=1.0, error=NOISE), reason=Reason.IMPLIED)
+    told = diagnosis(found=(DRAG, lift), parameters={"buoyancy": {"fluid_density": number(1.2, 0.07, "kg/m3")}})
+    sentence = effect_sentence(told, "buoyancy")
+    assert sentence.startswith("The lift of the displaced air follows from what the file states (buoyancy, fluid density 1.2")
+    assert sentence.endswith("these data alone do not show it.")
 
 
 def test_every_member_of_an_ambiguous_set_has_its_number():
