@@ -46,12 +46,12 @@ class Track(NamedTuple):
 
     def observe(self, times):
         """Position (B, n, 3) and orientation (B, n, 4) at times (B, n): turns are steady between nodes."""
-        index, step, inside, beyond = self._places(times)
+        index, step, inside, beyond = places = self._places(times)
         who = np.arange(self.position.shape[1])[:, None]
         q0, q1 = self.orientation[index, who], self.orientation[index + 1, who]
         turn = rotations.logarithm(rotations.product(q1, rotations.conjugate(q0)))
         orientation = rotations.product(rotations.exponential((inside + beyond / step[..., None]) * turn), q0)
-        return self.position_at(times), orientation
+        return self._position(*places), orientation
 
     def position_at(self, times):
         """Position (B, n, 3) at times (B, n).
@@ -59,7 +59,10 @@ class Track(NamedTuple):
         Cubic Hermite between nodes, straight on outside; where a contact makes the velocity jump inside a step (an impact), two
         straight pieces that meet at the moment of the jump.
         """
-        index, step, inside, beyond = self._places(times)
+        return self._position(*self._places(times))
+
+    def _position(self, index, step, inside, beyond):
+        """The positions at places as `_places` gives them."""
         who = np.arange(self.position.shape[1])[:, None]
         x0, x1 = self.position[index, who], self.position[index + 1, who]
         v0, v1 = self.velocity[index, who] * step[..., None], self.velocity[index + 1, who] * step[..., None]
@@ -76,8 +79,7 @@ class Track(NamedTuple):
         if hit.any():
             moment = np.clip(np.sum((x1 - x0 - v1) * jump, axis=-1, keepdims=True) / np.where(size > 0, size, 1.0), 0.0, 1.0)
             position = np.where(hit, np.where(inside < moment, x0 + inside * v0, x1 - (1 - inside) * v1), position)
-        position = position + beyond * np.where(beyond > 0, v1, v0) / step[..., None]
-        return position
+        return position + beyond * np.where(beyond > 0, v1, v0) / step[..., None]
 
     def _places(self, times):
         """(step that each of the times (B, n) lies in, its length [s], the part of it that has passed (B, n, 1) [-], the time

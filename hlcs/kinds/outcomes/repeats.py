@@ -13,9 +13,10 @@ from hlcs.data.rounded_readings import reading_step
 LEAST_FREEDOM = 3  # from which a scatter is read
 SEEN = 0.01  # probability below which chance does not explain what is seen: as of the adequacy of a model
 LEAST_REPEATS = 3  # of a setting, one of which was misread: of two that differ nobody knows which is wrong
-APART = 4.0  # times the range of all others of its setting that a misread row lies off them: scatter may grow with the outcome
+OFF = 4.0  # times the range of all others of its setting that a misread row lies off them: scatter may grow with the outcome
 MOST_MISREAD = 0.1  # of all rows: beyond it such rows are no misreadings but what happens
-DRAWS = 1000  # of tables without misreadings
+AT_ONCE = 4_000_000  # numbers that are drawn at a time: 32 MB
+DRAWS = 2000  # of scatter without misreadings or order, beside which rows and settings are compared
 
 
 class Repeats(NamedTuple):
@@ -75,7 +76,7 @@ def without_misread(table) -> tuple[OutcomeTable, tuple[str, ...]]:
     """(the table without rows that stand off all that repeat them, notes that name these).
 
     A row was misread or mistyped where it is farther off the median of its setting, in units of the median of all such distances,
-    than the farthest of a table with normal scatter in one of a hundred, and APART from the rest of its setting. The farthest is
+    than the farthest of a table with normal scatter in one of a hundred, and OFF from the rest of its setting. The farthest is
     taken out, then the next is looked for.
     """
     kept, step = np.ones(len(table.values), bool), reading_step(table.values)
@@ -90,7 +91,7 @@ def without_misread(table) -> tuple[OutcomeTable, tuple[str, ...]]:
         others = np.sort(table.values[rows[(cell == cell[worst]) & (np.arange(len(cell)) != worst)]])
         value = table.values[rows[worst]]
         off = max(others[0] - value, value - others[-1])
-        if not (typical > 0 and off > APART * max(np.ptp(others), step) and aside[worst] > farthest(cell) * typical):
+        if not (typical > 0 and off > OFF * max(np.ptp(others), step) and aside[worst] > farthest(cell) * typical):
             break
         kept[rows[worst]] = False
     if kept.all():
@@ -109,8 +110,7 @@ def without_misread(table) -> tuple[OutcomeTable, tuple[str, ...]]:
 def off_medians(values, cell):
     """Distance of each of values (n, draws) from the median of its cell, integers from 0 (n,)."""
     aside = np.empty_like(values)
-    for number in range(cell.max() + 1):
-        here = cell == number
+    for here in np.split(np.argsort(cell, kind="stable"), np.cumsum(np.bincount(cell))[:-1]):
         aside[here] = np.abs(values[here] - np.median(values[here], axis=0))
     return aside
 
@@ -118,5 +118,8 @@ def off_medians(values, cell):
 def farthest(cell):
     """How many times the median distance the farthest row of cells (n,) lies off the median of its cell, where scatter is normal;
     exceeded in one of a hundred tables."""
-    aside = off_medians(np.random.default_rng(12345).standard_normal((len(cell), DRAWS)), cell)
-    return float(np.quantile(aside.max(axis=0) / np.median(aside, axis=0), 1 - SEEN))
+    generator, ratios = np.random.default_rng(12345), []
+    for some in np.array_split(np.arange(DRAWS), -(-DRAWS * len(cell) // AT_ONCE)):
+        aside = off_medians(generator.standard_normal((len(cell), len(some))), cell)
+        ratios.append(aside.max(axis=0) / np.median(aside, axis=0))
+    return float(np.quantile(np.concatenate(ratios), 1 - SEEN))

@@ -10,14 +10,13 @@ import numpy as np
 from scipy import special
 
 from hlcs.data.quantities import INPUTS, OUTCOMES
-from hlcs.kinds.outcomes.repeats import LEAST_FREEDOM, SEEN
+from hlcs.kinds.outcomes.repeats import DRAWS, LEAST_FREEDOM, SEEN
 from hlcs.simulation import outcome_motion
 
 LEAST_SETTINGS = 6  # from which scatter between settings is told from the bend of an effect
 MOST_BENT = 3  # degree of the curve: what the library does to an outcome bends no more over a range of one input
 APART = 0.05  # probability below which neighbours are too much alike for scatter: the rest of an effect would be so
 FINE = 400  # variances, from far below that of a mean to far above the misfit, among which the most probable is looked for
-DRAWS = 2000  # of scatter without order, beside which neighbours are compared
 
 
 class SettingErrors(NamedTuple):
