@@ -42,8 +42,8 @@ def diagnosis_of(experiment: OpenExperiment, candidates=None):
     if experiment.judgeable:
         selection = experiment.search(candidates)
         told = {entry.name: getattr(selection, entry.name) for entry in fields(Found)}
-        if selection.noise_shown:
-            following = NextExperiment(selection.noise_shown["next"], (), None)
+        if doubted := selection.starts_shown or selection.noise_shown:
+            following = NextExperiment(doubted["next"], (), None)
         else:
             open_question = selection.verdict in ("ambiguous", "unexplained")
             following = selection.next_experiment(selection.verdict) if open_question else None

@@ -54,10 +54,12 @@ class Comparison(Judgement):
     added: tuple[str, ...] = ()  # names of the effects that were added, () = there is no before
     replaced: tuple[str, ...] = ()  # those of them that stood there before, with other numbers
     noise_shown: dict | None = None  # as of Found
+    starts_shown: dict | None = None  # as of Found
 
     def to_json(self):
         """The comparison as a dictionary of plain numbers and texts."""
-        names = ("kind", "title", "adequate", "p", "statistic", "error", "where", "noise", "noise_shown", "notes", "added")
+        judged = ("kind", "title", "adequate", "p", "statistic", "error", "where")
+        names = (*judged, "noise", "noise_shown", "starts_shown", "notes", "added")
         impacts = [asdict(impact) for impact in self.impacts]
         before = self.before and {name: getattr(self.before, name) for name in ("adequate", "p", "statistic", "error")}
         return plain({"format": 1, **{name: getattr(self, name) for name in names}, "impacts": impacts, "before": before})
@@ -188,6 +190,7 @@ class Found:
     absorbing: dict = field(default_factory=dict)  # parameters of what only absorbs, where nothing was found; not in the result
     reynolds: dict = field(default_factory=dict)  # law of drag -> least, most Reynolds number, holds, told (selection.reynolds)
     noise_shown: dict | None = None  # where the model would be adequate with the noise that the data show: sigma, known, unit ..
+    starts_shown: dict | None = None  # where it would be with starts fitted, not stated: how far these differ, next ..
     model: Any = None
     pictures: Pictures | None = field(default=None, compare=False)
 
@@ -251,7 +254,7 @@ class Diagnosis(Judgement, Found):
     def to_json(self):
         """The result of `diagnose --json` as a dictionary of plain numbers and texts."""
         told = ("kind", "title", "verdict", "effects", "parameters", "ambiguous", "sets", "inclusion", "explained", "tolerance")
-        names = (*told, "error", "steps", "adequate", "where", "noise", "noise_shown", "reynolds")
+        names = (*told, "error", "steps", "adequate", "where", "noise", "noise_shown", "starts_shown", "reynolds")
         candidates = [{name: value for name, value in asdict(finding).items() if name != "reason"} for finding in self.candidates]
         others = {"next_experiment": self.next_experiment and asdict(self.next_experiment)}
         others |= {"add": self.add, "learned": self.learned and self.learned.to_json(), "candidates": candidates}

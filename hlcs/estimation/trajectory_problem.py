@@ -37,6 +37,7 @@ class TrajectoryProblem(Problem):
     def __init__(self, trials, noise, simulator: Simulator):
         self.trials, self.noise, self.simulator = tuple(trials), noise, simulator
         self.difference_steps = {}  # (effect, number) -> step of its derivative
+        self.starts_stated = True  # is what the file states of starts known?
         self.step_change = None  # what shorter time steps add to the observations, list of (n_i,); None = not looked at
         self.dropped = [np.zeros((len(trial.times), len(CHANNELS)), bool) for trial in self.trials]
         self.lies_flat = [
@@ -56,7 +57,11 @@ class TrajectoryProblem(Problem):
         there[:, np.repeat([noise.of_unit(unit) is None for unit in CHANNEL_UNITS], 3)] = False
         channel, sample = np.nonzero(there.T)
         times = trial.times[sample]
-        unknown = unknowns(trial, there.any(axis=0), self.simulator.seated[index], self.lies_flat[index], self.simulator.contact)
+        turns = {
+            key: trial.start[key] for key in ("orientation", "angular_velocity") if key in trial.start and not there[:, 3].any()
+        }
+        known = trial if self.starts_stated else replace(trial, start=turns)
+        unknown = unknowns(known, there.any(axis=0), self.simulator.seated[index], self.lies_flat[index], self.simulator.contact)
         return Recording(channel, sample, times, noise.whitening(channel, times), unknown)
 
     def with_noise(self, noise):
@@ -65,6 +70,14 @@ class TrajectoryProblem(Problem):
         other.noise, other.difference_steps = noise, dict(self.difference_steps)
         other.recordings = [other._recording(k) for k in range(len(self.trials))]
         return other
+
+    def with_starts_fitted(self):
+        """The same problem with all starts fitted, stated or not, as far as the data show them; None where all are fitted."""
+        other = copy(self)
+        other.starts_stated, other.difference_steps = False, dict(self.difference_steps)
+        other.recordings = [other._recording(k) for k in range(len(self.trials))]
+        same = all(len(a.unknown) == len(b.unknown) for a, b in zip(self.recordings, other.recordings, strict=True))
+        return None if same else other
 
     def leave_out(self, flags):
         """Leave isolated samples out, these and no others, for every model alike: flags is a list of (n, 9) booleans."""

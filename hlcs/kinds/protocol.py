@@ -40,7 +40,7 @@ class Observation(NamedTuple):
     where: tuple[dict, ...]
     table: dict
     notes: tuple[str, ...]
-    shown: dict  # what else a Comparison has of this kind: trials, channels, against, impacts, stated, noise_shown
+    shown: dict  # what else a Comparison has of this kind: trials, channels, against, impacts, stated, noise_shown, ..
     aside: tuple[np.ndarray, ...] = ()  # samples that were set aside, (n, channels) booleans of each recording
 
 
@@ -92,6 +92,11 @@ class Tabulated:
 
     def noise_shown(self, problem, fit):
         """Nothing: the scatter of tables is known from what repeats each other in them."""
+        return None
+
+    @staticmethod
+    def starts_shown(problem, fit):
+        """Nothing: what a table states of its starts are its inputs."""
         return None
 
     @staticmethod

@@ -9,7 +9,7 @@ from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.figures import comparison_panels
 from hlcs.report.notes import note_parts
 from hlcs.report.page import fragment, png
-from hlcs.report.sentences import NEAR_NOISE, left_by_adequate, noise_too_small, place
+from hlcs.report.sentences import NEAR_NOISE, left_by_adequate, noise_too_small, place, starts_wrong
 from hlcs.report.statistics import where_table
 from hlcs.report.words import DASH, chance, change_told, number, size, two_digits
 
@@ -26,6 +26,8 @@ def left(comparison, adequate, over_noise, **_):
         return "noise, campaigns, engines"
     if adequate is False and comparison.noise_shown:
         return "more than the noise taken"
+    if adequate is False and comparison.starts_shown:
+        return "more, with these starts"
     return LEFT[adequate]
 
 
@@ -79,6 +81,8 @@ def _opening(comparison):
         told.append(f"The model agrees with the measurement: it misses by {here}, which {left}.")
     elif comparison.noise_shown:
         told.append(f"The model misses the measurement by {here}. {noise_too_small(comparison.noise_shown)}")
+    elif comparison.starts_shown:
+        told.append(f"The model misses the measurement by {here} (noise {noise}). {starts_wrong(comparison.starts_shown)}")
     elif error["rms"] > 1.5 * error["noise"]:
         told.append(
             f"The model misses the measurement by {here}, {two_digits(error['rms'] / error['noise'])} times the noise ({noise})."
@@ -91,7 +95,7 @@ def _opening(comparison):
     if abs(error.get("bias") or 0.0) > SLIGHT * error["noise"] and not comparison.adequate:
         much, side = size(abs(error["bias"]), unit), "more" if error["bias"] > 0 else "less"
         told.append(f"On average the model reads {much} {side} than was measured.")
-    if comparison.where and not (comparison.adequate or comparison.noise_shown):
+    if comparison.where and not (comparison.adequate or comparison.noise_shown or comparison.starts_shown):
         told.append(f"It misses most in {place(comparison.where[0], unit)}.")
     return [" ".join(told)]
 

@@ -170,7 +170,7 @@ def _visible(diagnosis):
 
 def _where(diagnosis, most=5):
     """Where the model still misses, if it does."""
-    if diagnosis.verdict != "unexplained" or diagnosis.noise_shown or not diagnosis.where:
+    if diagnosis.verdict != "unexplained" or diagnosis.noise_shown or diagnosis.starts_shown or not diagnosis.where:
         return ()
     return (Points(tuple(place(row, diagnosis.error.get("unit", "")) for row in diagnosis.where[:most])),)
 
@@ -224,6 +224,7 @@ def _not_proved(diagnosis):
     one = len(names) == 1
     is_, helps = ("is", "it helps") if one else ("are", "they help")
     noise = "the noise as it is stated" if diagnosis.noise_shown else "noise"
+    noise += ", with the starts as they are stated," if diagnosis.starts_shown else ""
     return NOT_PROVED[diagnosis.verdict].format(what=capital(joined(map(words, names))), is_=is_, it_helps=helps, noise=noise)
 
 

@@ -255,8 +255,8 @@ def alternatives(diagnosis):
 def _unexplained(diagnosis):
     error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
     told = []
-    if diagnosis.noise_shown:
-        return _noise_first(diagnosis)
+    if diagnosis.noise_shown or diagnosis.starts_shown:
+        return _statement_first(diagnosis)
     if not error:
         return [f"The model fails, and {_nothing(diagnosis)} explains all of it."]
     if diagnosis.effects:
@@ -271,18 +271,42 @@ def _unexplained(diagnosis):
     return told
 
 
-def _noise_first(diagnosis):
-    """The noise decides before any effect does; what was found beside it."""
-    told = [noise_too_small(diagnosis.noise_shown, bool(diagnosis.effects))]
+def _statement_first(diagnosis):
+    """What the file states of the starts or the noise decides before any effect does; what was found beside it."""
+    shown, mended = diagnosis.starts_shown, bool(diagnosis.effects)
+    told = [starts_wrong(shown, mended) if shown else noise_too_small(diagnosis.noise_shown, mended)]
     if diagnosis.effects:
         told += [_helps(diagnosis), removal(diagnosis, "It" if len(diagnosis.effects) == 1 else "Together they")]
     return told
 
 
+def starts_wrong(shown, mended=False):
+    """That the starts may not be as stated, by how much, and what to do; mended: if effects are added."""
+    model, more = _agreeing(mended)
+    differ = joined(_differing(name, **each) for name, each in shown["differ"].items())
+    return (
+        f"Either the starts that the file states are wrong: with starts fitted to the data in their place {model} agrees with "
+        f"the data, and {more} need be missing. They differ from those stated by {differ}. So it is where a body was let go a "
+        "little before the first stamp. Or something is missing that nothing in the library explains. To know it, "
+        f"{shown['next']}."
+    )
+
+
+def _differing(name, least, most, unit):
+    """How far what is stated of starts lies aside of what the data show."""
+    least, most = (number(each, unit) for each in (least, most))
+    return f"{least} to {most} ({words(name)})" if least != most else f"{most} ({words(name)})"
+
+
+def _agreeing(mended):
+    """Which model agrees with the data once a statement is mended, and what need then be missing."""
+    return ("the model with what is told below", "nothing else") if mended else ("the model as it is", "nothing")
+
+
 def noise_too_small(shown, mended=False):
     """That the noise may be larger than what was taken for it, by how much, and what to write; mended: if effects are added."""
     known, sigma = (size(shown[key], shown["unit"]) for key in ("known", "sigma"))
-    model, more = ("the model with what is told below", "nothing else") if mended else ("the model as it is", "nothing")
+    model, more = _agreeing(mended)
     whose = KNOWN_BY.get(shown["source"], "The noise")
     return (
         f"{whose} may be too small: it is {known}, and {shown['seen']} {sigma}, whatever the model. With a noise of {sigma} "

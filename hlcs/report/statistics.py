@@ -39,7 +39,11 @@ def facts(diagnosis):
 
 def _verdict(diagnosis):
     effects = f" Effects, what the data need most first: {', '.join(diagnosis.effects)}." if diagnosis.effects else ""
-    means = "more is left than the noise, as it was taken to be" if diagnosis.noise_shown else VERDICTS[diagnosis.verdict]
+    means = VERDICTS[diagnosis.verdict]
+    if diagnosis.starts_shown:
+        means = "the starts, as they are stated, do not agree with the data"
+    elif diagnosis.noise_shown:
+        means = "more is left than the noise, as it was taken to be"
     return (f"Verdict: {diagnosis.verdict}: {means}.{effects}",)
 
 

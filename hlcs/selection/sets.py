@@ -12,12 +12,15 @@ from hlcs.selection.thresholds import EQUAL, HELPS, INTERVAL, TIED
 class FittedSets:
     """What a finished search is worth on held-out data, and beside one another."""
 
-    def __init__(self, search, cross_validation, overdispersion=1.0, alone=lambda problem, fit: fit, shown=frozenset()):
+    def __init__(
+        self, search, cross_validation, overdispersion=1.0, alone=lambda problem, fit: fit, shown=frozenset(), bare=False
+    ):
         """overdispersion: how many residuals count as one where no set is adequate; a wrong model concentrates falsely; alone:
         function (problem, fit) -> the fit of a set as it would be, had nothing but this set been looked at; shown: sets that are
-        adequate where none is that held-out data prove."""
+        adequate where none is that held-out data prove; bare: what the file states beside the model is at fault, no effect
+        stands."""
         self.search, self.cross_validation, self.overdispersion, self.alone = search, cross_validation, overdispersion, alone
-        self.shown = shown
+        self.shown, self.bare = shown, bare
         self.judged = {}  # (set, effect) -> HeldOut
 
     def cost(self, effects):
@@ -58,6 +61,8 @@ class FittedSets:
     def stands(self, effects):
         """Does every effect of a set lower the held-out error beside the others, and more than absorb where nothing explains the
         data? What the file implies needs no proof on held-out data, and absorbs or not where it stands alone."""
+        if self.bare:
+            return not effects
         doubtful = sorted(effects - self.search.implied)
         finite = np.isfinite(self.search.fits[effects].chi2)
         proved = finite and not any(self.broken(effects, name) for name in doubtful)

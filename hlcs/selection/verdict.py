@@ -39,9 +39,9 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table)
     -> rows, `polished` (problem, fit) -> the final fit, `alone` (problem, fit) -> one that owes nothing to other sets, `learn`
     (problem, fit) -> the law that explains the rest, or None, `noise_shown` (problem, fit) -> the noise with which all would be
-    explained, or None, `moved` (problem) -> how fast bodies moved, and `pictures`; prepared: has the problem and the fit of the
-    model under test; absent: {name: why it was not tried}; on_all: function (problem, fit) -> the same on all rows, for the
-    verdict and the numbers, where the search has fewer.
+    explained, or None, `starts_shown` (problem, fit) -> the starts with which it would be, or None, `moved` (problem) -> how fast
+    bodies moved, and `pictures`; prepared: has the problem and the fit of the model under test; absent: {name: why it was not
+    tried}; on_all: function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
     judged = on_all(problem, base)
@@ -49,6 +49,9 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     finished = finals(experiment, problem, search, {frozenset(): (base, (*judged, before, table_before))}, on_all)
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
     sets, (judged, best, after, table_after) = best_set(fitted, finished)
+    learned = None if after.adequate else experiment.learn(problem, search.fits[sets.best])
+    shown = None if after.adequate or learned or search.budget.stopped else experiment.starts_shown
+    sets, (judged, best, after, table_after), starts = starts_first(fitted, finished, sets, shown)
     effects = sets.best
     search.progress("comparing sets")
     ordered, places = sets.ordered(effects), sets.alternatives()
@@ -56,7 +59,6 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     told = {members: finished(members)[1] for members in (effects, *sets.absorbing)}
     errors = partial(held_out_error, problem, cross_validation)
     parameters = _parameters(sets, told, sets.tied)
-    learned = None if after.adequate else experiment.learn(problem, final)
     return Selection(
         effects=ordered,
         ambiguous=tuple((name, *others) for name, others in places.items() if others),
@@ -81,7 +83,8 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         inclusion=sets.inclusion,
         explained=explained(base, final),
         learned=learned,
-        noise_shown=None if after.adequate or learned else experiment.noise_shown(judged, best),
+        noise_shown=None if after.adequate or learned or starts else experiment.noise_shown(judged, best),
+        starts_shown=starts,
         tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), problem.noise_level),
         next_experiment=partial(experiment_design.next_experiment, sets),
     )
@@ -101,6 +104,18 @@ def finals(experiment, problem, search, known, on_all):
         return known[effects][1]
 
     return finished
+
+
+def starts_first(fitted, finished, sets, starts_shown):
+    """(FittedSets, what `finished` gives of the best of them, the starts with which that one would explain the data, or None).
+
+    Where it is the model under test that other starts let explain the data, no effect stands. starts_shown: as of the experiment
+    in `select`; None = not to be asked.
+    """
+    bare, best = finished(frozenset()), finished(sets.best)
+    if starts := starts_shown and starts_shown(*bare[:2]):
+        return fitted(bare[2].overdispersion, bare=True), bare, starts
+    return sets, best, starts_shown and sets.best and starts_shown(*best[:2]) or None
 
 
 def best_set(fitted, finished):

@@ -22,6 +22,7 @@ from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, touches, without
 from hlcs.kinds.trajectories.sinking import drags_shown
 from hlcs.kinds.trajectories.spinning import spin_losses_shown
+from hlcs.kinds.trajectories.stated_starts import starts_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
 from hlcs.kinds.trajectories.time_step import alone, polished
 from hlcs.learning import learn
@@ -61,6 +62,7 @@ class Trajectories:
     judge, where = staticmethod(judge), staticmethod(where_it_fails)
     alone, polished = staticmethod(alone), staticmethod(polished)
     learn = staticmethod(learn)
+    starts_shown = staticmethod(partial(starts_shown, judge=judge))
 
     def __init__(self, file, options):
         said = check_names(file, options.user_effects)  # a misspelt candidate is the user's to mend, though comparing tries none
@@ -104,6 +106,7 @@ class Trajectories:
         }
         if not adequacy.adequate:
             shown["noise_shown"] = self.noise_shown(prepared.problem, prepared.base)
+            shown["starts_shown"] = None if shown["noise_shown"] else self.starts_shown(prepared.problem, prepared.base)
         where = where_it_fails(prepared.problem, table)
         notes, flags = (*prepared.notes, *prepared.aside), tuple(prepared.problem.dropped)
         return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, notes, shown, flags)

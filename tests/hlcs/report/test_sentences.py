@@ -119,6 +119,27 @@ def test_where_the_data_show_more_noise_than_is_stated_that_is_said_first_and_no
     assert "The noise of the body at rest may be too small" in at_rest
 
 
+STARTS = {
+    "effects": [],
+    "differ": {"velocity": {"least": 0.02, "most": 0.13, "unit": "m/s"}},
+    "next": "leave start out of the trials that state it",
+}
+
+
+def test_starts_that_are_stated_wrongly_are_said_first_and_nothing_is_said_to_be_missing():
+    bare = text(diagnosis("unexplained", found=(), parameters={}, starts_shown=STARTS), details=True)
+    told = bare.split("unexplained ")[1]
+    assert told.startswith(
+        "Either the starts that the file states are wrong: with starts fitted to the data in their place the model as it is "
+        "agrees with the data, and nothing need be missing. They differ from those stated by 0.02 m/s to 0.13 m/s (velocity)."
+    )
+    assert "Something is missing" not in bare and "more is missing" not in bare and "Where the model still misses" not in bare
+    assert "To know it, leave start out of the trials that state it." in told
+    told = opening(replace(UNEXPLAINED, starts_shown=STARTS))
+    assert "nothing else need be missing" in told and "Air resistance explains 99.9 % of the misfit" in told
+    assert "Either the starts that the file states are wrong" in opening(comparison(starts_shown=STARTS))
+
+
 def test_where_nothing_stands_the_nearest_is_named_with_the_reason_why_it_does_not():
     near = finding("mass_offset", "a mass other than stated", reason=Reason.SUSPECTED, chi2=100.0, error=0.03, why="suspected: x")
     found = diagnosis("unexplained", found=(), others=(near,), parameters={}, after=0.15, explained=None)
