@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hlcs.data.quantities import CHANNEL_UNITS
 from hlcs.estimation.correlated_noise import MOST_RHO, MOST_WHITE, CorrelatedNoise, lower_factor
 from hlcs.estimation.whitening import colour, kalman_filter, whiten, whitening_of_settings
 
@@ -39,7 +40,8 @@ class NoiseDraws:
     def _with_shared(self, index, white, shifts, factor):
         """The same as `_as_read` where observations of a block share an error, `factor` times as large as it is taken to be."""
         whitening = self.recordings[index].whitening
-        own, shared = np.exp(shifts[0][0]) * self.kinds[0].sigma, factor * whitening.common
+        own = np.exp(shifts[0][0]) * np.sqrt(whitening.sigma**2 - whitening.common**2)
+        shared = factor * whitening.common
         lengths = [part.stop - part.start for part, _ in whitening.blocks]
         actual = whitening_of_settings(np.repeat(np.arange(len(lengths)), lengths), own, shared)
         white[:] = whiten(whitening, colour(actual, white))
@@ -62,8 +64,10 @@ class NoiseDraws:
                 rho = float(np.clip(self.kinds[which].rho + rho, 0.0, MOST_RHO))
                 share = float(np.clip(self.kinds[which].white + share, 0.0, MOST_WHITE))
                 filters[key] = kalman_filter(recording.times[part], rho, share, noise.step)
-            seen = filters[key].colour(np.exp(log_sigma) * self.kinds[which].sigma * white[part])
+            sigma = recording.whitening.sigma[part][:, None]
+            relative = sigma / (noise.of_unit(CHANNEL_UNITS[which]) or 1.0)  # of a row of a table
+            seen = filters[key].colour(np.exp(log_sigma) * self.kinds[which].sigma * relative * white[part])
             if step:
                 expected = self.models[index][part][:, None] - origin
                 seen = step * np.round((expected + seen) / step) - expected
-            white[part] = filter.whiten(seen / recording.whitening.sigma[part][0])
+            white[part] = filter.whiten(seen / sigma)

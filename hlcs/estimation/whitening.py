@@ -125,14 +125,14 @@ class Shared(NamedTuple):
 def whitening_of_settings(setting, sigma, common):
     """Whitening of observations with an error of their own and one that all observations of a setting share.
 
-    setting: integers, those of one setting together (n,); sigma: of the own error; common: of the shared one (n,). The
+    setting: integers, those of one setting together (n,); sigma: of the own error; common: of the shared one (n,) each. The
     covariance is sigma^2 delta_kl + common^2 within a setting: its mean has the variance sigma^2 / n + common^2.
     """
     total, blocks = np.hypot(sigma, common), []
     first = np.flatnonzero(np.r_[True, np.diff(setting) != 0])
     for begin, end in zip(first, [*first[1:], len(setting)], strict=True):
-        shrink = sigma / np.hypot(sigma, np.sqrt(end - begin) * common[begin])
-        blocks.append((slice(int(begin), int(end)), Shared(float(sigma / total[begin]), float(shrink))))
+        shrink = sigma[begin] / np.hypot(sigma[begin], np.sqrt(end - begin) * common[begin])
+        blocks.append((slice(int(begin), int(end)), Shared(float(sigma[begin] / total[begin]), float(shrink))))
     return Whitening(tuple(blocks), total, common)
 
 

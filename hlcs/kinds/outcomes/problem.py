@@ -19,8 +19,8 @@ from hlcs.estimation.whitening import colour, whitening_of_settings
 from hlcs.kinds.outcomes.checks import check_magnitude, check_table
 from hlcs.kinds.outcomes.designs import ON_A_FLOOR, SLOPED, TOO_LONG, rows_of, said
 from hlcs.kinds.outcomes.never import all_that_was_measured, told
-from hlcs.kinds.outcomes.row_noise import table_noise
-from hlcs.kinds.outcomes.setting_errors import SettingErrors, of_inputs, outcomes_at, setting_errors
+from hlcs.kinds.outcomes.row_noise import TableNoise, table_noise
+from hlcs.kinds.outcomes.setting_errors import SettingErrors, of_inputs, outcomes_at, setting_errors, settings_at
 from hlcs.kinds.protocol import Prepared, misses
 from hlcs.selection.eligibility import NEEDS, eligible, stated, with_drag_that_fits
 from hlcs.simulation import outcome_motion
@@ -83,15 +83,17 @@ class TableProblem(DirectProblem):
 
     subject = "what the body does"
 
-    def __init__(self, file, table, noise, groups=None, errors=None, never=None):
-        """groups: RowGroups, where rows are not held out together in the usual way; errors: SettingErrors, None = none; never:
-        rows whose outcome never comes under the model under test (n,), None = none."""
-        self.file, self.table, self.noise, self.values = file, table, noise, table.values
+    def __init__(self, file, table, scatter, groups=None, errors=None, never=None):
+        """scatter: TableNoise; groups: RowGroups, where rows are not held out together in the usual way; errors: SettingErrors,
+        None = none; never: rows whose outcome never comes under the model under test (n,), None = none."""
+        self.file, self.table, self.scatter, self.values = file, table, scatter, table.values
+        self.noise = scatter.noise
         _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
         self.never = np.zeros(len(table.values), bool) if never is None else never
         self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
         self.distinct = {name: values[first] for name, values in table.inputs.items()}
         self.errors = errors or SettingErrors(np.zeros(len(first)))
+        self.own = scatter.of_settings(table)  # standard deviation of a row of each setting, by itself (d,)
         self.trials = row_groups(file, table, self.errors.deviation.any()) if groups is None else groups
         self.shared_doubt = self.errors.doubt
         self.recordings = [self._record(group) for group in self.trials]
@@ -100,11 +102,11 @@ class TableProblem(DirectProblem):
 
     def _record(self, group):
         count = len(group.rows)
-        common = self.errors.deviation[self.back[group.rows]]
+        common, own = self.errors.deviation[self.back[group.rows]], self.own[self.back[group.rows]]
         if common.any():
-            whitening = whitening_of_settings(self.back[group.rows], self.noise.position, common)
+            whitening = whitening_of_settings(self.back[group.rows], own, common)
         else:
-            whitening = self.noise.whitening(np.zeros(count, int), np.arange(count) * 1.0)
+            whitening = self.noise.whitening(np.zeros(count, int), np.arange(count) * 1.0)._replace(sigma=own)
         return Recording(np.zeros(count, int), group.rows, np.arange(count) * 1.0, whitening, ())
 
     def predict(self, model):
@@ -123,7 +125,7 @@ class TableProblem(DirectProblem):
     @property
     def sigmas(self):
         """Standard deviation of each row, errors of its setting included (n,)."""
-        return np.hypot(self.noise.position, self.errors.deviation)[self.back]
+        return np.hypot(self.own, self.errors.deviation)[self.back]
 
     @property
     def noise_level(self):
@@ -135,15 +137,15 @@ class TableProblem(DirectProblem):
 
     def beside(self, model):
         """The problem with the errors of its inputs propagated through another model; itself where they stay within SAME."""
-        errors = setting_errors(self.file, self.table, self.noise.position, model)
-        moved = np.hypot(self.noise.position, errors.deviation) / np.hypot(self.noise.position, self.errors.deviation)
+        errors = setting_errors(self.file, self.table, self.own, model)
+        moved = np.hypot(self.own, errors.deviation) / np.hypot(self.own, self.errors.deviation)
         if np.all(np.abs(moved - 1) < SAME):
             return self
-        return TableProblem(self.file, self.table, self.noise, errors=errors, never=self.never)
+        return TableProblem(self.file, self.table, self.scatter, errors=errors, never=self.never)
 
     def with_noise(self, noise):
         """The same problem with another Noise of a row."""
-        return TableProblem(self.file, self.table, noise, self.trials, self.errors, self.never)
+        return TableProblem(self.file, self.table, TableNoise(noise), self.trials, self.errors, self.never)
 
     # --- the next experiment --------------------------------------------------------------------------------------------------
 
@@ -168,7 +170,7 @@ class TableProblem(DirectProblem):
         """Designs that tell two fits apart: further rows, with outcomes that can be read and are not far from those there."""
         found = rows_of(self.file, self.table, other_bodies_tell((*final.model.terms, *other.model.terms)))
         problem = self.with_rows([row for _, row in found], final.model)
-        low, high = LEGIBLE * self.noise.position, TOO_LONG * float(np.max(np.abs(self.table.values)))
+        low, high = LEGIBLE * self.own.min(), TOO_LONG * float(np.max(np.abs(self.table.values)))
         outcomes = np.array([problem.predict(fit.model) for fit in (final, other)])
         kept = [k for k in range(len(found)) if np.all((outcomes[:, k] > low) & (outcomes[:, k] < high))]
         problem = self.with_rows([found[k][1] for k in kept], final.model)
@@ -180,12 +182,13 @@ class TableProblem(DirectProblem):
         inputs = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ())}
         each, names = np.arange(count), np.array([f"row {k}" for k in range(count)])
         usual = {name: np.full(count, np.median(sd)) for name, sd in self.table.input_sd.items() if name in inputs}
-        new = dict(values=np.zeros(count), inputs=inputs, groups=names, setting=each, rows=each, notes=(), input_sd=usual)
+        foretold = np.nan_to_num(settings_at(self.file, self.table, model, inputs, count)) if count else np.zeros(0)
+        new = dict(values=foretold, inputs=inputs, groups=names, setting=each, rows=each, notes=(), input_sd=usual)
         table = replace(self.table, **new)
         body, surroundings = self.file.body, self.file.surroundings
         groups = tuple(RowGroup(str(name), str(name), body, surroundings, each[k : k + 1]) for k, name in enumerate(names))
         errors = SettingErrors(of_inputs(self.file, table, model)) if count and usual else None
-        return TableProblem(self.file, table, self.noise, groups, errors)
+        return TableProblem(self.file, table, self.scatter, groups, errors)
 
     def by_row(self, fit):
         """What a fit leaves of the outcome of each row, in their order (n,) [unit of the outcome]."""
@@ -195,9 +198,9 @@ class TableProblem(DirectProblem):
 
     def worst(self, fit):
         """(where a fit misses most, in words; the same as {input: value})."""
-        raw, sigma = self.by_row(fit), self.noise.position
-        settings = [(raw[self.back == k], self.errors.deviation[k]) for k in range(len(self.setups))]
-        misses = [float(np.mean(part) / np.hypot(sigma / np.sqrt(len(part)), shared)) for part, shared in settings]
+        raw = self.by_row(fit)
+        settings = [(raw[self.back == k], self.own[k], self.errors.deviation[k]) for k in range(len(self.setups))]
+        misses = [float(np.mean(part) / np.hypot(own / np.sqrt(len(part)), shared)) for part, own, shared in settings]
         index = int(np.argmax(np.abs(misses)))
         row = {name: float(values[index]) for name, values in self.distinct.items()}
         at = f"the rows {said(row)}" if row else "the rows"
@@ -274,20 +277,26 @@ def table_candidates(file, table, names, own):
 def prepare_table(file, table, own=()):
     """The table Prepared: its noise, its problem and the fit of the model under test."""
     check_table(file, table)
-    noise = table_noise(file, table)
+    scatter = table_noise(file, table)
+    noise = scatter.noise
     model = Model(fixed=file.effects, own=tuple(own))
     model.changes(file.surroundings)
     if noise.position is None:
         return Prepared(noise, None, None, table.notes)
-    errors = setting_errors(file, table, noise.position, model)
-    problem = TableProblem(file, table, noise, errors=errors, never=np.isnan(outcomes_at(file, table, model)))
+    errors = setting_errors(file, table, scatter.of_settings(table), model)
+    problem = TableProblem(file, table, scatter, errors=errors, never=np.isnan(outcomes_at(file, table, model)))
     check_magnitude(problem, model)
     return posed(problem, model)
 
 
 def posed(problem, model):
     """The Prepared of a problem and the model under test."""
-    notes = (*problem.table.notes, *told(problem.table, problem.never), *problem.errors.notes)
+    notes = (
+        *problem.table.notes,
+        *problem.scatter.notes(problem.table),
+        *told(problem.table, problem.never),
+        *problem.errors.notes,
+    )
     if problem.errors.deviation.any() and len(np.unique(problem.table.groups)) < len(problem.values) and parted(problem.table):
         notes += (
             "rows of one setting share an error and stand in different groups: blocks of settings are held out, not groups",

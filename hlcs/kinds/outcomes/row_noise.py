@@ -3,12 +3,46 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy import special
 
+from hlcs.data.outcome_tables import OutcomeTable
+from hlcs.data.quantities import OUTCOMES
+from hlcs.data.rounded_readings import reading_step
 from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.noise_model import Noise, polynomials
-from hlcs.kinds.outcomes.repeats import LEAST_FREEDOM, repeats_of
+from hlcs.kinds.outcomes.repeats import LEAST_FREEDOM, SEEN, repeats_of
 from hlcs.kinds.outcomes.setting_errors import MOST_BENT
+
+SHARES = 1 - np.geomspace(1.0, 1e-6, 121)  # of the variance that may grow: the most probable of these is taken
+
+
+class TableNoise(NamedTuple):
+    """The noise of the rows of a table."""
+
+    noise: Noise  # of a row of usual size
+    share: float = 0.0  # of its variance that grows with the square of the outcome: 0 = all rows scatter alike, 1 = in proportion
+    usual: float = 1.0  # the outcome at which both parts together are `noise` [unit of the outcome]
+    least: float = 0.0  # scatter that the last digit leaves [unit of the outcome]
+
+    def at(self, outcome):
+        """Standard deviation of rows of these outcomes, (n,) [unit of the outcome]."""
+        sigma = self.noise.position * np.sqrt(1 - self.share + self.share * (np.asarray(outcome) / self.usual) ** 2)
+        return np.maximum(sigma, self.least) if self.share else sigma
+
+    def of_settings(self, table: OutcomeTable):
+        """Standard deviation of a row of each distinct setting, (d,) [unit of the outcome]."""
+        back = np.unique(table.setting, return_inverse=True)[1]
+        return self.at(np.bincount(back, table.values) / np.bincount(back))
+
+    def notes(self, table):
+        """That rows scatter the more the more they read, () where they do not."""
+        if not self.share:
+            return ()
+        unit, ends = OUTCOMES[table.outcome], (float(np.min(table.values)), float(np.max(table.values)))
+        low, high = self.at(ends)
+        told = f"{low:.2g} {unit} at {ends[0]:.3g} {unit}, {high:.2g} {unit} at {ends[1]:.3g} {unit}"
+        return (f"rows that repeat each other scatter the more the more they read ({told}): each weighs by its own scatter",)
 
 
 class RowScatter(NamedTuple):
@@ -47,10 +81,33 @@ def about_a_curve(table, misfit):
     return RowScatter(float(np.sqrt(rest @ rest / freedom)), freedom, "beside a smooth curve of the input, rows are off by")
 
 
+def growing(table):
+    """The TableNoise of rows that repeat each other where their scatter grows with the outcome beyond chance, else None.
+
+    The variance is s^2 (1 - w + w y^2 / u^2) of a mean outcome y; w and s are the most probable ones, the means of the repeats
+    being unknown (restricted likelihood), and what they gain over w = 0 is asked to be more than chance gives.
+    """
+    cell = np.unique(repeats_of(table).cell, return_inverse=True)[1]
+    counts = np.bincount(cell)
+    means = np.bincount(cell, table.values) / counts
+    squares, freedom = np.bincount(cell, (table.values - means[cell]) ** 2), counts - 1
+    usual = float(np.sqrt(freedom @ means**2 / freedom.sum()))
+    variance = 1 - SHARES[:, None] + SHARES[:, None] * (means / usual) ** 2
+    sigma = np.sqrt(squares @ (1 / variance).T / freedom.sum())
+    cost = 2 * freedom.sum() * np.log(sigma) + np.log(variance) @ freedom
+    best = int(np.argmin(cost))
+    if cost[0] - cost[best] < special.chdtri(1, 2 * SEEN):  # w = 0 is an end: half of all chance gains are none
+        return None
+    scatter = RowScatter(float(sigma[best]), int(freedom.sum()), "")
+    return TableNoise(scatter.noise("replicates"), float(SHARES[best]), usual, reading_step(table.values) / np.sqrt(12))
+
+
 def table_noise(file, table):
-    """Noise of an outcome: stated, or from replicates (rows with equal inputs); unknown otherwise."""
+    """The TableNoise of a table: stated, or from replicates (rows with equal inputs); unknown otherwise."""
     stated = file.noise.get(table.outcome, file.noise.get("outcome"))
     if stated is not None:
-        return Noise(CorrelatedNoise(stated, 0.0, 0.0, np.zeros((3, 3))), None, 1.0, "stated")
+        return TableNoise(Noise(CorrelatedNoise(stated, 0.0, 0.0, np.zeros((3, 3))), None, 1.0, "stated"))
     repeats = between_repeats(table)
-    return repeats.noise("replicates") if repeats else Noise(None, None, 1.0, "unknown")
+    if repeats is None:
+        return TableNoise(Noise(None, None, 1.0, "unknown"))
+    return growing(table) or TableNoise(repeats.noise("replicates"))

@@ -68,7 +68,10 @@ def settings_at(file, table, model, inputs, count=None):
 
 
 def setting_errors(file, table, sigma, model):
-    """The SettingErrors of a table; sigma: of one row [unit of the outcome]; model: at which errors of inputs are propagated."""
+    """The SettingErrors of a table.
+
+    sigma: of one row of each setting (d,) [unit of the outcome]; model: at which errors of inputs are propagated.
+    """
     known = of_inputs(file, table, model)
     _, first = np.unique(table.setting, return_index=True)
     expected = outcomes_at(file, table, model)[first]
@@ -78,9 +81,10 @@ def setting_errors(file, table, sigma, model):
     if not scatter.size > 0:
         return SettingErrors(known)
     note = (
-        f"settings scatter by {scatter.size:.2g} {unit} beyond what their replicates (each off by {sigma:.2g} {unit}) and the "
-        "stated errors of inputs explain, in no order that so few settings show: taken as an error that the rows of a setting "
-        "share. If no setting can be so far off, something is missing: state what each may be off by, measurement.input_sd"
+        f"settings scatter by {scatter.size:.2g} {unit} beyond what their replicates (each off by {np.median(sigma):.2g} {unit}) "
+        "and the stated errors of inputs explain, in no order that so few settings show: taken as an error that the rows "
+        "of a setting share. If no setting can be so far off, something is missing: state what each may be off by, "
+        "measurement.input_sd"
     )
     return SettingErrors(np.hypot(known, scatter.size), float(1 / np.sqrt(2 * scatter.freedom)), (note,))
 
@@ -105,7 +109,7 @@ class Scatter(NamedTuple):
 def between_settings(table, sigma, known, expected):
     """The Scatter of a table.
 
-    sigma: of one row; known: of each setting from its inputs (d,); expected: outcomes of the model under test (d,).
+    sigma: of one row of each setting; known: of each setting from its inputs; expected: outcomes of the model under test (d,).
 
     It must not be the signal of an effect. So it is looked for only where one input alone varies, where rows are repeated, and in
     what is left of the misfit of the setting means once a polynomial of that input is taken away, at least of second degree:

@@ -34,10 +34,10 @@ def test_whitening_undoes_the_correlation(generator):
 
 def test_observations_that_share_an_error_become_white_whatever_their_order():
     """W C W^T = 1 for the covariance C of own and shared errors, and W is symmetric: no order stands out."""
-    setting, own = np.array([0, 0, 0, 1, 2, 2]), 2.0
+    setting, own = np.array([0, 0, 0, 1, 2, 2]), np.array([2.0, 2.0, 2.0, 1.0, 0.3, 0.3])
     common = np.array([3.0, 3.0, 3.0, 0.0, 0.5, 0.5])
     whitening = whitening_of_settings(setting, own, common)
-    covariance = own**2 * np.eye(6) + np.outer(common, common) * (setting[:, None] == setting)
+    covariance = np.diag(own**2) + np.outer(common, common) * (setting[:, None] == setting)
     matrix = whiten(whitening, np.eye(6))
     np.testing.assert_allclose(matrix @ covariance @ matrix.T, np.eye(6), atol=1e-12)
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-12)

@@ -6,6 +6,7 @@ import pytest
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.outcome_tables import read_outcomes
 from hlcs.kinds.outcomes.problem import TableProblem, judge_table, prepare_table, row_groups, table_candidates, where_in_table
+from hlcs.kinds.outcomes.row_noise import table_noise
 from hlcs.simulation.model import Model
 from minibullet.errors import InputError, InputWarning
 
@@ -61,7 +62,7 @@ def test_a_model_that_agrees_is_adequate_and_the_worst_height_comes_first(tmp_pa
 
 def test_a_model_is_asked_once_for_rows_with_equal_inputs(tmp_path):
     file, read = table(tmp_path, falls())
-    problem = TableProblem(file, read, prepare_table(file, read).noise)
+    problem = TableProblem(file, read, table_noise(file, read))
     assert len(problem.setups) == 6 and problem.predict(Model()).shape == (18,)
     assert problem.predict(Model()) is problem.predict(Model())
 

@@ -1,0 +1,51 @@
+"""Scatter of rows that grows with what they read: seen by the repeats, and each row then weighs by its own."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hlcs
+from hlcs.data.outcome_tables import OutcomeTable
+from hlcs.kinds.outcomes.row_noise import growing
+
+G = 9.81
+SPEEDS = np.repeat([0.4, 0.7, 1.1, 1.6, 2.2, 3.0], 5)  # m/s
+STOPS = SPEEDS**2 / (2 * 0.33 * G)  # where a block stops by Coulomb's law [m]
+
+
+def table(values):
+    each, setting = np.arange(len(values)), np.unique(SPEEDS, return_inverse=True)[1]
+    nobody = np.full(len(values), "")
+    return OutcomeTable(Path("t.csv"), "stop_distance_m", values, {"speed_m_s": SPEEDS}, nobody, setting, each, ())
+
+
+def test_rows_that_scatter_alike_are_seldom_said_to_scatter_more():
+    """At the level of 1 %, of 500 tables five are: fifteen at most (Poisson, one in ten thousand)."""
+    normal = np.random.default_rng(1).standard_normal((500, len(STOPS)))
+    assert sum(growing(table(STOPS + 0.01 * each)) is not None for each in normal) <= 15
+
+
+def test_scatter_in_proportion_is_seen_and_its_size_told():
+    """24 degrees of freedom know a standard deviation to 14 %; three times that."""
+    for seed in range(10):
+        found = growing(table(STOPS * (1 + 0.01 * np.random.default_rng(seed).standard_normal(len(STOPS)))))
+        assert found.share > 0.95
+        assert found.at(STOPS.max()) == pytest.approx(0.01 * STOPS.max(), rel=0.45)
+
+
+def test_no_row_scatters_less_than_its_last_digit():
+    noise = growing(table(STOPS * (1 + 0.01 * np.random.default_rng(3).standard_normal(len(STOPS)))))
+    assert noise._replace(least=0.01).at([1e-9, STOPS.max()]) == pytest.approx([0.01, noise.at(STOPS.max())])
+
+
+def test_the_numbers_of_proportional_scatter_are_inside_their_intervals():
+    """Friction of 0.33 in place of 0.3: the truth is inside 90 % of the intervals, of ten at least six (binomial, 1 in 600)."""
+    inside = 0
+    for seed in range(10):
+        stops = STOPS * (1 + 0.01 * np.random.default_rng(100 + seed).standard_normal(len(STOPS)))
+        body, frame = {"shape": "box", "size": [0.1, 0.06, 0.04], "mass": 0.15}, {"speed_m_s": SPEEDS, "stop_distance_m": stops}
+        experiment = hlcs.Experiment.from_frames([frame], body, {"friction": 0.3}, kind="outcomes")
+        number = hlcs.diagnose(experiment, candidates="friction").parameters["friction"]["coefficient"]
+        inside += number["low"] < 0.33 < number["high"]
+    assert inside >= 6
