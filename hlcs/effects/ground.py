@@ -37,6 +37,9 @@ class BottomSlope(Change):
         surroundings = setup.surroundings
         if surroundings.floor_height is None:
             return setup
-        normal = np.asarray(surroundings.floor_normal) - np.array([self.grade_x, self.grade_y, 0.0])
-        normal = tuple(float(part) for part in normal / np.linalg.norm(normal))
-        return replace(setup, surroundings=replace(surroundings, floor_normal=normal))
+        stated = np.asarray(surroundings.floor_normal)
+        normal = stated - stated[2] * np.array([self.grade_x, self.grade_y, 0.0])
+        normal = normal / np.linalg.norm(normal)
+        height = surroundings.floor_height * float(normal[2] / stated[2])  # below the origin the floor stays where it was
+        normal = tuple(float(part) for part in normal)
+        return replace(setup, surroundings=replace(surroundings, floor_normal=normal, floor_height=height))

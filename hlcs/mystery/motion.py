@@ -165,7 +165,8 @@ def turned(start, decay, times):
 
 def level(laws, floor):
     """The normal of the floor as it really lies (3,): it rises by the grades of `bottom_slope` beside what is stated."""
-    normal = floor.normal - np.array([number(laws, "bottom_slope", f"grade_{axis}") for axis in "xy"] + [0.0])
+    grades = np.array([number(laws, "bottom_slope", f"grade_{axis}") for axis in "xy"] + [0.0])
+    normal = floor.normal - floor.normal[2] * grades
     return normal / np.linalg.norm(normal)
 
 

@@ -242,7 +242,7 @@ def parameters(inputs, effects):
     p.update(gravity_x=g * np.sin(ax), gravity_y=g * np.sin(ay), gravity_z=-g * np.sqrt(1 - np.sin(ax) ** 2 - np.sin(ay) ** 2))
     normal = np.array(inputs.get("floor_normal", (0.0, 0.0, 1.0)), float)
     slope = effects.get("bottom_slope", {})
-    normal = normal + [-slope.get("grade_x", 0.0), -slope.get("grade_y", 0.0), 0.0]  # height rises by grade * x
+    normal = normal - normal[2] * np.array([slope.get("grade_x", 0.0), slope.get("grade_y", 0.0), 0.0])  # it rises by grade * x
     normal /= np.linalg.norm(normal)
     p.update(n_x=normal[0], n_y=normal[1], n_z=normal[2])
     drag = effects.get("quadratic_drag", {})

@@ -231,7 +231,8 @@ def spin_angle(spin, torque, rate, times):
 def simulate(trial, inputs, effects, start, times, step, rolling=False):
     """Positions (n, 3) [m] and orientations (n, 4) of a block or ball on its plane at true times [s]."""
     slope = effects.get("bottom_slope", {})
-    normal = np.asarray(inputs["floor_normal"], float) + [-slope.get("grade_x", 0.0), -slope.get("grade_y", 0.0), 0.0]
+    normal = np.asarray(inputs["floor_normal"], float)
+    normal = normal - normal[2] * np.array([slope.get("grade_x", 0.0), slope.get("grade_y", 0.0), 0.0])
     axes = frame(normal)
     p = parameters(inputs, effects, axes, rolling)
     clearance = inputs["clearance"] + effects.get("margin_offset", {}).get("offset", 0.0) * inputs["nominal_diameter"]
