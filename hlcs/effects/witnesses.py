@@ -183,6 +183,28 @@ WITNESSES = {
     ),
 }
 
+# What a file states that the number of an effect rests on: to be looked up where that number is not plausible.
+RESTS_ON = {
+    "added_mass": "mass and size of the body, density of the fluid",
+    "buoyancy": "mass and size of the body, scale of length, frames a second",
+    "calibration_curve": "scale of length at each height, starts",
+    "clock_offset": "moment of the release, start",
+    "drag_crisis": "mass and size of the body, density and viscosity of the fluid",
+    "friction": "slope of the floor, scale of length",
+    "length_scale": "ruler in the picture, and its distance from the motion",
+    "linear_drag": "scale of length, frames a second, starts",
+    "magnus": "spin, mass and size of the body, density of the fluid",
+    "margin_offset": "height of the floor, size of the body",
+    "mass_offset": "mass of the body, density of the fluid",
+    "quadratic_drag": "mass and size of the body, density of the fluid, scale of length",
+    "restitution": "height of the floor, size of the body",
+    "rolling_friction": "slope of the floor",
+    "size_error": "size of the body and, where it touches, height of the floor",
+    "sphere_drag": "mass and size of the body, density of the fluid",
+    "stokes_drag": "mass and size of the body, density of the fluid",
+    "time_scale": "frames a second",
+}
+
 # What to do beside a table of layers, by name of the candidate: most candidates of layers are settings of a placement test.
 OF_LAYERS = {
     "convex_hull_shape": "simulate both shapes with the same seeds, and nest two units by hand: hulls cannot",

@@ -75,7 +75,8 @@ def _numbers(name, numbers):
 def _beyond(numbers):
     """A sentence for each number that is beyond what is usual."""
     return [
-        f"The {words(key)} of {entry['beyond']}: check the inputs that it rests on."
+        f"The {words(key)} of {entry['beyond']}: check the inputs that it rests on"
+        + (f" ({entry['rests_on']})." if entry.get("rests_on") else ".")
         for key, entry in numbers.items()
         if "beyond" in entry
     ]

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from hlcs.data.quantities import have_unit
+from hlcs.effects.witnesses import RESTS_ON
 from hlcs.records import Found, NextExperiment
 from hlcs.selection import experiment_design
 from hlcs.selection.findings import candidate_findings
@@ -225,18 +226,19 @@ def _parameters(sets, final, shown):
                     final[sets.best].freedom,
                 ),
                 free,
-                entry.setting,
+                entry,
             )
             for free in entry.free
         } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
     return numbers
 
 
-def told(number, free, setting):
+def told(number, free, entry):
     """A number with what a reader must know beside it: what the model states, and what is usual where it lies beyond that."""
-    stated = {"stated": free.null} if setting and free.null is not None else {}
+    stated = {"stated": free.null} if entry.setting and free.null is not None else {}
     beyond = free.beyond(number["value"])
-    return number | stated | ({"usual": free.usual, "beyond": beyond} if beyond else {})
+    doubtful = {"usual": free.usual, "beyond": beyond, "rests_on": RESTS_ON.get(entry.name, "")}
+    return number | stated | (doubtful if beyond else {})
 
 
 def _withheld(fit, entry, free):
@@ -283,8 +285,8 @@ def _doubts(fit):
     """Sentences on numbers beyond what is plausible, on numbers that hang together, and on a fit that did not come to its end."""
     names = [f"{effect}.{free.name}" for effect, free, _ in fit.numbers]
     notes = [
-        f"{name} = {beyond}: check the inputs that it rests on"
-        for name, (_, free, value) in zip(names, fit.numbers, strict=True)
+        f"{name} = {beyond}: check the inputs that it rests on" + (f" ({RESTS_ON[effect]})" if effect in RESTS_ON else "")
+        for name, (effect, free, value) in zip(names, fit.numbers, strict=True)
         if (beyond := free.beyond(value))
     ]
     deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))

@@ -159,6 +159,9 @@ def test_a_number_beyond_what_is_usual_is_told_as_such():
     beyond = "3.1 lies above what is plausible (0 to 2)"
     odd = {"quadratic_drag": {"drag_coefficient": number(3.1, 0.1, usual="0 to 2", beyond=beyond)}}
     assert f"The drag coefficient of {beyond}: check the inputs that it rests on." in opening(diagnosis(parameters=odd))
+    odd["quadratic_drag"]["drag_coefficient"]["rests_on"] = "mass and size of the body"
+    told = opening(diagnosis(parameters=odd))
+    assert f"The drag coefficient of {beyond}: check the inputs that it rests on (mass and size of the body)." in told
 
 
 def test_an_error_above_the_noise_is_never_called_noise():
