@@ -81,7 +81,8 @@ class Problem:
 
     def derivative(self, name, free, value, moved, linear, initial_states, reach=WIDE, to=None):
         """White change of the observations per unit of a free number at `value`, list of (n_i,), and what the initial states do
-        along with it, list of (unknowns_i,); moved: value -> model; linear: at the value.
+        along with it, list of (unknowns_i,); moved: value -> model; linear: function that gives the Linearization at the value,
+        called once the first change has been simulated.
 
         Runs with contacts answer a small change with some noise of their own (which sweep converged, which step stopped the
         body), so there the step is widened until the change, less what the initial states absorb, stands clear of it. A wide step
@@ -94,10 +95,10 @@ class Problem:
 
         def change(step, states):
             after = self.residuals(moved(value + step), states)
-            return self.whitened([a - b for a, b in zip(linear.raw, after, strict=True)])
+            return self.whitened([a - b for a, b in zip(linear().raw, after, strict=True)])
 
         def size(changes):
-            return float(np.sqrt(sum(np.sum(part**2) for part in linear.without_states(changes))))
+            return float(np.sqrt(sum(np.sum(part**2) for part in linear().without_states(changes))))
 
         while True:
             step = -amount if value + amount > free.most else amount
@@ -107,9 +108,9 @@ class Problem:
             amount = min(amount * float(np.clip(1.5 * LEAST_CHANGE / max(size(changes), 1e-9), 2.0, 30.0)), widest)
         if not known:
             self.difference_steps[name, free.name] = min(amount, widest * WIDE / reach)
-        moves = [np.zeros(columns.shape[1]) for columns in linear.state_columns]
+        moves = [np.zeros(columns.shape[1]) for columns in linear().state_columns]
         if self.simulator.contact and any(len(move) for move in moves) and np.isfinite(size(changes)):
-            absorbed = zip(linear.state_columns, changes, strict=True)
+            absorbed = zip(linear().state_columns, changes, strict=True)
             along = [-least_squares(columns, part).estimate for columns, part in absorbed]
             followed = change(step, self.stepped(initial_states, along))
             if size(followed) < size(changes):

@@ -2,7 +2,7 @@
 
 from copy import copy
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -129,7 +129,28 @@ class TrajectoryProblem(Problem):
 
     def linearise(self, model, initial_states, only=None):
         """Linearization at this point; with `only`, of the recordings of these indices, and of their initial states alone."""
-        which = np.arange(len(self.trials)) if only is None else np.asarray(only)
+        if only is not None:
+            return self._along_states(model, initial_states, np.asarray(only))
+        linear = cache(partial(self._along_states, model, initial_states, np.arange(len(self.trials))))
+        looks = []
+        for index, term in enumerate(model.terms):
+            for free in term.candidate.free:
+
+                def moved(value, index=index, term=term, free=free):
+                    return model.with_at(index, term.numbers | {free.name: value})
+
+                value = term.numbers[free.name]
+                looks.append(partial(self.derivative, term.name, free, value, moved, linear, initial_states))
+        linear, *found = self.batched([linear, *looks])  # the first one is known before the others ask for it
+        columns, moves = ([[each[part][k] for each in found] for k in range(len(self.trials))] for part in (0, 1))
+        return replace(
+            linear,
+            parameter_columns=[stacked(part, len(white)) for part, white in zip(columns, linear.white, strict=True)],
+            state_moves=[stacked(part, n.shape[1]) for part, n in zip(moves, linear.state_columns, strict=True)],
+        )
+
+    def _along_states(self, model, initial_states, which):
+        """Linearization of the recordings of these indices in their initial states alone."""
         perturbed, owner = [initial_states[which]], list(which)
         for k in which:
             for number in self.recordings[k].unknown:
@@ -152,27 +173,7 @@ class TrajectoryProblem(Problem):
             Motion(*(None if part is None else part.copy() for part in motion)) for motion in trajectories[: len(which)]
         ]
         none = [stacked([], len(residual)) for residual in raw]
-        linear = Linearization(raw, white, state_columns, none, trajectories=unperturbed)
-        return linear if only is not None else self._with_parameters(model, initial_states, linear)
-
-    def _with_parameters(self, model, initial_states, linear):
-        """A Linearization with the columns of the model's free numbers."""
-        looks = []
-        for index, term in enumerate(model.terms):
-            for free in term.candidate.free:
-
-                def moved(value, index=index, term=term, free=free):
-                    return model.with_at(index, term.numbers | {free.name: value})
-
-                value = term.numbers[free.name]
-                looks.append(partial(self.derivative, term.name, free, value, moved, linear, initial_states))
-        found = self.batched(looks)
-        columns, moves = ([[each[part][k] for each in found] for k in range(len(self.trials))] for part in (0, 1))
-        return replace(
-            linear,
-            parameter_columns=[stacked(part, len(white)) for part, white in zip(columns, linear.white, strict=True)],
-            state_moves=[stacked(part, n.shape[1]) for part, n in zip(moves, linear.state_columns, strict=True)],
-        )
+        return Linearization(raw, white, state_columns, none, trajectories=unperturbed)
 
     # --- the next experiment --------------------------------------------------------------------------------------------------
 

@@ -66,8 +66,8 @@ def signatures(problem, fit, entry, at):
             def moved(value):
                 return fit.model.with_term(Term(entry, tuple((view | {free.name: value}).items())))
 
-            linear, states = fit.linearization, fit.initial_states
-            return problem.derivative(entry.name, free, free.null, moved, linear, states, reach=FAR, to=at.get(free.name))[0]
+            known, states, to = (lambda: fit.linearization), fit.initial_states, at.get(free.name)
+            return problem.derivative(entry.name, free, free.null, moved, known, states, reach=FAR, to=to)[0]
 
         parts = problem.batched([partial(slope, free) for free in entry.free if free.null is not None])
         return [np.column_stack(part) for part in zip(*parts, strict=True)]

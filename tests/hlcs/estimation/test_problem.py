@@ -14,7 +14,7 @@ TIMES = [np.linspace(0.0, 2.0, 9), np.linspace(0.0, 1.0, 7)]
 def test_a_derivative_of_a_linear_problem_is_its_column():
     problem = Line(TIMES, [2.0 * t for t in TIMES], 0.5)
     linear = problem.linearise(model(2.0), problem.initial_guess())
-    columns, moves = problem.derivative("linear_drag", RATE.free[0], 2.0, model, linear, problem.initial_guess())
+    columns, moves = problem.derivative("linear_drag", RATE.free[0], 2.0, model, lambda: linear, problem.initial_guess())
     for column, t in zip(columns, TIMES, strict=True):
         np.testing.assert_allclose(column, t / 0.5, rtol=1e-10, atol=1e-10)
     assert all((move == 0).all() for move in moves)
@@ -25,7 +25,7 @@ def test_a_derivative_may_be_taken_as_far_as_a_value_that_is_known():
     problem = Line(TIMES, [2.0 * t for t in TIMES], 0.5)
     linear = problem.linearise(model(2.0), problem.initial_guess())
     for to in (5.0, 2.0):
-        columns, _ = problem.derivative("linear_drag", RATE.free[0], 2.0, model, linear, problem.initial_guess(), to=to)
+        columns, _ = problem.derivative("linear_drag", RATE.free[0], 2.0, model, lambda: linear, problem.initial_guess(), to=to)
         np.testing.assert_allclose(columns[0], TIMES[0] / 0.5, rtol=1e-10, atol=1e-10)
 
 

@@ -1,6 +1,7 @@
 """What is told of every candidate of a search."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from linear_models import LAWS, Bend, sets
 
 from hlcs.effects import Candidate, classes
 from hlcs.effects.candidates import Free
+from hlcs.effects.witnesses import RESTS_ON
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.records import Reason
 from hlcs.selection.findings import candidate_findings, change_told, set_label
@@ -114,9 +116,11 @@ def test_the_starts_take_their_share_of_the_noise(generator):
 
 
 def test_a_number_tells_what_the_model_states_and_what_is_usual_where_it_is_not():
-    (free,) = LAWS["linear_drag"].free
+    law = LAWS["linear_drag"]
+    (free,) = law.free
     number = {"value": 2.0, "low": 1.0, "high": 3.0, "unit": "1/s"}
-    assert as_told(number, free, False) == number
-    assert as_told(number, free, True) == number | {"stated": 0.0}
-    odd = as_told(number | {"value": 20.0}, free, False)
+    assert as_told(number, free, law) == number
+    assert as_told(number, free, replace(law, setting=True)) == number | {"stated": 0.0}
+    odd = as_told(number | {"value": 20.0}, free, law)
+    assert odd["rests_on"] == RESTS_ON["linear_drag"]
     assert odd["usual"] == "0 to 10 1/s" and odd["beyond"] == "20 lies above what is plausible (0 to 10 1/s)"
