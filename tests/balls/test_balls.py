@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import hlcs
@@ -118,3 +119,21 @@ def test_held_out_error_of_all_balls(diagnosed):
     """Root mean square over the balls of the error on the drop that was not used: at most 0.35 m (measured: 0.24 m)."""
     errors = [diagnosed(ball).error["held_out"]["after"] for ball in (*DRAGGED, *DENSE)]
     assert np.sqrt(np.mean(np.square(errors))) < 0.35
+
+
+@pytest.mark.slow
+def test_ten_lines_with_tables_in_memory_give_what_the_files_give(diagnosed):
+    drops, balls = pd.read_csv(DATA / "ball_drops.csv"), pd.read_csv(DATA / "balls.csv").set_index("ball")
+    ball, frames = balls.loc["tennis_ball"], []
+    for _, rows in drops[drops.ball == "tennis_ball"].groupby("drop"):
+        times, heights = cut(rows.t_s.to_numpy(), rows.height_m.to_numpy())
+        frames.append({"t_s": times, "z_m": heights})
+    body = {"shape": "sphere", "mass": ball.mass_kg, "radius": ball.diameter_m / 2}
+    air, groups = {"fluid_density": 1.21, "fluid_viscosity": 1.8e-5}, [{"group": "drop 1"}, {"group": "drop 2"}]
+    found = hlcs.diagnose(hlcs.Experiment.from_frames(frames, body, air, {"position": 0.045}, trials=groups))
+    filed = diagnosed("tennis_ball")
+    assert (found.verdict, found.effects, found.ambiguous) == (filed.verdict, filed.effects, filed.ambiguous)
+    # files hold nine digits of a metre
+    assert found.parameters["linear_drag"]["rate"]["value"] == pytest.approx(
+        filed.parameters["linear_drag"]["rate"]["value"], rel=1e-5
+    )
