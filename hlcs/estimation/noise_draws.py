@@ -4,7 +4,8 @@ import numpy as np
 
 from hlcs.data.quantities import CHANNEL_UNITS
 from hlcs.estimation.correlated_noise import MOST_RHO, MOST_WHITE, CorrelatedNoise, lower_factor
-from hlcs.estimation.whitening import colour, kalman_filter, whiten, whitening_of_settings
+from hlcs.estimation.whitening import colour, exponent_of, steps_between, whiten, whitening_of_settings
+from minibullet.kernels import leaf
 
 PERTURBATIONS = 200  # sets of noise parameters that are drawn from their uncertainty: of 16, p kept an error of 0.1
 
@@ -30,44 +31,65 @@ class NoiseDraws:
         self.drawn[index] = first + count
         white = self.generator.standard_normal((n, count))
         self.noise.tail.sprinkle(self.generator, white)
-        for k in range(PERTURBATIONS):
-            columns = slice((k - first) % PERTURBATIONS, count, PERTURBATIONS)
-            if columns.start < count:
-                read = self._as_read if self.recordings[index].whitening.common is None else self._with_shared
-                read(index, white[:, columns], [shift[k] for shift in self.shifts], self.shared[k])
+        sets = (first + np.arange(count)) % PERTURBATIONS
+        if self.recordings[index].whitening.common is None:
+            self._as_read(index, white, sets)
+        else:
+            self._with_shared(index, white, sets)
         return white
 
-    def _with_shared(self, index, white, shifts, factor):
-        """The same as `_as_read` where observations of a block share an error, `factor` times as large as it is taken to be."""
+    def _with_shared(self, index, white, sets):
+        """The same as `_as_read` where observations of a block share an error that is not known exactly."""
         whitening = self.recordings[index].whitening
-        own = np.exp(shifts[0][0]) * np.sqrt(whitening.sigma**2 - whitening.common**2)
-        shared = factor * whitening.common
-        lengths = [part.stop - part.start for part, _ in whitening.blocks]
-        actual = whitening_of_settings(np.repeat(np.arange(len(lengths)), lengths), own, shared)
-        white[:] = whiten(whitening, colour(actual, white))
+        own, lengths = np.sqrt(whitening.sigma**2 - whitening.common**2), [part.stop - part.start for part, _ in whitening.blocks]
+        setting = np.repeat(np.arange(len(lengths)), lengths)
+        for k in np.unique(sets):
+            actual = whitening_of_settings(setting, np.exp(self.shifts[0][k, 0]) * own, self.shared[k] * whitening.common)
+            white[:, sets == k] = whiten(whitening, colour(actual, white[:, sets == k]))
 
-    def _as_read(self, index, white, shifts, factor):
+    def _as_read(self, index, white, sets):
         """Turn white noise (n, count), in place, into what readings with noise of other parameters look like when whitened.
 
-        shifts: of (log sigma, rho, share) of positions, orientations and accelerations, (3,) each; factor: none shares an error.
+        sets: of those parameters, of each column (count,).
         """
-        recording, noise, filters = self.recordings[index], self.noise, {}
+        recording, noise = self.recordings[index], self.noise
         for part, filter in recording.whitening.blocks:
             channel = int(recording.channel[part.start])
             which = channel // 3
-            log_sigma, rho, share = shifts[which]
+            kind, shifts, sigma = self.kinds[which], self.shifts[which][sets].T, recording.whitening.sigma[part]
             step, origin = noise.lattice[channel] if channel < 3 and self.models is not None else (0.0, 0.0)
-            if not shifts[which].any() and not step:
+            if not shifts.any() and not step:
                 continue
-            key = which, recording.times[part].tobytes()
-            if key not in filters:
-                rho = float(np.clip(self.kinds[which].rho + rho, 0.0, MOST_RHO))
-                share = float(np.clip(self.kinds[which].white + share, 0.0, MOST_WHITE))
-                filters[key] = kalman_filter(recording.times[part], rho, share, noise.step)
-            sigma = recording.whitening.sigma[part][:, None]
-            relative = sigma / (noise.of_unit(CHANNEL_UNITS[which]) or 1.0)  # of a row of a table
-            seen = filters[key].colour(np.exp(log_sigma) * self.kinds[which].sigma * relative * white[part])
-            if step:
-                expected = self.models[index][part][:, None] - origin
-                seen = step * np.round((expected + seen) / step) - expected
-            white[part] = filter.whiten(seen / sigma)
+            rho = np.clip(kind.rho + shifts[1], 0.0, MOST_RHO)
+            share = np.clip(kind.white + shifts[2], 0.0, MOST_WHITE)
+            sizes = np.exp(shifts[0]) * kind.sigma / (noise.of_unit(CHANNEL_UNITS[which]) or 1.0)  # over what rows are known by
+            expected = self.models[index][part] - origin if step else np.zeros(len(sigma))
+            gaps = steps_between(recording.times[part], noise.step)
+            scratch = np.zeros((3, len(sets)))
+            read_again(gaps, exponent_of(rho), share, sizes, sigma, float(step), expected, *filter, scratch, white[part])
+
+
+@leaf
+def read_again(gaps, exponent, share, sizes, sigma, step, expected, decay, gain, deviation, scratch, white):
+    """Turn white noise (n, count), in place, into readings of it and these into what a Filter makes of them.
+
+    gaps: steps to the next sample (n,); exponent: log rho of each column, share: of it that is not correlated, sizes: its
+    standard deviation over sigma (count,); sigma: of the readings, expected: what they would be without noise (n,); step: to
+    which they are rounded, 0 = not; decay, gain, deviation: of the Filter (n,); scratch: zeros (3, count).
+    """
+    known, drawn, foreseen = scratch  # of the state that is drawn: 1 - its variance; what is foreseen of it; of what is read
+    for row in range(len(gaps)):
+        for column in range(len(sizes)):
+            unknown = 1.0 - share[column] - known[column]
+            variance = unknown + share[column]
+            part = unknown / variance
+            new = np.sqrt(variance) * white[row, column]
+            seen = sizes[column] * sigma[row] * (drawn[column] + new)
+            if step > 0.0:
+                seen = step * np.rint((expected[row] + seen) / step) - expected[row]
+            lasting = gaps[row] * exponent[column]
+            drawn[column] = np.exp(lasting) * (drawn[column] + part * new)
+            known[column] = np.exp(2 * lasting) * (1.0 - share[column] - share[column] * part)
+            left = seen / sigma[row] - foreseen[column]
+            white[row, column] = left / deviation[row]
+            foreseen[column] = decay[row] * (foreseen[column] + gain[row] * left)

@@ -71,12 +71,22 @@ def _colour(decay, gain, deviation, values, foreseen):
 
 def kalman_filter(times, rho, white, step):
     """Filter of noise of variance 1 at the times (n,), increasing: AR(1) with rho per step, and a share `white` of its own."""
-    return filter_of(np.diff(times, append=times[-1:]) / step, rho, white)
+    return filter_of(steps_between(times, step), rho, white)
+
+
+def steps_between(times, step):
+    """From each of the times (n,) to the next, 0 behind the last, (n,) [steps]."""
+    return np.diff(times, append=times[-1:]) / step
+
+
+def exponent_of(rho):
+    """Logarithm of a correlation from step to step, finite where there is none."""
+    return np.log(np.maximum(rho, 1e-12))
 
 
 def filter_of(gaps, rho, white):
     """The same of samples with these times from each to the next (n,) [steps]; inf: there another series begins."""
-    exponent = gaps * np.log(max(rho, 1e-12))
+    exponent = gaps * exponent_of(rho)
     result = Filter(np.exp(exponent), np.empty(len(gaps)), np.empty(len(gaps)))
     _fill_in(result.decay, -np.expm1(2 * exponent), float(white), result.gain, result.deviation)
     return result
