@@ -1,5 +1,7 @@
 """Draws of the noise as these data may hold it: what is not known of it, outliers that stayed and rounding included."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from hlcs.data.quantities import CHANNEL_UNITS
@@ -64,32 +66,47 @@ class NoiseDraws:
             share = np.clip(kind.white + shifts[2], 0.0, MOST_WHITE)
             sizes = np.exp(shifts[0]) * kind.sigma / (noise.of_unit(CHANNEL_UNITS[which]) or 1.0)  # over what rows are known by
             expected = self.models[index][part] - origin if step else np.zeros(len(sigma))
-            gaps = steps_between(recording.times[part], noise.step)
-            scratch = np.zeros((3, len(sets)))
-            read_again(gaps, exponent_of(rho), share, sizes, sigma, float(step), expected, *filter, scratch, white[part])
+            noises = Noises(exponent_of(rho), share, sizes)
+            readings = Readings(steps_between(recording.times[part], noise.step), sigma, float(step), expected)
+            read_again(noises, readings, filter, np.zeros((3, len(sets))), white[part])
+
+
+class Noises(NamedTuple):
+    """Noise with parameters of its own in each of many columns, (count,) each."""
+
+    exponent: np.ndarray  # logarithm of the correlation from step to step
+    share: np.ndarray  # of the variance that is not correlated
+    size: np.ndarray  # standard deviation, over what the readings are known by
+
+
+class Readings(NamedTuple):
+    """Readings of one channel, (n,) each."""
+
+    gaps: np.ndarray  # to the next one [steps]
+    sigma: np.ndarray  # standard deviation that they are known by [unit of the channel]
+    step: float  # to which they are rounded, 0 = not [unit of the channel]
+    expected: np.ndarray  # what they would be without noise [unit of the channel]
 
 
 @leaf
-def read_again(gaps, exponent, share, sizes, sigma, step, expected, decay, gain, deviation, scratch, white):
-    """Turn white noise (n, count), in place, into readings of it and these into what a Filter makes of them.
-
-    gaps: steps to the next sample (n,); exponent: log rho of each column, share: of it that is not correlated, sizes: its
-    standard deviation over sigma (count,); sigma: of the readings, expected: what they would be without noise (n,); step: to
-    which they are rounded, 0 = not; decay, gain, deviation: of the Filter (n,); scratch: zeros (3, count).
-    """
-    known, drawn, foreseen = scratch  # of the state that is drawn: 1 - its variance; what is foreseen of it; of what is read
-    for row in range(len(gaps)):
-        for column in range(len(sizes)):
-            unknown = 1.0 - share[column] - known[column]
-            variance = unknown + share[column]
+def read_again(noises, readings, filter, scratch, white):
+    """Turn white noise (n, count), in place, into readings of other noises, and these into what a Filter makes of them; scratch:
+    zeros (3, count)."""
+    known, drawn, foreseen = scratch  # of the state that is drawn: how well; what is foreseen of it; what is of its reading
+    for row in range(len(readings.gaps)):
+        sigma, expected = readings.sigma[row], readings.expected[row]
+        for column in range(white.shape[1]):
+            share = noises.share[column]
+            unknown = 1.0 - share - known[column]
+            variance = unknown + share
             part = unknown / variance
             new = np.sqrt(variance) * white[row, column]
-            seen = sizes[column] * sigma[row] * (drawn[column] + new)
-            if step > 0.0:
-                seen = step * np.rint((expected[row] + seen) / step) - expected[row]
-            lasting = gaps[row] * exponent[column]
+            seen = noises.size[column] * sigma * (drawn[column] + new)
+            if readings.step > 0.0:
+                seen = readings.step * np.rint((expected + seen) / readings.step) - expected
+            lasting = readings.gaps[row] * noises.exponent[column]
             drawn[column] = np.exp(lasting) * (drawn[column] + part * new)
-            known[column] = np.exp(2 * lasting) * (1.0 - share[column] - share[column] * part)
-            left = seen / sigma[row] - foreseen[column]
-            white[row, column] = left / deviation[row]
-            foreseen[column] = decay[row] * (foreseen[column] + gain[row] * left)
+            known[column] = np.exp(2 * lasting) * (1.0 - share - share * part)
+            left = seen / sigma - foreseen[column]
+            white[row, column] = left / filter.deviation[row]
+            foreseen[column] = filter.decay[row] * (foreseen[column] + filter.gain[row] * left)
