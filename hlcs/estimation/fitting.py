@@ -20,7 +20,7 @@ NARROW, NARROW_IN_CONTACT = 1e-8, 1e-4  # steps in spreads that are no longer ta
 MOST_EVALUATIONS = 40  # of the residuals in the numbers
 MOST_STATE_STEPS = 12  # of the initial states at given numbers
 COARSE = 0.01  # step in spreads of the numbers below which segments are told no finer: `segment_profiles` tells the final ones
-HELD = 0.5  # part of the promised fall of chi2 below which columns of the states have become old
+HELD = 0.5  # part of the promised fall of chi2 below which columns of the states are old, as where they promise as much again
 CAUTIOUS = (1.0, 0.3, 0.1)  # parts of a step of an initial state that are tried: a strong drag bends its path far from the best
 FIRM = 0.01  # what columns tell of a direction, of what they tell best, below which a long way along it shows nothing of the data
 ENDS = 2.0  # standard errors to both sides at which intervals through contacts are measured: 1.645 is the end of a 90 % interval
@@ -64,10 +64,10 @@ class Elimination:
     def follow(self, model, initial_states, white, renew=False):
         """(initial states, white residuals) where each recording fits best at the numbers of a model.
 
-        Steps are taken on the columns of the last linearisation as long as they hold what they promise, then, to `renew`, on new
-        ones: on the way of a fit new columns come with its next linearisation.
+        Steps are taken on the columns of the last linearisation as long as they hold what they promise and promise less and less,
+        then, to `renew`, on new ones: on the way of a fit new columns come with its next linearisation.
         """
-        columns, fresh = self.linear.state_columns, False
+        columns, fresh, before = self.linear.state_columns, False, np.inf
         for _ in range(MOST_STATE_STEPS):
             if not np.isfinite(chi2_of(white)).all():
                 break
@@ -80,7 +80,8 @@ class Elimination:
             if not all(map(np.array_equal, firm, ways[0])):
                 ways.append(firm)
             initial_states, white, fall = self.step(model, initial_states, white, ways)
-            if fall < HELD * promised:
+            slow, before = promised > HELD * before, promised
+            if fall < HELD * promised or renew and slow:
                 if not renew or fresh and fall <= self.close:
                     break
                 columns, fresh = self.problem.linearise(model, initial_states, np.arange(len(white))).state_columns, True

@@ -19,6 +19,7 @@ NO_STEPS = np.zeros((3, 2))
 MOSTLY = 0.5  # share of rounding in the variance beyond which curves show how rounding, not noise, hangs together in time
 DRIFT = 2.0  # scatter over rms change from sample to sample: of nine samples that go on 2.6, of noise with rho = 0.8 1.6 at most
 ELSEWHERE = 4.0  # standard deviations of where a body rests at which it is not yet there
+KINK = 4.0  # usual deviations of a second difference beyond which a height is thrown back there, and no smooth curve goes on
 LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leaves three of them to judge by
 LEAST_OF_A_TAIL = 200  # whitened samples that tell how many outliers stayed: of one in a hundred they hold two
 
@@ -225,9 +226,11 @@ def _from_flexible_curve(trials, step, what, rounding, sigma=None, length=24, de
     """
     segments, columns = [], partial(polynomials, degree=degree)
     for trial in trials:
+        thrown_back = impact_times(trial, rounding)
         for times, values in _values(trial, what):
             kept = np.flatnonzero(~isolated_outliers(times, values))
-            for piece in np.split(kept, [resting_from(values[kept], rounding)]):  # no smooth curve goes from a slide to rest
+            rests = resting_from(values[kept], rounding)  # no smooth curve goes from a slide to rest, or through an impact
+            for piece in np.split(kept, np.unique([rests, *np.searchsorted(times[kept], thrown_back)])):
                 for part in np.array_split(piece, max(len(piece) // length, 1)):
                     if len(part) >= LEAST_OF_A_PART:
                         segments.append((times[part], values[part], columns))
@@ -245,6 +248,26 @@ def _from_flexible_curve(trials, step, what, rounding, sigma=None, length=24, de
     white = min(rounding**2 / 12 / scale**2, MOST_WHITE) if scale > 0 else 0.0
     noise, tail = _cleaned(_spread(segments), step, float(white), scale if sigma else None)
     return before_rounding(noise, rounding), tail
+
+
+def impact_times(trial, rounding):
+    """Moments between samples at which a body over a floor is thrown back, as far as its heights show it (k,) [s].
+
+    Between these its way is smooth. There the second difference of the heights is far above that of most samples; with two such
+    samples beside each other the impact lies between them.
+    """
+    seen = np.isfinite(trial.position[:, 2])
+    times, heights = trial.times[seen], trial.position[seen, 2]
+    if trial.surroundings.floor_height is None or len(times) < LEAST_OF_A_PART:
+        return np.zeros(0)
+    steps = np.diff(times)
+    bend = 2 * np.diff(np.diff(heights) / steps) / (steps[1:] + steps[:-1])
+    aside = bend - np.median(bend)
+    usual = max(1.4826 * float(np.median(np.abs(aside))), rounding / float(np.median(steps)) ** 2)
+    kinks = 1 + np.flatnonzero(aside > KINK * usual)
+    runs = np.split(kinks, 1 + np.flatnonzero(np.diff(kinks) > 1)) if len(kinks) else []
+    cuts = [place for run in runs for place in (run[0], max(run[-1] - 1, run[0]))]
+    return np.unique((times[cuts] + times[np.array(cuts, int) + 1]) / 2)
 
 
 def resting_from(values, rounding):

@@ -61,6 +61,9 @@ def value(entry):
     tens = _power(max(map(abs, (low, here, high))), digits)
     low, here, high, half = (_rounded(number / 10.0**tens, digits + tens) for number in (low, here, high, half))
     power = f"e{tens:+03d}" * bool(tens)
+    if "mirrored" in entry:  # its other sign would do as well
+        other = _rounded(entry["mirrored"] / 10.0**tens, digits + tens)
+        return f"{here}{power} or {other}{power} ({low}{power} to {high}{power}){unit}"
     if abs((entry["high"] - entry["value"]) - (entry["high"] - entry["low"]) / 2) > 0.1 * (entry["high"] - entry["low"]):
         return f"{here}{power} ({low}{power} to {high}{power}){unit}"
     return (f"({here} +- {half}){power}" if power else f"{here} +- {half}") + unit

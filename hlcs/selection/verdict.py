@@ -5,16 +5,19 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
+from scipy import special
 
 from hlcs.data.quantities import have_unit
 from hlcs.effects.witnesses import RESTS_ON
+from hlcs.estimation.fitting import chi2_of
 from hlcs.records import Found, NextExperiment
 from hlcs.selection import experiment_design
 from hlcs.selection.findings import candidate_findings
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.reynolds import reached
 from hlcs.selection.sets import FittedSets, explained, interval
-from hlcs.selection.thresholds import TIED
+from hlcs.selection.thresholds import INTERVAL, TIED
+from minibullet.errors import InputError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,18 +222,31 @@ def _parameters(sets, final, shown):
         holding = [(sets.weights[members], fits[members]) for members in shown if name in members]
         numbers[name] = {
             free.name: _withheld(holding[0][1], entry, free)
-            or told(
-                interval(
-                    [(max(weight, 1e-12), *_number(fit, name, free.name, sets.overdispersion)) for weight, fit in holding],
-                    free,
-                    final[sets.best].freedom,
-                ),
-                free,
-                entry,
-            )
+            or told(_interval(sets, holding, name, free, final[sets.best].freedom), free, entry)
             for free in entry.free
         } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
     return numbers
+
+
+def _interval(sets, holding, name, free, freedom):
+    """{value, low, high, unit} of a number; holding: [(weight, Fit)] of the sets that hold it, the heaviest first.
+
+    Where the other sign explains the data as well, as of a wind across the picture of a camera, the interval has both.
+    """
+    known = [(max(weight, 1e-12), *_number(fit, name, free.name, sets.overdispersion)) for weight, fit in holding]
+    number, fit, problem = interval(known, free, freedom), holding[0][1], sets.search.problem
+    if free.null is None or not free.least <= (mirrored := 2 * free.null - number["value"]) <= free.most:
+        return number
+    index = [term.name for term in fit.model.terms].index(name)
+    other = fit.model.with_at(index, fit.model.terms[index].numbers | {free.name: mirrored})
+    try:
+        chi2 = [sum(chi2_of(problem.white_residuals(model, fit.initial_states))) for model in (fit.model, other)]
+    except InputError:
+        return number
+    if not chi2[1] - chi2[0] < sets.overdispersion * special.chdtri(1, 1 - INTERVAL):
+        return number
+    ends = [number["low"], number["high"], 2 * free.null - number["low"], 2 * free.null - number["high"]]
+    return number | {"low": min(ends), "high": max(ends), "mirrored": mirrored}
 
 
 def told(number, free, entry):

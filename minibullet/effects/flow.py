@@ -57,7 +57,6 @@ class UniformFlow(DragModifier):
     confused_with = ("tilted_gravity",)
     isotropic = False
     alike = "tilt"
-    needs = (Need.SIDEWAYS,)
 
     def forces(self, bodies, time):
         flow = np.array([self.velocity_x, self.velocity_y, self.velocity_z, 0.0, 0.0, 0.0])

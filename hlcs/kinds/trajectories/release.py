@@ -2,8 +2,11 @@
 
 import numpy as np
 
+from hlcs.data.rigid_body import known_body, rigid_body
+
 FEW = 4  # recordings that are named
 STRAY = 4.0  # standard deviations of the noise that samples of a body at rest stray, at most
+LIGHT = 10.0  # densities of the fluid, below which a body falls much more slowly than freely from the first: bubbles, balloons
 BOW = 16  # a parabola of curvature g leaves any level by g T^2/16 at least over a time T
 
 
@@ -30,6 +33,14 @@ def release_notes(trials, starts, seated, sigma):
     return [f"{_names(entries)}: {text.format(entries[0][1])}" for entries, text in told if entries]
 
 
+def may_hover(body, around):
+    """Does a fluid bear a body, or much of it? A liquid may; a gas may where the body is known to be nearly as light."""
+    if around.in_liquid or not known_body(body):
+        return around.in_liquid
+    known = rigid_body(body)
+    return known.mass < LIGHT * around.fluid_density * known.volume
+
+
 def _at_zero(trial):
     """Does its clock begin at zero, to a hundredth of a step?"""
     return abs(trial.times[0]) <= 0.01 * np.median(np.diff(trial.times))
@@ -46,15 +57,19 @@ def time_held(trial, sigma):
     certain.
 
     It is where no flight under gravity stays so near to one level: samples at rest stray by STRAY sigma, and a parabola leaves
-    that band. sigma: noise of a position [m]. What floats is not held.
+    that band. sigma: noise of a position [m]. What floats or moves sideways is not held.
     """
     around, there = trial.surroundings, np.isfinite(trial.position[:, 2])
     times, heights = trial.times[there], trial.position[there, 2]
-    if not sigma or around.planar or around.in_liquid or len(times) < 2:
+    if not sigma or around.planar or may_hover(trial.body, around) or len(times) < 2:
         return 0.0
     level = np.cumsum(heights) / np.arange(1, len(heights) + 1)
     moving = np.flatnonzero(np.abs(heights - level) > STRAY * sigma)
     if not len(moving) or heights.min() > level[moving[0] - 1] - 2 * STRAY * sigma:  # it stays, or does not fall
         return 0.0
     rest = float(times[moving[0] - 1] - times[0])
+    sideways = trial.position[trial.times <= times[moving[0] - 1], :2]
+    sideways = sideways[:, np.isfinite(sideways).all(axis=0)]
+    if np.any(np.abs(sideways - sideways.mean(axis=0)) > STRAY * sigma):
+        return 0.0
     return rest if around.gravity * rest**2 / BOW > 2 * STRAY * sigma else 0.0

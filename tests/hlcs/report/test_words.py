@@ -33,6 +33,8 @@ def test_a_number_shows_the_digits_that_its_interval_leaves():
     assert value(scale) == "-0.8936612 +- 0.0000064" and interval(scale) == "-0.8936676 to -0.8936548"
     assert interval({"low": -1.2e-7, "high": 3.4e-7}) == "-1.2e-07 to 3.4e-07"
     assert value({"value": 1.0, "low": 1.0, "high": 1.0, "unit": "1"}) == "1"  # of a switch, which has no interval
+    wind = {"value": 1.332, "low": -1.45, "high": 1.45, "unit": "m/s", "mirrored": -1.332}
+    assert value(wind) == "1.3 or -1.3 (-1.4 to 1.4) m/s"  # either sign would do
     assert value({"value": None, "low": None, "high": None, "unit": "m"}) == "withheld"
 
 

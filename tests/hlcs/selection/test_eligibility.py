@@ -62,7 +62,7 @@ def test_where_everything_is_known_everything_takes_part():
         ({"start": ()}, {"clock_offset", "history_force"}, "the moment of release is not known"),
         ({}, {"spin_decay"}, "orientations are not measured"),
         ({"contact": False}, {"friction", "bottom_slope", "margin_offset"}, "nothing touches in these data"),
-        ({"columns": "z"}, {"tilted_gravity", "tilted_frame", "uniform_flow"}, "no horizontal position is measured"),
+        ({"columns": "z"}, {"tilted_gravity", "tilted_frame"}, "no horizontal position is measured"),
         ({"columns": "xy"}, {"calibration_curve"}, "no height is measured"),
         ({"alike": True}, {"calibration_curve"}, "all recordings pass the same heights"),
     ],

@@ -45,6 +45,10 @@ def test_what_stays_or_floats_or_has_no_height_is_not_held(generator):
     noise = SIGMA * generator.standard_normal(len(TIMES))
     assert time_held(trial(TIMES, 0.05 + noise), SIGMA) == 0.0  # never moves
     assert time_held(trial(TIMES, fall(TIMES - 0.2, generator), fluid_density=998.0), SIGMA) == 0.0  # may hover in water
+    assert time_held(trial(TIMES, fall(TIMES - 0.2, generator), fluid_density=400.0), SIGMA) == 0.0  # as light as what bears it
+    moving = trial(TIMES, fall(TIMES - 0.2, generator))
+    moving.position[:, 0] = 0.3 * TIMES
+    assert time_held(moving, SIGMA) == 0.0  # sideways
     assert time_held(trial(TIMES, np.full(len(TIMES), np.nan)), SIGMA) == 0.0
     assert time_held(trial(TIMES, fall(TIMES - 0.2, generator)), None) == 0.0
     assert release_notes([trial(TIMES, fall(TIMES - 0.2, generator))], [0.0], [True], SIGMA) == []  # lies on its floor
