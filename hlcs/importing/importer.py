@@ -15,6 +15,7 @@ from hlcs.importing import optitrack, phyphox, spreadsheet, tracker
 from hlcs.importing.axes import ORDERS, UPS
 from hlcs.importing.experiment import (
     EXPERIMENT,
+    IN_AIR,
     Place,
     body_lines,
     entry,
@@ -123,7 +124,8 @@ def import_measurements(files, format, out, static=None, **overrides):
     if rest:
         contents["rest.csv"] = recording_text(rest)
         whats["rest.csv"] = _in_words(rest)
-    notes = tuple(dict.fromkeys(note for found in (*founds, *([still] if still else [])) for note in found.assumptions))
+    of_files = (note for found in (*founds, *([still] if still else [])) for note in found.assumptions)
+    notes = tuple(dict.fromkeys((*of_files, IN_AIR)))
     head = _head(kind, reader.NAME, paths, said, Path(out).name if len(paths) > 1 else Path(paths[0]).stem)
     text = experiment_text(head, _sections(founds, said, written, rest), trials, notes)
     places = places_of(EXPERIMENT, text) + _places_in(contents)

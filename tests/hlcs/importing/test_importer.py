@@ -58,7 +58,7 @@ def test_an_imported_fall_is_compared_like_any_other(imported):
     """In a vacuum the model lacks nothing: the error that is left is the noise that was put in, 2 mm."""
     found, _ = imported({f"{k}.txt": fall(k) for k in range(3)}, "tracker")
     path = filled(found.experiment, radius=RADIUS, mass=MASS, position=SIGMA)
-    path.write_text(path.read_text().replace("# fluid_density = 1.2 ", "fluid_density = 0.0 "))
+    path.write_text(path.read_text().replace("fluid_density = 1.2 ", "fluid_density = 0.0 "))
     comparison = hlcs.compare(path)
     assert comparison.adequate and comparison.error["rms"] == pytest.approx(SIGMA, rel=0.2)  # 180 readings: 5 %, and the starts
 
@@ -92,7 +92,7 @@ def test_a_table_of_falls_is_compared(imported):
     )
     found, _ = imported("Fallhöhe [cm];Fallzeit [ms]\n" + rows, "csv")
     path = filled(found.experiment, radius=0.01, mass=0.0326)
-    path.write_text(path.read_text().replace("# fluid_density = 1.2 ", "fluid_density = 0.0 "))
+    path.write_text(path.read_text().replace("fluid_density = 1.2 ", "fluid_density = 0.0 "))
     comparison = hlcs.compare(path)
     assert comparison.adequate and comparison.error["rms"] == pytest.approx(1e-3, rel=0.5)  # 12 readings: 20 %
 
