@@ -19,7 +19,7 @@ NO_STEPS = np.zeros((3, 2))
 MOSTLY = 0.5  # share of rounding in the variance beyond which curves show how rounding, not noise, hangs together in time
 DRIFT = 2.0  # scatter over rms change from sample to sample: of nine samples that go on 2.6, of noise with rho = 0.8 1.6 at most
 ELSEWHERE = 4.0  # standard deviations of where a body rests at which it is not yet there
-KINK = 4.0  # usual deviations of a second difference beyond which a height is thrown back there, and no smooth curve goes on
+KINK = 6.0  # usual deviations of a second difference beyond which a height is thrown back there, and no smooth curve goes on
 LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leaves three of them to judge by
 LEAST_OF_A_TAIL = 200  # whitened samples that tell how many outliers stayed: of one in a hundred they hold two
 
@@ -258,6 +258,8 @@ def impact_times(trial, rounding):
     """
     seen = np.isfinite(trial.position[:, 2])
     times, heights = trial.times[seen], trial.position[seen, 2]
+    alone = isolated_outliers(times, heights)
+    times, heights = times[~alone], heights[~alone]
     if trial.surroundings.floor_height is None or len(times) < LEAST_OF_A_PART:
         return np.zeros(0)
     steps = np.diff(times)
