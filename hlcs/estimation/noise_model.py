@@ -7,6 +7,7 @@ import numpy as np
 
 from hlcs.data.experiment_file import OF_RECORDINGS
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
+from hlcs.data.rounded_readings import reading_step
 from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, spread_of, tail_of
@@ -226,7 +227,7 @@ def _from_flexible_curve(trials, step, what, rounding, sigma=None, length=24, de
     """
     segments, columns = [], partial(polynomials, degree=degree)
     for trial in trials:
-        thrown_back = impact_times(trial, rounding)
+        thrown_back = impact_times(trial)
         for times, values in _values(trial, what):
             kept = np.flatnonzero(~isolated_outliers(times, values))
             rests = resting_from(values[kept], rounding)  # no smooth curve goes from a slide to rest, or through an impact
@@ -250,26 +251,27 @@ def _from_flexible_curve(trials, step, what, rounding, sigma=None, length=24, de
     return before_rounding(noise, rounding), tail
 
 
-def impact_times(trial, rounding):
+def impact_times(trial):
     """Moments between samples at which a body over a floor is thrown back, as far as its heights show it (k,) [s].
 
-    Between these its way is smooth. There the second difference of the heights is far above that of most samples; with two such
-    samples beside each other the impact lies between them.
+    Between these its way is smooth. There the second difference of the heights is far above that of most samples, each in units
+    of its own noise; with two such samples beside each other the impact lies between them.
     """
     seen = np.isfinite(trial.position[:, 2])
-    times, heights = trial.times[seen], trial.position[seen, 2]
-    alone = isolated_outliers(times, heights)
-    times, heights = times[~alone], heights[~alone]
-    if trial.surroundings.floor_height is None or len(times) < LEAST_OF_A_PART:
+    if trial.surroundings.floor_height is None or seen.sum() < LEAST_OF_A_PART:
         return np.zeros(0)
+    times, heights = trial.times[seen], trial.position[seen, 2]
+    kept = ~isolated_outliers(times, heights)
+    times, heights = times[kept], heights[kept]
     steps = np.diff(times)
-    bend = 2 * np.diff(np.diff(heights) / steps) / (steps[1:] + steps[:-1])
-    aside = bend - np.median(bend)
-    usual = max(1.4826 * float(np.median(np.abs(aside))), rounding / float(np.median(steps)) ** 2)
-    kinks = 1 + np.flatnonzero(aside > KINK * usual)
+    before, after = steps[:-1], steps[1:]
+    bend = 2 * np.diff(np.diff(heights) / steps) / (before + after)
+    noise = 2 * np.sqrt(1 / before**2 + 1 / after**2 + (1 / before + 1 / after) ** 2) / (before + after)
+    aside = (bend - np.median(bend)) / noise
+    kinks = 1 + np.flatnonzero(aside > KINK * max(1.4826 * float(np.median(np.abs(aside))), reading_step(heights)))
     runs = np.split(kinks, 1 + np.flatnonzero(np.diff(kinks) > 1)) if len(kinks) else []
     cuts = [place for run in runs for place in (run[0], max(run[-1] - 1, run[0]))]
-    return np.unique((times[cuts] + times[np.array(cuts, int) + 1]) / 2)
+    return np.unique((times[cuts] + times[np.array(cuts, int) + 1]) / 2) if cuts else np.zeros(0)
 
 
 def resting_from(values, rounding):

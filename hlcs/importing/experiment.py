@@ -22,9 +22,8 @@ CONTACTS = {
     "friction": "contact coefficient of body and floor: what you believe it is, such as 0.3; diagnose tells if it is not",
     "restitution": "speed after an impact over that before it, 0 to 1: what you believe it is; diagnose tells if it is not",
 }
-IN_A_FLUID = {"fluid_density_kg_m3", "fluid_viscosity_pa_s"}  # columns that tell of a fluid row by row
 AIR = 1.2  # density that is written [kg/m3]: left out it is any gas, whose lift and added mass need not go together
-IN_AIR = Assumption(f"the body moves in air (surroundings.fluid_density = {AIR}), where no column tells otherwise")
+IN_AIR = Assumption(f"the body moves in air (surroundings.fluid_density = {AIR})")
 DIGITS = ".12g"  # of numbers in the CSV: more than any export has, and 1.2 cm stay 0.012 m
 WIDTH = 40  # where comments begin
 
@@ -137,7 +136,7 @@ def surroundings_lines(known):
     A contact that the outcome rests on is asked for: a default would act in silence, and be told as if it had been measured.
     """
     lines = [entry("gravity", 9.81, "m/s2")]
-    if not known & IN_A_FLUID:
+    if "fluid_density_kg_m3" not in known:
         lines.append(entry("fluid_density", AIR, "kg/m3; 998 in water, 0.0 in a vacuum"))
     asked = [key for key, outcomes in RESTS_ON.items() if known & outcomes and key not in known]
     if known & {*OUTCOMES}:

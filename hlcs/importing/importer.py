@@ -124,10 +124,12 @@ def import_measurements(files, format, out, static=None, **overrides):
     if rest:
         contents["rest.csv"] = recording_text(rest)
         whats["rest.csv"] = _in_words(rest)
+    sections = _sections(founds, said, written, rest)
     of_files = (note for found in (*founds, *([still] if still else [])) for note in found.assumptions)
-    notes = tuple(dict.fromkeys((*of_files, IN_AIR)))
+    in_air = [IN_AIR] if any(line.startswith("fluid_density") for line in sections["surroundings"]) else []
+    notes = tuple(dict.fromkeys((*of_files, *in_air)))
     head = _head(kind, reader.NAME, paths, said, Path(out).name if len(paths) > 1 else Path(paths[0]).stem)
-    text = experiment_text(head, _sections(founds, said, written, rest), trials, notes)
+    text = experiment_text(head, sections, trials, notes)
     places = places_of(EXPERIMENT, text) + _places_in(contents)
     target = folders.check_folder(out)
     with folders.result_folder(target) as folder:

@@ -220,33 +220,40 @@ def _parameters(sets, final, shown):
     for name in dict.fromkeys(name for members in shown for name in sets.ordered(members)):
         entry = sets.search.candidates[name]
         holding = [(sets.weights[members], fits[members]) for members in shown if name in members]
+        freedom = final[sets.best].freedom
         numbers[name] = {
             free.name: _withheld(holding[0][1], entry, free)
-            or told(_interval(sets, holding, name, free, final[sets.best].freedom), free, entry)
+            or told(_of_both_signs(sets, shown, name, free, _interval(sets, holding, name, free, freedom)), free, entry)
             for free in entry.free
         } | {constant: {"value": value, "low": value, "high": value, "unit": "1"} for constant, value in entry.constants}
     return numbers
 
 
 def _interval(sets, holding, name, free, freedom):
-    """{value, low, high, unit} of a number; holding: [(weight, Fit)] of the sets that hold it, the heaviest first.
-
-    Where the other sign explains the data as well, as of a wind across the picture of a camera, the interval has both.
-    """
+    """{value, low, high, unit} of a number; holding: [(weight, Fit)] of the sets that hold it."""
     known = [(max(weight, 1e-12), *_number(fit, name, free.name, sets.overdispersion)) for weight, fit in holding]
-    number, fit, problem = interval(known, free, freedom), holding[0][1], sets.search.problem
-    if free.null is None or not free.least <= (mirrored := 2 * free.null - number["value"]) <= free.most:
+    return interval(known, free, freedom)
+
+
+def _of_both_signs(sets, shown, name, free, number):
+    """The number with an interval to both sides of its absence, where beyond the first one the other sign explains the data as
+    well: a wind across the picture of a camera. shown: sets, the heaviest first."""
+    entry, problem = sets.search.candidates[name], sets.search.problem
+    if entry.setting or free.null is None or not free.least <= (mirrored := 2 * free.null - number["value"]) <= free.most:
         return number
-    index = [term.name for term in fit.model.terms].index(name)
-    other = fit.model.with_at(index, fit.model.terms[index].numbers | {free.name: mirrored})
+    if number["low"] <= mirrored <= number["high"]:  # a number near its absence has both signs in its interval
+        return number
+    fit = sets.search.fits[next(members for members in shown if name in members)]
+    place = [term.name for term in fit.model.terms].index(name)
+    models = [fit.model.with_at(place, fit.model.terms[place].numbers | {free.name: at}) for at in (number["value"], mirrored)]
     try:
-        chi2 = [sum(chi2_of(problem.white_residuals(model, fit.initial_states))) for model in (fit.model, other)]
+        chi2 = [sum(chi2_of(problem.white_residuals(model, fit.initial_states))) for model in models]
     except InputError:
         return number
     if not chi2[1] - chi2[0] < sets.overdispersion * special.chdtri(1, 1 - INTERVAL):
         return number
     ends = [number["low"], number["high"], 2 * free.null - number["low"], 2 * free.null - number["high"]]
-    return number | {"low": min(ends), "high": max(ends), "mirrored": mirrored}
+    return number | {"low": max(min(ends), free.least), "high": min(max(ends), free.most), "mirrored": mirrored}
 
 
 def told(number, free, entry):

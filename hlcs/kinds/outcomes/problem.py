@@ -83,9 +83,10 @@ class TableProblem(DirectProblem):
 
     subject = "what the body does"
 
-    def __init__(self, file, table, scatter, groups=None, errors=None, never=None):
+    def __init__(self, file, table, scatter, groups=None, errors=None, never=None, own=None):
         """scatter: TableNoise; groups: RowGroups, where rows are not held out together in the usual way; errors: SettingErrors,
-        None = none; never: rows whose outcome never comes under the model under test (n,), None = none."""
+        None = none; never: rows whose outcome never comes under the model under test (n,), None = none; own: standard
+        deviation of a row of each setting by itself (d,), None = that at the means that were measured."""
         self.file, self.table, self.scatter, self.values = file, table, scatter, table.values
         self.noise = scatter.noise
         _, first, self.back = np.unique(table.setting, return_index=True, return_inverse=True)
@@ -93,7 +94,7 @@ class TableProblem(DirectProblem):
         self.setups = [outcome_motion.row_setup(file, table.inputs, row) for row in first]
         self.distinct = {name: values[first] for name, values in table.inputs.items()}
         self.errors = errors or SettingErrors(np.zeros(len(first)))
-        self.own = scatter.of_settings(table)  # standard deviation of a row of each setting, by itself (d,)
+        self.own = scatter.of_settings(table) if own is None else own
         self.trials = row_groups(file, table, self.errors.deviation.any()) if groups is None else groups
         self.shared_doubt = self.errors.doubt
         self.recordings = [self._record(group) for group in self.trials]
@@ -136,12 +137,14 @@ class TableProblem(DirectProblem):
         return float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
 
     def beside(self, model):
-        """The problem with the errors of its inputs propagated through another model; itself where they stay within SAME."""
-        errors = setting_errors(self.file, self.table, self.own, model)
-        moved = np.hypot(self.own, errors.deviation) / np.hypot(self.own, self.errors.deviation)
+        """The problem with the scatter of its rows and the errors of its inputs as another model has them; itself where they stay
+        within SAME."""
+        own = self.scatter.of_settings(self.table, outcomes_at(self.file, self.table, model))
+        errors = setting_errors(self.file, self.table, own, model)
+        moved = np.hypot(own, errors.deviation) / np.hypot(self.own, self.errors.deviation)
         if np.all(np.abs(moved - 1) < SAME):
             return self
-        return TableProblem(self.file, self.table, self.scatter, errors=errors, never=self.never)
+        return TableProblem(self.file, self.table, self.scatter, errors=errors, never=self.never, own=own)
 
     def with_noise(self, noise):
         """The same problem with another Noise of a row."""
@@ -283,8 +286,10 @@ def prepare_table(file, table, own=()):
     model.changes(file.surroundings)
     if noise.position is None:
         return Prepared(noise, None, None, table.notes)
-    errors = setting_errors(file, table, scatter.of_settings(table), model)
-    problem = TableProblem(file, table, scatter, errors=errors, never=np.isnan(outcomes_at(file, table, model)))
+    expected = outcomes_at(file, table, model)
+    own = scatter.of_settings(table, expected)
+    errors = setting_errors(file, table, own, model)
+    problem = TableProblem(file, table, scatter, errors=errors, never=np.isnan(expected), own=own)
     check_magnitude(problem, model)
     return posed(problem, model)
 

@@ -7,7 +7,7 @@ from scipy import special
 
 from hlcs.data.outcome_tables import OutcomeTable
 from hlcs.data.quantities import OUTCOMES
-from hlcs.data.rounded_readings import reading_step
+from hlcs.data.rounded_readings import last_decimal, reading_step
 from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.noise_model import Noise, polynomials
@@ -30,10 +30,15 @@ class TableNoise(NamedTuple):
         sigma = self.noise.position * np.sqrt(1 - self.share + self.share * (np.asarray(outcome) / self.usual) ** 2)
         return np.maximum(sigma, self.least) if self.share else sigma
 
-    def of_settings(self, table: OutcomeTable):
-        """Standard deviation of a row of each distinct setting, (d,) [unit of the outcome]."""
-        back = np.unique(table.setting, return_inverse=True)[1]
-        return self.at(np.bincount(back, table.values) / np.bincount(back))
+    def of_settings(self, table: OutcomeTable, expected=None):
+        """Standard deviation of a row of each distinct setting, (d,) [unit of the outcome].
+
+        expected: outcome of each row as a model has it, nan where it never comes (n,): a mean that is low by chance would else
+        weigh more; None, nan = the mean of its setting.
+        """
+        first, back = np.unique(table.setting, return_index=True, return_inverse=True)[1:]
+        means = np.bincount(back, table.values) / np.bincount(back)
+        return self.at(means if expected is None else np.where(np.isfinite(expected[first]), expected[first], means))
 
     def notes(self, table):
         """That rows scatter the more the more they read, () where they do not."""
@@ -91,6 +96,8 @@ def growing(table):
     counts = np.bincount(cell)
     means = np.bincount(cell, table.values) / counts
     squares, freedom = np.bincount(cell, (table.values - means[cell]) ** 2), counts - 1
+    digit = reading_step(table.values) or last_decimal(np.unique(table.values))
+    squares = squares + freedom * digit**2 / 12  # repeats that agree to the last digit scatter below it
     usual = float(np.sqrt(freedom @ means**2 / freedom.sum()))
     variance = 1 - SHARES[:, None] + SHARES[:, None] * (means / usual) ** 2
     sigma = np.sqrt(squares @ (1 / variance).T / freedom.sum())
@@ -99,7 +106,7 @@ def growing(table):
     if cost[0] - cost[best] < special.chdtri(1, 2 * SEEN):  # w = 0 is an end: half of all chance gains are none
         return None
     scatter = RowScatter(float(sigma[best]), int(freedom.sum()), "")
-    return TableNoise(scatter.noise("replicates"), float(SHARES[best]), usual, reading_step(table.values) / np.sqrt(12))
+    return TableNoise(scatter.noise("replicates"), float(SHARES[best]), usual, digit / np.sqrt(12))
 
 
 def table_noise(file, table):

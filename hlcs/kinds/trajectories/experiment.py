@@ -105,8 +105,8 @@ class Trajectories:
             "stated": {name: getattr(self.measurement.trials[0].surroundings, name) for name in ("restitution", "friction")},
         }
         if not adequacy.adequate:
-            shown["noise_shown"] = self.noise_shown(prepared.problem, prepared.base)
-            shown["starts_shown"] = None if shown["noise_shown"] else self.starts_shown(prepared.problem, prepared.base)
+            shown["starts_shown"] = self.starts_shown(prepared.problem, prepared.base)
+            shown["noise_shown"] = None if shown["starts_shown"] else self.noise_shown(prepared.problem, prepared.base)
         where = where_it_fails(prepared.problem, table)
         notes, flags = (*prepared.notes, *prepared.aside), tuple(prepared.problem.dropped)
         return Observation(adequacy.adequate, adequacy.statistic, adequacy.p, error, where, table, notes, shown, flags)

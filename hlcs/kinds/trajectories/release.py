@@ -69,7 +69,7 @@ def time_held(trial, sigma):
         return 0.0
     rest = float(times[moving[0] - 1] - times[0])
     sideways = trial.position[trial.times <= times[moving[0] - 1], :2]
-    sideways = sideways[:, np.isfinite(sideways).all(axis=0)]
-    if np.any(np.abs(sideways - sideways.mean(axis=0)) > STRAY * sigma):
+    sideways = sideways[:, np.isfinite(sideways).any(axis=0)]
+    if np.any(np.abs(sideways - np.nanmean(sideways, axis=0)) > STRAY * sigma):
         return 0.0
     return rest if around.gravity * rest**2 / BOW > 2 * STRAY * sigma else 0.0

@@ -1,15 +1,17 @@
 """Is it a start that was stated wrongly, and not the model that lacks something?
 
 A start that a file states is taken to be exact. A body that was let go by hand up to a frame before the first stamp moves there
-already, and what was never at rest is then asked of effects. Nothing but the words of a report depends on it.
+already, and what was never at rest is then asked of effects. Where the model under test agrees with the data once all starts are
+fitted, no effect is named (`selection.verdict.starts_first`).
 """
 
 import numpy as np
 
 from hlcs.simulation.initial_state import PLACES, SLOTS
+from minibullet import rotations
 
 MEND = "leave start out of the trials that state it, or count t_s from the release; then run it again"
-UNITS = {"position": "m", "velocity": "m/s", "angular_velocity": "rad/s"}  # of what is told to differ
+UNITS = ("m", "m/s", "rad", "rad/s")  # of the SLOTS of a start
 
 
 def starts_shown(problem, fit, judge):
@@ -23,15 +25,21 @@ def starts_shown(problem, fit, judge):
     found = freed.fit(fit.model, fit.initial_states)
     if not np.isfinite(found.chi2) or not judge(freed, found)[0].adequate:
         return None
-    return {"effects": sorted(fit.model.numbers), "differ": _differences(problem.trials, fit, found), "next": MEND}
+    differ = _differences(problem.trials, freed.recordings, fit.initial_states, found.initial_states)
+    return {"effects": sorted(fit.model.numbers), "differ": differ, "next": MEND}
 
 
-def _differences(trials, stated, shown):
-    """{what is stated: {least, most, unit}} of how far the starts of a fit that the data show lie aside of those stated."""
+def _differences(trials, recordings, stated, shown):
+    """{what is stated: {least, most, unit}} of how far the starts that the data show lie aside of those stated, (n, 13) each, as
+    far as `recordings` fit what is stated."""
     found = {}
-    for slot, place in zip(SLOTS, PLACES, strict=True):
-        where = [k for k, trial in enumerate(trials) if slot in trial.start]
-        if where and slot in UNITS:
-            aside = np.linalg.norm(shown.initial_states[where, place] - stated.initial_states[where, place], axis=1)
-            found[slot] = {"least": float(aside.min()), "most": float(aside.max()), "unit": UNITS[slot]}
+    for slot, (name, place, unit) in enumerate(zip(SLOTS, PLACES, UNITS, strict=True)):
+        known = zip(trials, recordings, strict=True)
+        where = [k for k, (trial, seen) in enumerate(known) if name in trial.start and any(at == slot for at, _ in seen.unknown)]
+        if where:
+            before, after = stated[where, place], shown[where, place]
+            turned = name == "orientation"
+            moved = rotations.logarithm(rotations.product(after, rotations.conjugate(before))) if turned else after - before
+            aside = np.linalg.norm(moved, axis=1)
+            found[name] = {"least": float(aside.min()), "most": float(aside.max()), "unit": unit}
     return found

@@ -36,6 +36,12 @@ def test_bodies_let_go_before_the_first_stamp_are_told_by_their_starts_and_no_ef
     assert hlcs.diagnose(falls(tmp_path, EARLY, stated=False)).verdict == "complete"  # what it advises
 
 
+def test_what_no_data_show_of_a_start_is_not_said_to_differ(tmp_path):
+    path = falls(tmp_path, EARLY)
+    path.write_text(path.read_text().replace("start.velocity", "start.angular_velocity = [0.0, 0.0, 0.0]\nstart.velocity"))
+    assert hlcs.compare(path).starts_shown["differ"].keys() == {"velocity"}
+
+
 def test_a_comparison_tells_it_as_well(tmp_path):
     found = hlcs.compare(falls(tmp_path, EARLY))
     assert not found.adequate and found.starts_shown["differ"].keys() == {"velocity"}
