@@ -33,6 +33,7 @@ class Option(NamedTuple):
     design: dict
     far: float = 0.0  # octaves from what was measured
     direct: bool = False  # a suspect itself is measured
+    shows_both: str = ""  # where no number of tests will do: a direct reading that shows either suspect, and not which
 
     @property
     def effort(self):
@@ -76,7 +77,9 @@ def next_experiment(sets, verdict):
             options += designs(problem, final, fits[effects], wanted)
         if options:
             best = min(options, key=lambda option: option.effort)
-            found.append((best.score, names, best))
+            found.append(
+                (best.score, names, best if feasible(best) else best._replace(shows_both=reading_of_all(problem, terms)))
+            )
     if not found:
         return unexplained(problem, final)
     within_reach = [entry for entry in found if feasible(entry[2])]
@@ -103,6 +106,8 @@ def _told(option, names):
     if feasible(option):
         return f"{option.text} ({tests} test{'' if tests == 1 else 's'} to tell {pair})"
     directly = "measure what one of them is about directly, or over a range wider than four times this one"
+    if option.shows_both:
+        return f"no {MOST_TESTS:,} tests with this set-up tell {pair}; one reading shows either: {option.shows_both}"
     if not tests:  # none of the experiments is any better than the others
         return f"no {MOST_TESTS:,} tests with this set-up tell {pair}: {directly}"
     sharper = f"with noise {np.sqrt(tests / SOME_TESTS):.2g} times smaller {SOME_TESTS} tests would"
@@ -144,6 +149,12 @@ def witnesses(problem, terms, wanted):
             found.append(Option(tests_needed(score, wanted), score, text, {"witness": term.name}, direct=True))
     said = [option.text for option in found]
     return [option for option in found if option.tests and said.count(option.text) == 1]
+
+
+def reading_of_all(problem, terms):
+    """The direct reading that shows each of these effects alike, "" where there is none."""
+    said = {(problem.reading(term) or ("", 0.0))[0] for term in terms}
+    return said.pop() if len(terms) > 1 and len(said) == 1 else ""
 
 
 # --- designs: more tests, of one kind or of two in equal parts ---------------------------------------------------------

@@ -16,6 +16,7 @@ from hlcs.selection.experiment_design import (
     _told_of_others,
     both,
     option,
+    reading_of_all,
     separation_for,
     witnesses,
 )
@@ -68,6 +69,8 @@ def test_what_no_laboratory_can_make_is_said_to_be_so():
     """Lambda goes with 1/sigma^2: what takes 40,000 tests takes a hundred where the noise is 20 times smaller."""
     said = _told(Option(40_000, 16.4 / 40_000, "", {}), ("a", "b"))
     assert "no 1,000 tests" in said and "20 times smaller 100 tests" in said and "directly" in said
+    either = _told(Option(40_000, 16.4 / 40_000, "", {}, shows_both="level the floor"), ("a", "b"))
+    assert either == "no 1,000 tests with this set-up tell a from b; one reading shows either: level the floor"
     never = _told(Option(None, 0.0, "", {}), ("a", "b"))
     assert "no 1,000 tests" in never and "times smaller" not in never
 
@@ -100,6 +103,8 @@ def test_a_reading_that_shows_two_suspects_alike_does_not_tell_them():
     leans, wind = [suspect("bottom_slope"), suspect("tilted_gravity")], suspect("uniform_flow")
     assert witnesses(problem, leans, SEPARATION) == []
     assert {each.text for each in witnesses(problem, [leans[0], wind], SEPARATION)} == {"level", "wind"}
+    assert reading_of_all(problem, leans) == "level" and reading_of_all(problem, [leans[0], wind]) == ""
+    assert reading_of_all(problem, leans[:1]) == "" and reading_of_all(Readings(), leans) == ""
 
 
 # --- recommended, made, diagnosed again --------------------------------------------------------------------------------
