@@ -52,9 +52,7 @@ def test_a_wind_across_a_film_that_shows_by_the_drag_is_told(tmp_path):
     """2.5 m/s across double the drag of the slow throws: the data show it, but for its sign."""
     found = hlcs.diagnose(film(tmp_path, wind=(2.0, 2.5, 0.0)), candidates=["uniform_flow"])
     across = found.parameters["uniform_flow"]["velocity_y"]
-    assert across["value"] is not None and min(abs(across["low"]), abs(across["high"])) < 2.5 < max(
-        map(abs, (across["low"], across["high"]))
-    )
+    assert across["low"] < -2.5 < 2.5 < across["high"] and across["mirrored"] == -across["value"]
 
 
 def test_a_turn_about_the_line_of_sight_is_told_and_one_about_the_throw_is_not(tmp_path):
