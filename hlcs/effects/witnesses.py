@@ -184,7 +184,7 @@ WITNESSES = {
 }
 
 # What a file states that the number of an effect rests on: to be looked up where that number is not plausible.
-RESTS_ON = {
+INPUTS_OF = {
     "added_mass": "mass and size of the body, density of the fluid",
     "buoyancy": "mass and size of the body, scale of length, frames a second",
     "calibration_curve": "scale of length at each height, starts",

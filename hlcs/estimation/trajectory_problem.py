@@ -66,16 +66,18 @@ class TrajectoryProblem(Problem):
 
     def with_noise(self, noise):
         """The same problem with another Noise of the same channels."""
+        return self._with(noise=noise)
+
+    def _with(self, **changes):
+        """The same problem with other attributes."""
         other = copy(self)
-        other.noise, other.difference_steps = noise, dict(self.difference_steps)
+        vars(other).update(changes, difference_steps=dict(self.difference_steps))
         other.recordings = [other._recording(k) for k in range(len(self.trials))]
         return other
 
     def with_starts_fitted(self):
         """The same problem with all starts fitted, stated or not, as far as the data show them; None where all are fitted."""
-        other = copy(self)
-        other.starts_stated, other.difference_steps = False, dict(self.difference_steps)
-        other.recordings = [other._recording(k) for k in range(len(self.trials))]
+        other = self._with(starts_stated=False)
         same = all(len(a.unknown) == len(b.unknown) for a, b in zip(self.recordings, other.recordings, strict=True))
         return None if same else other
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import special
 
 from hlcs.data.quantities import have_unit
-from hlcs.effects.witnesses import RESTS_ON
+from hlcs.effects.witnesses import INPUTS_OF
 from hlcs.estimation.fitting import chi2_of
 from hlcs.records import Found, NextExperiment
 from hlcs.selection import experiment_design
@@ -260,7 +260,7 @@ def told(number, free, entry):
     """A number with what a reader must know beside it: what the model states, and what is usual where it lies beyond that."""
     stated = {"stated": free.null} if entry.setting and free.null is not None else {}
     beyond = free.beyond(number["value"])
-    doubtful = {"usual": free.usual, "beyond": beyond, "rests_on": RESTS_ON.get(entry.name, "")}
+    doubtful = {"usual": free.usual, "beyond": beyond, "rests_on": INPUTS_OF.get(entry.name, "")}
     return number | stated | (doubtful if beyond else {})
 
 
@@ -308,7 +308,7 @@ def _doubts(fit):
     """Sentences on numbers beyond what is plausible, on numbers that hang together, and on a fit that did not come to its end."""
     names = [f"{effect}.{free.name}" for effect, free, _ in fit.numbers]
     notes = [
-        f"{name} = {beyond}: check the inputs that it rests on" + (f" ({RESTS_ON[effect]})" if effect in RESTS_ON else "")
+        f"{name} = {beyond}: check the inputs that it rests on" + (f" ({INPUTS_OF[effect]})" if effect in INPUTS_OF else "")
         for name, (effect, free, value) in zip(names, fit.numbers, strict=True)
         if (beyond := free.beyond(value))
     ]

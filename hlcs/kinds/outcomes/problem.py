@@ -139,8 +139,9 @@ class TableProblem(DirectProblem):
     def beside(self, model):
         """The problem with the scatter of its rows and the errors of its inputs as another model has them; itself where they stay
         within SAME."""
-        own = self.scatter.of_settings(self.table, outcomes_at(self.file, self.table, model))
-        errors = setting_errors(self.file, self.table, own, model)
+        expected = outcomes_at(self.file, self.table, model)
+        own = self.scatter.of_settings(self.table, expected)
+        errors = setting_errors(self.file, self.table, own, model, expected)
         moved = np.hypot(own, errors.deviation) / np.hypot(self.own, self.errors.deviation)
         if np.all(np.abs(moved - 1) < SAME):
             return self
@@ -185,7 +186,9 @@ class TableProblem(DirectProblem):
         inputs = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ())}
         each, names = np.arange(count), np.array([f"row {k}" for k in range(count)])
         usual = {name: np.full(count, np.median(sd)) for name, sd in self.table.input_sd.items() if name in inputs}
-        foretold = np.nan_to_num(settings_at(self.file, self.table, model, inputs, count)) if count else np.zeros(0)
+        foretold = np.zeros(count)
+        if count and self.scatter.share:  # what is read there tells how far it scatters
+            foretold = np.nan_to_num(settings_at(self.file, self.table, model, inputs, count))
         new = dict(values=foretold, inputs=inputs, groups=names, setting=each, rows=each, notes=(), input_sd=usual)
         table = replace(self.table, **new)
         body, surroundings = self.file.body, self.file.surroundings
@@ -287,9 +290,9 @@ def prepare_table(file, table, own=()):
     if noise.position is None:
         return Prepared(noise, None, None, table.notes)
     expected = outcomes_at(file, table, model)
-    own = scatter.of_settings(table, expected)
-    errors = setting_errors(file, table, own, model)
-    problem = TableProblem(file, table, scatter, errors=errors, never=np.isnan(expected), own=own)
+    sigma = scatter.of_settings(table, expected)
+    errors = setting_errors(file, table, sigma, model, expected)
+    problem = TableProblem(file, table, scatter, errors=errors, never=np.isnan(expected), own=sigma)
     check_magnitude(problem, model)
     return posed(problem, model)
 

@@ -67,15 +67,15 @@ def settings_at(file, table, model, inputs, count=None):
         return outcome_motion.outcomes(model, setups, inputs, table.outcome)
 
 
-def setting_errors(file, table, sigma, model):
+def setting_errors(file, table, sigma, model, expected):
     """The SettingErrors of a table.
 
-    sigma: of one row of each setting (d,) [unit of the outcome]; model: at which errors of inputs are propagated.
+    sigma: of one row of each setting (d,) [unit of the outcome]; model: at which errors of inputs are propagated; expected: what
+    it foretells of each row (n,).
     """
     known = of_inputs(file, table, model)
     _, first = np.unique(table.setting, return_index=True)
-    expected = outcomes_at(file, table, model)[first]
-    scatter, unit = between_settings(table, sigma, known, expected), OUTCOMES[table.outcome]
+    scatter, unit = between_settings(table, sigma, known, expected[first]), OUTCOMES[table.outcome]
     if scatter.alone is not None:
         return SettingErrors(known, notes=(_stands_alone(table, first[scatter.alone]),))
     if not scatter.size > 0:

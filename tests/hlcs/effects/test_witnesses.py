@@ -6,7 +6,7 @@ import pytest
 from hlcs.effects import classes
 from hlcs.effects.ground import BottomSlope
 from hlcs.effects.measurement import CalibrationCurve, ClockOffset, LengthScale, TiltedFrame
-from hlcs.effects.witnesses import OF_LAYERS, RESTS_ON, WITNESSES, Camera, direct_reading
+from hlcs.effects.witnesses import INPUTS_OF, OF_LAYERS, WITNESSES, Camera, direct_reading
 from minibullet.effects import Buoyancy, LinearDrag, TiltedGravity, UniformFlow
 
 CAMERA = Camera(sigma=0.002, step=0.01, extent=1.5)
@@ -83,4 +83,4 @@ def test_witnesses_are_of_shipped_classes_and_say_what_to_do():
 
 
 def test_what_numbers_rest_on_is_told_of_effects_that_there_are():
-    assert RESTS_ON.keys() <= classes().keys()
+    assert INPUTS_OF.keys() <= classes().keys()

@@ -9,7 +9,7 @@ from linear_models import LAWS, Bend, sets
 
 from hlcs.effects import Candidate, classes
 from hlcs.effects.candidates import Free
-from hlcs.effects.witnesses import RESTS_ON
+from hlcs.effects.witnesses import INPUTS_OF
 from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.records import Reason
 from hlcs.selection.findings import candidate_findings, change_told, set_label
@@ -122,5 +122,5 @@ def test_a_number_tells_what_the_model_states_and_what_is_usual_where_it_is_not(
     assert as_told(number, free, law) == number
     assert as_told(number, free, replace(law, setting=True)) == number | {"stated": 0.0}
     odd = as_told(number | {"value": 20.0}, free, law)
-    assert odd["rests_on"] == RESTS_ON["linear_drag"]
+    assert odd["rests_on"] == INPUTS_OF["linear_drag"]
     assert odd["usual"] == "0 to 10 1/s" and odd["beyond"] == "20 lies above what is plausible (0 to 10 1/s)"
