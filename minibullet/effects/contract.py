@@ -297,14 +297,14 @@ def checked_answer(effect, answer, n, shape):
     return answer
 
 
-def checked_law(effect, law, contacts, given=()):
+def checked_law(effect, law, contacts, given=(None,) * 5):
     """The law itself, refused by effect, field and contact where no contact can have it; given: the law that the effect was
     given, checked before, whose fields are not looked at again where it kept them."""
     if not isinstance(law, ContactLaw):
         raise InputError(f"{type(effect).__name__}: contact_law must return a ContactLaw, not {type(law).__name__}")
-    law = ContactLaw(*(np.asarray(values, dtype=float) for values in law))
-    for field, values in zip(law._fields, law, strict=True):
-        if any(values is kept for kept in given):
+    law = ContactLaw(*[np.asarray(values, dtype=float) for values in law])
+    for field, values, kept in zip(law._fields, law, given, strict=True):
+        if values is kept:
             continue
         if values.shape != contacts.gap.shape:
             raise InputError(f"{type(effect).__name__}: {field} has shape {values.shape}; it must be {contacts.gap.shape}")
