@@ -77,7 +77,8 @@ def signatures(problem, fit, entry, at):
         return [part[:, None] for part in problem.signature(fit.model, fit.initial_states, plus)]
 
     try:
-        return [(view, columns(view)) for view in entry.views] or [(None, law())]
+        views = problem.batched([partial(columns, view) for view in entry.views])
+        return list(zip(entry.views, views, strict=True)) or [(None, law())]
     except InputError:
         return []
 
