@@ -24,22 +24,28 @@ HELD = 0.5  # part of the promised fall of chi2 below which columns of the state
 CAUTIOUS = (1.0, 0.3, 0.1)  # parts of a step of an initial state that are tried: a strong drag bends its path far from the best
 FIRM = 0.01  # what columns tell of a direction, of what they tell best, below which a long way along it shows nothing of the data
 ENDS = 2.0  # standard errors to both sides at which intervals through contacts are measured: 1.645 is the end of a 90 % interval
+NO_NEARER = 2  # linearisations in a row that promise no end within the limit and come not half as near to it: a fit is given up
 ALIKE = 0.2  # relative change of the standard errors from one measurement of them to the next below which they are known
 MEASURED = 4  # such measurements at most
+
+
+class OutOfReach(Exception):
+    """A fit is given up: what it is promised stays beyond its limit, or its numbers are such as cannot be."""
 
 
 class Elimination:
     """The residuals of a problem as a function of the numbers of a model alone."""
 
-    def __init__(self, problem, model, initial_states):
-        self.problem, self.model = problem, model
+    def __init__(self, problem, model, initial_states, limit=None):
+        self.problem, self.model, self.limit = problem, model, limit or (lambda: np.inf)
+        self.beyond, self.no_nearer = np.inf, 0
         self.close, self.narrow = (CLOSE_IN_CONTACT, NARROW_IN_CONTACT) if problem.simulator.contact else (CLOSE, NARROW)
         if problem.segmented:  # each segment comes to its own end, and none of them is smooth to less than that
             self.close, self.narrow = self.close * len(problem.trials), COARSE
         self.frees, self.start = free_numbers(model), values_of(model)
         self.spread = np.array([free.spread for free in self.frees])
         self.linear, self.best = None, (np.inf, self.start, initial_states)  # of all points seen: cost, numbers, initial states
-        self.settle(self.start, initial_states)
+        self.settle(self.start, initial_states, renew=not self.frees)  # numbers that move on need no more than a beginning
 
     def linearise(self, values, initial_states):
         """Linearise at numbers (p,) and initial states, where that has not just been done."""
@@ -47,10 +53,10 @@ class Elimination:
             self.values, self.states = values, initial_states
             self.linear = self.problem.linearise(with_values(self.model, values), initial_states)
 
-    def settle(self, values, initial_states):
-        """Linearise at numbers (p,) where no recording has a better initial state nearby."""
+    def settle(self, values, initial_states, renew=True):
+        """Linearise at numbers (p,) where no recording has a better initial state nearby; renew: as `follow` looks for it."""
         self.linearise(values, initial_states)
-        initial_states, _ = self.follow(with_values(self.model, values), initial_states, self.linear.white, renew=True)
+        initial_states, _ = self.follow(with_values(self.model, values), initial_states, self.linear.white, renew)
         self.linearise(values, initial_states)
         self.last = values, self.states
         self.remember(np.concatenate([*self.linear.white, belief(values, self.frees)[0]]))
@@ -129,12 +135,29 @@ class Elimination:
         self.linearise(*self.last)
         values = self.values
         slopes = np.concatenate([*(-part for part in self.linear.projected[1]), np.diag(belief(values, self.frees)[1])])
-        return np.nan_to_num(slopes) * self.spread
+        slopes = np.nan_to_num(slopes) * self.spread
+        self.look_ahead(slopes)
+        return slopes
+
+    def look_ahead(self, slopes):
+        """Raise OutOfReach where the best end that these slopes (n + p, p) promise stays beyond the limit, NO_NEARER times in a
+        row by more than half of what it was beyond it before: far from its end a fit is promised more with each step."""
+        rows = np.concatenate([*self.linear.projected[0], belief(self.values, self.frees)[0]])
+        possible = all(free.possible(value) for value, free in zip(self.values, self.frees, strict=True))
+        promised = float(rows @ rows) - least_squares(slopes, rows).gain if possible and np.isfinite(rows).all() else np.inf
+        before, self.beyond = self.beyond, promised - self.limit()
+        self.no_nearer = self.no_nearer + 1 if self.beyond > HELD * max(before, 0.0) or promised == np.inf else 0
+        if self.no_nearer == NO_NEARER:
+            raise OutOfReach
 
 
-def fit(problem, model, initial_states):
-    """The Fit of a model's free numbers and of all initial states, from where they stand."""
-    path, converged = Elimination(problem, model, initial_states), True
+def fit(problem, model, initial_states, limit=None):
+    """The Fit of a model's free numbers and of all initial states, from where they stand.
+
+    limit: function that says what a fit may cost to be of interest; one that is out of its reach ends where it is then, not
+    converged.
+    """
+    path, converged = Elimination(problem, model, initial_states, limit), True
     if path.frees and np.isfinite(chi2_of(path.linear.white)).all():
         count = sum(map(len, path.linear.white))
         ends = np.array([(free.least, free.most) for free in path.frees]).T
@@ -150,7 +173,7 @@ def fit(problem, model, initial_states):
                 max_nfev=MOST_EVALUATIONS,
             )
             converged = found.status > 0
-        except ValueError:  # scipy's, where nothing can be simulated right beside the start
+        except (ValueError, OutOfReach):  # ValueError: scipy's, where nothing can be simulated right beside the start
             converged = False
         path.settle(*path.best[1:])
     return fit_at(with_values(model, path.values), path.states, path.linear, converged)

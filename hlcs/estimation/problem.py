@@ -128,11 +128,12 @@ class Problem:
 
     # --- fits -----------------------------------------------------------------------------------------------------------------
 
-    def fit(self, model, initial_states=None):
-        """Fit of the model's free numbers and of all initial states: trust-region least squares (`estimation.fitting`)."""
+    def fit(self, model, initial_states=None, limit=None):
+        """Fit of the model's free numbers and of all initial states: trust-region least squares (`estimation.fitting`); limit:
+        function that says what it may cost to be of interest."""
         fit = segment_profiles.fit if self.segmented and free_numbers(model) else fitting.fit
         with np.errstate(all="ignore"):  # a run may leave the finite numbers on the way; its chi2 is then infinite
-            return fit(self, model, self.initial_guess() if initial_states is None else initial_states)
+            return fit(self, model, self.initial_guess() if initial_states is None else initial_states, limit)
 
     def stepped(self, initial_states, moves):
         """Initial states after moves of their unknowns, list of (unknowns_i,) -> (trials, 13)."""

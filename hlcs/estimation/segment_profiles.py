@@ -68,10 +68,11 @@ def profiled(problem, fit):
     return replace(fit, covariance=fit.covariance * np.outer(scale, scale), withheld=withheld)
 
 
-def fit(problem, model, initial_states):
+def fit(problem, model, initial_states, limit=None):
     """A Fit of segments, quick: on short lines through each number, initial states as far as they follow from those given.
 
-    A step-by-step fit loses a segment here and there on its way, and with it the way; where lines show no minimum it is tried.
+    A step-by-step fit loses a segment here and there on its way, and with it the way; where lines show no minimum it is tried,
+    to the `limit` of `fitting.fit`.
     """
     there = fit_at(model, initial_states, problem.linearise(model, initial_states))
     if (states := regrown(problem, there)) is not initial_states:  # those of another model may lie beyond an impact from here
@@ -80,7 +81,7 @@ def fit(problem, model, initial_states):
     for index in range(len(there.estimate)):
         there, reading = centred(problem, there, index, thorough=False)
         if reading is None:
-            return fitting.fit(problem, there.model, there.initial_states)
+            return fitting.fit(problem, there.model, there.initial_states, limit)
     return min(first, there, key=lambda fit: fit.cost)  # a parabola through rough values may lead away from a good beginning
 
 

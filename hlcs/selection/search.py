@@ -59,6 +59,7 @@ class Search:
         self.implied = frozenset()  # effects that the file implies and the data would show
         self.closed = {frozenset()}  # sets that are not fitted again: they cannot be simulated, or were fitted twice
         self.begun = {}  # set -> the Fits that its own fits were foreseen from
+        self.ended = {}  # set -> its Fit, of those that are fitted together
 
     # --- what a set costs -----------------------------------------------------------------------------------------------------
 
@@ -136,11 +137,17 @@ class Search:
         self.overdispersion = overdispersion
         return not self.budget.stopped and self.cost(self.run().ranked()[0]) < best - EQUAL
 
-    def reach(self):
-        """What a set may be foreseen to cost more than the best one, to be fitted: where more than noise is left, in units of it,
-        since what misleads the best fit misleads what is foreseen as well."""
-        fit = self.fits[self.ranked()[0]]
+    def reach(self, fit=None):
+        """What a set may be foreseen to cost more than the best one, or than a Fit, to be fitted: where more than noise is left,
+        in units of it, since what misleads the best fit misleads what is foreseen as well."""
+        fit = fit or self.fits[self.ranked()[0]]
         return REACH * max(self.overdispersion, 1.0 if self.noise_alone(fit) else fit.chi2 / fit.freedom)
+
+    def limit(self, effects):
+        """What a fit of a set may cost, its price aside, to be within reach of the best one that is known by now."""
+        known = [(self.cost(best := self.ranked()[0]), self.fits[best])]
+        known += [(fit.cost + self.price(its, fit), fit) for its, fit in self.ended.items()]
+        return min(cost + self.reach(fit) for cost, fit in known) - self.price(effects)
 
     def _expand_and_refit(self, pause):
         self.expand()
@@ -182,7 +189,7 @@ class Search:
 
     def fit_sets(self, proposals, states=None):
         """Fit sets in one batch, [(Proposal, Fit it was foreseen from)], and keep what was found; states: to begin from."""
-        before = self.budget.steps
+        before, self.ended = self.budget.steps, {}
         fits = self.problem.batched([partial(self.refit, *each, states) for each in proposals])
         self.budget.fitted(sum(self.count(proposal.effects) for proposal, _ in proposals), before)
         for (proposal, parent), fit in zip(proposals, fits, strict=True):
@@ -351,7 +358,8 @@ class Search:
     def refit(self, proposal, parent, states=None):
         """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
         can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
-        best, guess, seen = None, self.problem.initial_guess(), []
+        best, guess, seen, costs = None, self.problem.initial_guess(), [], []
+        limit = partial(self.limit, proposal.effects) if np.isfinite(proposal.cost) else None
         if states is None:
             begun = [(self.preview.nearer(proposal.numbers, parent), parent.initial_states)]
         else:
@@ -362,16 +370,16 @@ class Search:
                 continue
             seen.append((numbers, states))
             try:
-                fit = self.problem.fit(self.preview.model_with(numbers), states)
+                fit = self.problem.fit(self.preview.model_with(numbers), states, limit)
             except InputError:  # numbers with which nothing can be simulated
                 continue
-            if not np.isfinite(fit.cost):
-                continue
-            again = best is not None and fit.cost > best.cost - EQUAL  # another beginning led to no better end
-            if best is None or fit.cost < best.cost:
-                best = fit
-            met = best.converged and best.cost + self.price(proposal.effects, best) < proposal.cost + EQUAL
-            if again or met or self.noise_alone(best):
+            # another beginning led to no better end, or once more to where nothing can be
+            again = bool(costs) and not fit.cost < min(costs) - EQUAL
+            costs.append(fit.cost)
+            if fit.cost == min(costs) < np.inf:
+                best = self.ended[proposal.effects] = fit
+            met = best and best.converged and best.cost + self.price(proposal.effects, best) < proposal.cost + EQUAL
+            if again or met or best and self.noise_alone(best):
                 break
         return best
 

@@ -56,8 +56,8 @@ class LayerProblem(DirectProblem):
         of_terms, stated = self.responses.change(model), self.responses.stated
         return observations.doubt(self.data, *map(np.add, of_terms, stated))
 
-    def fit(self, model, initial_states=None):
-        """The Fit of a model's numbers; its cost knows how well is known what its effects do."""
+    def fit(self, model, initial_states=None, limit=None):
+        """The Fit of a model's numbers; its cost knows how well is known what its effects do, so that no limit cuts it short."""
         fit = super().fit(model, initial_states)
         factor = self._factor(observations.covariance(self.data, self.variance, self.doubt(fit.model)))
         white = solve_triangular(factor, self.coloured(fit.linearization.white)[self.rows], lower=True)

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from linear_models import Line, model
 
+from hlcs.effects import Candidate, Free, class_named
 from hlcs.estimation.fitting import measured_errors, with_values
 from hlcs.estimation.linearization import Linearization, values_of
 from hlcs.estimation.whitening import whiten
-from hlcs.simulation.model import Model
+from hlcs.simulation.model import Model, Term
 
 TIMES = [np.linspace(0.0, 2.0, 9), np.linspace(0.0, 1.0, 7)]
 
@@ -68,6 +69,31 @@ def test_a_law_that_bends_is_followed_to_its_only_minimum_from_anywhere(start):
     """sinh(6) = 202: at rate 0 the linear step is 202, where the law has left the finite numbers."""
     fit = Bent(TIMES, [np.sinh(6.0) * t + 1.0 for t in TIMES], 0.01).fit(model(start))
     assert fit.estimate[0] == pytest.approx(6.0, rel=1e-5) and fit.converged
+
+
+def test_a_fit_that_is_promised_no_end_within_its_limit_is_given_up_and_no_other_one_is_changed():
+    """What t^2 leaves beside a line stays, wherever the rate stands: chi2 of the end is foreseen at every point."""
+    problem = Bent(TIMES, [np.sinh(6.0) * t + 0.1 * t**2 for t in TIMES], 0.01)
+    end = problem.fit(model(9.0))
+    limits = (end.chi2 + end.surprise + 1.0, end.chi2 - 100.0)
+    within, beyond = (problem.fit(model(9.0), limit=lambda limit=limit: limit) for limit in limits)
+    assert within.converged and within.estimate[0] == end.estimate[0]
+    assert not beyond.converged and beyond.estimate[0] > 7.0  # two steps of a Newton iteration from 9 to 6, one unit each
+
+
+def test_a_fit_whose_numbers_cannot_be_is_given_up():
+    """A file that states a gas is not off by the density of a rock: the fit ends on its way to 3,000, at an infinite cost."""
+    dense = Free("fluid_density", "kg/m3", 0.0, 1.5, 0.0, 1.2, stated=1.2, error=500.0, certain=True, highest=1100.0)
+    entry = Candidate("buoyancy", class_named("buoyancy"), (dense,))
+
+    class Rising(Line):
+        def residuals(self, model, initial_states):
+            rate = model.terms[0].numbers["fluid_density"]
+            return [y - rate * t - state[0] for t, y, state in zip(self.times, self.values, initial_states, strict=True)]
+
+    problem = Rising(TIMES, [3000.0 * t for t in TIMES], 0.01)
+    fit = problem.fit(Model((Term(entry, (("fluid_density", 1.2),)),)))
+    assert fit.cost == np.inf and not fit.converged
 
 
 class Thrown(Line):

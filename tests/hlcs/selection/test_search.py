@@ -169,9 +169,9 @@ def test_a_first_set_whose_fit_did_not_come_to_its_end_is_begun_from_the_states_
     search = Search(problem, [RATE], problem.fit(Model()), first=[({"linear_drag": {"rate": 1.0}}, states)])
     fit = problem.fit
 
-    def stuck(model, begun):
+    def stuck(model, begun, limit):
         if not np.array_equal(begun, states):
-            return fit(model, begun)
+            return fit(model, begun, limit)
         return replace(fit_at(model, begun, problem.linearise(model, begun)), converged=False)
 
     monkeypatch.setattr(problem, "fit", stuck)
