@@ -10,9 +10,9 @@ import numpy as np
 
 from hlcs.processes.interrupts import STOPPED
 
-SEGMENTED_LIMIT = 3.0e6  # body-steps of a search on a tumbling body: some 90 s at 30 us each
-SMOOTH_LIMIT = 10.0e6  # the same where recordings are not in segments: 60 to 70 s at 6 to 7 us each
-FLIGHT_LIMIT = 40.0e6  # the same where nothing touches: at most 2 us each, what a step costs by itself counted too
+SEGMENTED_LIMIT = 3.0e6  # body-steps of a search on a tumbling body, what a step costs by itself counted: some 90 s at 30 us
+SMOOTH_LIMIT = 10.0e6  # the same where recordings are not in segments: some 100 s at 8 to 12 us each
+FLIGHT_LIMIT = 40.0e6  # the same where nothing touches: at most 2 us each
 SEARCH_LINEARISATIONS = 250  # that a search over the whole library needs: twenty tosses of a cube are told from four, in 150 s
 FIT_LINEARISATIONS = 7  # that a fit takes, as a rule
 CONFIRM_LINEARISATIONS = 60  # to fit the model under test and to refit what was accepted, on more recordings

@@ -16,7 +16,7 @@ from minibullet.bodies import Bodies
 from minibullet.effects import Gravity, TiltedGravity
 from minibullet.errors import InputError
 
-STEP_COST = 300  # bodies that cost as much as one step in flight costs however few fly
+STEP_COST = {False: 300, True: 30}  # bodies that cost as much as one step costs however few there are, with contact or without
 MOST_IN_A_WORLD = 600  # runs in one World: more are no cheaper together, and need more memory
 MOST_FLOWN = 2_000_000  # steps of bodies in one flight: what is recorded of them takes 200 MB
 STEADY = 0.7  # way of a flat body in one step, in heights of its centre above the floor: at 1 it begins to chatter [-]
@@ -67,7 +67,7 @@ class Simulator:
         self.duration_class = np.zeros(len(durations), int)  # of one class share a World, where all go on as long as the longest
         if any(trial.recording for trial in self.trials):
             self.duration_class = np.ceil(np.log2(durations / durations.min()) - 1e-9).astype(int)
-        self.body_steps = 0  # bodies times steps simulated
+        self.body_steps = 0  # bodies times steps simulated, what a step costs by itself counted as bodies
 
     def for_trials(self, model, trials, start_time, seated):
         """A Simulator of other trials of the same scene, in the same steps: heights lie in the range that they have here."""
@@ -167,7 +167,7 @@ class Simulator:
         duration = max(max(float(times.max()) for times in samples), step)
         duration += 0.06 * duration + 0.05 if any(changes) else 0.0
         track, needed = self._track(setups, initial_states, owner, effects, duration, step)
-        self.body_steps += (len(owner) + (0 if self.contact else STEP_COST)) * (len(track.times) - 1)
+        self.body_steps += (len(owner) + STEP_COST[self.contact]) * (len(track.times) - 1)
         answers = [
             self._observe(track, span, its_changes, samples, initial_states, owner, effects)
             for span, its_changes in zip(spans, changes, strict=True)
