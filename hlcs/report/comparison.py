@@ -77,7 +77,7 @@ def _opening(comparison):
         before = size(comparison.before.error["rms"], unit)
         told.append(f"With {change_told(comparison)} the error goes from {before} to {here}; the noise is {noise}.")
     if comparison.adequate:
-        left = left_by_adequate(comparison.kind, error["rms"], error["noise"], unit)
+        left = left_by_adequate(comparison, error["rms"], error["noise"], unit)
         told.append(f"The model agrees with the measurement: it misses by {here}, which {left}.")
     elif comparison.noise_shown:
         told.append(f"The model misses the measurement by {here}. {noise_too_small(comparison.noise_shown)}")

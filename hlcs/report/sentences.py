@@ -127,7 +127,7 @@ def _noise(diagnosis):
     error, unit = diagnosis.error.get("fitted") or error_of(diagnosis), diagnosis.error.get("unit", "")
     if not error:
         return "What is left is noise."
-    left = left_by_adequate(diagnosis.kind, error["after"], error["noise"], unit)
+    left = left_by_adequate(diagnosis, error["after"], error["noise"], unit)
     if not foretold_worse(diagnosis):
         return f"What is left {left}."
     many = LEFT_OUT.get(diagnosis.kind, "data")
@@ -146,9 +146,12 @@ def foretold_worse(diagnosis):
     return held_out["after"] > NEAR_NOISE * max(fitted["after"], fitted["noise"])
 
 
-def left_by_adequate(kind, after, noise, unit):
-    """What an adequate model of a kind of measurement leaves, as the end of a sentence; after, noise: errors in their unit."""
-    told = size(noise, unit)
+def left_by_adequate(result, after, noise, unit):
+    """What an adequate model leaves, as the end of a sentence; result: Comparison or Diagnosis; after, noise: in their unit."""
+    told, kind = size(noise, unit), result.kind
+    if scatter := result.noise.get("between_settings"):
+        cannot = "if they cannot, something is missing (measurement.input_sd says how far off inputs may be)"
+        return f"is your noise ({told}) if settings can be {size(scatter, unit)} off, more than repeats show; {cannot}"
     if after <= NEAR_NOISE * noise:
         return f"is your noise ({told})"
     if kind == "layers":

@@ -41,7 +41,8 @@ class Outcomes(Tabulated):
         self.notes = self.table.notes
         self.unit = OUTCOMES[self.table.outcome]
         self._prepared = prepare_table(file, self.table, options.user_effects)
-        self.noise = self._prepared.noise.to_dict()
+        scatter = self._prepared.problem.errors.scatter if self._prepared.problem else 0.0
+        self.noise = self._prepared.noise.to_dict() | ({"between_settings": scatter} if scatter else {})
         self.judgeable = self._prepared.problem is not None
 
     def observe(self):

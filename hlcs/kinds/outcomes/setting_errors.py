@@ -24,6 +24,7 @@ class SettingErrors(NamedTuple):
 
     deviation: np.ndarray  # one sigma of each distinct setting [unit of the outcome] (d,)
     doubt: float = 0.0  # standard deviation of its logarithm, where it was read from few settings
+    scatter: float = 0.0  # the part of it that no input explains, one sigma [unit of the outcome]
     notes: tuple[str, ...] = ()
 
 
@@ -86,7 +87,7 @@ def setting_errors(file, table, sigma, model, expected):
         "of a setting share. If no setting can be so far off, something is missing: state what each may be off by, "
         "measurement.input_sd"
     )
-    return SettingErrors(np.hypot(known, scatter.size), float(1 / np.sqrt(2 * scatter.freedom)), (note,))
+    return SettingErrors(np.hypot(known, scatter.size), float(1 / np.sqrt(2 * scatter.freedom)), scatter.size, (note,))
 
 
 def _stands_alone(table, row):

@@ -43,6 +43,8 @@ def test_a_height_error_that_repeats_share_is_no_effect(tmp_path, measurement, s
     found = hlcs.diagnose(write(tmp_path, rebounds(seed), measurement, f"restitution = {RESTITUTION}\n"))
     assert found.verdict == "complete", (found.effects, found.notes)
     assert measurement or any("settings scatter by" in note for note in found.notes)
+    for result in (found, hlcs.compare(tmp_path / "e.toml")):  # what nobody stated is told with its condition
+        assert ("settings can be" in " ".join(str(result).split())) == (not measurement)
 
 
 def test_beside_a_shared_height_error_restitution_is_found_and_no_drag(tmp_path):
