@@ -6,10 +6,11 @@ from hlcs.data.shown_by_impacts import impact_lines
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.report.document import Lines, Points, Section, Table, as_text
+from hlcs.report.doubted import noise_too_small, starts_wrong
 from hlcs.report.figures import comparison_panels
 from hlcs.report.notes import note_parts
 from hlcs.report.page import fragment, png
-from hlcs.report.sentences import NEAR_NOISE, left_by_adequate, noise_too_small, place, starts_wrong
+from hlcs.report.sentences import NEAR_NOISE, left_by_adequate, place
 from hlcs.report.statistics import where_table
 from hlcs.report.words import DASH, chance, change_told, number, size, two_digits
 

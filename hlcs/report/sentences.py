@@ -6,6 +6,7 @@ from hlcs.data.quantities import unit_of
 from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.report.document import Points
+from hlcs.report.doubted import noise_too_small, starts_wrong
 from hlcs.report.leftover import likeness, turns_missed
 from hlcs.report.words import capital, joined, number, share, size, two_digits, value, words
 
@@ -13,11 +14,6 @@ NEAR_NOISE = 1.15  # times the noise up to which an error is called noise withou
 NOTHING_MORE = "Nothing more is missing."
 LEFT_OUT = {"trajectory": "recordings", "outcomes": "rows", "layers": "layers"}  # what is held out, by the kind of measurement
 STANDS = 1e-6  # speed of a body that stands, to rounding [m/s]
-KNOWN_BY = {  # what a noise is called, by how it is known
-    "stated": "The stated noise",
-    "static recording": "The noise of the body at rest",
-    "replicates": "The noise that repeats show",
-}
 SMALL = 0.02  # share of the error below which its fall is told by chi-square instead
 
 
@@ -282,40 +278,6 @@ def _statement_first(diagnosis):
     if diagnosis.effects:
         told += [_helps(diagnosis), removal(diagnosis, "It" if len(diagnosis.effects) == 1 else "Together they")]
     return told
-
-
-def starts_wrong(shown, mended=False):
-    """That the starts may not be as stated, by how much, and what to do; mended: if effects are added."""
-    model, more = _agreeing(mended)
-    differ = joined(_differing(name, **each) for name, each in shown["differ"].items())
-    return (
-        f"Either the starts that the file states are wrong: with starts fitted to the data in their place {model} agrees with "
-        f"the data, and {more} need be missing. They differ from those stated by {differ}. So it is where a body was let go a "
-        "little before the first stamp. Or something is missing that nothing in the library explains. To know it, "
-        f"{shown['next']}."
-    )
-
-
-def _differing(name, least, most, unit):
-    """How far what is stated of starts lies aside of what the data show."""
-    least, most = (number(each, unit) for each in (least, most))
-    return f"{least} to {most} ({words(name)})" if least != most else f"{most} ({words(name)})"
-
-
-def _agreeing(mended):
-    """Which model agrees with the data once a statement is mended, and what need then be missing."""
-    return ("the model with what is told below", "nothing else") if mended else ("the model as it is", "nothing")
-
-
-def noise_too_small(shown, mended=False):
-    """That the noise may be larger than what was taken for it, by how much, and what to write; mended: if effects are added."""
-    known, sigma = (size(shown[key], shown["unit"]) for key in ("known", "sigma"))
-    model, more = _agreeing(mended)
-    whose = KNOWN_BY.get(shown["source"], "The noise")
-    return (
-        f"{whose} may be too small: it is {known}, and {shown['seen']} {sigma}, whatever the model. With a noise of {sigma} "
-        f"{model} agrees with the data, and {more} need be missing. The line to write: {shown['remedy']}; then run it again."
-    )
 
 
 def _nothing(diagnosis):
