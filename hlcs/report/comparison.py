@@ -6,7 +6,7 @@ from hlcs.data.shown_by_impacts import impact_lines
 from hlcs.files import folders
 from hlcs.files.spreadsheets import csv_text
 from hlcs.report.document import Lines, Points, Section, Table, as_text
-from hlcs.report.doubted import noise_too_small, starts_wrong
+from hlcs.report.doubted import doubt
 from hlcs.report.figures import comparison_panels
 from hlcs.report.notes import note_parts
 from hlcs.report.page import fragment, png
@@ -25,11 +25,8 @@ def left(comparison, adequate, over_noise, **_):
     Of layers that are judged as adequate more may be left than tests scatter by."""
     if adequate and comparison.kind == "layers" and over_noise and over_noise > NEAR_NOISE:
         return "noise, campaigns, engines"
-    if adequate is False and comparison.noise_shown:
-        return "more than the noise taken"
-    if adequate is False and comparison.starts_shown:
-        return "more, with these starts"
-    return LEFT[adequate]
+    doubted = doubt(comparison)
+    return doubted.left if adequate is False and doubted else LEFT[adequate]
 
 
 def line(comparison):
@@ -80,10 +77,8 @@ def _opening(comparison):
     if comparison.adequate:
         left = left_by_adequate(comparison, error["rms"], error["noise"], unit)
         told.append(f"The model agrees with the measurement: it misses by {here}, which {left}.")
-    elif comparison.noise_shown:
-        told.append(f"The model misses the measurement by {here}. {noise_too_small(comparison.noise_shown)}")
-    elif comparison.starts_shown:
-        told.append(f"The model misses the measurement by {here} (noise {noise}). {starts_wrong(comparison.starts_shown)}")
+    elif doubted := doubt(comparison):
+        told.append(f"The model misses the measurement by {here}. {doubted.told}")
     elif error["rms"] > 1.5 * error["noise"]:
         told.append(
             f"The model misses the measurement by {here}, {two_digits(error['rms'] / error['noise'])} times the noise ({noise})."
@@ -96,7 +91,7 @@ def _opening(comparison):
     if abs(error.get("bias") or 0.0) > SLIGHT * error["noise"] and not comparison.adequate:
         much, side = size(abs(error["bias"]), unit), "more" if error["bias"] > 0 else "less"
         told.append(f"On average the model reads {much} {side} than was measured.")
-    if comparison.where and not (comparison.adequate or comparison.noise_shown or comparison.starts_shown):
+    if comparison.where and not (comparison.adequate or doubt(comparison)):
         told.append(f"It misses most in {place(comparison.where[0], unit)}.")
     return [" ".join(told)]
 

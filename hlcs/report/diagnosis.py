@@ -11,6 +11,7 @@ from hlcs.records import Reason
 from hlcs.report import page, statistics
 from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
 from hlcs.report.document import Lines, Points, Section, Table, as_text
+from hlcs.report.doubted import doubt
 from hlcs.report.leftover import camera_swings
 from hlcs.report.notes import note_parts
 from hlcs.report.ranking import LITTLE, left_by_base, ranking
@@ -170,7 +171,7 @@ def _visible(diagnosis):
 
 def _where(diagnosis, most=5):
     """Where the model still misses, if it does."""
-    if diagnosis.verdict != "unexplained" or diagnosis.noise_shown or diagnosis.starts_shown or not diagnosis.where:
+    if diagnosis.verdict != "unexplained" or doubt(diagnosis) or not diagnosis.where:
         return ()
     return (Points(tuple(place(row, diagnosis.error.get("unit", "")) for row in diagnosis.where[:most])),)
 
@@ -223,8 +224,8 @@ def _not_proved(diagnosis):
     names = [entry["name"] for entry in diagnosis.additions]
     one = len(names) == 1
     is_, helps = ("is", "it helps") if one else ("are", "they help")
-    noise = "the noise as it is stated" if diagnosis.noise_shown else "noise"
-    noise += ", with the starts as they are stated," if diagnosis.starts_shown else ""
+    doubted = doubt(diagnosis)
+    noise = doubted.noise if doubted else "noise"
     return NOT_PROVED[diagnosis.verdict].format(what=capital(joined(map(words, names))), is_=is_, it_helps=helps, noise=noise)
 
 

@@ -1,5 +1,7 @@
 """A statement of the file that is doubted: starts or a noise with which, were they others, nothing would be missing; in words."""
 
+from typing import NamedTuple
+
 from hlcs.report.words import joined, number, size, words
 
 KNOWN_BY = {  # what a noise is called, by how it is known
@@ -9,7 +11,36 @@ KNOWN_BY = {  # what a noise is called, by how it is known
 }
 
 
-def starts_wrong(shown, mended=False):
+class Doubt(NamedTuple):
+    """What is said of a statement that is doubted."""
+
+    told: str  # sentences: what would be otherwise, by how much, what to do
+    verdict: str  # what the verdict then means
+    left: str  # what the model leaves, in a table
+    noise: str  # beside what an effect is not proved
+
+
+def doubt(result):
+    """The Doubt of a Comparison or Diagnosis; None where no statement is doubted."""
+    mended = bool(getattr(result, "effects", ()))  # of a Diagnosis, which adds them
+    if result.starts_shown:
+        return Doubt(
+            starts_wrong(result.starts_shown, mended),
+            "the starts, as they are stated, do not agree with the data",
+            "more, with these starts",
+            "noise, with the starts as they are stated,",
+        )
+    if result.noise_shown:
+        return Doubt(
+            noise_too_small(result.noise_shown, mended),
+            "more is left than the noise, as it was taken to be",
+            "more than the noise taken",
+            "the noise as it is stated",
+        )
+    return None
+
+
+def starts_wrong(shown, mended):
     """That the starts may not be as stated, by how much, and what to do; mended: if effects are added."""
     model, more = _agreeing(mended)
     differ = joined(_differing(name, **each) for name, each in shown["differ"].items())
@@ -32,7 +63,7 @@ def _agreeing(mended):
     return ("the model with what is told below", "nothing else") if mended else ("the model as it is", "nothing")
 
 
-def noise_too_small(shown, mended=False):
+def noise_too_small(shown, mended):
     """That the noise may be larger than what was taken for it, by how much, and what to write; mended: if effects are added."""
     known, sigma = (size(shown[key], shown["unit"]) for key in ("known", "sigma"))
     model, more = _agreeing(mended)

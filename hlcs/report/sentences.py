@@ -6,7 +6,7 @@ from hlcs.data.quantities import unit_of
 from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.report.document import Points
-from hlcs.report.doubted import noise_too_small, starts_wrong
+from hlcs.report.doubted import doubt
 from hlcs.report.leftover import likeness, turns_missed
 from hlcs.report.words import capital, joined, number, share, size, two_digits, value, words
 
@@ -255,8 +255,9 @@ def alternatives(diagnosis):
 def _unexplained(diagnosis):
     error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
     told = []
-    if diagnosis.noise_shown or diagnosis.starts_shown:
-        return _statement_first(diagnosis)
+    if doubted := doubt(diagnosis):  # what the file states decides before any effect does
+        mends = "It" if len(diagnosis.effects) == 1 else "Together they"
+        return [doubted.told, *([_helps(diagnosis), removal(diagnosis, mends)] if diagnosis.effects else [])]
     if not error:
         return [f"The model fails, and {_nothing(diagnosis)} explains all of it."]
     if diagnosis.effects:
@@ -268,15 +269,6 @@ def _unexplained(diagnosis):
         )
         told += _absorbing(diagnosis) or _nearest(diagnosis)
     told.append(" ".join(looks(diagnosis)))
-    return told
-
-
-def _statement_first(diagnosis):
-    """What the file states of the starts or the noise decides before any effect does; what was found beside it."""
-    shown, mended = diagnosis.starts_shown, bool(diagnosis.effects)
-    told = [starts_wrong(shown, mended) if shown else noise_too_small(diagnosis.noise_shown, mended)]
-    if diagnosis.effects:
-        told += [_helps(diagnosis), removal(diagnosis, "It" if len(diagnosis.effects) == 1 else "Together they")]
     return told
 
 

@@ -3,6 +3,7 @@
 from hlcs.data.quantities import unit_of
 from hlcs.records import VERDICTS, Reason
 from hlcs.report.document import Section, Table
+from hlcs.report.doubted import doubt
 from hlcs.report.ranking import LITTLE, left_by_base, ranking
 from hlcs.report.sentences import error_of
 from hlcs.report.words import DASH, chance, joined, number, size, words
@@ -39,11 +40,8 @@ def facts(diagnosis):
 
 def _verdict(diagnosis):
     effects = f" Effects, what the data need most first: {', '.join(diagnosis.effects)}." if diagnosis.effects else ""
-    means = VERDICTS[diagnosis.verdict]
-    if diagnosis.starts_shown:
-        means = "the starts, as they are stated, do not agree with the data"
-    elif diagnosis.noise_shown:
-        means = "more is left than the noise, as it was taken to be"
+    doubted = doubt(diagnosis)
+    means = doubted.verdict if doubted else VERDICTS[diagnosis.verdict]
     return (f"Verdict: {diagnosis.verdict}: {means}.{effects}",)
 
 
