@@ -105,6 +105,25 @@ def test_a_search_goes_farther_where_more_than_noise_is_left(generator):
     assert not search.wider(20.0) and search.reach() == 20 * REACH
 
 
+def test_a_fit_is_of_interest_as_far_as_the_reach_of_the_best_also_of_those_that_are_fitted_beside_it(monkeypatch):
+    """A line of slope 3: the law explains it at a cost of a few units, which bounds the fit that goes on in the same batch."""
+    search = searched(3.0)
+    law, other = frozenset({"linear_drag"}), frozenset({"spin_decay"})
+    search = Search(search.problem, LAWS.values(), search.base)
+    assert search.limit(other) == pytest.approx(search.cost(frozenset()) + search.reach() - ODDS)
+    found = search.problem.fit(search.preview.model_with({"linear_drag": {"rate": 3.0}}))
+    search.ended[law] = found
+    assert search.limit(other) == pytest.approx(found.cost + REACH) and search.limit(frozenset()) == found.cost + ODDS + REACH
+    limits = []
+    monkeypatch.setattr(search.problem, "fit", lambda model, states, limit: (limits.append(limit()), found)[1])
+    proposals = [(Proposal(0.0, names, {next(iter(names)): {"rate": 1.0}}), search.base) for names in (law, other)]
+    search.fit_sets(proposals)
+    assert (
+        limits[0] == pytest.approx(search.cost(frozenset()) + search.reach(search.base) - ODDS)
+        and limits[-1] == found.cost + REACH
+    )
+
+
 def test_a_pair_waits_for_its_parts_and_leaves_the_batch_to_their_rivals():
     """Pairs with a strong law cost next to nothing more than the law; where they come first no other law is ever fitted."""
     ball = rigid_body(Body("sphere", radius=0.1, mass=1.0))
