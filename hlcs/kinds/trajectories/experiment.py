@@ -168,7 +168,7 @@ class Trajectories:
                     break
                 looked.append(best)
                 if renewed := beside(prepared, search.fits[best]):
-                    prepared, known = renewed, {"budget": search.budget} if few_fits else {}
+                    prepared, known = renewed, {"budget": search.budget} if prepared.contact else {}
                     search = begun(base=prepared.base, first=search.tied(), **known)
             return select(self, prepared, search, cross_validation, absent, *on_all)
 
