@@ -40,7 +40,7 @@ class FittedSets:
         search = self.search
         while True:
             cheapest = next(effects for effects in self.ranked if self.stands(effects))
-            parts = {effects: fit for effects, fit in search.reduced.items() if effects not in search.fits}
+            parts = {effects: fit for effects, fit in search.reduced.items() if search.fits.get(effects) is not fit}
             search.fits |= parts
             del self.ranked
             if not any(self.cost(effects) < self.cost(cheapest) for effects in parts):
@@ -106,9 +106,10 @@ class FittedSets:
         return rest
 
     def fit(self, effects):
-        """The Fit of a set, made where the search had no need of it."""
-        if effects in self.search.fits:
-            return self.search.fits[effects]
+        """The Fit of a set, made where the search had no need of it or did not bring it to its end."""
+        found = self.search.fits.get(effects)
+        if found is not None and found.converged:
+            return found
         reduced = self.search.reduced
         if effects not in reduced:
             larger = min((known for known in self.search.fits if effects < known), key=lambda known: (len(known), sorted(known)))
@@ -117,7 +118,8 @@ class FittedSets:
             near = self.search.preview.nearer(numbers, base)
             states = fit.initial_states if near == numbers else base.initial_states
             problem = self.search.problem
-            reduced[effects] = self.alone(problem, problem.fit(self.search.preview.model_with(near), states))
+            again = self.alone(problem, problem.fit(self.search.preview.model_with(near), states))
+            reduced[effects] = min(filter(None, (again, found)), key=lambda fit: fit.cost)
         return reduced[effects]
 
     def worth(self, effects, name):

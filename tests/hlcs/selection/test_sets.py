@@ -11,6 +11,7 @@ from scipy import stats
 
 from hlcs.effects import Free
 from hlcs.estimation.cross_validation import CrossValidation
+from hlcs.estimation.fitting import fit_at
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets, interval
 from hlcs.selection.verdict import _parameters, adequate_ones, best_set, finals
@@ -115,7 +116,9 @@ def test_a_law_takes_away_what_its_special_case_leaves():
     drag = SimpleNamespace(holds=lambda other: False)
     crisis = SimpleNamespace(holds=lambda other: other is drag)
     left = {(): 10_000.0, ("drag",): 1_000.0, ("crisis",): 600.0}
-    fits = {frozenset(names): SimpleNamespace(chi2=100.0 + excess, freedom=100.0) for names, excess in left.items()}
+    fits = {
+        frozenset(names): SimpleNamespace(chi2=100.0 + excess, freedom=100.0, converged=True) for names, excess in left.items()
+    }
     search = SimpleNamespace(fits=fits, candidates={"drag": drag, "crisis": crisis}, compatible=lambda effects: True)
     told = FittedSets(search, None)
     assert told.share(frozenset({"drag"}), "drag") == pytest.approx(0.9)
@@ -221,3 +224,17 @@ def test_what_was_fitted_to_judge_a_set_may_be_the_best():
 
     judged.stands = stands
     assert judged.cheapest == alone
+
+
+def test_an_effect_is_judged_beside_the_best_fit_without_it_though_the_search_gave_that_one_up(generator):
+    """The law alone, left where the misfit is a thousand times the noise: beside that the other one would explain nearly all."""
+    told = sets(0.3, generator)
+    law, both, fits = frozenset({"linear_drag"}), frozenset(LAWS), told.search.fits
+    end, model_with = fits[law], told.search.preview.model_with
+    fits[both] = told.search.problem.fit(model_with({name: {"rate": 1.0} for name in LAWS}))
+    away = model_with({"linear_drag": {"rate": 9.0}})
+    given_up = fit_at(away, end.initial_states, told.search.problem.linearise(away, end.initial_states), converged=False)
+    fits[law] = given_up
+    told = FittedSets(told.search, told.cross_validation)
+    assert given_up.chi2 > 100 * end.chi2 and told.fit(law).chi2 == pytest.approx(end.chi2, rel=1e-3)
+    assert told.worth(both, "spin_decay") < 10 and told.best == law and fits[law].converged
