@@ -6,6 +6,8 @@ from experiments import FLOOR, TOML, experiment, measured, refused
 from throws import write_throws
 
 import hlcs
+from hlcs.data.validation import extent_of_box
+from minibullet import rotations
 from minibullet.errors import InputError
 
 
@@ -36,6 +38,18 @@ def test_a_scalar_that_stands_last_is_seen_under_a_box(tmp_path):
             refused(path, "qw..qz", "scalar")
         else:
             assert measured(path).trials
+
+
+def test_a_box_that_keeps_its_depth_in_the_floor_while_it_turns_has_its_scalar_first(tmp_path):
+    """A box topples by 60 degrees about an edge, its floor stated 3 cm too high: with the scalar last it would hang above it."""
+    toml = FLOOR.replace('"sphere"', '"box"').replace("radius = 0.03", "size = [0.15, 0.1, 0.3]")
+    half, none = np.radians(np.linspace(5.0, 65.0, 40)) / 2, np.zeros(40)
+    topples = np.column_stack([np.cos(half), none, np.sin(half), none])
+    falls = rotations.product(topples, np.tile([np.cos(0.75), 0.0, 0.0, np.sin(0.75)], (40, 1)))
+    heights = extent_of_box(falls, (0.15, 0.1, 0.3), (0.0, 0.0, 1.0)) - 0.03
+    table = np.column_stack([0.01 * np.arange(40), 0.001 * np.arange(40), none, heights, falls])
+    rows = "".join(",".join(f"{value:.6f}" for value in row) + "\n" for row in table)
+    assert measured(experiment(tmp_path, csv="t_s,x_m,y_m,z_m,qw,qx,qy,qz\n" + rows, toml=toml)).trials
 
 
 def test_a_static_recording_that_drifts_is_refused(tmp_path):
