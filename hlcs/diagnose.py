@@ -38,7 +38,7 @@ def _names(candidates):
 
 def diagnosis_of(experiment: OpenExperiment, candidates=None):
     """The Diagnosis of an OpenExperiment; candidates: names to try, None = all that fit."""
-    common = {"kind": experiment.kind, "title": experiment.title, "noise": experiment.noise}
+    common = {"kind": experiment.kind, "title": experiment.title}
     if experiment.judgeable:
         selection = experiment.search(candidates)
         told = {entry.name: getattr(selection, entry.name) for entry in fields(Found)}
@@ -47,10 +47,12 @@ def diagnosis_of(experiment: OpenExperiment, candidates=None):
         else:
             open_question = selection.verdict in ("ambiguous", "unexplained")
             following = selection.next_experiment(selection.verdict) if open_question else None
-        return Diagnosis(**common, **told, verdict=selection.verdict, next_experiment=following)
+        # the noise after the search: what settings scatter by is known beside what was found
+        return Diagnosis(**common, **told, noise=experiment.noise, verdict=selection.verdict, next_experiment=following)
     names = experiment.names(candidates)
     return Diagnosis(
         **common,
+        noise=experiment.noise,
         verdict="cannot_judge",
         effects=(),
         parameters={},

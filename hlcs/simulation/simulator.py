@@ -16,7 +16,7 @@ from minibullet.bodies import Bodies
 from minibullet.effects import Gravity, TiltedGravity
 from minibullet.errors import InputError
 
-STEP_COST = {False: 300, True: 30}  # bodies that cost as much as one step costs however few there are, with contact or without
+STEP_COST = {False: 300, True: 30}  # with contacts? -> bodies that cost as much as one step costs however few there are
 MOST_IN_A_WORLD = 600  # runs in one World: more are no cheaper together, and need more memory
 MOST_FLOWN = 2_000_000  # steps of bodies in one flight: what is recorded of them takes 200 MB
 STEADY = 0.7  # way of a flat body in one step, in heights of its centre above the floor: at 1 it begins to chatter [-]

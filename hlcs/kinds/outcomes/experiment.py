@@ -41,9 +41,13 @@ class Outcomes(Tabulated):
         self.notes = self.table.notes
         self.unit = OUTCOMES[self.table.outcome]
         self._prepared = prepare_table(file, self.table, options.user_effects)
-        scatter = self._prepared.problem.errors.scatter if self._prepared.problem else 0.0
-        self.noise = self._prepared.noise.to_dict() | ({"between_settings": scatter} if scatter else {})
         self.judgeable = self._prepared.problem is not None
+        self.noise = self._noise_of(self._prepared)
+
+    def _noise_of(self, prepared):
+        """The noise as it is told: that of the rows, and what settings scatter by beside the model of a Prepared."""
+        scatter = prepared.problem.errors.scatter if self.judgeable else 0.0
+        return self._prepared.noise.to_dict() | ({"between_settings": scatter} if scatter else {})
 
     def observe(self):
         problem = self._prepared.problem
@@ -101,6 +105,7 @@ class Outcomes(Tabulated):
             if problem is prepared.problem:
                 break
             prepared = posed(problem, prepared.base.model)
+        self.noise = self._noise_of(prepared)
         return select(self, prepared, search, cross_validation, absent)
 
     def pilot(self, effect):

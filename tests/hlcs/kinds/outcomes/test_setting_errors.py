@@ -47,6 +47,14 @@ def test_a_height_error_that_repeats_share_is_no_effect(tmp_path, measurement, s
         assert ("settings can be" in " ".join(str(result).split())) == (not measurement)
 
 
+def test_the_scatter_that_is_told_is_that_beside_what_was_found(tmp_path):
+    """Heights set to 1 cm are 0.56 cm in the rebound."""
+    found = hlcs.diagnose(write(tmp_path, rebounds(1), surroundings="restitution = 0.7\n"))
+    (note,) = [note for note in found.notes if "settings scatter by" in note]
+    assert f"settings scatter by {found.noise['between_settings']:.2g} m" in note and "restitution" in found.effects
+    assert found.noise["between_settings"] == pytest.approx(0.01 * RESTITUTION**2, rel=0.6)  # of eight, less four of a cubic
+
+
 def test_beside_a_shared_height_error_restitution_is_found_and_no_drag(tmp_path):
     """The model says that nothing rebounds, so the error of a height reaches the outcome only beside the law that is found."""
     found = hlcs.diagnose(write(tmp_path, rebounds(1), "input_sd = { height_m = 0.01 }\n"))
