@@ -116,7 +116,7 @@ class Sentence(Enum):
 class Reason(Sentence):
     """What became of a candidate; "at" is its family, where the kind of measurement says so."""
 
-    ACCEPTED = "accepted{at}: chi2 falls by {gain:.0f} for a price of {price:.0f}{held_out}{same}"
+    ACCEPTED = "accepted{at}: chi2 falls by {gain:.0f}{price}{held_out}{same}"
     IMPLIED = (
         "implied by what the file states{at}: chi2 falls by {gain:.0f} alone, where another effect would need {odds:.0f}{same}"
     )

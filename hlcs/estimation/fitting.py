@@ -59,7 +59,12 @@ class Elimination:
         initial_states, _ = self.follow(with_values(self.model, values), initial_states, self.linear.white, renew)
         self.linearise(values, initial_states)
         self.last = values, self.states
-        self.remember(np.concatenate([*self.linear.white, belief(values, self.frees)[0]]))
+        self.remember(np.concatenate([*self.linear.white, self.believed(values)[0]]))
+
+    def believed(self, values):
+        """What is believed of the numbers at values (p,), as `least_squares.belief` has it, beside data that tell so much."""
+        weight = np.sqrt(self.problem.overdispersion)
+        return tuple(weight * part for part in belief(values, self.frees))
 
     def remember(self, rows):
         """Keep the last point where its rows (n + p,) are the shortest so far: paths through impacts may lose a recording."""
@@ -125,7 +130,7 @@ class Elimination:
             states, white = self.follow(model, states, self.problem.white_residuals(model, states))
         except InputError:  # numbers may lead where nothing can be: scipy then tries a shorter step
             return np.full(sum(map(len, linear.white)) + len(values), np.nan)
-        self.last, rows = (values, states), np.concatenate([*white, belief(values, self.frees)[0]])
+        self.last, rows = (values, states), np.concatenate([*white, self.believed(values)[0]])
         self.remember(rows)
         return rows
 
@@ -134,7 +139,7 @@ class Elimination:
         for them nowhere else."""
         self.linearise(*self.last)
         values = self.values
-        slopes = np.concatenate([*(-part for part in self.linear.projected[1]), np.diag(belief(values, self.frees)[1])])
+        slopes = np.concatenate([*(-part for part in self.linear.projected[1]), np.diag(self.believed(values)[1])])
         slopes = np.nan_to_num(slopes) * self.spread
         self.look_ahead(slopes)
         return slopes
@@ -142,7 +147,7 @@ class Elimination:
     def look_ahead(self, slopes):
         """Raise OutOfReach where the best end that these slopes (n + p, p) promise stays beyond the limit, NO_NEARER times in a
         row by more than half of what it was beyond it before: far from its end a fit is promised more with each step."""
-        rows = np.concatenate([*self.linear.projected[0], belief(self.values, self.frees)[0]])
+        rows = np.concatenate([*self.linear.projected[0], self.believed(self.values)[0]])
         possible = all(free.possible(value) for value, free in zip(self.values, self.frees, strict=True))
         promised = float(rows @ rows) - least_squares(slopes, rows).gain if possible and np.isfinite(rows).all() else np.inf
         before, self.beyond = self.beyond, promised - self.limit()

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hlcs.estimation.least_squares import basis, project_out
+from hlcs.estimation.least_squares import basis, belief, project_out
 from hlcs.estimation.whitening import Whitening
 from hlcs.simulation.model import Model
 
@@ -95,6 +95,11 @@ class Fit:
         possible = all(free.possible(value) for _, free, value in self.numbers)
         return sum(free.surprise(value) for _, free, value in self.numbers) if possible else np.inf
 
+    @property
+    def implausible(self):
+        """How many of its numbers lie beyond their plausible ranges."""
+        return sum(not free.plausible(value) for _, free, value in self.numbers)
+
     @cached_property
     def contradicts(self):
         """Does it need a number that contradicts what the file states?"""
@@ -116,6 +121,36 @@ class Fit:
         """The same where so many residuals count as one (`estimation.adequacy`): the data tell less, what is believed stays."""
         paid = occam(self.information / overdispersion, self.count / overdispersion)
         return self.chi2 / overdispersion + self.doubt + self.surprise + paid
+
+    @cached_property
+    def told(self):
+        """What the data tell of its numbers by their covariance, what was believed of them aside, in units of their spreads
+        (p, p)."""
+        spread = np.array([free.spread for free in free_numbers(self.model)])
+        known = np.linalg.pinv(self.covariance / np.outer(spread, spread), hermitian=True)
+        size, axes = np.linalg.eigh(known - self._believed)
+        return (axes * np.maximum(size, 0.0)) @ axes.T
+
+    @property
+    def _believed(self):
+        """What is believed of its numbers where they stand, in units of their spreads (p, p)."""
+        frees = free_numbers(self.model)
+        return np.diag((belief(self.estimate, frees)[1] * np.array([free.spread for free in frees])) ** 2)
+
+    def covariance_at(self, overdispersion):
+        """Covariance of its numbers where so many residuals count as one (p, p): the data tell less, what is believed stays."""
+        if overdispersion == 1:
+            return self.covariance
+        spread = np.array([free.spread for free in free_numbers(self.model)])
+        return np.linalg.pinv(self.told / overdispersion + self._believed, hermitian=True) * np.outer(spread, spread)
+
+    def savings(self, overdispersion):
+        """By how much `tempered` would fall were each number where it is expected and the others beside it where the data then
+        have them, foreseen from here (p,)."""
+        aside = np.array([free.aside(value) for _, free, value in self.numbers])
+        errors = np.diag(np.linalg.pinv(self.told, hermitian=True))
+        surprise = np.array([free.surprise(value) for _, free, value in self.numbers])
+        return surprise - aside**2 / np.maximum(errors, 1e-300) / overdispersion
 
     @cached_property
     def chi2_per_recording(self):

@@ -29,6 +29,7 @@ class Problem:
     """
 
     shared_doubt = 0.0  # standard deviation of the logarithm of errors that observations share
+    overdispersion = 1.0  # how many residuals count as one in its fits: what is believed of numbers weighs so much more
     subject = "the motion"  # what is measured, in words
 
     @property

@@ -30,7 +30,8 @@ def _finding(sets, name, cosines):
     same = tuple(sorted(set().union(*(group for group in groups if name in group)) - {name}))
     like = cosines.get(name) or {effect: others[name] for effect, others in cosines.items() if name in others}
     alone = frozenset({name})
-    holding = best if name in best else min((known for known in search.fits if name in known), key=sets.cost, default=None)
+    known = (known for known in search.fits if name in known)
+    holding = best if name in best else _beside(sets, name) or min(known, key=sets.cost, default=None)
     fit = search.fits.get(holding)
     if name in best:
         evidence = sets.worth(best, name)
@@ -57,6 +58,13 @@ def _finding(sets, name, cosines):
     )
 
 
+def _beside(sets, name):
+    """The best set with a candidate beside it, where no set explains the data and that one costs less; None if it does not."""
+    beside = sets.best | {name}
+    helps = beside in sets.search.fits and sets.cost(beside) < sets.cost(sets.best)
+    return beside if helps and sets.overdispersion > 1 else None
+
+
 def remains(sets, name, holding):
     """What is left with a candidate: {effects, chi2_per_freedom, error, foreseen}, {} where nothing is known.
 
@@ -64,8 +72,9 @@ def remains(sets, name, holding):
     `holding`, the cheapest set that it was fitted in.
     """
     search, alone = sets.search, frozenset({name})
-    tied = next((members for members in sets.tied if name in members), None)
-    members = tied or (alone if alone in search.fits or alone in search.foreseen else holding)
+    members = next((members for members in sets.tied if name in members), _beside(sets, name))
+    if members is None:
+        members = alone if alone in search.fits or alone in search.foreseen else holding
     if members is None:
         return {}
     if fit := search.fits.get(members):
@@ -113,7 +122,7 @@ def _explained(sets, name, same, holding, evidence, left):
         others = f"; cannot be told from {', '.join(same)}{label}" if same else ""
         if name in search.implied and gain < search.odds:
             return Reason.IMPLIED(at=at, gain=gain, odds=search.odds, same=others)
-        return Reason.ACCEPTED(at=at, gain=gain, price=gain - evidence, held_out=held_out, same=others)
+        return Reason.ACCEPTED(at=at, gain=gain, price=_price(search, name, gain - evidence), held_out=held_out, same=others)
     if same:
         return Reason.NOT_TOLD_APART(others=", ".join(other for other in same if other in best), at=at, label=label)
     if evidence is None:
@@ -133,6 +142,13 @@ def _explained(sets, name, same, holding, evidence, left):
     base, alone = search.fits[frozenset()], frozenset({name})
     gain = misfit(base) - misfit(search.fits[holding]) if holding is not None else search.foreseen[alone][0].fall
     return Reason.NOT_SEEN(at=at, why=_too_little(gain, -evidence))
+
+
+def _price(search, name, price):
+    """What an accepted effect costs, in words."""
+    if name in search.implied:
+        return ", and what the file states implies it"
+    return f" for a price of {price:.0f}" if np.isfinite(price) else ", and the others alone would need numbers that cannot be"
 
 
 def _names(effects):

@@ -23,6 +23,34 @@ class FittedSets:
         self.shown, self.bare = shown, bare
         self.judged = {}  # (set, effect) -> HeldOut
 
+    def tempered(self):
+        """Itself, its sets fitted anew from `returned` where that leaves them cheaper."""
+        search, problem = self.search, self.search.problem
+        problem.overdispersion = self.overdispersion
+        for effects, numbers in [] if search.budget.stopped else self.returned():
+            fit = search.fits[effects]
+            again = problem.fit(search.preview.model_with(numbers), fit.initial_states)
+            search.fits[effects] = min(again, fit, key=lambda fit: fit.tempered(self.overdispersion))
+        self.__dict__.pop("ranked", None)
+        return self
+
+    def returned(self):
+        """[(set, its numbers with those where they are expected that are off only since so much was made of each residual)].
+
+        Of the sets that may then come near the best: a wrong model drives its numbers as far as its misfit is large.
+        """
+        found = []
+        for effects in self.ranked if self.overdispersion > 1 else ():
+            fit = self.search.fits[effects]
+            savings = fit.savings(self.overdispersion) if np.isfinite(fit.cost) else np.zeros(0)
+            back = savings > EQUAL
+            if back.any() and self.cost(effects) - savings[back].sum() <= self.cost(self.ranked[0]) + TIED:
+                numbers = {name: dict(fit.model.numbers[name]) for name in effects}
+                for (name, free, _), expected in zip(fit.numbers, back, strict=True):
+                    numbers[name][free.name] = free.expected if expected else numbers[name][free.name]
+                found.append((effects, numbers))
+        return found
+
     def cost(self, effects):
         """-2 log of the posterior probability of a fitted set, up to a constant of the data."""
         fit = self.search.fits[effects]
@@ -49,14 +77,14 @@ class FittedSets:
     @cached_property
     def best(self):
         """The cheapest set that stands or, of those of as many effects that cost no more than EQUAL beyond it, that of the fewest
-        numbers: a scale before a curve of five."""
+        numbers, and of those beyond what is plausible: a scale before a curve of five, a drag before a scale off by 13 %."""
         cheapest = self.cheapest
         near = [
             effects
             for effects in self.ranked
             if len(effects) == len(cheapest) and self.cost(effects) - self.cost(cheapest) <= EQUAL and self.stands(effects)
         ]
-        return min(near, key=lambda effects: len(self.search.fits[effects].estimate))
+        return min(near, key=lambda effects: (len(self.search.fits[effects].numbers), self.search.fits[effects].implausible))
 
     def stands(self, effects):
         """Does every effect of a set lower the held-out error beside the others, and more than absorb where nothing explains the
@@ -77,11 +105,13 @@ class FittedSets:
 
     def share(self, effects, name):
         """Share of the excess misfit that is left without an effect of a set which it takes away, 0 to 1; of a law of which a
-        special case was fitted, of what that one leaves."""
+        special case was fitted, of what that one leaves; and of the misfit of the model under test, where less is left without it
+        only by numbers that contradict what the file states."""
         laws = self.search.candidates
         special = [effects - {name} | {other} for other in laws if laws[name].holds(laws[other])]
         rests = [self.without(effects, name), *(rest for rest in special if rest in self.search.fits)]
-        return min(explained(self.fit(rest), self.search.fits[effects]) for rest in rests)
+        left = [fit for fit in map(self.fit, rests) if not fit.contradicts] or [self.search.base]
+        return min(explained(fit, self.search.fits[effects]) for fit in left)
 
     def broken(self, effects, name):
         """Explanation of the rule that an effect of a set breaks on held-out data; None of none, where the set is shown by what
@@ -134,7 +164,8 @@ class FittedSets:
     @cached_property
     def tied(self):
         """The best set and those that do as well, the best first: not beaten on held-out data, none that holds a simpler one of
-        less cost, and none that contradicts what the file states where the best does not.
+        less cost, none that contradicts what the file states where the best does not, and none that does better with more of what
+        the file implies.
 
         That something is missing the best set has proved: one of no more effects that does as much in its place is set beside
         it, not beside nothing.
@@ -150,7 +181,11 @@ class FittedSets:
             effects
             for effects in near
             if effects != best
-            and not any(self.simpler(other, effects) for other in near if self.cost(other) < self.cost(effects))
+            and not any(
+                self.simpler(other, effects) or effects < other <= effects | search.implied
+                for other in near
+                if self.cost(other) < self.cost(effects)
+            )
             and (search.fits[best].contradicts or not search.fits[effects].contradicts)
             and (self.overdispersion > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]))
         ]

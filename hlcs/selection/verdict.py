@@ -141,8 +141,8 @@ def best_set(fitted, finished):
     if shown := adequate_ones(sets, finished):
         sets = fitted(1.0, shown=shown)
         return sets, finished(sets.best)
-    first, sets = sets.best, fitted(max(told[2].overdispersion, 1.0))
-    return sets, told if sets.best == first else finished(sets.best)
+    sets = fitted(max(told[2].overdispersion, 1.0)).tempered()
+    return sets, finished(sets.best)
 
 
 def adequate_ones(sets, finished):
@@ -289,7 +289,7 @@ def _place(fit, name, number):
 def _number(fit, name, number, overdispersion):
     """(value, standard error) of one number of a fit, wider where the model is not adequate."""
     place = _place(fit, name, number)
-    return fit.estimate[place], float(np.sqrt(overdispersion * max(fit.covariance[place, place], 0.0)))
+    return fit.estimate[place], float(np.sqrt(max(fit.covariance_at(overdispersion)[place, place], 0.0)))
 
 
 def _steps(sets, ordered, errors):

@@ -29,6 +29,7 @@ DRAGGED = (
 )
 DENSE = ("baseball", "golf_ball", "bowling_ball")
 DRAGS = {"linear_drag", "quadratic_drag", "drag_crisis"}
+OF_AIR = {"buoyancy", "added_mass"}  # that the stated air implies, where the mass and the size of the ball are stated
 HEAD = "[surroundings]\nfluid_density = 1.21\nfluid_viscosity = 1.8e-5\n[measurement]\nnoise = { position = 0.045 }\n"
 
 
@@ -82,15 +83,22 @@ def quick_only(quick, names):
 
 @pytest.mark.parametrize("ball", quick_only("volleyball", DRAGGED))
 def test_drag_for_a_light_ball_its_form_and_the_rest_left_open(diagnosed, ball):
-    """Whatever form, the drag works against the motion, and nothing else is accepted: no force depends on the height."""
+    """Whatever form, the drag works against the motion, and nothing else is accepted beside what the stated air implies, which is
+    as it was stated: no force depends on the height."""
     diagnosis = diagnosed(ball)
     assert diagnosis.verdict == "unexplained" and diagnosis.adequate["after"] is False
-    assert diagnosis.effects and set(diagnosis.effects) <= DRAGS
+    assert len(DRAGS & {*diagnosis.effects}) == 1 and set(diagnosis.effects) <= DRAGS | OF_AIR
     assert all(entry["low"] >= 0 for name in diagnosis.effects for entry in diagnosis.parameters[name].values())
-    assert any({"linear_drag", "quadratic_drag"} <= set(names) for names in diagnosis.ambiguous)
+    air = diagnosis.parameters.get("buoyancy", {}).get("fluid_density", {"value": 1.21})["value"]
+    assert air == pytest.approx(1.21, rel=0.1)  # plausible: a stated fluid holds to 5 %, twice that contradicts the file
     held = diagnosis.error["held_out"]
     assert held["after"] < 0.65 * held["before"]  # the basketballs gain least: 0.44 -> 0.17 m and 0.32 -> 0.09 m
     assert "the model misses" in diagnosis.next_experiment.text  # where to look again
+
+
+def test_the_form_of_the_drag_is_left_open_for_a_ball_of_unknown_mass(diagnosed):
+    """Two falls of 37 m do not tell a drag in proportion to the speed from one to its square, beside what the camera misses."""
+    assert {"linear_drag", "quadratic_drag"} <= set(diagnosed("volleyball").ambiguous[0])
 
 
 @pytest.mark.parametrize("ball", quick_only("bowling_ball", DENSE))
@@ -101,17 +109,18 @@ def test_no_drag_claimed_for_a_dense_ball(diagnosed, ball):
 
 
 @pytest.mark.slow
-def test_all_balls_together_share_a_coefficient_and_a_suspected_camera(diagnosed):
-    """Shared C 0.40 to 0.52, as the textbook's 0.47; the residual against height is common to all, so the camera is suspected."""
+def test_all_balls_together_share_a_drag_with_a_crisis_and_a_suspected_camera(diagnosed):
+    """A drag that falls about a Reynolds number of 1.5e5 to 2.2e5, 0.33 m on what was held out, as in the pilot study, which left
+    the lift of the air out; the residual against height is common to all, so the camera is suspected."""
     diagnosis = diagnosed("joint")
-    assert diagnosis.verdict == "unexplained" and diagnosis.effects == ("quadratic_drag",)
-    assert diagnosis.adequate["after"] is False
-    assert any({"linear_drag", "quadratic_drag"} <= set(names) for names in diagnosis.ambiguous)
-    assert 0.40 < diagnosis.parameters["quadratic_drag"]["drag_coefficient"]["value"] < 0.52
+    assert diagnosis.verdict == "unexplained" and diagnosis.adequate["after"] is False
+    assert diagnosis.effects[0] == "drag_crisis" and set(diagnosis.effects) == {"drag_crisis"} | OF_AIR
+    crisis = diagnosis.parameters["drag_crisis"]
+    assert 0.4 < crisis["subcritical"]["value"] < 0.6 and 1.5e5 < crisis["critical_reynolds"]["value"] < 2.2e5
+    assert diagnosis.parameters["buoyancy"]["fluid_density"]["value"] == pytest.approx(1.21, rel=0.1)
     camera = next(finding for finding in diagnosis.candidates if finding.effect == "calibration_curve")
     assert camera.why.startswith("suspected:") and not camera.accepted
-    # one C for all balls leaves about 0.55 m, as in the pilot study; one for each ball is the next test
-    assert diagnosis.error["held_out"]["after"] < 0.6
+    assert diagnosis.error["held_out"]["after"] < 0.35
 
 
 @pytest.mark.slow

@@ -64,6 +64,7 @@ def on_all_rows(measurement):
             of_all = simulator.for_trials(fit.model, trials, simulator.start_time, simulator.seated)
             whole[problem] = TrajectoryProblem(trials, problem.noise, of_all)
         full = whole[problem]
+        full.overdispersion = problem.overdispersion
         fit = full.fit(fit.model, fit.initial_states)
         if first:
             fit, _ = without_isolated(full, fit)

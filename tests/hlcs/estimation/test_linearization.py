@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from linear_models import Line, model
+from linear_models import RATE, Line, model
 
 from hlcs.estimation.fitting import fit_at
 from hlcs.estimation.linearization import free_numbers, occam
+from hlcs.simulation.model import Model, Term
 
 TIMES = [np.arange(5.0)]
 
@@ -43,3 +44,22 @@ def test_where_many_residuals_count_as_one_the_data_tell_less_and_beliefs_stay()
     paid = fit.tempered(4.0) - fit.chi2 / 4 - fit.surprise
     (information,) = fit.information.ravel()
     assert paid == pytest.approx(min(np.log1p(information / 4), np.log(5 / 4))) and fit.tempered(1.0) == fit.cost
+
+
+def test_where_many_residuals_count_as_one_a_number_is_known_no_worse_than_it_was_believed():
+    """Beside the information I of the data, in spreads, a belief at what is expected has 2: 1 / (I / 100 + 2)."""
+    rate = replace(RATE, free=(replace(RATE.free[0], stated=2.0, error=0.1),))
+    fit = Line(TIMES, [2.0 * TIMES[0]], 2.0).fit(Model((Term(rate, (("rate", 2.0),)),)))
+    (information,) = fit.information.ravel()
+    assert fit.covariance_at(1.0)[0, 0] == fit.covariance[0, 0] == pytest.approx(0.01 / (information + 2))
+    assert fit.covariance_at(100.0)[0, 0] == pytest.approx(0.01 / (information / 100 + 2))
+    assert fit.savings(100.0) == pytest.approx([0.0])
+
+
+def test_a_number_far_from_what_is_expected_saves_its_surprise_less_what_the_data_then_lose():
+    """At 2, ten errors of 0.1 from an expected 1: 2 log(1 + 100) less I 100 / 10 where ten residuals count as one."""
+    rate = replace(RATE, free=(replace(RATE.free[0], stated=1.0, error=0.1),))
+    fit = Line(TIMES, [2.0 * TIMES[0]], 0.2).fit(Model((Term(rate, (("rate", 2.0),)),)))
+    (aside,) = ((value - 1.0) / 0.1 for value in fit.estimate)
+    told = fit.information[0, 0]
+    assert fit.savings(10.0)[0] == pytest.approx(2 * np.log1p(aside**2) - told * aside**2 / 10, rel=1e-3)

@@ -117,12 +117,25 @@ def test_a_law_takes_away_what_its_special_case_leaves():
     crisis = SimpleNamespace(holds=lambda other: other is drag)
     left = {(): 10_000.0, ("drag",): 1_000.0, ("crisis",): 600.0}
     fits = {
-        frozenset(names): SimpleNamespace(chi2=100.0 + excess, freedom=100.0, converged=True) for names, excess in left.items()
+        frozenset(names): SimpleNamespace(chi2=100.0 + excess, freedom=100.0, converged=True, contradicts=False)
+        for names, excess in left.items()
     }
     search = SimpleNamespace(fits=fits, candidates={"drag": drag, "crisis": crisis}, compatible=lambda effects: True)
     told = FittedSets(search, None)
     assert told.share(frozenset({"drag"}), "drag") == pytest.approx(0.9)
     assert told.share(frozenset({"crisis"}), "crisis") == pytest.approx(0.4)
+
+
+def test_a_law_takes_away_what_is_left_without_it_by_numbers_that_the_file_allows():
+    """A liquid of 15 kg/m3 where the file states air leaves 1,100 of 10,000 without the drag: that takes 90 % all the same."""
+    left = {(): (10_000.0, False), ("lift",): (1_100.0, True), ("drag", "lift"): (1_000.0, False)}
+    fits = {
+        frozenset(names): SimpleNamespace(chi2=100.0 + excess, freedom=100.0, converged=True, contradicts=contradicts)
+        for names, (excess, contradicts) in left.items()
+    }
+    laws = dict.fromkeys(("drag", "lift"), SimpleNamespace(holds=lambda other: False))
+    search = SimpleNamespace(fits=fits, base=fits[frozenset()], candidates=laws, compatible=lambda effects: True)
+    assert FittedSets(search, None).share(frozenset({"drag", "lift"}), "drag") == pytest.approx(0.9)
 
 
 @pytest.mark.parametrize("implied", [frozenset(), frozenset({"linear_drag"})])
@@ -188,20 +201,30 @@ def test_an_interval_of_one_set_is_students_and_ends_where_the_law_ends():
     assert told["low"] == 0.0 and told["high"] == pytest.approx(0.05 + stats.t.ppf(0.95, 8) * 0.1)
 
 
-@pytest.mark.parametrize(("dearer", "first"), [(0.8, "scale"), (1.2, "curve"), (-0.1, "scale")])
-def test_at_equal_evidence_the_fewest_numbers_are_named_first(dearer, first):
-    """A scale of one number beside a curve of five: equal evidence is a difference of 1, odds of 1 to 1.6."""
-    costs = {("curve",): 10.0, ("scale",): 10.0 + dearer, (): 200.0}
+@pytest.mark.parametrize(
+    ("other", "dearer", "first"),
+    [
+        ("curve", 0.8, "scale"),
+        ("curve", 1.2, "curve"),
+        ("curve", -0.1, "scale"),
+        ("clock", 0.8, "scale"),
+        ("clock", 1.2, "clock"),
+    ],
+)
+def test_at_equal_evidence_the_fewest_numbers_are_named_first_and_plausible_ones(other, dearer, first):
+    """A scale of one number beside a curve of five, or a clock that is off beyond what is plausible: equal evidence is a
+    difference of 1, odds of 1 to 1.6."""
+    costs = {(other,): 10.0, ("scale",): 10.0 + dearer, (): 200.0}
     by_cost = {frozenset(names): cost for names, cost in costs.items()}
-    counts = {("curve",): 5, ("scale",): 1, (): 0}
-    fits = {
-        frozenset(names): SimpleNamespace(
-            estimate=np.zeros(count), tempered=lambda overdispersion, cost=costs[names]: cost, contradicts=False
+    counts = {"curve": (5, 0), "clock": (1, 1), "scale": (1, 0)}
+    fits = {}
+    for names, cost in costs.items():
+        count, implausible = counts.get("".join(names), (0, 0))
+        fits[frozenset(names)] = SimpleNamespace(
+            numbers=[None] * count, implausible=implausible, tempered=lambda overdispersion, cost=cost: cost, contradicts=False
         )
-        for names, count in counts.items()
-    }
-    laws = dict.fromkeys(("curve", "scale"), SimpleNamespace(holds=lambda other: False))
-    search = SimpleNamespace(fits=fits, reduced={}, candidates=laws, price=lambda effects, fit: 0.0)
+    laws = dict.fromkeys((other, "scale"), SimpleNamespace(holds=lambda other: False))
+    search = SimpleNamespace(fits=fits, reduced={}, candidates=laws, price=lambda effects, fit: 0.0, implied=frozenset())
     judged = FittedSets(search, SimpleNamespace(possible=False))
     judged.stands = lambda effects: True
     assert judged.best == {first}
@@ -238,3 +261,18 @@ def test_an_effect_is_judged_beside_the_best_fit_without_it_though_the_search_ga
     told = FittedSets(told.search, told.cross_validation)
     assert given_up.chi2 > 100 * end.chi2 and told.fit(law).chi2 == pytest.approx(end.chi2, rel=1e-3)
     assert told.worth(both, "spin_decay") < 10 and told.best == law and fits[law].converged
+
+
+@pytest.mark.parametrize(("overdispersion", "rate"), [(1.0, 1.4), (2000.0, 1.0)])
+def test_a_number_that_the_file_states_is_left_where_a_misfit_that_hangs_together_drove_it(generator, overdispersion, rate):
+    """A rate stated as 1.00 +- 0.05 in data that rise by 1.5 and swing: white noise would tell it to 0.009, and where 2,000
+    residuals count as one to 0.4. There 8 errors aside cost 2 log(1 + 64) = 8, and as stated it loses (0.4 / 0.4)^2 = 1."""
+    law = replace(LAWS["linear_drag"], free=(replace(LAWS["linear_drag"].free[0], stated=1.0, error=0.05),))
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    values = [1.5 * t + 0.5 * np.sin(3 * np.pi * t) + 0.05 * generator.standard_normal(25) for t in times]
+    problem = Bend(times, values, 0.05, ["a", "b", "a", "b"])
+    search = Search(problem, [law], problem.fit(Model())).run()
+    fitted = FittedSets(search, CrossValidation(problem.trials, "group"), overdispersion).tempered()
+    (value,) = search.fits[frozenset({"linear_drag"})].estimate
+    assert value == pytest.approx(rate, abs=0.1) and problem.overdispersion == overdispersion
+    assert fitted.returned() == []
