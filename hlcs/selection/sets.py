@@ -149,7 +149,7 @@ class FittedSets:
             states = fit.initial_states if near == numbers else base.initial_states
             problem = self.search.problem
             again = self.alone(problem, problem.fit(self.search.preview.model_with(near), states))
-            reduced[effects] = min(filter(None, (again, found)), key=lambda fit: fit.cost)
+            reduced[effects] = min(filter(None, (again, found)), key=lambda fit: fit.tempered(self.overdispersion))
         return reduced[effects]
 
     def worth(self, effects, name):
