@@ -24,6 +24,10 @@ class DirectProblem(Problem):
     def predict(self, model):
         """What the model foretells of all rows of the table (n,)."""
 
+    def batched(self, functions):
+        """[function() for function in functions]: none of them waits for a simulation."""
+        return [function() for function in functions]
+
     def initial_guess(self):
         return np.zeros((len(self.trials), 13))
 

@@ -43,10 +43,8 @@ class Problem:
         return 10.0 if self.simulator.contact else 1.0
 
     def batched(self, functions):
-        """[function() for function in functions]; what they simulate with contacts on the way is simulated in batches."""
-        if self.simulator.contact:
-            return run_tasks(self.simulator.simulate_all, functions)
-        return [function() for function in functions]
+        """[function() for function in functions]; what they simulate on the way is simulated in batches."""
+        return run_tasks(self.simulator.simulate_all, functions)
 
     # --- noise ----------------------------------------------------------------------------------------------------------------
 

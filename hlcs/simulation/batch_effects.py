@@ -13,6 +13,11 @@ from minibullet.bodies import Bodies, ContactLaw, Contacts
 from minibullet.effects.contract import Effect, checked_answer, checked_law
 
 
+def rows_of(places):
+    """Places that rise as rows of an array; a slice where they follow one another, which copies nothing."""
+    return slice(places[0], places[-1] + 1) if places[-1] - places[0] < len(places) else np.array(places)
+
+
 class Assignment:
     """Which run each row of a World belongs to; filled in once its rows are known."""
 
@@ -40,9 +45,8 @@ class SharedEffect(Effect):
 
     @cached_property
     def rows(self):
-        """Rows of each subset among the bodies that move; a slice where they follow one another, which copies nothing."""
-        rows = [np.flatnonzero(subset.members[self.assignment.run_of_moving]) for subset in self.subsets]
-        return [slice(its[0], its[-1] + 1) if its[-1] - its[0] < len(its) else its for its in rows]
+        """Rows of each subset among the bodies that move."""
+        return [rows_of(np.flatnonzero(subset.members[self.assignment.run_of_moving])) for subset in self.subsets]
 
     def summed(self, answer, bodies, shape):
         """Sum of answer(effect, bodies) over effects, each for the bodies of the runs that have it, (n, *shape)."""

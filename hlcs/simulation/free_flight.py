@@ -6,11 +6,14 @@ to speed is integrated exactly, however strong it is: v' = a - k v has a closed 
 what Runge-Kutta takes it for (S. M. Cox, P. C. Matthews, J. Comput. Phys. 176 (2002) 430, ETDRK4; k = 0 is the classical method).
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from math import factorial
 from typing import NamedTuple
 
 import numpy as np
 
+from hlcs.simulation.batch_effects import rows_of
 from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.dynamics.integrate import moved
@@ -159,25 +162,67 @@ class Decay(NamedTuple):
         return cls(*found)
 
 
-def viscous_rates(bodies: Bodies, effects):
-    """(rates k at which drags in proportion to speed slow n bodies (n, 1) [1/s], the forces beside them as `forces_of` has them).
+class Forces(NamedTuple):
+    """Forces of some of the bodies."""
 
-    Zero, and all forces, where there is no such drag or the added mass is not the same in every direction.
+    rows: slice | np.ndarray  # which
+    answers: list[Callable]  # functions (bodies, time) -> wrenches
+
+
+def alike(entries):
+    """[(entry, rows)]: which of n entries are equal."""
+    places = {}
+    for place, entry in enumerate(entries):
+        if not place or entry is not entries[place - 1]:  # most often one value stands in all
+            its = places.setdefault(entry, [])
+        its.append(place)
+    return [(entry, rows_of(its)) for entry, its in places.items()]
+
+
+def some_of(bodies: Bodies, rows) -> Bodies:
+    """The bodies of these rows."""
+    return Bodies(*(values[rows] for values in bodies))
+
+
+def viscous_rates(bodies: Bodies, models):
+    """(rates k at which drags in proportion to speed slow n bodies (n, 1) [1/s], the forces beside them, a list of Forces).
+
+    Zero, and all forces, where there is no such drag or the added mass is not the same in every direction. A force that several
+    models have is asked once for all their bodies.
+
+    models: as `alike` has them of the effects of each body.
     """
-    viscous = [effect for effect in effects if isinstance(effect, ViscousDrag)]
-    if not viscous or not isotropic_mass(effects):
-        return np.zeros((len(bodies.mass), 1)), forces_of(effects)
-    added = contract.added_mass(effects, bodies)
-    mass = bodies.mass + (0.0 if added is None else added[:, 0, 0])
-    rates = sum(effect.resistance(bodies) for effect in viscous) / mass
-    inertial = [effect.inertial for effect in viscous if type(effect).inertial is not ViscousDrag.inertial]
-    beside = [lambda state, time, force=force: force_only(force(state)) for force in inertial]
-    return rates[:, None], forces_of(effect for effect in effects if effect not in viscous) + beside
+    rates, acting, places = np.zeros((len(bodies.mass), 1)), {}, np.arange(len(bodies.mass))
+    for effects, rows in models:
+        viscous, part = viscous_drags(effects), some_of(bodies, rows)
+        if viscous:
+            added = contract.added_mass(effects, part)
+            mass = part.mass + (0.0 if added is None else added[:, 0, 0])
+            rates[rows, 0] = sum(effect.resistance(part) for effect in viscous) / mass
+        forces = [effect for effect in effects if effect not in viscous and contract.overrides(effect, "forces")]
+        forces += [Inertial(effect) for effect in viscous if type(effect).inertial is not ViscousDrag.inertial]
+        for place, effect in enumerate(forces):
+            again = forces[:place].count(effect)  # two alike act twice
+            acting.setdefault((effect, again), []).extend(places[rows])
+    together = {}  # bodies -> what acts on them
+    for (effect, _), its in acting.items():
+        together.setdefault(tuple(sorted(its)), []).append(effect.forces)
+    return rates, [Forces(rows_of(its), answers) for its, answers in together.items()]
 
 
-def forces_of(effects):
-    """The forces of effects, functions (bodies, time) -> wrenches (n, 6)."""
-    return [effect.forces for effect in effects if contract.overrides(effect, "forces")]
+def viscous_drags(effects):
+    """The drags in proportion to speed among effects that are integrated exactly."""
+    return [effect for effect in effects if isinstance(effect, ViscousDrag)] if isotropic_mass(effects) else []
+
+
+@dataclass(frozen=True)
+class Inertial:
+    """What a drag adds to its part in proportion to speed."""
+
+    drag: ViscousDrag
+
+    def forces(self, bodies, time):
+        return force_only(self.drag.inertial(bodies))
 
 
 def isotropic_mass(effects):
@@ -185,26 +230,33 @@ def isotropic_mass(effects):
     return all(type(effect) is AddedMass for effect in effects if contract.overrides(effect, "added_mass"))
 
 
-def accelerations(bodies: Bodies, effects, forces):
+def accelerations(bodies: Bodies, models, forces):
     """Function (time, position, orientation, twist) -> accelerations of n free bodies, linear and angular as the twist (n, 6).
 
-    forces: those that count, as `forces_of` has them.
+    models, forces: those that count, as `viscous_rates` has them.
     """
-    mass, added = bodies.mass[:, None], contract.added_mass(effects, bodies)
-    if added is not None and isotropic_mass(effects):
-        mass, added = mass + added[:, 0, :1], None  # the same in every direction and attitude: so much more to accelerate
-    isotropic = np.allclose(bodies.inertia, bodies.inertia[:, :1])
-    n = len(bodies.mass)
+    mass, heavier = bodies.mass[:, None].copy(), []  # the latter: what adds another mass in each direction, and to which rows
+    for effects, rows in models:
+        added = contract.added_mass(effects, some_of(bodies, rows))
+        if added is not None and isotropic_mass(effects):
+            mass[rows] += added[:, 0, :1]  # the same in every direction and attitude: so much more to accelerate
+        elif added is not None:
+            heavier.append((effects, rows))
+    isotropic, n = np.allclose(bodies.inertia, bodies.inertia[:, :1]), len(bodies.mass)
+    parts = [(rows, some_of(bodies, rows), answers) for rows, answers in forces]
 
     def rates(time, x, q, twist):
-        state = bodies._replace(position=x, orientation=q, twist=twist)
         total = np.zeros((n, 6))
-        for force in forces:
-            total += force(state, time)
-        if added is None and isotropic:
+        for rows, part, answers in parts:
+            state, its = part._replace(position=x[rows], orientation=q[rows], twist=twist[rows]), total[rows]
+            for answer in answers:
+                its += answer(state, time)
+            if its.base is not total:  # rows that do not follow one another are a copy
+                total[rows] = its
+        if not heavier and isotropic:
             return total / np.concatenate([mass, mass, mass, bodies.inertia], axis=1)
         axes, w = rotation_matrices(q), twist[:, 3:]
-        if added is None:
+        if not heavier:
             total[:, :3] /= mass
             euler(axes, w, total[:, 3:].copy(), bodies.inertia, total[:, 3:])
             return total
@@ -213,7 +265,9 @@ def accelerations(bodies: Bodies, effects, forces):
         effective = np.zeros((n, 6, 6))
         effective[:, [0, 1, 2], [0, 1, 2]] = mass
         effective[:, 3:, 3:] = inertia
-        effective += contract.added_mass(effects, state)
+        state = bodies._replace(position=x, orientation=q, twist=twist)
+        for effects, rows in heavier:
+            effective[rows] += contract.added_mass(effects, some_of(state, rows))
         return np.linalg.solve(effective, total[:, :, None])[:, :, 0]
 
     return rates
@@ -237,20 +291,22 @@ def step_lengths(duration, step, fastest):
 def fly(bodies: Bodies, effects, duration, step) -> Track:
     """Fly n bodies for `duration` [s] or a little longer under the effects (gravity among them), in steps of at most `step` [s]:
     all of them in the steps that the fastest needs."""
-    track, needed = fly_each(bodies, effects, duration, step)
+    track, needed = fly_each(bodies, [tuple(effects)] * len(bodies.mass), duration, step)
     return track if needed.min() >= step else fly(bodies, effects, duration, needed.min())
 
 
 def fly_each(bodies: Bodies, effects, duration, step):
-    """(Track of n bodies that fly for `duration` [s] or a little longer, the steps (n,) that they need [s], `step` at most).
+    """(Track of n bodies that fly for `duration` [s] or a little longer, the steps (n,) that they need [s], `step` at most);
+    effects: a tuple of each body, gravity among them.
 
     Where another acceleration than that of a drag in proportion to speed answers a change of velocity within the step (the drag
     of a light body in a liquid) a body needs shorter ones: beyond 2.8 / h Runge-Kutta's answer grows without end. It stands still
     from there on, and is to be flown again; the others fly as they would without it.
     """
-    decay, others = viscous_rates(bodies, effects)
+    models = alike(effects)
+    decay, others = viscous_rates(bodies, models)
     lengths = step_lengths(duration, step, float(decay.max(initial=0.0)))
-    rates, count, h = accelerations(bodies, effects, others), len(lengths), 0.0
+    rates, count, h = accelerations(bodies, models, others), len(lengths), 0.0
     decay = np.repeat(np.concatenate([decay, np.zeros_like(decay)], axis=1), 3, axis=1)  # of a twist: no spin decays so
     x, q, v = (np.array(part, dtype=float) for part in (bodies.position, bodies.orientation, bodies.twist))
     needed = np.full(len(x), float(step))

@@ -9,11 +9,12 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.contract import Scene, Setup
 from hlcs.simulation import contact_motion
 from hlcs.simulation.batching import current_task
-from hlcs.simulation.free_flight import fly_each
+from hlcs.simulation.free_flight import alike, fly_each, step_lengths, viscous_rates
 from hlcs.simulation.initial_state import fastest_slide, height_on_floor
 from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.effects import Gravity, TiltedGravity
+from minibullet.effects.fluid import ViscousDrag
 from minibullet.errors import InputError
 
 STEP_COST = {False: 300, True: 30}  # with contacts? -> bodies that cost as much as one step costs however few there are
@@ -21,6 +22,8 @@ MOST_IN_A_WORLD = 600  # runs in one World: more are no cheaper together, and ne
 MOST_FLOWN = 2_000_000  # steps of bodies in one flight: what is recorded of them takes 200 MB
 STEADY = 0.7  # way of a flat body in one step, in heights of its centre above the floor: at 1 it begins to chatter [-]
 SHORT = 1e-3  # no step is shorter for that [s]: a phone 8 mm high slides at 3 m/s without chatter
+IN_FLIGHT = 1 / 30  # step of flights [s], halved as far as the data need it (`kinds.trajectories.time_step`)
+AT_REST = (0.0,) * 6 + (1.0,) + (0.0,) * 6  # an initial state
 MOST_OBSERVED = 250_000  # samples observed in one go: what that takes on the way is some 300 MB
 
 
@@ -62,7 +65,7 @@ class Simulator:
         heights = [trial.position[np.isfinite(trial.position[:, 2]), 2] for trial in self.trials]
         heights = np.concatenate(heights) if heights else np.zeros(0)
         self.height_range = (float(heights.min()), float(heights.max())) if len(heights) else (0.0, 1.0)  # of all trials [m]
-        self.time_step = step or step_of_reading(self.trials, self.seated, model.time_step if contact else 1 / 30)  # [s]
+        self.time_step = step or step_of_reading(self.trials, self.seated, model.time_step if contact else IN_FLIGHT)  # [s]
         self.durations = durations = np.array([trial.times[-1] for trial in self.trials]) - self.start_time
         self.duration_class = np.zeros(len(durations), int)  # of one class share a World, where all go on as long as the longest
         if any(trial.recording for trial in self.trials):
@@ -85,27 +88,24 @@ class Simulator:
     def simulate_all(self, requests):
         """What `simulate` gives for each request (model, initial_states, owner, time_step), or the InputError that it raises.
 
-        With contacts everything runs in one World; a request made inside of `run_tasks` waits for the others.
+        Everything that can be simulated together is; a request made inside of `run_tasks` waits for the others.
         """
         task = current_task()
-        if task is not None and self.contact:
+        if task is not None:
             return task.ask(requests)
-        if not self.contact:
-            return [self._alone(request) for request in requests]
-        return self._in_shared_worlds(requests)
-
-    def _in_shared_worlds(self, requests):
-        """Answers to requests with contacts, those of one time step and one class of durations in one World."""
         answers = [[None] * len(request[1]) for request in requests]
-        compatible = {}  # (time step, duration class) -> [(index of the request, its runs)]
-        for index, (_, _, owner, time_step) in enumerate(requests):
-            for duration_class in np.unique(self.duration_class[owner]):
-                runs = np.flatnonzero(self.duration_class[owner] == duration_class)
-                compatible.setdefault((time_step, duration_class), []).append((index, runs))
+        compatible = {}  # (time step, what else must be equal) -> [(index of the request, its runs)]
+        for index, request in enumerate(requests):
+            for key, runs in self._in_a_world(request) if self.contact else self._in_a_flight(index, request):
+                compatible.setdefault((request[3], key), []).append((index, runs))
         for (time_step, _), members in compatible.items():
-            world = np.cumsum([0] + [len(runs) for _, runs in members])[:-1] // MOST_IN_A_WORLD
-            for number in np.unique(world):
-                inside = [member for member, its in zip(members, world, strict=True) if its == number]
+            size = np.cumsum([0] + [len(runs) for _, runs in members])[:-1]
+            if self.contact:
+                batch = size // MOST_IN_A_WORLD
+            else:
+                batch = size * int(np.max(self.durations) / (time_step or self.time_step) + 2) // MOST_FLOWN
+            for number in np.unique(batch):
+                inside = [member for member, its in zip(members, batch, strict=True) if its == number]
                 parts = [(requests[k][0], requests[k][1][runs], requests[k][2][runs], time_step) for k, runs in inside]
                 for (index, runs), answer in zip(inside, self._batch_or_errors(parts), strict=True):
                     if isinstance(answer, Exception):
@@ -116,41 +116,44 @@ class Simulator:
         return answers
 
     def _batch_or_errors(self, requests):
-        """Answers to requests that share a World; where one of them is at fault they are halved until it stands alone."""
-        if len(requests) == 1:
-            return [self._alone(requests[0])]
+        """Answers to requests that share a World or a flight; where one of them is at fault they are halved till it is alone."""
         try:
             return self._batch(requests)
-        except InputError:
+        except InputError as error:
             half = len(requests) // 2
+            if not half:
+                return [error]
             return self._batch_or_errors(requests[:half]) + self._batch_or_errors(requests[half:])
 
-    def _alone(self, request):
-        """The answer to one request, or the InputError."""
-        model, initial_states, owner, time_step = request
-        try:
-            answers = [None] * len(owner)
-            for members in self._flights(model, owner):
-                inside = np.array(members)
-                (motions,) = self._batch([(model, initial_states[inside], owner[inside], time_step)])
-                for b, motion in zip(members, motions, strict=True):
-                    answers[b] = motion
-            return answers
-        except InputError as error:
-            return error
+    def _in_a_world(self, request):
+        """[(duration class, runs)] of a request with contacts."""
+        its = self.duration_class[request[2]]
+        return [(key, np.flatnonzero(its == key)) for key in np.unique(its)]
 
-    def _flights(self, model, owner):
-        """Runs that can share one flight: same surroundings, save that floors may differ where no effect reads them."""
-        if self.contact:
-            return [range(len(owner))]
+    def _in_a_flight(self, index, request):
+        """[(what runs that fly together have in common, runs)]: the same surroundings, save that floors may differ where no
+        effect reads them. Where the first steps are short the model flies alone: its steps are not to depend on others."""
+        model, _, owner, time_step = request
         floors_matter = bool({"wall_drag", "ground_cushion"} & set(model.names))
-        alike = {}
+        shared = {}
         for b, who in enumerate(owner):
             surroundings = self.trials[who].surroundings
             key = surroundings if floors_matter else replace(surroundings, floor_height=None, floor_normal=())
-            alike.setdefault(key, []).append(b)
-        steps = np.ceil(self.durations / self.time_step).astype(int) + 1
-        return [part for members in alike.values() for part in partition(members, steps[owner], MOST_FLOWN)]
+            shared.setdefault(key, []).append(b)
+        steps, found = np.ceil(self.durations / self.time_step).astype(int) + 1, []
+        for key, members in shared.items():
+            own = index if self._decays_at_once(model, owner[members], time_step or self.time_step) else None
+            found += [((key, own), np.array(part)) for part in partition(members, steps[owner], MOST_FLOWN)]
+        return found
+
+    def _decays_at_once(self, model, owner, step):
+        """Does a drag slow a body so fast that its flight begins with steps shorter than `step` [s]?"""
+        if not any(issubclass(kind, ViscousDrag) for kind in model.kinds):
+            return False
+        setups, effects, _ = self._set_up(model, owner)
+        bodies = _flying([rigid_body(setup.body) for setup in setups], np.tile(AT_REST, (len(owner), 1)))
+        rates, _ = viscous_rates(bodies, alike(effects))
+        return len(set(step_lengths(step, step, rates.max()))) > 1
 
     def _batch(self, requests):
         """Answers to requests that share a time step, all runs in one simulation."""
@@ -167,16 +170,19 @@ class Simulator:
         duration = max(max(float(times.max()) for times in samples), step)
         duration += 0.06 * duration + 0.05 if any(changes) else 0.0
         track, needed = self._track(setups, initial_states, owner, effects, duration, step)
-        self.body_steps += (len(owner) + STEP_COST[self.contact]) * (len(track.times) - 1)
+        models = 1 if self.contact else len(requests)  # what acts in flight is asked of each by itself
+        self.body_steps += (len(owner) + STEP_COST[self.contact] * models) * (len(track.times) - 1)
         answers = [
             self._observe(track, span, its_changes, samples, initial_states, owner, effects)
             for span, its_changes in zip(spans, changes, strict=True)
         ]
-        for shorter in np.unique(needed[needed < step]):  # of flights, which make one request at a time
-            (again,) = np.nonzero(needed == shorter)
-            (motions,) = self._batch([(requests[0][0], initial_states[again], owner[again], float(shorter))])
-            for b, motion in zip(again, motions, strict=True):
-                answers[0][b] = motion
+        for answer, span, (model, *_) in zip(answers, spans, requests, strict=True):
+            for shorter in np.unique(needed[span][needed[span] < step]):  # of flights
+                (again,) = np.nonzero(needed[span] == shorter)
+                runs = span.start + again
+                (motions,) = self._batch([(model, initial_states[runs], owner[runs], float(shorter))])
+                for b, motion in zip(again, motions, strict=True):
+                    answer[b] = motion
         return answers
 
     def _set_up(self, model, owner):
@@ -237,7 +243,7 @@ class Simulator:
 
     def _track(self, setups, initial_states, owner, effects, duration, step):
         """(Track of the tracked points, the step that each run needs (B,) [s]), by flight alone or with contacts; effects: of
-        every run, in flight the same for all."""
+        every run."""
         needed = np.full(len(owner), step)
         bodies, centres = [rigid_body(setup.body) for setup in setups], np.array([setup.centre for setup in setups])
         if self.contact:
@@ -262,7 +268,7 @@ class Simulator:
             ]
             track = contact_motion.simulate(runs, duration, step)
         else:
-            track, needed = _flight(bodies, initial_states, effects[0], duration, step)
+            track, needed = _flight(bodies, initial_states, effects, duration, step)
         if off_centre:
             arms = rotations.rotate(track.orientation, centres[None])
             track = track._replace(position=track.position - arms, velocity=track.velocity - np.cross(track.spin, arms))
@@ -271,16 +277,21 @@ class Simulator:
 
 def _flight(bodies, initial_states, effects, duration, step):
     """(Track of rigid bodies that fly from initial states (B, 13), orientations those of the bodies' own axes, the step that each
-    needs (B,) [s])."""
-    turn = np.array([body.turn for body in bodies])
-    state = Bodies(
+    needs (B,) [s]); effects: of each."""
+    with np.errstate(all="ignore"):  # a run may leave what can be; its chi2 is then not finite and it is refused
+        track, needed = fly_each(_flying(bodies, initial_states), effects, duration, step)
+    back = rotations.conjugate(np.array([body.turn for body in bodies]))
+    return track._replace(orientation=rotations.product(track.orientation, back)), needed
+
+
+def _flying(bodies, initial_states):
+    """Bodies of rigid bodies at initial states (B, 13), as `_flight` has them."""
+    return Bodies(
         initial_states[:, :3],
-        rotations.product(initial_states[:, 6:10], turn),
+        rotations.product(initial_states[:, 6:10], np.array([body.turn for body in bodies])),
         np.concatenate([initial_states[:, 3:6], initial_states[:, 10:13]], axis=1),
         *(np.array([getattr(body, name) for body in bodies]) for name in ("mass", "inertia", "volume", "area", "radius")),
     )
-    track, needed = fly_each(state, effects, duration, step)
-    return track._replace(orientation=rotations.product(track.orientation, rotations.conjugate(turn))), needed
 
 
 def partition(members, sizes, most):

@@ -33,7 +33,7 @@ class Line(Problem):
         self.noise = SimpleNamespace(position=sigma, orientation=None, of_unit=lambda unit: sigma)
         names = groups or [str(k) for k in range(len(times))]
         self.trials = [SimpleNamespace(group=name, name=name, **COMMON) for name in names]
-        self.simulator = SimpleNamespace(contact=False, body_steps=0.0)
+        self.simulator = SimpleNamespace(contact=False, body_steps=0.0, simulate_all=None)
         unknown = ((0, np.array([1.0, 0.0, 0.0])),)
         self.recordings = []
         for t in times:

@@ -1,6 +1,7 @@
 """Free flight against closed forms."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -8,10 +9,10 @@ from scipy.integrate import solve_ivp
 
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.recordings import Trial
-from hlcs.simulation.free_flight import Decay, fly, fly_each
+from hlcs.simulation.free_flight import Decay, alike, fly, fly_each, some_of
 from hlcs.simulation.model import Model
 from minibullet.bodies import Bodies
-from minibullet.effects import Gravity, LinearDrag, QuadraticDrag, SphereDrag
+from minibullet.effects import AddedMass, Effect, Gravity, LinearDrag, QuadraticDrag, SphereDrag
 
 G = 9.81
 
@@ -75,7 +76,7 @@ def test_a_body_flies_as_it_does_alone_whatever_flies_beside_it():
         bodies = Bodies(
             np.zeros((len(rows), 3)), upright, velocity[rows], 0.007 * one, np.ones((len(rows), 3)), one, 3e-4 * one, one
         )
-        return fly_each(bodies, (Gravity(1.0), QuadraticDrag(0.45, 1000.0)), 1.0, 1 / 30)
+        return fly_each(bodies, [(Gravity(1.0), QuadraticDrag(0.45, 1000.0))] * len(rows), 1.0, 1 / 30)
 
     (alone, own), (beside, needed) = flown([0]), flown([0, 1])
     assert needed[0] == own[0] == 1 / 30 and needed[1] < 1 / 30 and np.isfinite(beside.position).all()
@@ -133,3 +134,30 @@ def test_functions_of_a_decay_agree_with_their_series():
             found, expected, rtol=1e-12
         )  # at z = -5 the terms of the series reach 26: it loses three digits
     assert Decay.over(np.array([[-1e5]])).one[0, 0] == pytest.approx(1e-5, rel=1e-12)
+
+
+def test_bodies_under_other_effects_fly_beside_each_other_as_alone():
+    """Gravity and the added mass of all, a drag of some, one of each form, a heavier plate: to rounding; equal effects as one."""
+    rod = np.diag([4.0, 1.0, 1.0, 0.0, 0.0, 0.0]) * 0.002
+    air, water = (Gravity(9.81), AddedMass(0.5, 1.2)), (Gravity(9.81), AddedMass(0.5, 1.2), LinearDrag(0.4))
+
+    @dataclass(frozen=True)
+    class Plate(Effect):
+        def added_mass(self, bodies):
+            return np.tile(rod, (len(bodies.mass), 1, 1))
+
+    mixed = [air, water, (*air, QuadraticDrag(0.5, 1.2)), water, (*air, SphereDrag(1e-3, 1.2)), (Gravity(9.81), Plate())]
+    count = len(mixed)
+    one, twist = np.ones(count), np.tile([3.0, 1.0, 2.0, 4.0, -3.0, 2.0], (count, 1))
+    inertia = np.tile([1e-6, 2e-6, 3e-6], (count, 1))
+    bodies = Bodies(
+        np.zeros((count, 3)), np.tile([1.0, 0, 0, 0], (count, 1)), twist, 0.003 * one, inertia, 4e-6 * one, 3e-4 * one, 0.01 * one
+    )
+    beside, _ = fly_each(bodies, mixed, 0.7, 1 / 60)
+    for place, effects in enumerate(mixed):
+        alone = fly(some_of(bodies, [place]), effects, 0.7, 1 / 60)
+        for mine, all_of_them in zip(alone[1:5], beside[1:5], strict=True):
+            np.testing.assert_allclose(all_of_them[:, place], mine[:, 0], rtol=1e-12, atol=1e-12)
+    ends = beside.position[-1]
+    assert np.array_equal(ends[1], ends[3]) and len({tuple(end) for end in ends.round(4)}) == 5
+    assert [rows for _, rows in alike(mixed)][0] == slice(0, 1) and alike([air] * 3) == [(air, slice(0, 3))]

@@ -1,7 +1,12 @@
 """The simulator: shares of a batch, and what becomes of a batch in which one run cannot be."""
 
 import numpy as np
+from experiments import measured
+from throws import write_throws
 
+from hlcs.kinds.trajectories.preparation import prepare
+from hlcs.selection.eligibility import candidates_for
+from hlcs.simulation.model import Model, Term
 from hlcs.simulation.simulator import Simulator, partition
 from minibullet.errors import InputError
 
@@ -34,3 +39,18 @@ def test_a_request_at_fault_spoils_its_own_answer_only():
     assert [str(answers[k]) for k in (20, 50)] == ["model 20 is at fault", "model 50 is at fault"]
     assert all(answers[k] == [f"motion {k}"] for k in range(64) if k not in (20, 50))
     assert len(asked) <= 1 + 2 * 2 * 6
+
+
+def test_models_asked_for_together_fly_as_each_does_alone(tmp_path):
+    """Eight throws: gravity, drags, a scale of time, and a drag whose flight begins with short steps. The same bits, whoever
+    flies beside."""
+    measurement = measured(write_throws(tmp_path))
+    problem = prepare(measurement).problem
+    simulator, owner, states = problem.simulator, np.arange(len(problem.trials)), problem.initial_guess()
+    entries = {entry.name: entry for entry in candidates_for(measurement, False)[0]}
+    chosen = [("linear_drag", 0.1), ("linear_drag", 0.2), ("quadratic_drag", 0.1), ("time_scale", 1.01), ("linear_drag", 40.0)]
+    models = [Model(), *(Model((Term(entries[name], ((entries[name].free[0].name, value),)),)) for name, value in chosen)]
+    together = simulator.simulate_all([(model, states, owner, None) for model in models])
+    for model, answer in zip(models, together, strict=True):
+        for mine, its in zip(simulator.simulate(model, states, owner), answer, strict=True):
+            assert np.array_equal(mine.position, its.position)
