@@ -148,6 +148,7 @@ class Model(Terms):
     def run(self, trial, start, times):
         """Positions (n, 3) and orientations (n, 4) of one trial at the times (n,), from a start (13,): x, v, q, w."""
         trial = replace(trial, times=np.asarray(times, dtype=float), accelerations=None)
-        simulator = Simulator(self, (trial,), start_time=np.array([0.0]), contact=trial.surroundings.floor_height is not None)
+        contact = trial.surroundings.floor_height is not None
+        simulator = Simulator(self, (trial,), np.array([0.0]), contact, self.time_step)
         (motion,) = simulator.simulate(self, np.asarray(start, dtype=float)[None], np.zeros(1, int))
         return motion.position, motion.orientation

@@ -22,7 +22,7 @@ MOST_IN_A_WORLD = 600  # runs in one World: more are no cheaper together, and ne
 MOST_FLOWN = 2_000_000  # steps of bodies in one flight: what is recorded of them takes 200 MB
 STEADY = 0.7  # way of a flat body in one step, in heights of its centre above the floor: at 1 it begins to chatter [-]
 SHORT = 1e-3  # no step is shorter for that [s]: a phone 8 mm high slides at 3 m/s without chatter
-IN_FLIGHT = 1 / 30  # step of flights [s], halved as far as the data need it (`kinds.trajectories.time_step`)
+IN_FLIGHT = 1 / 15  # first step of flights [s]: halved as far as the data need it (`kinds.trajectories.time_step`)
 AT_REST = (0.0,) * 6 + (1.0,) + (0.0,) * 6  # an initial state
 MOST_OBSERVED = 250_000  # samples observed in one go: what that takes on the way is some 300 MB
 

@@ -211,13 +211,12 @@ def beside(prepared, better):
     same = all(map(np.array_equal, flags, aside))
     if same:
         problem.step_change = known
-    before = problem.step_change
-    if problem.simulator.contact:
-        try:
-            corrected(problem, better)
-        except InputError:
-            problem.step_change = before  # what a shorter step cannot simulate loses no finished fit
-    if same and problem.step_change is known:
+    before, step = problem.step_change, problem.simulator.time_step
+    try:
+        refine(problem, better)
+    except InputError:
+        problem.step_change = before  # what a shorter step cannot simulate loses no finished fit
+    if same and problem.step_change is known and problem.simulator.time_step == step:
         return None
     base = problem.fit(prepared.base.model, prepared.base.initial_states)
     effects = [term.name for term in better.model.terms]

@@ -17,15 +17,17 @@ CORRECTIONS = 2  # of a fit by its error: the second looks whether the first sti
 SURE = 0.5  # part of a correction that halving the shortest step may move it by: else no step is the true one
 ROUGH = 0.1  # RMS by which a correction may be wrong [sigma]: chi2 rises by 1 %
 NEAR = 3.0  # RMS of the correction of a segment [sigma]: a tumbling body that is led farther goes another way
-STILL = 0.02  # RMS by which a finer step may move the prediction [sigma]
+STILL = 0.02  # RMS by which a finer step may move the prediction through contacts [sigma]
+MOVED = 0.1  # standard errors by which the error of the step may move a number in flight, at most
 
 
 def refine(problem, fit):
     """Take the error of the time step out of the prediction; (fit, by how much halving the step still moves it [sigma]).
 
-    In flight the step is halved until the prediction stands still to 0.02 sigma. With contacts, where that costs too much, what
-    shorter steps would change at the fit is added to the predictions of all fits in its neighbourhood (defect correction: H. J.
-    Stetter, Numer. Math. 29 (1978) 425), until fit and correction agree.
+    In flight the step is halved until that moves no number by more than a tenth of its standard error, whatever the number is:
+    until it moves all predictions together by so many sigma at most. With contacts, where that costs too much, what shorter steps
+    would change at the fit is added to the predictions of all fits in its neighbourhood (defect correction: H. J. Stetter, Numer.
+    Math. 29 (1978) 425), until fit and correction agree.
     """
     simulator = problem.simulator
     if simulator.contact:
@@ -34,7 +36,7 @@ def refine(problem, fit):
     while True:
         finer = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step / 2)
         shift = prediction_shift(problem, fit.linearization.trajectories, finer)
-        if shift < STILL or simulator.time_step / 2 < FINEST:
+        if shift * np.sqrt(fit.count) < MOVED or simulator.time_step / 2 < FINEST:
             return fit, shift
         simulator.time_step /= 2
         fit = problem.fit(fit.model, fit.initial_states)

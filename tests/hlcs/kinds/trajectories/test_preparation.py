@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from experiments import FLOOR, TOML, experiment, measured
-from throws import csv
+from throws import csv, write_throws
 from tosses import CUBE
 
-from hlcs.kinds.trajectories.preparation import prepare, rebounds
+from hlcs.kinds.trajectories.preparation import beside, prepare, rebounds
+from hlcs.selection.eligibility import candidates_for
+from hlcs.simulation.model import Term
 from minibullet.errors import InputError, InputWarning
 
 
@@ -77,3 +79,16 @@ def test_a_model_with_which_the_motion_does_not_stay_finite_is_refused_with_its_
     )
     with np.errstate(all="ignore"), pytest.raises(InputError, match=r"e.toml, line 9: model.effects: with these the motion"):
         prepare(measured(path))
+
+
+@pytest.mark.parametrize(("drag", "shorter"), [(0.0, False), (0.02, False), (1.0, True)])
+def test_the_step_of_a_flight_is_that_of_the_set_that_was_found(tmp_path, drag, shorter):
+    """Throws of 2 to 9 m/s: without a drag any step is exact. A drag of 1 /m slows the fastest by 9 /s at first: the norm of what
+    halving the step moves at all 1,440 samples of 0.5 mm is then above 0.1, the most that a number may move by."""
+    prepared = prepare(measurement := measured(write_throws(tmp_path, 0.0005, drag_per_metre=drag)))
+    problem, (entry,) = prepared.problem, candidates_for(measurement, False, ("quadratic_drag",))[0]
+    step, (number,) = problem.simulator.time_step, entry.free
+    model = prepared.base.model.with_term(Term(entry, ((number.name, max(drag, 0.001)),)))
+    renewed = beside(prepared, problem.fit(model, prepared.base.initial_states))
+    assert step == 1 / 15 and (problem.simulator.time_step < step) == shorter
+    assert not shorter or renewed.base.model == prepared.base.model
