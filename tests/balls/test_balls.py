@@ -93,7 +93,8 @@ def test_drag_for_a_light_ball_its_form_and_the_rest_left_open(diagnosed, ball):
     assert air == pytest.approx(1.21, rel=0.1)  # plausible: a stated fluid holds to 5 %, twice that contradicts the file
     held = diagnosis.error["held_out"]
     assert held["after"] < 0.65 * held["before"]  # the basketballs gain least: 0.44 -> 0.17 m and 0.32 -> 0.09 m
-    assert "the model misses" in diagnosis.next_experiment.text  # where to look again
+    # where to look again; or at what rests, where smooth curves leave more than the stated noise (0.06 m of the blue basketball)
+    assert ("at rest" if diagnosis.noise_shown else "the model misses") in diagnosis.next_experiment.text
 
 
 def test_the_form_of_the_drag_is_left_open_for_a_ball_of_unknown_mass(diagnosed):
