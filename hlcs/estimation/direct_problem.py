@@ -20,6 +20,11 @@ class DirectProblem(Problem):
 
     simulator = NoSimulator()
 
+    @property
+    def measured(self):
+        """The rows, not their groups."""
+        return len(self.values)
+
     @abstractmethod
     def predict(self, model):
         """What the model foretells of all rows of the table (n,)."""

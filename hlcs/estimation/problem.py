@@ -33,6 +33,11 @@ class Problem:
     subject = "the motion"  # what is measured, in words
 
     @property
+    def measured(self):
+        """How many different things were measured: as many numbers describe them without any law."""
+        return len(self.trials)
+
+    @property
     def segmented(self):
         """Are the recordings segments of longer ones?"""
         return any(trial.recording for trial in self.trials)

@@ -142,7 +142,8 @@ class FittedSets:
             return found
         reduced = self.search.reduced
         if effects not in reduced:
-            larger = min((known for known in self.search.fits if effects < known), key=lambda known: (len(known), sorted(known)))
+            holding = (known for known in self.search.fits if effects < known)
+            larger = min(holding, key=lambda known: (len(known), sorted(known)), default=effects)
             fit, base = self.search.fits[larger], self.search.fits[frozenset()]
             numbers = {name: numbers for name, numbers in fit.model.numbers.items() if name in effects}
             near = self.search.preview.nearer(numbers, base)

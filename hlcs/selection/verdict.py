@@ -147,11 +147,16 @@ def best_set(fitted, finished):
 
 def adequate_ones(sets, finished):
     """The sets that cost less than the best one that stands and are adequate: the cheapest of all, and what does as well; where
-    that one is not adequate, none."""
+    that one is not adequate, none.
+
+    None of more numbers than different things were measured: it might as well describe each by a number of its own.
+    """
     found, most = [], sets.cost(sets.best)
     for effects in sets.ranked:
         if sets.cost(effects) >= most:
             break
+        if len(sets.search.fits[effects].numbers) > sets.search.problem.measured:
+            continue
         if finished(effects)[2].adequate:
             most = min(most, sets.cost(effects) + TIED)
             found.append(effects)

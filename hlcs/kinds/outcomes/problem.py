@@ -110,6 +110,11 @@ class TableProblem(DirectProblem):
             whitening = self.noise.whitening(np.zeros(count, int), np.arange(count) * 1.0)._replace(sigma=own)
         return Recording(np.zeros(count, int), group.rows, np.arange(count) * 1.0, whitening, ())
 
+    @property
+    def measured(self):
+        """The settings: what repeats one says no more of the law."""
+        return len(self.setups)
+
     def predict(self, model):
         """Outcomes of all rows, (n,); nan where one never comes, zero where the model under test says that too (`never`)."""
         if model.terms not in self.predicted:  # the rest of the model is the file's and stays

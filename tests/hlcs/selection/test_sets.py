@@ -99,6 +99,26 @@ def test_what_is_adequate_is_looked_for_from_the_cheapest_set_on(generator):
     assert adequate_ones(alike, finals_of({first, second})) == {first, second}
 
 
+@pytest.mark.parametrize(("recordings", "judged"), [(1, 2), (0, 0)])
+def test_a_number_for_each_recording_proves_nothing_by_what_it_leaves(generator, recordings, judged):
+    """Golf balls let fall twice: nine numbers of three laws leave noise alone, and foretell one fall from the other to 5 m."""
+    alike, asked = sets(0.0, generator), []
+    alike.best, alike.search.problem.trials = frozenset(), alike.search.problem.trials[:recordings]
+
+    def finished(effects):
+        asked.append(effects)
+        return None, None, SimpleNamespace(adequate=True)
+
+    assert len(adequate_ones(alike, finished)) == len(asked) == judged
+
+
+def test_a_set_that_was_given_up_is_fitted_again_though_no_larger_one_is_known(generator):
+    alike, law = sets(0.0, generator), frozenset({"linear_drag"})
+    fit = alike.search.fits[law]
+    alike.search.fits = {frozenset(): alike.search.base, law: replace(fit, converged=False)}
+    assert alike.fit(law).converged and alike.fit(law).chi2 == pytest.approx(fit.chi2)
+
+
 @pytest.mark.parametrize(("overdispersion", "best"), [(1.0, {"linear_drag", "spin_decay"}), (5.0, {"linear_drag"})])
 def test_where_nothing_explains_the_data_what_absorbs_a_part_beside_another_law_does_not_stand(generator, overdispersion, best):
     """A rise that bends, and a swing that no law has: the bend has a variance of (0.6 * 4 / sqrt(180))^2 = 0.032 beside 0.045 of
