@@ -27,6 +27,7 @@ class FittedSets:
         """Itself, its sets fitted anew from `returned` where that leaves them cheaper."""
         search, problem = self.search, self.search.problem
         problem.overdispersion = self.overdispersion
+        search.reduced = {}  # fitted with each residual as one; the best of them are among the fits
         for effects, numbers in [] if search.budget.stopped else self.returned():
             fit = search.fits[effects]
             again = problem.fit(search.preview.model_with(numbers), fit.initial_states)
