@@ -23,6 +23,7 @@ MOST_FLOWN = 2_000_000  # steps of bodies in one flight: what is recorded of the
 STEADY = 0.7  # way of a flat body in one step, in heights of its centre above the floor: at 1 it begins to chatter [-]
 SHORT = 1e-3  # no step is shorter for that [s]: a phone 8 mm high slides at 3 m/s without chatter
 IN_FLIGHT = 1 / 15  # first step of flights [s]: halved as far as the data need it (`kinds.trajectories.time_step`)
+FARTHEST = 2.0  # times what was recorded: so long a run goes on at most, to show what a clock that is late shows
 AT_REST = (0.0,) * 6 + (1.0,) + (0.0,) * 6  # an initial state
 MOST_OBSERVED = 250_000  # samples observed in one go: what that takes on the way is some 300 MB
 
@@ -167,8 +168,11 @@ class Simulator:
         initial_states, owner = (np.concatenate([request[part] for request in requests]) for part in (1, 2))
         samples = [self.trials[who].times - self.start_time[who] for who in owner]
         step = requests[0][3] or self.time_step
-        duration = max(max(float(times.max()) for times in samples), step)
-        duration += 0.06 * duration + 0.05 if any(changes) else 0.0
+        duration = last = max(max(float(times.max()) for times in samples), step)
+        for span, its_changes in zip(spans, changes, strict=True):
+            if its_changes:  # a clock that is late shows what came after
+                latest = self._latest(span, its_changes, samples, initial_states, owner)
+                duration = max(duration, 1.06 * last + 0.05, min(latest, FARTHEST * last))
         track, needed = self._track(setups, initial_states, owner, effects, duration, step)
         models = 1 if self.contact else len(requests)  # what acts in flight is asked of each by itself
         self.body_steps += (len(owner) + STEP_COST[self.contact] * models) * (len(track.times) - 1)
@@ -202,19 +206,11 @@ class Simulator:
 
     def _observe(self, track, span, changes, samples, initial_states, owner, effects):
         """What camera and accelerometer saw of the runs `span` of a Track, [Motion]; samples: their times."""
-        surroundings, observed = self.trials[owner[span.start]].surroundings, [None] * (span.stop - span.start)
+        observed = [None] * (span.stop - span.start)
         lengths = np.array([len(times) for times in samples])
         for some in partition(range(span.start, span.stop), lengths, MOST_OBSERVED):
             part = track if len(some) == len(samples) else track.subset(some)
-            observe = part.observe
-            if changes:
-                still = np.all(initial_states[some, 3:6] == 0, axis=1) & np.array(
-                    ["velocity" in self.trials[who].start for who in owner[some]]
-                )
-                sessions = np.array([self.trials[who].session for who in owner[some]])
-                scene = Scene(initial_states[some, :3], still, surroundings.floor_height, *self.height_range, sessions)
-                for change in changes:
-                    observe = change.look(observe, scene)
+            observe = self._through(part.observe, changes, initial_states[some], owner[some])
             longest = max(lengths[some])
             times = np.stack([np.pad(samples[b], (0, longest - lengths[b]), mode="edge") for b in some])
             position, orientation = observe(times)
@@ -223,6 +219,29 @@ class Simulator:
                 seen = (None if values is None else values[place, : lengths[b]] for values in (position, orientation, force))
                 observed[b - span.start] = Motion(*seen)
         return observed
+
+    def _through(self, observe, changes, initial_states, owner):
+        """What the camera sees of some runs, where `observe` is what they do: a function of times, as `Change.look` has it."""
+        if changes:
+            stated = np.array(["velocity" in self.trials[who].start for who in owner])
+            still, sessions = np.all(initial_states[:, 3:6] == 0, axis=1) & stated, [self.trials[who].session for who in owner]
+            floor = self.trials[owner[0]].surroundings.floor_height
+            scene = Scene(initial_states[:, :3], still, floor, *self.height_range, np.array(sessions))
+            for change in changes:
+                observe = change.look(observe, scene)
+        return observe
+
+    def _latest(self, span, changes, samples, initial_states, owner):
+        """The latest time that changes of what the camera sees ask for of the runs `span` [s]."""
+        asked = []
+
+        def observe(times):
+            asked.append(float(np.max(times, initial=0.0)))
+            return np.zeros((*times.shape, 3)), np.broadcast_to([1.0, 0.0, 0.0, 0.0], (*times.shape, 4))
+
+        ends = np.array([times[[0, -1]] for times in samples[span]])
+        self._through(observe, changes, initial_states[span], owner[span])(ends)
+        return max(asked, default=0.0)
 
     def _specific_force(self, track, times, owner, effects):
         """What accelerometers read on all runs of a Track at times (B, n), (B, n, 3) [m/s2]; None where no trial has one.

@@ -1,6 +1,7 @@
 """The simulator: shares of a batch, and what becomes of a batch in which one run cannot be."""
 
 import numpy as np
+import pytest
 from experiments import measured
 from throws import write_throws
 
@@ -54,3 +55,16 @@ def test_models_asked_for_together_fly_as_each_does_alone(tmp_path):
     for model, answer in zip(models, together, strict=True):
         for mine, its in zip(simulator.simulate(model, states, owner), answer, strict=True):
             assert np.array_equal(mine.position, its.position)
+
+
+@pytest.mark.parametrize("offset", [0.2, -0.05, -0.5])
+def test_a_clock_that_is_late_shows_what_came_after_the_recording_was_to_end(tmp_path, offset):
+    """Throws of one second seen through a clock half a second late: the parabola goes on, and not straight from its end."""
+    problem = prepare(measured(write_throws(tmp_path))).problem
+    states, model = problem.initial_guess(), Model(fixed=({"name": "clock_offset", "offset": offset},))
+    seen = problem.simulator.simulate(model, states, np.arange(len(states)))
+    for trial, state, motion in zip(problem.trials, states, seen, strict=True):
+        t = (trial.times - offset)[:, None]
+        expected = state[:3] + state[3:6] * t + [0.0, 0.0, -9.81 / 2] * t**2
+        within = t[:, 0] >= 0  # before its start a body is not simulated
+        np.testing.assert_allclose(motion.position[within], expected[within], atol=1e-9)
