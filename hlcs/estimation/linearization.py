@@ -69,6 +69,11 @@ class Fit:
         return [(*number, value) for number, value in zip(free, self.estimate, strict=True)]
 
     @cached_property
+    def spreads(self):
+        """How wide the belief in each free number is (p,)."""
+        return np.array([free.spread for free in free_numbers(self.model)])
+
+    @cached_property
     def ends(self):
         """How far each free number may go down and up until its law ends, (2, p)."""
         return np.array([(free.least - value, free.most - value) for _, free, value in self.numbers]).reshape(-1, 2).T
@@ -77,10 +82,9 @@ class Fit:
     def held(self):
         """Which free numbers stand where their law ends while the data would have them beyond, (p,): nothing gives way along
         them."""
-        spread = np.array([free.spread for free in free_numbers(self.model)])
         residuals, columns = (np.concatenate(part) for part in self.linearization.projected)
         wanted, (down, up) = columns.T @ residuals, self.ends
-        return (down > -AT_END * spread) & (wanted < 0) | (up < AT_END * spread) & (wanted > 0)
+        return (down > -AT_END * self.spreads) & (wanted < 0) | (up < AT_END * self.spreads) & (wanted > 0)
 
     def numbers_of(self, index):
         """Where the free numbers of one term stand among those of all, a slice; -1 is the newest term."""
@@ -108,8 +112,7 @@ class Fit:
     @cached_property
     def information(self):
         """What the data tell of its numbers, in units of their spreads (p, p)."""
-        spread = np.array([free.spread for free in free_numbers(self.model)])
-        columns = np.concatenate(self.linearization.projected[1]) * spread
+        columns = np.concatenate(self.linearization.projected[1]) * self.spreads
         return columns.T @ columns
 
     @cached_property
@@ -126,23 +129,20 @@ class Fit:
     def told(self):
         """What the data tell of its numbers by their covariance, what was believed of them aside, in units of their spreads
         (p, p)."""
-        spread = np.array([free.spread for free in free_numbers(self.model)])
-        known = np.linalg.pinv(self.covariance / np.outer(spread, spread), hermitian=True)
+        known = np.linalg.pinv(self.covariance / np.outer(self.spreads, self.spreads), hermitian=True)
         size, axes = np.linalg.eigh(known - self._believed)
         return (axes * np.maximum(size, 0.0)) @ axes.T
 
     @property
     def _believed(self):
         """What is believed of its numbers where they stand, in units of their spreads (p, p)."""
-        frees = free_numbers(self.model)
-        return np.diag((belief(self.estimate, frees)[1] * np.array([free.spread for free in frees])) ** 2)
+        return np.diag((belief(self.estimate, free_numbers(self.model))[1] * self.spreads) ** 2)
 
     def covariance_at(self, overdispersion):
         """Covariance of its numbers where so many residuals count as one (p, p): the data tell less, what is believed stays."""
         if overdispersion == 1:
             return self.covariance
-        spread = np.array([free.spread for free in free_numbers(self.model)])
-        return np.linalg.pinv(self.told / overdispersion + self._believed, hermitian=True) * np.outer(spread, spread)
+        return np.linalg.pinv(self.told / overdispersion + self._believed, hermitian=True) * np.outer(self.spreads, self.spreads)
 
     def savings(self, overdispersion):
         """By how much `tempered` would fall were each number where it is expected and the others beside it where the data then
