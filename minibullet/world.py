@@ -176,7 +176,7 @@ class World(Display):
         points = scene.contact_points(scene.poses(rotation, motion_bound), self._warm_start)
         gap, size = points.gap, scene.contact_size(points.bodies)
         factors = constraints.contact_factors(points.bodies, points.arms, inverse)
-        self._notices.look(self, points.bodies, gap, size, motion_bound)
+        self._notices.look(self, points.bodies, gap, size, motion_bound, zip(self._acting, wrenches, strict=True), inverse)
         law = self._law(scene, before, points, factors)
 
         # impacts with restitution first, each at its own moment, and what acts otherwise after them; then the resting contacts
@@ -233,7 +233,7 @@ class World(Display):
         """Take over the state after the step and publish what happened."""
         after, points, problem, solution = values.after, values.points, values.problem, values.solution
         if not integrate.is_finite(after.position, after.twist):
-            fine = np.isfinite(after.twist).all(axis=1) & np.isfinite(after.position).all(axis=1)
+            fine = (np.abs(np.hstack([after.position, after.twist])) < 4e61).all(axis=1)
             # what is fixed cannot be the cause: it is named only where nothing that moves is
             bad = int(np.argmin(fine | (~scene.moving & ~fine[scene.moving].all())))
             where = f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s"

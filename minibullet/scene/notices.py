@@ -1,14 +1,18 @@
-"""What a World tells its user once, because no number of a step would: bodies put into each other, steps too long for a body."""
+"""What a World tells its user once, because no number of a step would: bodies put into each other, steps too long for a body or
+for a force."""
 
 import warnings
+from math import sqrt
 
 import numpy as np
 
+from minibullet.effects import contract
 from minibullet.kernels import leaf
 
 DEEP = 0.01  # overlap, in radii of the smaller body, that is told: rounding and the noise of measured poses stay below it [-]
 MOST = 8  # pairs that one line names [-]
-OWN_FRAMES = 6  # calls between the user's line and the warning: step, _advance, _step, look, _overlaps or _haste, _tell [-]
+TINY = 1e-300  # square of a velocity that is counted as one, so that nothing is divided by zero [m2/s2, 1/s2]
+OWN_FRAMES = 6  # calls between the user's line and the warning: step, _advance, _step, look, _overlaps or another, _tell [-]
 
 
 class SceneWarning(UserWarning):
@@ -26,24 +30,43 @@ def count_notable(gap, size, motion_bound, bounding_radius):
     return deep, hasty
 
 
+@leaf
+def taken_away(wrench, inverse, twist, time_step):
+    """Change of a velocity, and of an angular velocity, by wrenches (n, 6) alone in a step, over that itself: the largest of all
+    bodies, and its row."""
+    most, row = 0.0, 0
+    for n in range(len(twist)):
+        for half in (0, 3):
+            change = size = 0.0
+            for k in range(half, half + 3):
+                value = 0.0
+                for i in range(6):
+                    value += time_step * inverse[n, k, i] * wrench[n, i]
+                change += value * value
+                size += twist[n, k] * twist[n, k]
+            if change > most * most * max(size, TINY):
+                most, row = sqrt(change / max(size, TINY)), n
+    return most, row
+
+
 class Notices:
     """What was told in a run. texts: one line each, in order, every one also a SceneWarning."""
 
     def __init__(self):
-        self.texts, self._pairs, self._hasty = [], set(), False
+        self.texts, self._pairs, self._hasty, self._stiff = [], set(), False, False
 
-    def look(self, world, pair, gap, size, motion_bound):
-        """Tell what the contacts (m,) with which a step begins, and the
-        bound on every body's way in it (n,), show for the first time."""
+    def look(self, world, pair, gap, size, motion_bound, acting, inverse):
+        """Tell what the contacts (m,) with which a step begins, the bound on every body's way in it (n,), and each effect with
+        its wrench (n, 6) on bodies with these inverse masses (n, 6, 6), show for the first time."""
         scene = world.registry.scene
         deep, hasty = count_notable(gap, size, motion_bound, scene.bounding_radius)
-        if not deep and (not hasty or self._hasty):
-            return
         when = f"step {world.steps + 1}, t = {world.time + world.settings.time_step:.6g} s"
         if deep:
             self._overlaps(when, scene, pair, gap, gap < -DEEP * size)
         if hasty and not self._hasty:
             self._haste(when, scene, pair, motion_bound, world.settings.time_step)
+        if not self._stiff:
+            self._stiffness(when, world, acting, inverse)
 
     def _overlaps(self, when, scene, pair, gap, deep):
         depth = {}
@@ -76,6 +99,24 @@ class Notices:
             f"{scene.bounding_radius[body]:.3g} m, and {scene.names[other]!r} is in its way: they may pass or miss each other "
             f"wrongly; a time_step of {time_step / share[body]:.2g} s would do"
         )
+
+    def _stiffness(self, when, world, acting, inverse):
+        """Tell of an effect that only brakes, yet by its wrench alone turns a body round within the step and then pushes it
+        harder than before: the motion would grow from step to step."""
+        bodies, dt = world.registry.scene.bodies, world.settings.time_step
+        for effect, wrench in acting:
+            share, row = taken_away(wrench, inverse, bodies.twist, dt) if effect.dissipative else (0.0, 0)
+            if share <= 1.0:
+                continue
+            change = dt * np.einsum("nij,nj->ni", inverse, wrench)
+            later = contract.wrench(effect, bodies._replace(twist=bodies.twist + change), world.time)
+            if taken_away(later, inverse, change, dt)[0] > 1.0:
+                self._stiff, body = True, world.registry.scene.names[row]
+                self._tell(
+                    f"{when}: {contract.name_of(effect)} turns body {body!r} round in one step and then pushes it harder than "
+                    f"before: its motion grows from step to step; a time_step of {dt / share:.2g} s would do"
+                )
+                break
 
     def _tell(self, text):
         if text not in self.texts:

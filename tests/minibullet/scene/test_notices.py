@@ -1,4 +1,4 @@
-"""What a world tells once: bodies put into each other, steps too long for a body; and that it goes on well where it can."""
+"""What a world tells once: bodies put into each other, steps too long for a body or a force; it goes on well where it can."""
 
 import warnings
 
@@ -228,3 +228,41 @@ def test_a_cylinder_has_sides_that_somebody_can_wait_for():
     """A thousand sides differ from a round one by 5e-6 of the radius; more are refused at once."""
     with pytest.raises(mb.InputError, match="sides = 1000000000; .* 3 to 1000"):
         mb.Cylinder(1.0, 1.0, 10**9)
+
+
+def braked(law, time_step, steps):
+    """The speed and the spin of a ball of 1 kg that only this law acts on, from 2 m/s and 12 rad/s."""
+    world = mb.World([law], settings=mb.Settings(time_step=time_step))
+    ball = world.add(mb.Sphere(0.1), mass=1.0, velocity=(2.0, 0, 0), angular_velocity=(0, 0, 12.0), name="ball")
+    world.step(steps)
+    return world, np.linalg.norm(ball.velocity), np.linalg.norm(ball.angular_velocity)
+
+
+DRAG_OF_2_M_S = 2 * 500 / (1.2 * np.pi * 0.1**2)  # C with which drag slows a ball of 2 m/s in air by 500 /s: F = rho C A v2 / 2
+
+
+@pytest.mark.parametrize("law", [mb.LinearDrag(500.0), mb.SpinDecay(500.0), mb.QuadraticDrag(DRAG_OF_2_M_S, fluid_density=1.2)])
+def test_a_drag_too_strong_for_the_step_is_told_with_a_step_that_does(law):
+    """Explicit steps multiply by 1 - rate h: of 500 /s by -1.08 at 1/240 s, which grows, and by 0 at the 2 ms advised."""
+    with pytest.warns(mb.SceneWarning, match=r"step 1, .*turns body 'ball' round .* a time_step of 0\.00[12] s would do") as told:
+        world, *_ = braked(law, 1 / 240, 3)
+    assert len(told) == len(world.notices) == 1
+    world, speed, spin = braked(law, 0.001, 100)
+    assert not world.notices and min(speed / 2.0, spin / 12.0) < 0.1
+
+
+@pytest.mark.parametrize("rate", [1.0, 230.0, 400.0])
+def test_a_drag_that_dies_out_in_the_step_is_no_notice(rate):
+    """|1 - rate h| < 1: also where it swings."""
+    world, speed, _ = braked(mb.LinearDrag(rate), 1 / 240, 10)
+    assert not world.notices and speed < 2.0
+
+
+@pytest.mark.parametrize("law", [mb.LinearDrag(1e4), mb.SpinDecay(1e4)])
+def test_a_motion_that_grows_without_end_stops_with_its_name_before_numbers_overflow(law):
+    """On a floor too, where the contact problem multiplies what is large."""
+    world = mb.World([mb.Gravity(), law])
+    world.add_plane()
+    world.add(mb.Sphere(0.1), mass=1.0, position=(0, 0, 0.1), velocity=(2.0, 0, 0), angular_velocity=(0, 1.0, 12.0), name="ball")
+    with pytest.warns(mb.SceneWarning, match="'ball'"), pytest.raises(mb.InputError, match="motion of body 'ball' is not finite"):
+        world.step(1000)
