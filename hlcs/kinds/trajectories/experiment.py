@@ -147,7 +147,8 @@ class Trajectories:
             few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
             prepared = prepare(few, own, noise, likely)
         chosen, absent = self._candidates(few, prepared.contact, candidates)
-        strong = {} if prepared.contact else drags_shown(chosen, few.trials) | spin_losses_shown(chosen, few.trials)
+        strong = {} if prepared.contact else drags_shown(chosen, few.trials)
+        strong |= {} if prepared.problem.segmented else spin_losses_shown(chosen, few.trials, prepared.contact)
         on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
         def searched(prepared, chosen, absent):

@@ -1,4 +1,4 @@
-"""The loss of spin of a body in flight, read from its recordings without any fit: where a search for its law begins.
+"""The loss of spin of a body in flight or on the spot, read from its recordings without a fit: where a search for its law begins.
 
 Far from a steady spin a small change of a model without loss says nothing of a loss that stops the body within a recording.
 """
@@ -8,43 +8,58 @@ import numpy as np
 from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.kinds.trajectories.sinking import LEAST, numbers_shown
 from hlcs.selection.thresholds import HELPS
-from hlcs.simulation.outcome_motion import state_of
+from hlcs.simulation.outcome_motion import law_at, state_of
 from minibullet import rotations
 from minibullet.effects import Effect
 
 RATES = np.geomspace(0.1, 100.0, 61)  # in units of one over the duration of a recording: an eighth apart
 
 
-def spin_losses_shown(candidates, trials):
-    """The number with which each moment of one number gives the loss of spin on recordings, the median over them.
+def spin_losses_shown(candidates, trials, contact):
+    """The number with which each moment of one number gives the loss of spin on recordings, the median over those that show most.
 
-    {name of the candidate: {its number: value}}; {} where no body spins ever slower about one axis.
+    {name of the candidate: {its number: value}}; {} where no body spins ever slower about one axis. contact: do they lie on their
+    floors? The spin is then that about the normal, which friction leaves alone.
     """
-    seen = [(trial, rate) for trial in trials if (rate := _rate_of_loss(trial)) is not None]
+    lost = [(trial, *loss) for trial in trials if (loss := _loss(trial, contact)) is not None]
+    most = max((shown for _, shown, *_ in lost), default=0.0)
+    seen = [(trial, loss, spin) for trial, shown, loss, spin in lost if shown > most / 2]
 
-    def given(law, trial, rate):
-        still, spinning = (state_of([trial], np.zeros((1, 3)), np.array([[0.0, 0.0, spin]])) for spin in (0.0, 1.0))
-        return rate, (law.forces(still, 0.0) - law.forces(spinning, 0.0))[0, 5] / spinning.inertia[0, 2]
+    def given(law, trial, loss, spin):
+        still, spinning = (state_of([trial], np.zeros((1, 3)), np.array([[0.0, 0.0, turn]])) for turn in (0.0, spin))
+        moment = (law.forces(still, 0.0) - law.forces(spinning, 0.0))[0, 5]
+        if contact:
+            load = trial.surroundings.gravity * spinning.mass[0] * trial.surroundings.floor_normal[2]
+            normal = np.array([trial.surroundings.floor_normal])
+            moment += law_at([trial], (law,), spinning, np.zeros((1, 3)), normal).spinning_arm[0] * load
+        return loss, moment / spinning.inertia[0, 2]
 
     return numbers_shown([entry for entry in candidates if issubclass(entry.kind, Effect)], seen, given)
 
 
-def _rate_of_loss(trial):
-    """The rate r of a spin exp(-r t) that follows the orientations of one recording best [1/s], None where a steady spin does
-    nearly as well. Its turn is (1 - exp(-r t))/r times the spin at first, about one axis where the inertia is alike about all."""
+def _loss(trial, contact):
+    """(sum of squares [rad2] that it explains, loss [rad/s2], spin [rad/s]) where half of the spin of one recording is lost, of
+    the spin exp(-r t) that follows its orientations best; None where a steady spin does nearly as well.
+
+    Its turn is (1 - exp(-r t))/r times the spin at first, about one axis where the inertia is alike about all.
+    """
     there = np.isfinite(trial.orientation).all(axis=1)
     if not known_body(trial.body) or there.sum() < LEAST or np.ptp(inertia := rigid_body(trial.body).inertia) > 1e-6 * inertia[0]:
         return None
     times, orientation = trial.times[there] - trial.times[there][0], trial.orientation[there]
     steps = rotations.logarithm(rotations.product(orientation[1:], rotations.conjugate(orientation[:-1])))
     turned = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    if contact:
+        turned = (turned @ np.asarray(trial.surroundings.floor_normal))[:, None]
     rates = RATES / times[-1]
-    left = [_left(-np.expm1(-rate * times), turned) for rate in rates]
-    best = int(np.argmin(left))
-    return float(rates[best]) if left[best] < (1 - HELPS) * _left(times, turned) else None
+    fitted = [_fitted(-np.expm1(-rate * times) / rate, turned) for rate in rates]
+    best = int(np.argmin([left for left, _ in fitted]))
+    (left, spin), steady = fitted[best], _fitted(times, turned)[0]
+    return (steady - left, float(rates[best]) * spin / 2, spin / 2) if left < (1 - HELPS) * steady else None
 
 
-def _left(course, turned):
-    """Sum of squares that a turn along a course (n,) leaves of the recorded turns (n, 3) [rad2]."""
+def _fitted(course, turned):
+    """(sum of squares that a turn along a course (n,) leaves of the recorded turns (n, axes) [rad2], its spin)."""
     line = np.column_stack([np.ones(len(course)), course])
-    return float(np.sum((turned - line @ np.linalg.lstsq(line, turned, rcond=None)[0]) ** 2))
+    numbers = np.linalg.lstsq(line, turned, rcond=None)[0]
+    return float(np.sum((turned - line @ numbers) ** 2)), float(np.linalg.norm(numbers[1]))
