@@ -40,8 +40,9 @@ def design(new_runs, store, workers, out, json_file, quiet, **wanted):
     frictions, and counts how often it reaches the height, beside the simulated P; in --out: check.txt.
     """
     wanted = Wanted(**wanted)
+    wanted.cases()  # what cannot be placed is refused before anything is compiled
     store = store or default_store("designs.sqlite")
-    error_handling.remember(f"finished runs are kept in {store}: the same command goes on from there")
+    error_handling.remember(f"finished runs are kept in {store}: the same command goes on from there", goes_on=True)
     with out_folder(out) as folder:
         compile_engine(quiet)
         with ProgressBar("runs", None, quiet) as bar:

@@ -18,7 +18,7 @@ from hlcs.processes import interrupts
 STEERING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 LONGEST = 1000  # letters of a complaint: a screen of a terminal, whatever the file holds
 
-_lasting = []  # what stays, whatever happens from now on, in words
+_lasting = []  # what stays, whatever happens from now on: (words, whether they say that the same command goes on)
 
 
 def handled(command):
@@ -55,9 +55,11 @@ def flush():
             pass
 
 
-def remember(what):
-    """Remember for the last line what stays whatever happens from now on, such as "out is written"."""
-    _lasting.append(what)
+def remember(what, goes_on=False):
+    """Remember for the last line what stays whatever happens from now on, such as "out is written".
+
+    goes_on: it says that the same command goes on, which is not said of a command whose input is refused: it would be again."""
+    _lasting.append((what, goes_on))
 
 
 def _report_line(problem):
@@ -72,7 +74,7 @@ def _report_line(problem):
             return 1
         return _complain(f"standard output cannot be written ({problem.strerror}); give it a place, or --quiet" + _lasts(), 1)
     if _is(problem, "minibullet.errors", "InputError"):
-        return _complain(f"{problem}" + _lasts(), 2)
+        return _complain(f"{problem}" + _lasts(refused=True), 2)
     if _is(problem, "minibullet.errors", "RunError"):
         if problem.result is not None:  # what could be written nowhere
             say(problem.result)
@@ -116,8 +118,8 @@ def _warning_printer():
     return show
 
 
-def _lasts(nothing=""):
-    words = "; ".join(_lasting) or nothing
+def _lasts(nothing="", refused=False):
+    words = "; ".join(what for what, goes_on in _lasting if not (refused and goes_on)) or nothing
     return f"; {words}" if words else ""
 
 

@@ -33,7 +33,7 @@ def sweep(file, store, workers, allow_outside, dask, out, json_file, quiet):
     """
     plan = parameter_sweep.read_sweep_file(file, allow_outside)
     parameter_sweep.check_store(store)  # before it is said that anything is kept there
-    error_handling.remember(f"finished runs are kept in {store}: the same command goes on from there")
+    error_handling.remember(f"finished runs are kept in {store}: the same command goes on from there", goes_on=True)
     with out_folder(out) as folder:
         if not dask:
             compile_engine(quiet)

@@ -6,7 +6,7 @@ concrete may have. A run of M layers gives the heights of 1, 2, .. M layers. Wha
 """
 
 from dataclasses import dataclass
-from math import ceil, isfinite
+from math import ceil, floor, isfinite, log10
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from hlcs.placement import run_queue, sea_bottom
 from hlcs.placement.design_budget import FRICTIONS, Budget, Promise, budget_of, line_through, model_ratio
 from hlcs.placement.grids import RPG, TPG, Grid
 from hlcs.placement.printed_tables import laboratory
-from hlcs.placement.procedure import PlacementTest
+from hlcs.placement.procedure import RANGES, PlacementTest
 from hlcs.placement.run_store import Store, key_of
 from hlcs.placement.sea_bottom import Flat, Slope
 from hlcs.placement.settings_table import settings_of
@@ -91,7 +91,7 @@ class Wanted:
         if found > MOST_LAYERS:
             raise InputError(
                 f"design: {height:g} m may need {found} layers of units of {nominal_diameter:g} m; at most {MOST_LAYERS} are "
-                f"tried unasked: take larger units, or say --layers {found} and wait"
+                f"tried unasked: {_instead(height, found)}"
             )
         return found
 
@@ -100,6 +100,10 @@ class Wanted:
         """Whether one run stands for units of every size: on a flat bed all lengths scale with the unit."""
         return isinstance(self.bottom, Flat)
 
+    def cases(self):
+        """{(grid, nominal diameter): its tests}; InputError where such a test cannot be."""
+        return {(grid, size): self.case(grid, size) for grid in self.grids for size in self.nominal_diameters}
+
     def case(self, grid, nominal_diameter):
         """The tests of a grid with units of this size."""
         layers = max(map(self.layers_for, self.nominal_diameters)) if self.any_size else self.layers_for(nominal_diameter)
@@ -107,6 +111,22 @@ class Wanted:
         rows, columns = (given or max(SECTION, layers + 3) for given in (self.rows, self.columns))
         settings = {"grid": grid, "bottom": self.bottom, "layers": layers, "rows": rows, "columns": columns, **size}
         return repeated(self.repeats, self.seed, **settings)
+
+
+def _instead(height, layers):
+    """What can be typed where so many layers are not tried unasked for a height [m]."""
+    most = RANGES["layers"][1]
+    larger = f"take units of {_least_size(height, MOST_LAYERS)} m or more"
+    if layers <= most:
+        return f"{larger}, or say --layers {layers} and wait"
+    return f"{larger}, or of {_least_size(height, most)} m or more with --layers {most}, the most that can be placed, and wait"
+
+
+def _least_size(height, layers):
+    """The smallest nominal diameter with which so many layers do for a height [m], rounded up to three digits, as text."""
+    size = RESERVE * height / (THIN * layers + FIRST_TWO)
+    step = 10.0 ** (floor(log10(size)) - 2)
+    return f"{step * ceil(size / step):.3g}"
 
 
 def frictions(count):
@@ -215,7 +235,7 @@ def design(wanted, store_path, workers=None, progress=None):
     store_path: file of finished runs; workers: processes; progress(total, kept) gives the function to be called as each run
     ends. InputError where the physics refuses a run, such as one beyond a survey.
     """
-    cases = {(grid, size): wanted.case(grid, size) for grid in wanted.grids for size in wanted.nominal_diameters}
+    cases = wanted.cases()
     campaigns = {campaign: campaign_tests(*campaign) for campaign in CAMPAIGNS}
     tests = {key_of(settings_of(test)): test for each in (*cases.values(), *campaigns.values()) for test in each}
     with Store(store_path, row_of) as store:

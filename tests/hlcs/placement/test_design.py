@@ -1,6 +1,7 @@
 """Design: probabilities from theory, the budget of its uncertainty, the choice, what is refused, and that runs are made once."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -202,10 +203,30 @@ def test_what_cannot_be_is_refused_by_name(wanted, words):
 
 
 def test_a_height_that_needs_many_layers_is_refused_before_any_run(tmp_path):
-    with pytest.raises(InputError, match="20 m may need 23 layers of units of 1 m; at most 12 are tried unasked: take larger"):
+    with pytest.raises(InputError, match="20 m may need 23 layers of units of 1 m; at most 12 are tried unasked: take"):
         made(tmp_path, height=20.0)
     with pytest.raises(InputError, match="crest = -1 m is not above the middle of the bed, 0 m"):
         made(tmp_path, height=None, crest=-1.0)
+
+
+@pytest.mark.parametrize("height", [3.7, 20.0, 50.0, 500.0])
+def test_what_is_offered_for_a_height_of_many_layers_is_taken_when_typed(height):
+    """The sizes of the message, and its --layers, make tests that can be; no number of layers is offered that cannot be placed."""
+    with pytest.raises(InputError) as refused:
+        Wanted(**FLAT | {"height": height, "nominal_diameters": (0.08 * height ** 0.5,)}).cases()
+    told = str(refused.value)
+    sizes, layers = re.findall(r"([\d.]+) m or more", told), re.search(r"--layers (\d+)", told)[1]
+    Wanted(**FLAT | {"height": height, "nominal_diameters": (float(sizes[0]),)}).cases()
+    last = float(sizes[1]) if len(sizes) > 1 else 0.08 * height**0.5
+    assert Wanted(**FLAT | {"height": height, "nominal_diameters": (last,), "layers": int(layers)}).cases()
+    assert int(layers) <= 50
+
+
+def test_a_refused_command_does_not_say_that_it_goes_on(hlcs, tmp_path):
+    status, _, errors = hlcs(
+        "design", "--height", "50", "--nominal-diameter", "1", "--layers", "58", "--store", "runs.sqlite"
+    )
+    assert status == 2 and "layers = 58; it must be a whole number from 1 to 50" in errors and "goes on" not in errors
 
 
 def test_the_command_prints_the_choice_and_writes_its_files(hlcs, quick, tmp_path):
