@@ -19,13 +19,23 @@ class Adequacy(NamedTuple):
 
     adequate: bool
     statistic: float  # largest standardised statistic
-    p: float  # share of pure-noise draws that exceed it
-    threshold: float  # 99 % quantile of the statistic under noise alone
+    p: float  # share of pure-noise draws that reach it
+    threshold: float  # 99 % quantile of the statistic under noise alone: above it p is below 1 %
     worst: str  # which statistic spoke
     chi2: float  # mean square of the whitened residuals per degree of freedom
     overdispersion: float  # largest mean square of block sums over that of noise alone, chi2 among them: how many residuals count
     # as one, since a misfit that hangs together is one misfit however often it is sampled
     draws: int | None = None  # of noise, that p is counted in: it is never below 1/(draws + 1)
+
+
+def against(drawn, statistic):
+    """(p, threshold) of a statistic beside its draws under noise alone (n,): above the threshold, and only there, p is at most
+    1 - QUANTILE. p counts the statistic itself among the draws, so that it is never 0 (B. V. North et al., Am. J. Hum. Genet. 71
+    (2002) 439)."""
+    largest = np.sort(drawn)[::-1]
+    place = int((1 - QUANTILE) * (len(drawn) + 1) + 1e-9)  # draws that may be as large
+    threshold = largest[place - 1] if place else np.inf
+    return float((1 + np.sum(drawn >= statistic)) / (len(drawn) + 1)), float(threshold)
 
 
 def block_matrix(labels):
@@ -83,12 +93,11 @@ def adequacy(residuals, columns, shared, partitions, draw, draws=600):
     centre, spread = null.mean(axis=1), null.std(axis=1) + 1e-12
     largest = ((null - centre[:, None]) / spread[:, None]).max(axis=0)
     z = (seen - centre) / spread
-    threshold = float(np.quantile(largest, QUANTILE))
-    p = (1 + int(np.sum(largest >= z.max()))) / (1 + draws)
+    p, threshold = against(largest, z.max())
     return Adequacy(
         bool(z.max() <= threshold),
         float(z.max()),
-        float(p),
+        p,
         threshold,
         names[int(np.argmax(z))],
         float(np.mean(observed**2) / max(freedom, 1e-12)),

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.estimation.adequacy import QUANTILE
+from hlcs.estimation.adequacy import against
 
 CAMPAIGN = 0.0125  # relative standard deviation between campaigns: the laboratory's own first layers differ by 1.7-1.9 %
 EITHER = CAMPAIGN / np.sqrt(2.0)  # of a factor common to all layers of a campaign, and of each layer by itself
@@ -169,8 +169,7 @@ def adequacy(data, model, residual, columns, unsure, draws=4000, seed=0):
     variance = np.where(data.layer == 0, total, drawn[0] + drawn[1])
     matrices = covariance(data, np.zeros(size), unsure) + variance[:, :, None] * np.eye(size)
     observed, scores = _chi2(covariance(data, total, unsure)[None], residual[None], columns)[0], _chi2(matrices, noise, columns)
-    p = float((1 + np.sum(scores >= observed)) / (draws + 1))
-    return float(observed), p, float(np.quantile(scores, QUANTILE))
+    return float(observed), *against(scores, observed)
 
 
 def _chi2(matrices, residuals, columns):

@@ -1,9 +1,10 @@
 """Adequacy: noise alone passes as often as its quantile says, a slow misfit does not, whatever the fit has absorbed."""
 
 import numpy as np
+import pytest
 from linear_models import Line, model
 
-from hlcs.estimation.adequacy import QUANTILE, adequacy, block_matrix, blocks_in_time, fit_adequacy
+from hlcs.estimation.adequacy import QUANTILE, adequacy, against, block_matrix, blocks_in_time, fit_adequacy
 from hlcs.estimation.fitting import fit_at
 from hlcs.estimation.least_squares import basis, project_out
 
@@ -28,6 +29,16 @@ def test_noise_alone_passes_as_often_as_the_quantile_says(generator):
     verdicts = [judged(generator.standard_normal(COUNT), generator) for _ in range(100)]
     assert QUANTILE == 0.99 and sum(not verdict.adequate for verdict in verdicts) <= 5
     assert abs(np.mean([verdict.chi2 for verdict in verdicts]) - 1) < 5 * np.sqrt(2 / (100 * COUNT))
+
+
+@pytest.mark.parametrize("draws", [50, 100, 200, 600, 4000])
+def test_above_the_threshold_and_only_there_p_is_at_most_one_per_cent(draws, generator):
+    """Statistics between all draws, and on them: 7 of 601 are 1.2 %, so the seventh largest of 600 draws is not yet too large."""
+    drawn = generator.standard_normal(draws)
+    ordered = np.sort(drawn)
+    for statistic in (*ordered, *(ordered[:-1] + ordered[1:]) / 2, ordered[-1] + 1):
+        p, threshold = against(drawn, statistic)
+        assert (p <= 0.01) == (statistic > threshold)
 
 
 def test_a_slow_misfit_of_one_sigma_shows_in_the_blocks(generator):
