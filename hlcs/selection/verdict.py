@@ -81,7 +81,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         where=experiment.where(judged, table_after),
         model=best.model,
         pictures=experiment.pictures(problem, table_before, table_after),
-        notes=(*prepared.notes, *prepared.aside, *_doubts(best), *search.budget.notes()),
+        notes=(*prepared.notes, *prepared.aside, *_doubts(best, parameters), *search.budget.notes()),
         left_out=search.budget.notes(),
         sets=tuple(_described(sets, members, errors, parameters) for members in sets.tied),
         inclusion=sets.inclusion,
@@ -262,9 +262,11 @@ def _of_both_signs(sets, shown, name, free, number):
 
 
 def told(number, free, entry):
-    """A number with what a reader must know beside it: what the model states, and what is usual where it lies beyond that."""
+    """A number with what a reader must know beside it: what the model states, and what is usual where all of its interval lies
+    beyond that: where a part does not, the data only do not give it."""
     stated = {"stated": free.null} if entry.setting and free.null is not None else {}
-    beyond = free.beyond(number["value"])
+    may_be_usual = "mirrored" not in number and number["low"] <= free.high and number["high"] >= free.low
+    beyond = "" if may_be_usual else free.beyond(number["value"])
     doubtful = {"usual": free.usual, "beyond": beyond, "rests_on": INPUTS_OF.get(entry.name, "")}
     return number | stated | (doubtful if beyond else {})
 
@@ -309,13 +311,15 @@ def _steps(sets, ordered, errors):
     return tuple(steps)
 
 
-def _doubts(fit):
-    """Sentences on numbers beyond what is plausible, on numbers that hang together, and on a fit that did not come to its end."""
+def _doubts(fit, parameters):
+    """Sentences on numbers beyond what is plausible, on numbers that hang together, and on a fit that did not come to its end;
+    parameters: as they are told."""
     names = [f"{effect}.{free.name}" for effect, free, _ in fit.numbers]
+    entries = [(name, parameters[effect][free.name]) for name, (effect, free, _) in zip(names, fit.numbers, strict=True)]
     notes = [
-        f"{name} = {beyond}: check the inputs that it rests on" + (f" ({INPUTS_OF[effect]})" if effect in INPUTS_OF else "")
-        for name, (effect, free, value) in zip(names, fit.numbers, strict=True)
-        if (beyond := free.beyond(value))
+        f"{name} = {entry['beyond']}: check the inputs that it rests on" + f" ({entry['rests_on']})" * bool(entry["rests_on"])
+        for name, entry in entries
+        if "beyond" in entry
     ]
     deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
     correlation = fit.covariance / np.outer(deviation, deviation)

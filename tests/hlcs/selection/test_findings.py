@@ -121,6 +121,14 @@ def test_a_number_tells_what_the_model_states_and_what_is_usual_where_it_is_not(
     number = {"value": 2.0, "low": 1.0, "high": 3.0, "unit": "1/s"}
     assert as_told(number, free, law) == number
     assert as_told(number, free, replace(law, setting=True)) == number | {"stated": 0.0}
-    odd = as_told(number | {"value": 20.0}, free, law)
+    odd = as_told({"value": 20.0, "low": 19.0, "high": 21.0, "unit": "1/s"}, free, law)
     assert odd["rests_on"] == INPUTS_OF["linear_drag"]
     assert odd["usual"] == "0 to 10 1/s" and odd["beyond"] == "20 lies above what is plausible (0 to 10 1/s)"
+
+
+@pytest.mark.parametrize(("low", "high", "beyond"), [(-0.21, 0.11, False), (-0.21, -0.04, False), (-0.09, -0.06, True)])
+def test_a_number_is_beyond_what_is_plausible_only_where_all_of_its_interval_is(low, high, beyond):
+    """Plausible is +-0.05: -0.05 +- 0.16 may be anything there, so the data do not give it, and contradict no input."""
+    law = LAWS["linear_drag"]
+    free = replace(law.free[0], low=-0.05, high=0.05)
+    assert ("beyond" in as_told({"value": -0.075, "low": low, "high": high, "unit": "1/s"}, free, law)) == beyond
