@@ -7,6 +7,7 @@ from hlcs.data.model_entries import FILL_IN
 from hlcs.files import folders
 from hlcs.files.documents import toml_value
 from hlcs.files.spreadsheets import csv_text
+from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
 from hlcs.report import page, statistics
 from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
@@ -61,8 +62,9 @@ def line(diagnosis):
 
 
 def headline(diagnosis):
-    """Title, kind and verdict in a line."""
-    return f"{diagnosis.title} ({diagnosis.kind}): {diagnosis.verdict}"
+    """Title, kind and verdict in a line; of a search that was stopped that it was."""
+    stopped = " (stopped by Ctrl-C before the search ended)" * (STOPPED in diagnosis.notes)
+    return f"{diagnosis.title} ({diagnosis.kind}): {diagnosis.verdict}{stopped}"
 
 
 def sections(diagnosis):

@@ -26,7 +26,7 @@ def opening(diagnosis):
         "unexplained": _unexplained,
         "cannot_judge": _cannot_judge,
     }[diagnosis.verdict](diagnosis)
-    stopped = ["Stopped by Ctrl-C: this holds for the sets of effects that were fitted by then."]
+    stopped = ["Stopped by Ctrl-C before the search ended: what follows holds for the sets of effects that were fitted by then."]
     outside = reynolds_told(diagnosis, holds=False)
     return [*stopped * (STOPPED in diagnosis.notes), *told, *outside, *_tolerance(diagnosis)]
 
@@ -102,15 +102,25 @@ def removal(diagnosis, subject):
     whose = "their" if plural else "its"
     left_out = LEFT_OUT.get(diagnosis.kind, "data")
     where = f", on {left_out} that {whose} numbers were not fitted to" if diagnosis.error.get("held_out") else ""
-    part = 1 - after / before if before else 0.0
-    if part < SMALL:
-        chi2 = diagnosis.adequate.get("chi2_per_freedom") or {}
-        fall = f", from {chi2['before']:.3g} to {chi2['after']:.3g} times what noise leaves" if chi2.get("after") else ""
-        return f"The {_measure(diagnosis)} stays near {size(after, unit)}; what falls is the square of the misfit{fall}."
+    if no_fall := _no_fall(diagnosis, error):
+        return f"{no_fall}."
     return (
-        f"{subject} remove{'' if plural else 's'} {share(part)} of the error: {size(before, unit)} before, {size(after, unit)} "
-        f"after{where}."
+        f"{subject} remove{'' if plural else 's'} {share(1 - after / before)} of the error: {size(before, unit)} before, "
+        f"{size(after, unit)} after{where}."
     )
+
+
+def _no_fall(diagnosis, error):
+    """That an error stays or rises, and what falls in its place, as the begin of a sentence; "" of an error that falls."""
+    before, after, unit = error["before"], error["after"], diagnosis.error.get("unit", "")
+    if before and 1 - after / before >= SMALL:
+        return ""
+    stays = f"stays near {size(after, unit)}"
+    if before and after / before - 1 >= SMALL:
+        stays = f"does not fall ({size(before, unit)} before, {size(after, unit)} after)"
+    chi2 = diagnosis.adequate.get("chi2_per_freedom") or {}
+    fall = f", from {chi2['before']:.3g} to {chi2['after']:.3g} times what noise leaves" if chi2.get("after") else ""
+    return f"The {_measure(diagnosis)} {stays}; what falls is the square of the misfit{fall}"
 
 
 def _measure(diagnosis):
@@ -261,7 +271,7 @@ def _unexplained(diagnosis):
     if not error:
         return [f"The model fails, and {_nothing(diagnosis)} explains all of it."]
     if diagnosis.effects:
-        told += [_helps(diagnosis), _left_unexplained(diagnosis)]
+        told += [_helps(diagnosis), _left_unexplained(diagnosis), *_turns(diagnosis)]
     else:
         told.append(
             f"Something is missing that {_nothing(diagnosis)} explains. The model misses by "
@@ -296,13 +306,14 @@ def _helps(diagnosis):
 def _left_unexplained(diagnosis):
     """The error that is left, and that nothing explains it."""
     error, unit, left = error_of(diagnosis), diagnosis.error.get("unit", ""), beyond_noise(diagnosis)
-    fall = f"The error falls from {size(error['before'], unit)} to {size(error['after'], unit)}; the noise is "
-    fall += f"{size(error['noise'], unit)}. "
-    if foretold_worse(diagnosis):
-        many = LEFT_OUT.get(diagnosis.kind, "data")
-        after, noise = size(diagnosis.error["fitted"]["after"], unit), size(error["noise"], unit)
-        fall = f"On the {many} themselves the error falls from {size(diagnosis.error['fitted']['before'], unit)} to {after}, on "
-        fall += f"{many} that the numbers were not fitted to {size(error['after'], unit)} are left; the noise is {noise}. "
+    worse, many, where = foretold_worse(diagnosis), LEFT_OUT.get(diagnosis.kind, "data"), ""
+    told = diagnosis.error["fitted"] if worse else error
+    fall = f"he error falls from {size(told['before'], unit)} to {size(told['after'], unit)}"
+    if no_fall := _no_fall(diagnosis, told):
+        fall = no_fall[1:]
+    if worse:
+        where = f", on {many} that the numbers were not fitted to {size(error['after'], unit)} are left"
+    fall = f"{f'On the {many} themselves t' if worse else 'T'}{fall}{where}; the noise is {size(error['noise'], unit)}. "
     if left is None:
         return (
             fall

@@ -361,6 +361,18 @@ def test_what_was_held_out_is_called_by_its_name(kind, left_out):
 
 def test_a_search_that_was_stopped_says_so_before_anything_else():
     stopped = replace(UNEXPLAINED, notes=(STOPPED,))
-    assert opening(stopped).startswith("Stopped by Ctrl-C: this holds for the sets of effects that were fitted by then.")
+    assert opening(stopped).startswith("Stopped by Ctrl-C before the search ended: what follows holds for the sets of effects")
+    assert stopped.summary().split("\n")[0] == "a ball (trajectory): unexplained (stopped by Ctrl-C before the search ended)"
     assert "nothing that was fitted by then explains" in opening(stopped) and "library" not in opening(stopped)
     assert "Ctrl-C" not in opening(UNEXPLAINED)
+
+
+@pytest.mark.parametrize(
+    ("after", "told"),
+    [(0.0132, "stays near 13.2 mm"), (0.02, "does not fall (13.2 mm before, 20 mm after)")],
+)
+def test_an_error_that_does_not_fall_is_not_said_to_fall(after, told):
+    """An effect may explain rotations alone, or nothing beside the others: the error of the positions stays as it is."""
+    found = opening(diagnosis("unexplained", before=0.0132, after=after, explained=0.87))
+    assert f"The error (root mean square) {told}; what falls is the square of the misfit" in found
+    assert "falls from" not in found and "the noise is 3 mm" in found
