@@ -8,7 +8,8 @@ from hlcs.records import Reason
 from hlcs.report.document import Points
 from hlcs.report.doubted import doubt
 from hlcs.report.leftover import likeness, turns_missed
-from hlcs.report.words import capital, joined, number, share, size, two_digits, value, words
+from hlcs.report.ranking import ranking
+from hlcs.report.words import capital, joined, number, share, size, span, two_digits, value, words
 
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
@@ -97,17 +98,27 @@ def removal(diagnosis, subject):
     error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
     if not error:  # a kind of measurement may have none
         return ""
-    before, after = error["before"], error["after"]
+    before, after = error["before"], _afters(diagnosis, "held_out" if diagnosis.error.get("held_out") else "fitted")
     plural = subject.endswith("they")
     whose = "their" if plural else "its"
     left_out = LEFT_OUT.get(diagnosis.kind, "data")
     where = f", on {left_out} that {whose} numbers were not fitted to" if diagnosis.error.get("held_out") else ""
     if no_fall := _no_fall(diagnosis, error):
         return f"{no_fall}."
-    return (
-        f"{subject} remove{'' if plural else 's'} {share(1 - after / before)} of the error: {size(before, unit)} before, "
-        f"{size(after, unit)} after{where}."
-    )
+    part = span([share(max(1 - each / before, 0.0)) for each in (max(after), min(after))])
+    sizes = span([size(each, unit) for each in (min(after), max(after))])
+    return f"{subject} remove{'' if plural else 's'} {part} of the error: {size(before, unit)} before, {sizes} after{where}."
+
+
+def _afters(diagnosis, which):
+    """The errors that are left, "fitted" or "held_out": of each set that does as well, or of the first where that is all that is
+    known."""
+    first = [diagnosis.error[which]["after"]]
+    if diagnosis.verdict != "ambiguous":
+        return first
+    rows = {frozenset(row["effects"]): row["error"] for row in ranking(diagnosis)}
+    told = [entry["held_out"] if which == "held_out" else rows.get(frozenset(entry["effects"])) for entry in diagnosis.sets]
+    return first if None in told else first + told[1:]
 
 
 def _no_fall(diagnosis, error):
@@ -137,8 +148,10 @@ def _noise(diagnosis):
     if not foretold_worse(diagnosis):
         return f"What is left {left}."
     many = LEFT_OUT.get(diagnosis.kind, "data")
+    after = _afters(diagnosis, "fitted")
+    sizes = span([size(each, unit) for each in (min(after), max(after))])
     return (
-        f"On the {many} themselves {size(error['after'], unit)} are left, which {left}. That the error is larger on {many} that "
+        f"On the {many} themselves {sizes} are left, which {left}. That the error is larger on {many} that "
         f"were left out says that these are foretold from the others with less certainty: more or other {many} tell the numbers "
         "better."
     )
@@ -251,7 +264,8 @@ def _ambiguous(diagnosis):
     told.append(
         Points(tuple(" ".join(effect_sentence(diagnosis, name) for name in choice) or NOTHING_MORE for choice in choices))
     )
-    subject = "The first of them, with what stands above," if common else "Each of them"
+    count = len(_afters(diagnosis, "held_out" if diagnosis.error.get("held_out") else "fitted"))
+    subject = ("Each of them" if count == len(choices) else "The first of them") + ", with what stands above," * bool(common)
     return [*told, f"{removal(diagnosis, subject)} {_noise(diagnosis)}".strip(), *_turns(diagnosis)]
 
 

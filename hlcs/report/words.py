@@ -27,6 +27,14 @@ def size(value, unit):
     return f"{number(value)} {unit}".rstrip()
 
 
+def span(ends):
+    """Two sizes or shares as one, or from one to the other: "3 mm", "13.2 to 14.5 mm", "900 mm to 1.2 m"."""
+    (low, unit), (high, other) = (end.rsplit(" ", 1) if " " in end else (end, "") for end in ends)
+    if ends[0] == ends[1]:
+        return ends[0]
+    return f"{low} to {ends[1]}" if unit == other else f"{ends[0]} to {ends[1]}"
+
+
 def two_digits(value):
     """A number to two digits without a power of ten, where it is no larger than a million."""
     return f"{float(f'{value:.2g}'):g}"

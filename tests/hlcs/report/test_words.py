@@ -2,7 +2,7 @@
 
 import pytest
 
-from hlcs.report.words import chance, interval, joined, share, size, value
+from hlcs.report.words import chance, interval, joined, share, size, span, value
 
 
 @pytest.mark.parametrize(
@@ -58,3 +58,8 @@ def test_no_probability_is_told_below_what_its_draws_can_show(draws):
 
 def test_lists_read_as_sentences():
     assert [joined(items) for items in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == ["", "a", "a and b", "a, b and c"]
+
+
+def test_a_span_tells_its_unit_once_where_both_ends_have_it():
+    assert span(("3 mm", "3 mm")) == "3 mm" and span(("13.2 mm", "14.5 mm")) == "13.2 to 14.5 mm"
+    assert span(("900 mm", "1.2 m")) == "900 mm to 1.2 m" and span(("53 %", "more than 99.9 %")) == "53 to more than 99.9 %"
