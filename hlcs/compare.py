@@ -34,10 +34,14 @@ def compare(experiment, *others, effects=(), effects_file=None, seed=0, workers=
     before = nominal.before() if changed is nominal else nominal
     options = Options(changed.user_effects, seed, workers, progress)
     comparison, aside = comparison_of(changed.opened(options))
+    if changed is nominal and comparison.adequate is False:  # a model that stands in no file can be named in no command
+        comparison = replace(comparison, following=changed.typed("diagnose"))
     if before is None:
         return comparison
     replaced = tuple(entry["name"] for entry in changed.file.replaced)
     former, _ = comparison_of(before.opened(options), aside)
+    noise = {"noise": former.error["noise"]}  # of layers it holds the scatter of a model's runs: one noise, as in the diagnosis
+    comparison = replace(comparison, error=comparison.error | noise)
     return replace(comparison, before=former, added=changed.file.added, replaced=replaced)
 
 

@@ -50,6 +50,7 @@ class Comparison(Judgement):
     impacts: tuple = ()  # of data.impacts.Impact: what the samples around each impact with the floor show
     stated: dict = field(default_factory=dict)  # restitution and friction of the model under test
     advice: str = ""  # how to make the noise known, where it is not
+    following: str = field(default="", compare=False)  # the command to type next, where the model misses
     before: "Comparison | None" = field(default=None, compare=False)  # of the model without what was added
     added: tuple[str, ...] = ()  # names of the effects that were added, () = there is no before
     replaced: tuple[str, ...] = ()  # those of them that stood there before, with other numbers

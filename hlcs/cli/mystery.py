@@ -1,5 +1,7 @@
 """`hlcs mystery`: data sets with a hidden effect."""
 
+import shlex
+
 import click
 
 import hlcs.mystery as mystery_sets
@@ -32,7 +34,8 @@ def mystery_list(json_file, quiet):
 def mystery_copy(name, out, json_file, quiet):
     """Copy a data set into a folder."""
     file = mystery_sets.copy(name, out or name)
-    publish({"format": 1, "experiment": str(file)}, f"now: hlcs diagnose {file}", json_file, None, quiet)
+    words = f"now: {shlex.join(['hlcs', 'diagnose', str(file)])}\nthe answer: {shlex.join(['hlcs', 'mystery', 'reveal', name])}"
+    publish({"format": 1, "experiment": str(file)}, words, json_file, None, quiet)
 
 
 @mystery.command("make")

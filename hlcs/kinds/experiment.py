@@ -163,10 +163,14 @@ class Experiment:
     @property
     def command(self):
         """The command that compares it, as it is typed; "" where it stands in no file."""
+        return self.typed("compare")
+
+    def typed(self, verb):
+        """The command that compares or diagnoses it, as it is typed; "" where it stands in no file."""
         path = self.file.path
         if self.file.source.tables:
             return ""
-        words = ["hlcs", "compare", str(path)]
+        words = ["hlcs", verb, str(path)]
         below = Path(os.path.realpath(path.parent))
         if not all(Path(os.path.realpath(place)).is_relative_to(below) for place in self._data_files()):
             words.append("--allow-outside")

@@ -56,9 +56,17 @@ def sections(comparison):
         Section("The error", (_errors(comparison),) if comparison.adequate is not None else (), "errors"),
         Section("Where it misses most", (Points(places),) if places and not comparison.adequate else (), "where"),
         Section("Impacts", (Lines(tuple(line for line in impacts if line)),) if impacts else (), "impacts"),
+        Section("How to go on", _next(comparison), "next"),
         Section("Notes on the data", note_parts(comparison.notes), "notes"),
     ]
     return [section for section in found if section.parts]
+
+
+def _next(comparison):
+    """What to type next where the model misses; where the file itself is doubted the opening says what to do."""
+    if comparison.adequate is not False or not comparison.following or doubt(comparison):
+        return ()
+    return ("Which effect is missing:", Lines((comparison.following,)))
 
 
 def _opening(comparison):
@@ -110,6 +118,7 @@ def _errors(comparison):
     )
     head = (" ", comparison.error.get("measure") or "rms error", "times the noise", "bias", "what is left")
     note = f"Noise: {_noise(comparison.noise)}. Bias: model - measured, positive where the model reads more than was measured."
+    note += " Before: on the samples that are kept beside the model after." * bool(comparison.before and comparison.kind == "trajectory")
     return Table(head, rows, wordy=True, note=note)
 
 

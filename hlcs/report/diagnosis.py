@@ -202,14 +202,12 @@ def _add(diagnosis):
         parts += [f"Written into [model] of {add['file']}:", Lines((add["toml"],))]
     elif add["file"]:
         parts.append(f"To add it, write in {add['file']}, under [model]:")
-        model = diagnosis.apply(experiment).file.source.values["model"]
         comments = [f"# {name} is left out: {why}" for name, why in add["left_out"].items()]
-        parts.append(Lines((*comments, *(f"{key} = {toml_value(model[key])}" for key in OF_EFFECTS if key in model))))
+        parts.append(Lines((*comments, *_model_lines(diagnosis.apply(experiment)))))
     else:
         parts += ["To add it:", Lines((add["toml"],))]
     if diagnosis.verdict == "ambiguous":
-        others = [", ".join(map(toml_value, entries)) or "nothing" for entries in diagnosis.alternatives]
-        parts += [Lines((f"or instead: {other}",)) for other in others]
+        parts += _instead(diagnosis)
     parts += [f'Fill in first: {name} ("{FILL_IN}" stands for it): {why}.' for name, why in add["fill_in"].items()]
     if add["effect_file"]:
         where = f"beside {add['file']}" if diagnosis.mended else "which --plots DIR, or --apply NEW.toml, writes"
@@ -219,6 +217,26 @@ def _add(diagnosis):
     if add["file"] and not diagnosis.mended:
         parts.append('Or let it be written: --apply NEW.toml; in Python diagnosis.apply(experiment).save("NEW.toml").')
     return tuple(parts)
+
+
+def _model_lines(experiment):
+    """The lines of [model] that name the effects of an Experiment and which of them were added."""
+    model = experiment.file.source.values["model"]
+    return [f"{key} = {toml_value(model[key])}" for key in OF_EFFECTS if key in model]
+
+
+def _instead(diagnosis):
+    """What could be written in place of what was found, as it is written there, for each other set that does as well."""
+    parts, experiment = [], diagnosis.experiment
+    instead = "Or instead, in place of effects, added and replaced there:" if diagnosis.mended else "Or instead of these lines:"
+    for entries in diagnosis.alternatives:
+        if not entries:
+            parts.append("Or nothing need be added.")
+        elif diagnosis.add["file"]:
+            parts += [instead, Lines(tuple(_model_lines(experiment.with_effects(entries))))]
+        else:
+            parts += ["Or instead:", Lines((", ".join(map(toml_value, entries)),))]
+    return parts
 
 
 def _not_proved(diagnosis):

@@ -153,19 +153,26 @@ def test_what_is_not_proved_is_added_with_that_word(dragged, verdict):
 
 
 def test_the_others_of_an_ambiguous_set_are_written_out_too(tmp_path):
-    """A leaning camera and a leaning world look alike in flight: whichever is added, the error falls to the noise."""
+    """A leaning camera and a leaning world look alike in flight: whichever is added, the error falls to the noise.
+
+    The lines that are printed for each, typed under [model], make a file that is read: `added` names what stands in `effects`."""
     path = write_throws(tmp_path, tilt=(0.01, 0.004))
     found = hlcs.diagnose(path, candidates=["tilted_gravity", "tilted_frame"])
     (instead,) = found.alternatives
     assert {found.effects[0], instead[0]["name"]} == {"tilted_gravity", "tilted_frame"}
-    assert f'or instead: {{ name = "{instead[0]["name"]}", angle_x = ' in str(found)
+    text = path.read_text()
+    printed = [line.strip() for line in str(found).splitlines() if line.strip().startswith(("effects = ", "added = "))]
+    for entries, lines in ((found.entries, printed[:2]), (instead, printed[2:])):
+        (tmp_path / "typed.toml").write_text(text + "\n[model]\n" + "\n".join(lines) + "\n")
+        typed = hlcs.Experiment.read(tmp_path / "typed.toml")
+        assert typed.file.added == (entries[0]["name"],) and hlcs.compare(typed).adequate
     assert all(hlcs.compare(path, effects=entries).adequate for entries in (found.entries, instead))
 
 
 def test_where_no_effect_does_as_well_the_alternative_is_nothing(dragged):
     _, found = dragged
     alike = replace(found, verdict="ambiguous", sets=(*found.sets[:1], {**found.sets[0], "effects": []}))
-    assert "or instead: nothing\n" in str(alike)
+    assert "Or nothing need be added.\n" in str(alike)
 
 
 def test_where_nothing_was_found_nothing_is_added(tmp_path):
@@ -196,3 +203,11 @@ def test_every_table_is_a_frame(dragged):
 def test_what_was_found_is_applied_to_an_experiment_and_to_nothing_else(given):
     with pytest.raises(hlcs.InputError, match=r"apply: got .*; give an hlcs.Experiment, such as diagnosis.experiment"):
         EFFECT.apply(given)
+
+
+def test_a_comparison_that_finds_a_misfit_names_the_command_to_type_next(dragged):
+    """Where the model agrees, and where it was tried in Python alone, there is none to type."""
+    path, found = dragged
+    assert f"hlcs diagnose {path}" in " ".join(str(hlcs.compare(path)).split("How to go on")[1].split())
+    assert "How to go on" not in str(hlcs.compare(path, found.model))
+    assert "How to go on" not in str(hlcs.compare(path, effects=[{"name": "quadratic_drag", "drag_coefficient": 0.2}]))
