@@ -31,6 +31,7 @@ from hlcs.report.sentences import NEAR_NOISE, error_of, foretold_worse
 from hlcs.report.words import capital, joined, size, words
 
 TALL = (4.5, 5.0)  # of two panels, one above the other [inch]
+HEADROOM = 0.1  # of an axis, above what is largest in it
 WIDEST = 16  # letters of a name below an axis
 SEEN = 0.01  # of the height of a panel, from which a band in it can be seen
 ROUNDING = 1e-3  # of a column, up to which its changes are none
@@ -251,13 +252,18 @@ def recording_panels(diagnosis, ax=None):
             label = pictures.channels[int(channel)] if pictures.channels else None
             ax.plot(trials + 1, size_of, mark, color=colour, ms=5, alpha=0.8, label=label)
         ax.axhline(1.0, color=INK, ls=":", lw=LINE)
-        ax.set_ylim(bottom=0)
+        _from_zero(ax, max([1.0, *(max(line.get_ydata()) for line in ax.lines)]))
         what = parts_of(pictures)[0]
         told = f"{when + ': ' if diagnosis.effects else ''}how far the {what} are missed"
         plain(ax, capital(told), name_groups(ax, table, pictures) or what[:-1], "rms [sigma of the noise]")
     if len(np.unique(pictures.before["channel"])) > 1:
         legend(axes[0], ncols=3)
     return axes
+
+
+def _from_zero(ax, largest):
+    """The upright axis from zero on, with room above the largest value, whose mark would be cut at the edge."""
+    ax.set_ylim(0, (1 + HEADROOM) * largest if largest else 1.0)
 
 
 def spectrum_panel(diagnosis, ax=None):
@@ -291,6 +297,7 @@ def ranking_panel(diagnosis, ax=None, most=9):
         axes[0].plot([base, here], [place, place], "-", color=NOISE, lw=1.5, zorder=1)
         axes[0].plot([here], [place], "o", color=colour, ms=8, zorder=2, **({"mfc": "white"} if row["foreseen"] else {}))
     axes[0].set_yticks(places, ["\n+ ".join(row["effects"]) or "as it is" for row in shown], fontsize=9)
+    axes[0].set_ylim(0, heights.sum())  # half a line of a name beyond the first and the last mark
     axes[0].axvline(1.0, color=INK, ls=":", lw=LINE)
     if values and max(values) > 5 * min(values):
         axes[0].set_xscale("log")
@@ -328,7 +335,7 @@ def error_panel(diagnosis, ax=None):
         unpowered(ax.yaxis, [noise, largest])
         ax.set_ylim(bottom=0.5 * factor * noise)
     else:
-        ax.set_ylim(bottom=0)
+        _from_zero(ax, factor * max(largest, noise or 0.0))
     if ax.get_legend_handles_labels()[0]:
         legend(ax, **({"loc": "lower right"} if len(steps) == 1 else {}))  # below the one mark there is room
     measure = "rms error" if diagnosis.error.get("measure") != "mean relative error" else "mean relative error"

@@ -180,3 +180,23 @@ def test_colours_differ_in_grey():
     assert abs(luma(BEFORE) - luma(AFTER)) > 0.2
     first = sorted(luma(colour) for _, colour in CHANNEL[:3])
     assert min(np.diff(first)) > 0.1 and len({mark for mark, _ in CHANNEL}) == len(CHANNEL)
+
+
+def clearances(axes):
+    """Of every mark: from its centre to the nearer of the lower and the upper edge of the Axes, less its radius [points]."""
+    axes.figure.canvas.draw()
+    low, high = axes.bbox.extents[[1, 3]]
+    return [
+        (min(y - low, high - y) * 72 / axes.figure.dpi) - line.get_markersize() / 2
+        for line in axes.lines
+        if line.get_marker() not in ("None", "")
+        for y in axes.transData.transform(line.get_xydata())[:, 1]
+    ]
+
+
+def test_no_mark_is_cut_at_the_edge_of_its_panel():
+    """Three candidates in a ranking; groups whose errors lie near each other, far from zero."""
+    near = pictures(table(LEFT + 0.01), table(LEFT))
+    few = replace(EFFECT, candidates=EFFECT.candidates[:2])
+    panels = [*figures.ranking_panel(few), *figures.recording_panels(replace(EFFECT, pictures=near)), *figures.error_panel(COMPLETE)]
+    assert all(min(clearances(axes)) > 0 for axes in panels)
