@@ -27,6 +27,8 @@ def test_quadratic_drag_is_found_with_its_coefficient(tmp_path):
     held = diagnosis.error["held_out"]
     assert held["after"] < 1.1 * held["noise"] < held["before"]
     assert diagnosis.steps[0]["effects"] == [] and diagnosis.steps[-1]["effects"] == ["quadratic_drag"]
+    reduced = {"before": diagnosis.steps[0]["chi2_per_freedom"], "after": diagnosis.steps[-1]["chi2_per_freedom"]}
+    assert diagnosis.adequate["chi2_per_freedom"] == reduced  # one number of one name, in the table and in the details
 
 
 @pytest.mark.parametrize("tolerance, met", [(0.002, False), (0.05, True)])

@@ -220,7 +220,14 @@ def beside(prepared, better):
         return None
     base = problem.fit(prepared.base.model, prepared.base.initial_states)
     effects = [term.name for term in better.model.terms]
-    return replace(prepared, base=base, aside=prepared.aside if same else tuple(set_aside(problem.trials, flags, effects)))
+    if same:
+        return replace(prepared, base=base)
+    here, there = (sum(int(np.sum(flag)) for flag in one) for one in (flags, aside))
+    differs = (
+        f"beside {' + '.join(effects)} {here} samples stand alone, beside the model as it is {there}: `hlcs compare` of that model "
+        "leaves others out, and its error differs a little"
+    )
+    return replace(prepared, base=base, aside=(*set_aside(problem.trials, flags, effects), *[differs] * bool(effects)))
 
 
 def without(prepared, flags):
