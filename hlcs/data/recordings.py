@@ -172,33 +172,33 @@ def _check_static(file, static, trials):
 
 def _static(file):
     """The recording of a body at rest that an experiment file names."""
-    times, position, orientation, read, _ = read_recording(file.static, file.pixel, file.accelerometer)
+    times, position, orientation, read, _ = read_recording(file.static, file.pixel, file.accelerometer, at_rest=True)
     static = Trial(file.static.name, "static", times, position, orientation, {}, file.body, file.surroundings, accelerations=read)
-    if len(times) < LEAST_AT_REST:
-        raise InputError(f"{file.static}: {len(times)} samples at rest; at least {LEAST_AT_REST} are needed to know the noise")
     validation.check_at_rest(static, file.static)
     return static
 
 
-def read_recording(path, pixel=None, accelerometer=None):
+def read_recording(path, pixel=None, accelerometer=None, at_rest=False):
     """Times (n,), positions (n, 3), orientations (n, 4), NaN where blank or not recorded, Accelerations or None, and rows (n,).
 
     pixel: its length where positions may be in pixels [m]; None = they are in metres; accelerometer: "world" or "body", the axes
-    along which it reads; None = the file states none, and such columns are refused.
+    along which it reads; None = the file states none, and such columns are refused; at_rest: it is to tell the noise.
     """
     optional = COLUMNS[1:] + PIXELS + ACCELERATIONS
     table = in_metres(read_csv(path, CsvLayout(("t_s", *optional), ("t_s",), blank=optional)), pixel)
     count, name = len(table.rows), table.name
     if len(table.columns) == 1:
         raise InputError(f"{name}: only times; at least one of {', '.join(COLUMNS[1:] + ACCELERATIONS)} is needed")
-    for column in (column for column in table.columns if np.isnan(table.columns[column]).all()):
-        what = f"{name}, row {table.header_row}: column '{column}' is wholly blank: taken as not recorded; leave it out"
-        warnings.warn(what, InputWarning, stacklevel=2)
     quaternion = [column for column in COLUMNS[4:] if column in table.columns]
     if quaternion and len(quaternion) < 4:
         raise InputError(f"{name}: columns {', '.join(quaternion)} without the rest; a quaternion needs qw, qx, qy, qz")
+    if at_rest and count < LEAST_AT_REST:
+        raise InputError(f"{name}: {count} samples at rest; at least {LEAST_AT_REST} are needed to know the noise")
     if count < 2:
         raise InputError(f"{name}: {count} samples; a recording needs at least 2")
+    for column in (column for column in table.columns if np.isnan(table.columns[column]).all()):
+        what = f"{name}, row {table.header_row}: column '{column}' is wholly blank: taken as not recorded; leave it out"
+        warnings.warn(what, InputWarning, stacklevel=2)
     values = np.column_stack([table.columns.get(column, np.full(count, np.nan)) for column in COLUMNS])
     times, position, orientation = values[:, 0], values[:, 1:4], values[:, 4:]
     steps = np.diff(times)

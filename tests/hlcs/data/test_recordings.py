@@ -1,8 +1,10 @@
 """Recordings: what cannot be used is refused by file, row and column; lines may end in any way."""
 
+import warnings
+
 import numpy as np
 import pytest
-from experiments import experiment, measured, refused
+from experiments import TOML, experiment, measured, refused
 
 from hlcs.data.recordings import read_recording
 from minibullet.errors import InputError
@@ -92,3 +94,20 @@ def test_a_noise_of_nothing_that_was_recorded_is_refused(tmp_path):
     words = ("line 7: measurement.noise: is of orientation", "hold position alone", "write noise = { position = .. [m] }")
     refused(experiment(tmp_path, toml=toml % "orientation = 0.01"), *words)
     assert measured(experiment(tmp_path, toml=toml % "orientation = 0.01, position = 0.01")).trials[0].columns == ["z"]
+
+
+HEADER = "t_s,x_m,y_m,z_m,qw,qx,qy,qz\n"
+
+
+def test_a_file_of_names_alone_is_one_line(tmp_path):
+    """No column is told to be blank where there is no row: `warnings` turns every warning into an error."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        refused(experiment(tmp_path, csv=HEADER), "a.csv: 0 samples; a recording needs at least 2")
+
+
+@pytest.mark.parametrize("count", [0, 1, 5, 19])
+def test_a_body_at_rest_tells_at_once_how_many_samples_it_needs(tmp_path, count):
+    path = experiment(tmp_path, toml=TOML.replace("noise = { position = 0.01 }", 'static = "rest.csv"'))
+    (tmp_path / "rest.csv").write_text("t_s,z_m\n" + "".join(f"{k},1\n" for k in range(count)))
+    refused(path, f"rest.csv: {count} samples at rest; at least 20 are needed to know the noise")
