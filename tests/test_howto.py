@@ -28,8 +28,13 @@ def walk(page, capsys, until=None):
         elif kind == "toml":
             lines = experiment.read_text(encoding="utf-8").split("\n")
             for line in filter(None, text.split("\n")):
-                (place,) = [k for k, old in enumerate(lines) if old.startswith(line.split(" = ")[0] + " = ")]
-                lines[place] = line
+                if line.startswith("["):  # the lines below it stand under this heading in the file, which has it once
+                    begin = lines.index(line)
+                    assert lines.count(line) == 1
+                else:
+                    (place,) = [k for k, old in enumerate(lines) if old.startswith(line.split(" = ")[0] + " = ")]
+                    assert [old for old in lines[: place + 1] if old.startswith("[")][-1] == lines[begin]
+                    lines[place] = line
             experiment.write_text("\n".join(lines), encoding="utf-8")
         elif kind == "bash":
             if until and until in text:

@@ -1,6 +1,7 @@
 """From exported files to an experiment: read, told what was assumed, written with the places that a person must fill in."""
 
 import os
+import shlex
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
@@ -297,13 +298,26 @@ def _sections(founds, said, written, rest):
     }
 
 
+def _typed(name, value):
+    """An override as it is typed, once for each of its values: --column "Höhe [cm]=height_m"."""
+    values = [f"{key}={one}" for key, one in value.items()] if isinstance(value, dict) else value
+    values = [values] if isinstance(values, str | float | int) else values
+    return [f"{option(name)} {_quoted(str(one))}" for one in values]
+
+
+def _quoted(word):
+    """A word of a command, in the quotes that every shell takes where they do, else as the shells of Unix want it."""
+    plain = shlex.quote(word)
+    return plain if plain == word or set('"$`\\!') & set(word) else f'"{word}"'
+
+
 def _head(kind, source, paths, said, title):
     """The first lines of the experiment file."""
     names = ", ".join(Path(path).name for path in paths)
-    given = [f"{option(name)} {shown_value(getattr(said, name))}" for name in said.given()]
+    given = [words for name in said.given() for words in _typed(name, getattr(said, name))]
     return [
         f"# {shown(f'Imported by hlcs from {source}: {names}', 300)}",
-        *([f"# with {shown(', '.join(given), 300)}"] if given else []),
+        *([f"# with {shown(' '.join(given), 300)}"] if given else []),
         f'# Replace every "{FILL_IN}" by what you know, then: hlcs compare {EXPERIMENT}',
         "",
         entry("kind", kind),

@@ -105,6 +105,12 @@ def test_without_replicates_the_noise_is_to_be_filled_in(imported):
     assert [place.key for place in found.fill_in] == ["body.radius", "body.mass", "measurement.noise"]
 
 
+def test_what_the_user_said_stands_in_the_file_as_it_is_typed(imported):
+    """An option once for each of its values, in quotes where a shell needs them."""
+    found, _ = imported("h [cm],Zeit\n50,319\n100,452\n", "csv", column={"h [cm]": "height_m", "Zeit": "fall_time_s"}, time_unit="ms")
+    assert '# with --time-unit ms --column "h [cm]=height_m" --column Zeit=fall_time_s\n' in found.experiment.read_text("utf-8")
+
+
 def test_the_user_says_what_a_column_is(imported):
     """Time and height in each row may be samples of one fall, or falls: the name alone cannot tell."""
     text = "h [cm],time [s]\n50,0.319\n50,0.321\n100,0.452\n"
