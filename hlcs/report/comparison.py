@@ -118,7 +118,9 @@ def _errors(comparison):
     )
     head = (" ", comparison.error.get("measure") or "rms error", "times the noise", "bias", "what is left")
     note = f"Noise: {_noise(comparison.noise)}. Bias: model - measured, positive where the model reads more than was measured."
-    note += " Before: on the samples that are kept beside the model after." * bool(comparison.before and comparison.kind == "trajectory")
+    note += " Before: on the samples that are kept beside the model after." * bool(
+        comparison.before and comparison.kind == "trajectory"
+    )
     return Table(head, rows, wordy=True, note=note)
 
 

@@ -35,7 +35,8 @@ table{border-collapse:collapse;font-size:.92rem;font-variant-numeric:tabular-num
 th,td{padding:.28rem .9rem .28rem 0;border-bottom:1px solid var(--line);text-align:right;vertical-align:top;white-space:nowrap}
 th{color:var(--dim);font-weight:600;white-space:normal;min-width:7rem;vertical-align:bottom}
 .word{text-align:left} td.long{white-space:normal;min-width:18rem} tr.found td{background:var(--mark);font-weight:600}
-pre{overflow-x:auto;background:var(--card);border-radius:.4rem;padding:.7rem .9rem;font-size:.85rem;line-height:1.45}
+pre{white-space:pre-wrap;overflow-wrap:anywhere;background:var(--card);border-radius:.4rem;padding:.7rem .9rem;font-size:.85rem;
+line-height:1.45}
 .figures{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,24rem),1fr));gap:1rem;margin:1rem 0;
 align-items:start}
 figure{margin:0;background:var(--card);border-radius:.5rem;padding:.5rem}
@@ -43,8 +44,13 @@ figure img{display:block;width:100%;height:auto;background:#fff;border-radius:.3
 summary{cursor:pointer;font-weight:600;padding:.5rem 0} dt{font-weight:600;margin-top:.6rem} dd{margin:0}
 a{color:var(--accent)} nav{display:flex;flex-wrap:wrap;gap:.2rem .9rem;font-size:.9rem;color:var(--dim)}
 @media (max-width:40rem){table{font-size:.84rem} th,td{white-space:normal;min-width:0;padding-right:.55rem}
-td.word{overflow-wrap:anywhere;min-width:5.2rem} td.word:first-child{min-width:6.2rem}
-td.long{min-width:9rem} pre{white-space:pre-wrap;overflow-wrap:anywhere}}
+td.word{min-width:5.2rem} td.word:first-child{min-width:6.2rem}
+.wordy,.wordy tbody,.wordy tr{display:block} .wordy thead{display:none}
+.wordy tr{padding:.4rem 0;border-bottom:1px solid var(--line)}
+.wordy td{display:inline-block;border:0;padding:.1rem .9rem .1rem 0;text-align:left;min-width:0} .wordy td.long{display:block}
+.wordy td:first-child{display:block;font-weight:600} .wordy tr.found{background:var(--mark)}
+.wordy td[data-head]::before{content:attr(data-head) " ";color:var(--dim);
+font-weight:400}}
 @media print{details>*{display:block} figure{break-inside:avoid}}
 """
 SHOWN_WITH = {  # pictures beside the sections that they belong to
@@ -157,7 +163,10 @@ def _table(table):
     def cell(tag, place, text):
         long = table.wordy and place == last
         kind = ' class="word long"' if long else ' class="word"' if place < table.texts else ""
-        return f"<{tag}{kind}>{html.escape(_signs(text))}</{tag}>"
+        if tag == "td" and table.wordy and place:  # on a phone each cell says what it is: there the head is not shown
+            kind += f' data-head="{html.escape(table.head[place])}"'
+        words = html.escape(_signs(text)).replace("_", "_<wbr>")  # a name breaks behind an underscore, not within a word
+        return f"<{tag}{kind}>{words}</{tag}>"
 
     head = "".join(cell("th", place, text) for place, text in enumerate(table.head))
     rows = []
@@ -167,4 +176,5 @@ def _table(table):
     told = " ".join([*["Shaded: found."] * bool(table.marked), *[table.note] * bool(table.note)])
     note = f'<p class="note">{html.escape(_signs(told))}</p>' if told else ""
     body = "".join(rows)
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>{note}'
+    kind = ' class="wordy"' if table.wordy else ""
+    return f'<div class="scroll"><table{kind}><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>{note}'

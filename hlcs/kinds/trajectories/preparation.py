@@ -224,8 +224,8 @@ def beside(prepared, better):
         return replace(prepared, base=base)
     here, there = (sum(int(np.sum(flag)) for flag in one) for one in (flags, aside))
     differs = (
-        f"beside {' + '.join(effects)} {here} samples stand alone, beside the model as it is {there}: `hlcs compare` of that model "
-        "leaves others out, and its error differs a little"
+        f"beside {' + '.join(effects)} {here} samples stand alone, beside the model as it is {there}: `hlcs compare` of that "
+        "model leaves others out, and its error differs a little"
     )
     return replace(prepared, base=base, aside=(*set_aside(problem.trials, flags, effects), *[differs] * bool(effects)))
 

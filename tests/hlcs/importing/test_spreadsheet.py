@@ -107,7 +107,9 @@ def test_without_replicates_the_noise_is_to_be_filled_in(imported):
 
 def test_what_the_user_said_stands_in_the_file_as_it_is_typed(imported):
     """An option once for each of its values, in quotes where a shell needs them."""
-    found, _ = imported("h [cm],Zeit\n50,319\n100,452\n", "csv", column={"h [cm]": "height_m", "Zeit": "fall_time_s"}, time_unit="ms")
+    found, _ = imported(
+        "h [cm],Zeit\n50,319\n100,452\n", "csv", column={"h [cm]": "height_m", "Zeit": "fall_time_s"}, time_unit="ms"
+    )
     assert '# with --time-unit ms --column "h [cm]=height_m" --column Zeit=fall_time_s\n' in found.experiment.read_text("utf-8")
 
 

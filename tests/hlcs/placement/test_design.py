@@ -211,9 +211,9 @@ def test_a_height_that_needs_many_layers_is_refused_before_any_run(tmp_path):
 
 @pytest.mark.parametrize("height", [3.7, 20.0, 50.0, 500.0])
 def test_what_is_offered_for_a_height_of_many_layers_is_taken_when_typed(height):
-    """The sizes of the message, and its --layers, make tests that can be; no number of layers is offered that cannot be placed."""
+    """The sizes of the message, and its --layers, make tests that can be; no number of layers beyond 50, the most, is offered."""
     with pytest.raises(InputError) as refused:
-        Wanted(**FLAT | {"height": height, "nominal_diameters": (0.08 * height ** 0.5,)}).cases()
+        Wanted(**FLAT | {"height": height, "nominal_diameters": (0.08 * height**0.5,)}).cases()
     told = str(refused.value)
     sizes, layers = re.findall(r"([\d.]+) m or more", told), re.search(r"--layers (\d+)", told)[1]
     Wanted(**FLAT | {"height": height, "nominal_diameters": (float(sizes[0]),)}).cases()
@@ -223,9 +223,7 @@ def test_what_is_offered_for_a_height_of_many_layers_is_taken_when_typed(height)
 
 
 def test_a_refused_command_does_not_say_that_it_goes_on(hlcs, tmp_path):
-    status, _, errors = hlcs(
-        "design", "--height", "50", "--nominal-diameter", "1", "--layers", "58", "--store", "runs.sqlite"
-    )
+    status, _, errors = hlcs("design", "--height", "50", "--nominal-diameter", "1", "--layers", "58", "--store", "runs.sqlite")
     assert status == 2 and "layers = 58; it must be a whole number from 1 to 50" in errors and "goes on" not in errors
 
 

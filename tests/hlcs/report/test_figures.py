@@ -198,5 +198,9 @@ def test_no_mark_is_cut_at_the_edge_of_its_panel():
     """Three candidates in a ranking; groups whose errors lie near each other, far from zero."""
     near = pictures(table(LEFT + 0.01), table(LEFT))
     few = replace(EFFECT, candidates=EFFECT.candidates[:2])
-    panels = [*figures.ranking_panel(few), *figures.recording_panels(replace(EFFECT, pictures=near)), *figures.error_panel(COMPLETE)]
+    panels = [
+        *figures.ranking_panel(few),
+        *figures.recording_panels(replace(EFFECT, pictures=near)),
+        *figures.error_panel(COMPLETE),
+    ]
     assert all(min(clearances(axes)) > 0 for axes in panels)

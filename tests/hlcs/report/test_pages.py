@@ -11,7 +11,7 @@ from planted import ALL, COMPLETE, EFFECT, pictures, table
 from hlcs.report import glossary
 from hlcs.report import page as page_style
 
-VOID = {"meta", "img", "br", "link"}
+VOID = {"meta", "img", "br", "wbr", "link"}
 
 
 class Page(HTMLParser):
@@ -104,3 +104,21 @@ def test_every_picture_is_a_file_of_its_own_and_stands_in_the_page(tmp_path):
 def test_the_glossary_of_the_documentation_is_the_one_of_the_pages():
     docs = Path(__file__).resolve().parents[3] / "docs"
     assert (docs / "glossary.md").read_text(encoding="utf-8") == glossary.as_markdown()
+
+
+def test_a_name_breaks_behind_an_underscore_and_lines_to_copy_wrap_unbroken(tmp_path):
+    """<wbr> stands in tables, whose columns are narrow; not in what is copied, where a mark would be a mistake in a file."""
+    text = page(EFFECT, tmp_path / "out")
+    assert "quadratic_<wbr>drag</td>" in text
+    copied = [part.split("</pre>")[0] for part in text.split("<pre>")[1:]]
+    assert copied and not any("<wbr>" in part for part in copied) and "quadratic_drag" in "".join(copied)
+    assert "pre{white-space:pre-wrap;overflow-wrap:anywhere" in page_style.STYLE
+
+
+def test_a_table_that_ends_in_sentences_is_a_list_on_a_phone_whose_cells_say_what_they_are(tmp_path):
+    """Five columns beside each other are wider than a phone, and the bar to scroll them is far below."""
+    parsed = Page(page(EFFECT, tmp_path / "out"))
+    heads = [cell["data-head"] for cell in parsed.attributes("td") if "data-head" in cell]
+    assert heads[:4] == ["evidence", "fitted", "held out", "why"]
+    phone = page_style.STYLE.split("@media (max-width:40rem)")[1]
+    assert ".wordy thead{display:none}" in phone and "content:attr(data-head)" in phone

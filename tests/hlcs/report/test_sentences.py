@@ -368,8 +368,7 @@ def test_a_search_that_was_stopped_says_so_before_anything_else():
 
 
 @pytest.mark.parametrize(
-    ("after", "told"),
-    [(0.0132, "stays near 13.2 mm"), (0.02, "does not fall (13.2 mm before, 20 mm after)")],
+    ("after", "told"), [(0.0132, "stays near 13.2 mm"), (0.02, "does not fall (13.2 mm before, 20 mm after)")]
 )
 def test_an_error_that_does_not_fall_is_not_said_to_fall(after, told):
     """An effect may explain rotations alone, or nothing beside the others: the error of the positions stays as it is."""
