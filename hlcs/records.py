@@ -59,8 +59,7 @@ class Comparison(Judgement):
 
     def to_json(self):
         """The comparison as a dictionary of plain numbers and texts."""
-        judged = ("kind", "title", "adequate", "p", "statistic", "error", "where")
-        names = (*judged, "noise", "noise_shown", "starts_shown", "notes", "added")
+        names = "kind title adequate p statistic error where noise noise_shown starts_shown notes added".split()
         impacts = [asdict(impact) for impact in self.impacts]
         before = self.before and {name: getattr(self.before, name) for name in ("adequate", "p", "statistic", "error")}
         return plain({"format": 1, **{name: getattr(self, name) for name in names}, "impacts": impacts, "before": before})

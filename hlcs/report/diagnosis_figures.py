@@ -297,7 +297,7 @@ def ranking_panel(diagnosis, ax=None, most=9):
         axes[0].plot([base, here], [place, place], "-", color=NOISE, lw=1.5, zorder=1)
         axes[0].plot([here], [place], "o", color=colour, ms=8, zorder=2, **({"mfc": "white"} if row["foreseen"] else {}))
     axes[0].set_yticks(places, ["\n+ ".join(row["effects"]) or "as it is" for row in shown], fontsize=9)
-    axes[0].set_ylim(0, heights.sum())  # half a line of a name beyond the first and the last mark
+    axes[0].set_ylim(0, max(heights.sum(), 1.0))  # half a line of a name beyond the first and the last mark
     axes[0].axvline(1.0, color=INK, ls=":", lw=LINE)
     if values and max(values) > 5 * min(values):
         axes[0].set_xscale("log")
