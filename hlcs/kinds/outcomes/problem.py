@@ -259,30 +259,30 @@ def fastest_rows(file, table):
 
 def table_candidates(file, table, names, own):
     """(candidates, {name: why not}) for an outcome table."""
-    known = known_body(file.body) or ("mass_kg" in table.inputs and "radius_m" in table.inputs)
-
-    fluid, sphere = file.surroundings.fluid_density, file.body.shape == "sphere"
-    met = {Need.FLUID: fluid, Need.MASS_AND_SIZE: known, Need.SPHERE: sphere}
-    extent = float(max((np.max(table.inputs[name]) for name in LENGTHS if name in table.inputs), default=1.0))
+    inputs, speeds = table.inputs, fastest_rows(file, table)
+    sizes, densities = (inputs.get(name, 1.0) for name in ("radius_m", "fluid_density_kg_m3"))
+    row = int(np.argmax(speeds * sizes * densities))  # that of the largest Reynolds number speaks for all
+    largest, speed = outcome_motion.row_setup(file, inputs, row), float(speeds[row])
+    body, surroundings = largest.body, largest.surroundings  # what a column states counts as what a key does
+    met = {
+        Need.FLUID: surroundings.fluid_density,
+        Need.MASS_AND_SIZE: known_body(body),
+        Need.SPHERE: body.shape == "sphere",
+    }
+    extent = float(max((np.max(inputs[name]) for name in LENGTHS if name in inputs), default=1.0))
 
     def obstacle(kind):
         if kind not in own and kind not in FITTING[table.outcome]:
             return f"does not act on {table.outcome}"
         if missing := next((need for need in kind.needs if not met.get(need, True)), None):
             return NEEDS[missing][0]
-        if kind is effects.LoadDependentFriction and "mass_kg" not in table.inputs:
+        if kind is effects.LoadDependentFriction and "mass_kg" not in inputs:
             return "the load does not vary"
         return None
 
     why = {kind: stated(kind, file) or obstacle(kind) for kind in wanted(names, own)}
-    speeds = fastest_rows(file, table)
-    speed = float(np.max(speeds))
-    body = file.body
-    if known:
-        row = int(np.argmax(speeds * table.inputs.get("radius_m", 1.0)))  # that of the largest Reynolds number speaks for all
-        largest, speed = outcome_motion.row_setup(file, table.inputs, row), float(speeds[row])
-        body, why = largest.body, with_drag_that_fits(why, largest.body, largest.surroundings, speed)
-    return eligible(why, file.effects, body, file.surroundings, known or known_to_drag(file.body), own, extent, speed)
+    why = with_drag_that_fits(why, body, surroundings, speed)
+    return eligible(why, file.effects, body, surroundings, known_to_drag(body), own, extent, speed)
 
 
 def prepare_table(file, table, own=()):
