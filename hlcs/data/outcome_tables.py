@@ -32,6 +32,12 @@ class OutcomeTable:
     notes: tuple[str, ...]
     input_sd: dict = field(default_factory=dict)  # name -> (n,) one sigma of an error common to the rows of one setting
 
+    @property
+    def main(self):
+        """Name of the main input: the first that differs from row to row, else the first; None where there is none."""
+        varied = (name for name, values in self.inputs.items() if np.ptp(values) > 0)
+        return next(varied, next(iter(self.inputs), None))
+
 
 def read_outcomes(file):
     """The OutcomeTable of an ExperimentFile; raises InputError with file, row, column."""

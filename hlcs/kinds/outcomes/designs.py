@@ -32,7 +32,7 @@ def rows_of(file, table, other_bodies):
     usual = {name: values for name, values in table.inputs.items()}
     for name in ways:
         usual.setdefault(name, np.full(len(table.values), stated(file, name)))
-    main = next(iter(table.inputs), None)
+    main = table.main
     order = np.argsort(usual[main], kind="stable") if main else np.arange(len(table.values))
     places = dict.fromkeys(int(order[k]) for k in (0, len(order) // 2, -1))
     found = {}

@@ -120,4 +120,4 @@ class Outcomes(Tabulated):
     def pictures(problem, before, after):
         """What the figure of a Diagnosis draws."""
         names = tuple(group.name for group in problem.trials)
-        return Pictures(before, after, names, "input", next(iter(problem.table.inputs), "row"))
+        return Pictures(before, after, names, "input", problem.table.main or "row")

@@ -225,7 +225,7 @@ def row_groups(file, table, whole=False):
     """
     names = np.unique(table.groups)
     if not 2 <= len(names) < len(table.values) or whole and parted(table):
-        main = next(iter(table.inputs.values())) if table.inputs else np.arange(len(table.values))
+        main = table.inputs.get(table.main, np.arange(len(table.values)))
         order = np.argsort(main, kind="stable")
         labels = np.empty(len(main), int)
         settings = list(dict.fromkeys(table.setting[order].tolist()))
@@ -264,11 +264,7 @@ def table_candidates(file, table, names, own):
     row = int(np.argmax(speeds * sizes * densities))  # that of the largest Reynolds number speaks for all
     largest, speed = outcome_motion.row_setup(file, inputs, row), float(speeds[row])
     body, surroundings = largest.body, largest.surroundings  # what a column states counts as what a key does
-    met = {
-        Need.FLUID: surroundings.fluid_density,
-        Need.MASS_AND_SIZE: known_body(body),
-        Need.SPHERE: body.shape == "sphere",
-    }
+    met = {Need.FLUID: surroundings.fluid_density, Need.MASS_AND_SIZE: known_body(body), Need.SPHERE: body.shape == "sphere"}
     extent = float(max((np.max(inputs[name]) for name in LENGTHS if name in inputs), default=1.0))
 
     def obstacle(kind):
@@ -320,7 +316,7 @@ def posed(problem, model):
 def judge_table(problem, fit):
     """Adequacy of a fit (lack of fit by setting, slow misfit along the main input) and the table of observations."""
     table, rows = problem.table, np.concatenate([group.rows for group in problem.trials])
-    main = next(iter(table.inputs.values())) if table.inputs else np.zeros(len(table.values))
+    main = table.inputs.get(table.main, np.zeros(len(table.values)))
     order = np.argsort(np.argsort(main[rows], kind="stable"), kind="stable")
     settings = len(np.unique(table.setting))
     partitions = {"lack of fit by setting": table.setting[rows]}
@@ -345,7 +341,7 @@ def judge_table(problem, fit):
 
 def where_in_table(problem, table):
     """Rows {trial, channel, phase, rms, sigma, ...} by value of the main input, the worst first."""
-    name = next(iter(problem.table.inputs), "row")
+    name = problem.table.main or "row"
     where = []
     for value in np.unique(table["input"]):
         inside = table["input"] == value

@@ -6,7 +6,7 @@ import pytest
 import hlcs
 from hlcs.data.experiment_file import read_experiment_file
 from hlcs.data.outcome_tables import read_outcomes
-from hlcs.kinds.outcomes.problem import table_candidates
+from hlcs.kinds.outcomes.problem import row_groups, table_candidates
 
 G, AIR, C, RADIUS = 9.81, 1.2, 0.47, 0.02
 LIGHT, HEAVY = 0.0027, 0.0081
@@ -71,3 +71,14 @@ def test_two_masses_of_one_ball_tell_one_drag_coefficient(tmp_path):
     drag = found.parameters["quadratic_drag"]["drag_coefficient"]
     assert (found.verdict, found.effects) == ("effect", ("quadratic_drag",))
     assert drag["value"] == pytest.approx(C, abs=drag["high"] - drag["low"]) and drag["high"] - drag["low"] < 0.05
+
+
+def test_an_input_that_is_one_in_all_rows_is_not_the_main_one(tmp_path):
+    """A mass of all rows before the heights: blocks that are held out, and where the model misses, go by the heights."""
+    columns = {"mass_kg": np.full(len(HEIGHTS), LIGHT)} | falls(())
+    path = experiment(tmp_path, f"{SPHERE}radius = {RADIUS}\n", columns)
+    file = read_experiment_file(path)
+    table = read_outcomes(file)
+    assert table.main == "height_m"
+    assert all(np.ptp(table.inputs["height_m"][block.rows]) == 0 for block in row_groups(file, table))
+    assert {row["trial"] for row in hlcs.compare(path).where} == {f"height_m = {height:g}" for height in HEIGHTS}
