@@ -15,7 +15,7 @@ from hlcs.data.rigid_body import RigidBody
 from hlcs.effects.contract import BySession, in_sessions
 from minibullet.effects import DragModifier
 from minibullet.effects.contract import name_of, parameters
-from minibullet.effects.fluid import AIR_DENSITY, AIR_VISCOSITY, Drag
+from minibullet.effects.fluid import AIR_VISCOSITY, Drag
 
 KNOWN = (
     0.05  # relative error of a fluid density that a file states: temperature, salt, pressure; where none is stated any gas may be
@@ -27,7 +27,6 @@ IN_NO_FLUID = 2.0  # times the end of its law's range: beyond it no fluid that a
 DENSITY = "fluid_density"  # the number that a file states under the same name
 VISCOSITY = "viscosity"  # the number that a file states as fluid_viscosity
 OF_VISCOSITY = 0.2  # relative error of a stated viscosity: that of glycerine falls by 8 % for each degree
-VACUUM = 1e-3  # part of its plausible range that a number of a fluid may have where the file states a vacuum
 
 
 def ends_of_law(low, null, ends, period=None):
@@ -238,7 +237,7 @@ def build(kind, values, surroundings: Surroundings):
         return BySession(tuple((session, build(kind, numbers, surroundings)) for session, numbers in sessions.items()))
     normal, height = tuple(surroundings.floor_normal), surroundings.floor_height or 0.0
     known = {
-        "fluid_density": surroundings.fluid_density or AIR_DENSITY,
+        "fluid_density": surroundings.fluid_density,
         "fluid_viscosity": surroundings.fluid_viscosity or AIR_VISCOSITY,
         "acceleration": surroundings.gravity,
         "wall_height": height,
@@ -290,10 +289,10 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
     extent: range of heights [m]; speed: the fastest that the body was, 0 = not known [m/s]; entry: of [model] effects, where the
     model has the effect already: its numbers may be others than stated there.
 
-    What the file states is believed: the density of its fluid, and that nothing of a fluid acts in a vacuum.
+    What the file states of the density of its fluid is believed.
     """
-    free, vacuum = [], kind.group == "fluid" and surroundings.fluid_density == 0.0
-    drag = 0.5 * surroundings.fluid_density * body.area / body.mass if body_known and not vacuum else 0.2
+    free, fluid = [], surroundings.fluid_stated and surroundings.fluid_density > 0
+    drag = 0.5 * surroundings.fluid_density * body.area / body.mass if body_known and surroundings.fluid_density else 0.2
     fast = speed_of_drag(surroundings, body, speed) if body_known else FAST
     scales = {"": 1.0, "radius": body.radius, "drag at speed": drag * fast, "extent": extent, "per extent": 1 / extent}
     for name, known in parameters(kind).items():
@@ -307,17 +306,15 @@ def candidate(kind, surroundings: Surroundings, body: RigidBody, body_known, own
         scale = scales[known.bounds_in]
         low, high = (bound * scale if bound is not None else sign * 1e6 for bound, sign in ((known.low, -1), (known.high, 1)))
         unit, start = "1" if known.unit == "-" else known.unit, null if null is not None else known.default
-        stated, error = (null, VACUUM * high) if vacuum else (getattr(surroundings, name, None), 0.0)
-        if stated and not vacuum:
-            error = (KNOWN if surroundings.fluid_stated else 1.0) * stated
-        if name == VISCOSITY and surroundings.fluid_viscosity and not vacuum:
+        stated = getattr(surroundings, name, None) or None  # no number of a fluid is expected of a vacuum
+        error = (KNOWN if fluid else 1.0) * stated if stated else 0.0
+        if name == VISCOSITY and surroundings.fluid_viscosity:
             stated, error = surroundings.fluid_viscosity, OF_VISCOSITY * surroundings.fluid_viscosity
         if stated is not None:
             high = max(high, BEYOND * stated)
         highest = high
-        if name == DENSITY and surroundings.fluid_stated and not vacuum:
+        if name == DENSITY and fluid:
             low, high = ((1 + sign * FAR * KNOWN) * stated for sign in (-1, 1))  # a lighter fluid contradicts the file as well
-        fluid = surroundings.fluid_stated and not vacuum
         if known.in_fluid and fluid:
             stated, error = known.in_fluid
         ends, certain = (known.least, known.most), fluid and stated is not None

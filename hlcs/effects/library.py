@@ -54,7 +54,7 @@ def build_entry(entry, surroundings, own=()):
         if not least <= values[key] <= most:
             wall = f"at least {least:g}" if values[key] < least else f"at most {most:g}"
             raise InputError(f"{entry['name']}: {key} = {values[key]:g} must be {wall}")
-    if "fluid_density" in known and "fluid_density" not in values and surroundings.fluid_density > 0:
+    if "fluid_density" in known and "fluid_density" not in values:
         values["fluid_density"] = surroundings.fluid_density  # what the file states once holds for all its effects
     return build(kind, values, surroundings)
 

@@ -77,7 +77,7 @@ def candidates_for(measurement, contact, names=None, own=()):
     trials, shown = measurement.trials, Shown(measurement.trials, contact)
     # a drag must hold in every recording: the one of the largest Reynolds number speaks for all
     seen = [(trial.body, trial.surroundings, fastest(trial)) for trial in trials]
-    body, surroundings, speed = max(seen, key=lambda each: reynolds_numbers(*each)[1])
+    body, surroundings, speed = max(seen, key=lambda each: (reynolds_numbers(*each)[1], each[1].fluid_density))
     why = {kind: stated(kind, measurement.file) or obstacle(kind, shown) for kind in wanted(names, own)}
     why = with_drag_that_fits(why, body, surroundings, speed)
     heights = np.concatenate([trial.position[:, 2] for trial in trials])

@@ -155,7 +155,7 @@ class Need(Enum):
 
     MASS_AND_SIZE = auto()  # of the body
     SPHERE = auto()  # the law is that of no other shape
-    FLUID = auto()  # around the body, where no number of the law says whether there is one
+    FLUID = auto()  # around the body: nothing of it acts in a vacuum
     FLOOR = auto()  # a plane that something happens at
     CONTACT = auto()  # bodies that touch
     SPIN = auto()  # the law depends on it

@@ -82,7 +82,7 @@ class OrientationDrag(DragModifier):
     symbols = {"c": "direction of the drag in body axes", "b": "number that follows from the ratio"}
     looks_like = "A drag that rises and falls as the body tumbles, and a push to the side while it falls on an edge."
     confused_with = ("magnus", "quadratic_drag")
-    needs = (Need.SPIN,)
+    needs = (Need.FLUID, Need.SPIN)
 
     def forces(self, bodies, time):
         drag = self.through_wrench(bodies, time)[:, :3]
@@ -120,7 +120,7 @@ class WallDrag(DragModifier):
     confused_with = ("ground_cushion",)
     isotropic = False
     dissipative = True
-    needs = (Need.FLOOR,)
+    needs = (Need.FLUID, Need.FLOOR)
 
     def forces(self, bodies, time):
         normal = unit_vector(self.wall_normal)

@@ -65,6 +65,7 @@ class FluidForce(Effect):
     """A force that depends on the velocity relative to the fluid, so UniformFlow acts through it."""
 
     group = "fluid"
+    needs = (Need.FLUID,)
 
 
 class Drag(FluidForce):
@@ -80,7 +81,6 @@ class ViscousDrag(Drag):
     """A drag with a part in proportion to the relative velocity, F = -resistance w, for which a free flight has a closed form."""
 
     form_of = "drag_form"
-    needs = (Need.FLUID,)
     reynolds_of_spheres = (0.0, 1.0)
 
     def resistance(self, bodies):
@@ -293,7 +293,7 @@ class DragCrisis(Drag):
     )
     form_of = "drag_form"
     contains = (QuadraticDrag,)
-    needs = (Need.MASS_AND_SIZE,)
+    needs = (Need.FLUID, Need.MASS_AND_SIZE)
     reynolds_of_spheres = (1e3, np.inf)
     reynolds = (2.5e4, np.inf)  # half the lowest critical value, where the coefficient begins to fall
 

@@ -41,7 +41,7 @@ class Buoyancy(ConstantForce):
     isotropic = False
     group = "fluid"
     alike = "effective_gravity"
-    needs = (Need.MASS_AND_SIZE,)
+    needs = (Need.FLUID, Need.MASS_AND_SIZE)
 
     def forces(self, bodies, time):
         return force_only(-self.fluid_density * bodies.volume[:, None] * (self.acceleration * unit_vector(self.direction)))
@@ -74,7 +74,7 @@ class AddedMass(Effect):
     looks_like = "Every acceleration is smaller in the same proportion: a slow start in water, and a slow answer to every force."
     confused_with = ("buoyancy", "history_force")
     group = "fluid"
-    needs = (Need.MASS_AND_SIZE,)
+    needs = (Need.FLUID, Need.MASS_AND_SIZE)
 
     def added_mass(self, bodies):
         matrices = np.zeros((len(bodies.mass), 6, 6))
@@ -110,7 +110,7 @@ class Magnus(FluidForce):
         "the other side."
     )
     confused_with = ("uniform_flow",)
-    needs = (Need.MASS_AND_SIZE, Need.SPIN)
+    needs = (Need.FLUID, Need.MASS_AND_SIZE, Need.SPIN)
 
     def forces(self, bodies, time):
         strength = self.coefficient * pi * self.fluid_density * bodies.radius**3
@@ -131,7 +131,7 @@ class SpinDecay(Effect):
     confused_with = ("inertia_error",)
     dissipative = True
     group = "fluid"
-    needs = (Need.ROTATION,)
+    needs = (Need.FLUID, Need.ROTATION)
 
     def forces(self, bodies, time):
         turn = matrix(bodies.orientation)
@@ -174,7 +174,7 @@ class HistoryForce(FluidForce):
     )
     confused_with = ("added_mass",)
     dissipative = True
-    needs = (Need.MASS_AND_SIZE, Need.RELEASE)
+    needs = (Need.FLUID, Need.MASS_AND_SIZE, Need.RELEASE)
 
     def forces(self, bodies, time):
         elapsed = time - self.start
@@ -214,7 +214,7 @@ class GroundCushion(FluidForce):
     confused_with = ("wall_drag", "restitution")
     isotropic = False
     dissipative = True
-    needs = (Need.MASS_AND_SIZE, Need.FLOOR)
+    needs = (Need.FLUID, Need.MASS_AND_SIZE, Need.FLOOR)
 
     def forces(self, bodies, time):
         normal = unit_vector(self.ground_normal)

@@ -92,9 +92,10 @@ def test_entries_that_mean_nothing_are_refused(entry, message):
 
 @pytest.mark.parametrize("name", sorted(name for name, kind in classes().items() if "fluid_density" in parameters(kind)))
 def test_a_fluid_that_is_left_out_is_air_for_every_effect(name):
-    """Whatever density the class has by itself; a stated fluid is that fluid, and what an entry says wins."""
+    """Whatever density the class has by itself; a stated fluid is that fluid, a vacuum too, and what an entry says wins."""
     assert build_entry({"name": name}, AIR).fluid_density == AIR.fluid_density == 1.2
     assert build_entry({"name": name}, Surroundings(fluid_density=998.0)).fluid_density == 998.0
+    assert build_entry({"name": name}, Surroundings(fluid_density=0.0)).fluid_density == 0.0
     assert build_entry({"name": name, "fluid_density": 5.0}, AIR).fluid_density == 5.0
 
 

@@ -17,6 +17,7 @@ from minibullet.effects.contract import Need
 BALL = Body(shape="sphere", mass=1.0, radius=0.1)
 BOX = Body(shape="box", mass=1.0, size=(0.1, 0.2, 0.3))
 TIMES = np.linspace(0.0, 1.0, 12)
+OF_FLUID = {name for name, kind in classes().items() if kind.group == "fluid"}
 
 
 def recordings(columns="xyz", body=BALL, floor=0.0, start=("velocity", "angular_velocity"), effects=(), alike=False, fluid=1.2):
@@ -56,7 +57,8 @@ def test_where_everything_is_known_everything_takes_part():
     [
         ({"body": Body(shape="sphere", radius=0.1)}, {"buoyancy", "drag_crisis", "mass_offset"}, "the mass or the size"),
         ({"body": BOX}, {"sphere_drag"}, "the body is no sphere"),
-        ({"fluid": 0.0}, {"linear_drag", "stokes_drag", "sphere_drag"}, "the file states a vacuum (fluid_density = 0.0)"),
+        ({"fluid": 0.0, "columns": "x y z rx ry rz"}, OF_FLUID, "the file states a vacuum (fluid_density = 0.0)"),
+        ({"fluid": 0.0, "body": Body()}, OF_FLUID, "the file states a vacuum (fluid_density = 0.0)"),
         ({"floor": None}, {"wall_drag", "ground_cushion", "tracker_smoothing"}, "there is no floor, or not under all recordings"),
         ({"start": ("velocity",)}, {"magnus", "orientation_drag"}, "the spin is neither measured nor stated"),
         ({"start": ()}, {"clock_offset", "history_force"}, "the moment of release is not known"),
@@ -109,6 +111,29 @@ def test_what_acts_through_a_drag_needs_one():
     alone, both = Model((Term(wall, ()),)), Model((Term(drag, ()), Term(wall, ())))
     assert lacks_drag(wall, alone) and not lacks_drag(wall, both)
     assert not lacks_drag(lift, alone) and has_drag(Model(fixed=({"name": "drag_crisis"},)))
+
+
+def test_what_a_fluid_does_needs_one():
+    """Every class of that group says so, the drags with a number that no density enters (a rate, per metre) as well."""
+    assert {"quadratic_drag", "linear_drag", "uniform_flow", "magnus", "buoyancy"} <= OF_FLUID
+    assert all(Need.FLUID in classes()[name].needs for name in OF_FLUID)
+    assert not OF_FLUID & set(missing(fluid=1.2, columns="x y z rx ry rz")) - {"stokes_drag", "sphere_drag"}
+
+
+def test_recordings_of_which_one_is_in_a_fluid_are_in_no_vacuum():
+    """The fluid is that of the one, whatever their order and speeds."""
+    shown = recordings(columns="z")
+    vacuum, air = (
+        SimpleNamespace(
+            **vars(shown.trials[0])
+            | {"surroundings": Surroundings(fluid_density=density), "position": 0 * TIMES[:, None] + np.ones(3)}
+        )
+        for density in (0.0, 1.2)
+    )
+    for order in ((vacuum, air), (air, vacuum)):
+        shown.trials = order
+        (lift,) = (entry.free[0] for entry in candidates_for(shown, False)[0] if entry.name == "buoyancy")
+        assert lift.expected == lift.spread == 1.2
 
 
 def test_in_a_vacuum_nothing_creeps():

@@ -125,12 +125,16 @@ def test_candidates_that_do_not_act_on_an_outcome_are_left_out_with_the_reason(t
     assert absent == {"buoyancy": "the mass or the size of the body is not stated"}
 
 
-def test_in_a_stated_vacuum_no_fluid_is_viscous(tmp_path):
-    """Their one number says nothing of a fluid. Drags with a density stay: they are believed at most to a thousandth."""
-    read = table(tmp_path, falls(), body=f"{BALL}[surroundings]\nfluid_density = 0.0\n")
-    chosen, absent = table_candidates(*read, ["linear_drag", "stokes_drag", "quadratic_drag"], ())
-    assert [candidate.name for candidate in chosen] == ["quadratic_drag"]
-    assert set(absent) == {"linear_drag", "stokes_drag"} and all("vacuum" in why for why in absent.values())
+@pytest.mark.parametrize("body", [BALL, '[body]\nshape = "sphere"\n'])
+def test_in_a_stated_vacuum_nothing_of_a_fluid_acts(tmp_path, body):
+    """No drag per metre of a body that nobody describes either. Rows that state a fluid of their own are in no vacuum."""
+    drags = ["linear_drag", "stokes_drag", "quadratic_drag", "drag_crisis", "buoyancy", "added_mass"]
+    vacuum = f"{body}[surroundings]\nfluid_density = 0.0\n"
+    chosen, absent = table_candidates(*table(tmp_path, falls(), body=vacuum), [*drags, "clock_offset"], ())
+    assert [candidate.name for candidate in chosen] == ["clock_offset"]
+    assert absent == dict.fromkeys(drags, "the file states a vacuum (fluid_density = 0.0)")
+    columns = {**falls(), "fluid_density_kg_m3": np.tile([0.0, 1.2, 0.0], 6)}
+    assert table_candidates(*table(tmp_path, columns, body=vacuum), ["quadratic_drag"], ())[0]
 
 
 def test_the_setting_that_is_missed_most_is_where_to_look_again(tmp_path):
