@@ -76,7 +76,7 @@ def predict(experiment, inputs, model=None, effects=(), effects_file=None, allow
         )
     check_names(file, own)
     table = inputs_like(read_outcomes(file), inputs)
-    check_table(file, table)
+    check_table(file, table, own)
     setups = [outcome_motion.row_setup(file, table.inputs, row) for row in range(len(table.values))]
     with np.errstate(all="ignore"):
         found = outcome_motion.outcomes(Model(fixed=file.effects, own=tuple(own)), setups, table.inputs, table.outcome)

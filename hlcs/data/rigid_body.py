@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.data.experiment_file import Body
+from hlcs.data.bodies import SHAPES, Body
 from hlcs.placement.units import Cubipod
 from minibullet import rotations
 from minibullet.shapes.mesh_files import mesh_file
@@ -41,9 +41,14 @@ def _tensor(moments, turn):
     return tensor
 
 
+def unstated(body):
+    """The keys of size and mass of a body that nobody stated, a tuple."""
+    return tuple(key for key in (*SHAPES[body.shape], "mass") if getattr(body, key) is None)
+
+
 def known_body(body):
     """Are mass and size of a body stated?"""
-    return body.mass is not None and body.sized
+    return not unstated(body)
 
 
 def known_to_drag(body):

@@ -62,7 +62,7 @@ class SizeError(Change):
     confused_with = ("mass_offset",)
     group = "body"
     alike = "rest_height"
-    needs = (Need.MASS_AND_SIZE,)
+    needs = (Need.SIZE,)
 
     def setup(self, setup):
         body, factor = setup.body, 1 + self.relative

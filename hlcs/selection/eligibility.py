@@ -39,6 +39,7 @@ NEEDS = {
         "the mass or the size of the body is not stated",
         lambda shown: all(known_body(trial.body) for trial in shown.trials),
     ),
+    Need.SIZE: ("the size of the body is not stated", lambda shown: all(trial.body.sized for trial in shown.trials)),
     Need.SPHERE: ("the body is no sphere", lambda shown: all(trial.body.shape == "sphere" for trial in shown.trials)),
     Need.FLUID: (
         "the file states a vacuum (fluid_density = 0.0)",

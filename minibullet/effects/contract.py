@@ -154,6 +154,7 @@ class Need(Enum):
     """What must be there or be known of a body, its surroundings and its motion, or a law cannot act or cannot be seen to act."""
 
     MASS_AND_SIZE = auto()  # of the body
+    SIZE = auto()  # of the body, whatever its mass
     SPHERE = auto()  # the law is that of no other shape
     FLUID = auto()  # around the body: nothing of it acts in a vacuum
     FLOOR = auto()  # a plane that something happens at

@@ -120,7 +120,7 @@ class WallDrag(DragModifier):
     confused_with = ("ground_cushion",)
     isotropic = False
     dissipative = True
-    needs = (Need.FLUID, Need.FLOOR)
+    needs = (Need.FLUID, Need.FLOOR, Need.SIZE)
 
     def forces(self, bodies, time):
         normal = unit_vector(self.wall_normal)

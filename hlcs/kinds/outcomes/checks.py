@@ -5,6 +5,7 @@ import numpy as np
 from hlcs.data.bodies import SHAPES, impossible_density, refuse_unsized
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import rigid_body
+from hlcs.effects.needs_of_model import check_needs
 from hlcs.simulation import outcome_motion
 from minibullet.errors import LIKE, InputError, nearest
 
@@ -23,8 +24,9 @@ BESIDE = ("spin_rad_s",)  # that only effects of the user's own know what to do 
 AGAINST = {"rebound_height_m": "height_m", "rebound_speed_m_s": "impact_speed_m_s"}  # set beside an input, not beside the model
 
 
-def check_table(file, table):
-    """Refuse a table whose outcome needs an input or a body that is not there, or a noise stated for another outcome."""
+def check_table(file, table, own=()):
+    """Refuse a table whose outcome or whose model needs an input or a body that is not there, or a noise stated for another
+    outcome; own: effect classes of the user's own."""
     for key in file.noise:
         if key not in ("outcome", table.outcome):
             raise InputError(
@@ -47,8 +49,8 @@ def check_table(file, table):
         raise InputError(f"{table.file}: slide_time_s needs the column 'distance_m' (way to slide) or 'speed_m_s' (time to stop)")
     _check_columns(file, table)
     _check_rows(table)
-    for row in range(len(table.values)):
-        setup = outcome_motion.row_setup(file, table.inputs, row)
+    setups = [outcome_motion.row_setup(file, table.inputs, row) for row in range(len(table.values))]
+    for row, setup in enumerate(setups):
         refuse_unsized(file.source, setup.body, False, "body")
         rigid_body(setup.body)
         complaint = impossible_density(setup.body)
@@ -56,6 +58,7 @@ def check_table(file, table):
             complaint = "gravity is 0; nothing falls, slides or stops without it: give gravity in m/s2, 9.81 on Earth"
         if complaint:
             raise InputError(f"{table.file}, row {table.rows[row]}: {complaint}")
+    check_needs(file, own, setups)
 
 
 def _check_columns(file, table):

@@ -264,7 +264,12 @@ def table_candidates(file, table, names, own):
     row = int(np.argmax(speeds * sizes * densities))  # that of the largest Reynolds number speaks for all
     largest, speed = outcome_motion.row_setup(file, inputs, row), float(speeds[row])
     body, surroundings = largest.body, largest.surroundings  # what a column states counts as what a key does
-    met = {Need.FLUID: surroundings.fluid_density, Need.MASS_AND_SIZE: known_body(body), Need.SPHERE: body.shape == "sphere"}
+    met = {
+        Need.FLUID: surroundings.fluid_density,
+        Need.MASS_AND_SIZE: known_body(body),
+        Need.SIZE: body.sized,
+        Need.SPHERE: body.shape == "sphere",
+    }
     extent = float(max((np.max(inputs[name]) for name in LENGTHS if name in inputs), default=1.0))
 
     def obstacle(kind):
@@ -283,7 +288,7 @@ def table_candidates(file, table, names, own):
 
 def prepare_table(file, table, own=()):
     """The table Prepared: its noise, its problem and the fit of the model under test."""
-    check_table(file, table)
+    check_table(file, table, own)
     scatter = table_noise(file, table)
     noise = scatter.noise
     model = Model(fixed=file.effects, own=tuple(own))

@@ -13,6 +13,7 @@ from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
 from hlcs.data.recordings import read_recordings
 from hlcs.data.shown_by_impacts import differing_from_model
 from hlcs.effects import check_names, class_named
+from hlcs.effects.needs_of_model import check_needs
 from hlcs.estimation.budget import SMOOTH_LIMIT, only, screening_subset
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
 from hlcs.estimation.noise_model import estimate_noise, shown_by_curves
@@ -66,6 +67,7 @@ class Trajectories:
 
     def __init__(self, file, options):
         said = check_names(file, options.user_effects)  # a misspelt candidate is the user's to mend, though comparing tries none
+        check_needs(file, options.user_effects, file.trials)
         self.options, self.title, self.tolerance = options, file.title, file.tolerance
         measurement = read_recordings(file)
         self.measurement = replace(measurement, notes=(*said, *measurement.notes))
