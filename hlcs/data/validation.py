@@ -15,6 +15,8 @@ from minibullet.errors import InputError, InputWarning
 FEET = 0.3048  # m
 TOO_FAST = 1.5  # free falls faster than so many g are told: no shipped effect makes a body fall so fast
 
+AS_FREE = 1.5  # times gravity that a fall timed by hand through light drag may seem to have, and one over that
+SLOWING = 1.3  # mean speed of the shortest fall over that of the longest: 1 at most, but for errors of a tenth in each time
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
 SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
 TWICE = 2.0  # how far a fall may be from that of gravity alone for its clock to be known by it: drag or a bounce make it slower
@@ -90,11 +92,31 @@ def check_units(trial, path):
 
 
 def check_falls(table, gravity):
-    """Warn where bodies let go fall faster than gravity pulls: heights and times of an OutcomeTable in other units."""
+    """Refuse heights and times of an OutcomeTable that stand in each other's column; warn where bodies let go fall faster than
+    gravity pulls: they are in other units."""
     if gravity > 1 and table.outcome == "fall_time_s" and "height_m" in table.inputs:
-        falls = float(np.median(2 * table.inputs["height_m"] / np.maximum(table.values, 1e-9) ** 2))
+        heights, times = table.inputs["height_m"], table.values
+        falls = float(np.median(2 * heights / np.maximum(times, 1e-9) ** 2))
+        if not 1 / AS_FREE < falls / gravity < AS_FREE and exchanged(heights, times, gravity):
+            raise InputError(
+                f"{table.file}, columns height_m and fall_time_s: a fall of {falls:.3g} m/s2 where gravity is "
+                f"{gravity:.3g} m/s2, ever slower on its way; exchanged, all rows are free falls: are the columns mixed up?"
+            )
         if falls > TOO_FAST * gravity:
             _tell_fall(f"{table.file}, columns height_m and fall_time_s", falls, gravity)
+
+
+def exchanged(heights, times, gravity):
+    """Would all falls from rest (n,), (n,) be free ones were heights and times exchanged, and is none possible as they stand?
+
+    A body that was let go only gets faster or keeps its speed, in whatever fluid: the longer way has the higher mean speed.
+    """
+    if not (heights.min() > 0 and times.min() > 0):
+        return False
+    free = 2 * times / heights**2 / gravity  # of a fall through `times` [m] in `heights` [s]: 1 where it is free
+    speeds = heights / times
+    shortest, longest = (np.median(speeds[heights == end]) for end in (heights.min(), heights.max()))
+    return bool(free.min() > 1 / AS_FREE and free.max() < AS_FREE and shortest > SLOWING * longest)
 
 
 def _tell_fall(where, falls, gravity):
