@@ -174,17 +174,17 @@ class Search:
 
     def fit_first(self):
         """Fit the sets that nothing foresees, what the file implies beside them, until one explains the data: the one that leaves
-        least where it begins before the others."""
+        least where it begins before the others, and whatever leaves as little there."""
         begun = []
         for numbers, states in self.first:
             certain = [name for name in self.implied if self.compatible(frozenset(numbers) | {name})]
             numbers = {name: self.candidates[name].expected for name in certain} | numbers
             there = self.base.initial_states if states is None else states
             begun.append((self.preview.left_from(numbers, there), sorted(numbers), numbers, states))
-        for _, names, numbers, states in sorted(begun, key=lambda each: each[:2]):
-            self.fit_sets([(Proposal(np.inf, frozenset(names), numbers), self.base)], states)
-            if self.noise_alone(self.fits[self.ranked()[0]]):
-                break
+        begun.sort(key=lambda each: each[:2])
+        for left, names, numbers, states in begun:
+            if left < begun[0][0] + REACH or not self.noise_alone(self.fits[self.ranked()[0]]):
+                self.fit_sets([(Proposal(np.inf, frozenset(names), numbers), self.base)], states)
         self.first = ()
 
     def fit_sets(self, proposals, states=None):
