@@ -17,6 +17,7 @@ from hlcs.simulation.batching import run_tasks
 from hlcs.simulation.initial_state import stepped
 
 LEAST_CHANGE = 20.0  # white norm of the change of the observations from which a derivative through contacts shows
+SAME = 0.98  # part of the square of a change that a narrower one says too (cosine 0.99): it is none of the noise
 WIDE = 0.05  # widest step of a derivative through contacts, part of the range of the number
 
 
@@ -89,11 +90,14 @@ class Problem:
         called once the first change has been simulated.
 
         Runs with contacts answer a small change with some noise of their own (which sweep converged, which step stopped the
-        body), so there the step is widened until the change, less what the initial states absorb, stands clear of it. A wide step
-        moves the impacts, so there the initial states go along by what would absorb the change: what a fit would see is left.
+        body), so there the step is widened until the change, less what the initial states absorb, stands clear of it, or says
+        what that of the step before said: the narrower one is then free of it. A wide step moves the impacts, so there the
+        initial states go along by what would absorb the change: what a fit would see is left.
         reach: part of the plausible range that the widest step may span; to: value as far as which it is taken, if that is known.
         """
-        usual = self.difference_steps.get((name, free.name)) or difference_step(free, value) * self.difference_scale
+        usual, least = self.difference_steps.get(
+            (name, free.name), (difference_step(free, value) * self.difference_scale, LEAST_CHANGE)
+        )
         known = to not in (None, value)
         amount, widest = to - value if known else usual, reach * min(free.high - free.low, 1e3)
 
@@ -101,17 +105,26 @@ class Problem:
             after = self.residuals(moved(value + step), states)
             return self.whitened([a - b for a, b in zip(linear().raw, after, strict=True)])
 
-        def size(changes):
-            return float(np.sqrt(sum(np.sum(part**2) for part in linear().without_states(changes))))
+        def left(changes):
+            return np.concatenate(linear().without_states(changes))
 
+        def size(changes):
+            return float(np.linalg.norm(left(changes)))
+
+        narrower = None
         while True:
             step = -amount if value + amount > free.most else amount
             changes = change(step, initial_states)
-            if known or not self.simulator.contact or not size(changes) < LEAST_CHANGE or amount >= widest:
+            if known or not self.simulator.contact or not size(changes) < least or amount >= widest:
                 break
-            amount = min(amount * float(np.clip(1.5 * LEAST_CHANGE / max(size(changes), 1e-9), 2.0, 30.0)), widest)
+            if narrower and _same_direction(left(changes) * step, left(narrower[1]) * narrower[0]):
+                step, changes = narrower  # what a wider one says too, so it is none of the noise
+                break
+            narrower = step, changes
+            amount = min(amount * float(np.clip(1.5 * LEAST_CHANGE / max(size(changes), 1e-9), 2.0, 5.0)), widest)
         if not known:
-            self.difference_steps[name, free.name] = min(amount, widest * WIDE / reach)
+            seen = min(abs(step), widest * WIDE / reach), min(LEAST_CHANGE, size(changes) / 2)
+            self.difference_steps[name, free.name] = seen
         moves = [np.zeros(columns.shape[1]) for columns in linear().state_columns]
         if self.simulator.contact and any(len(move) for move in moves) and np.isfinite(size(changes)):
             absorbed = zip(linear().state_columns, changes, strict=True)
@@ -151,6 +164,11 @@ class Problem:
     def white_residuals(self, model, initial_states):
         """Whitened residuals of every recording, list of (n_i,)."""
         return self.whitened(self.residuals(model, initial_states))
+
+
+def _same_direction(one, other):
+    """Do two changes (n,) say the same of a number, to SAME of their square?"""
+    return one @ other > 0 and (one @ other) ** 2 > SAME * (one @ one) * (other @ other)
 
 
 def difference_step(free, value):
