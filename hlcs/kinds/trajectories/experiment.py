@@ -157,8 +157,9 @@ class Trajectories:
             cross_validation = CrossValidation(prepared.problem.trials, measurement.file.hold_out)
             odds = ODDS if cross_validation.possible else ODDS_ALONE
             few_fits = prepared.problem.segmented  # are affordable: where the impacts point to, and where a look ended
-            seen, states = (impacts, None) if few_fits else (strong, prepared.problem.initial_guess())
-            first = [({entry.name: seen[entry.name]}, states) for entry in chosen if entry.name in seen]
+            guess = prepared.problem.initial_guess()
+            shown = [(impacts, None), *([] if few_fits else [(strong, guess)])]
+            first = [({entry.name: seen[entry.name]}, at) for seen, at in shown for entry in chosen if entry.name in seen]
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | strong)
             search, looked = begun(base=prepared.base, first=first), [frozenset()]
 
