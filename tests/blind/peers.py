@@ -284,6 +284,7 @@ class Case:
         rows = sum(len(self.residual(one, self.null, one.start, 0.0)) for one in self.recordings)
         unknown = sum(one.free.sum() for one in self.recordings)
         cost = {names: rows * np.log(fit[0] / rows) + len(fit[1]) * price(rows) for names, fit in pool.items()}
+        cost = {names: value if np.isfinite(value) else np.inf for names, value in cost.items()}  # of a fit that ran away
         within = [names for names in cost if cost[names] <= min(cost.values()) + (TIES if ties else 0.0)]
         within = [names for names in within if not any(set(other) < set(names) for other in within)]  # idle additions
         within.sort(key=cost.get)
