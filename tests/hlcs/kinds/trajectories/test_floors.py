@@ -17,7 +17,7 @@ radius = {RADIUS}
 mass = 0.1
 [surroundings]
 gravity = {G}
-fluid_density = 0.0
+fluid_density = 0.001
 friction = 0.0
 restitution = {RESTITUTION}
 [measurement]
