@@ -17,7 +17,7 @@ from hlcs.simulation.batching import run_tasks
 from hlcs.simulation.initial_state import stepped
 
 LEAST_CHANGE = 20.0  # white norm of the change of the observations from which a derivative through contacts shows
-SAME = 0.98  # part of the square of a change that a narrower one says too (cosine 0.99): it is none of the noise
+SAME = 0.98  # part of the square of a rate of change that a narrower step says too: it is none of the noise
 WIDE = 0.05  # widest step of a derivative through contacts, part of the range of the number
 
 
@@ -45,7 +45,7 @@ class Problem:
 
     @property
     def difference_scale(self):
-        """Size of finite differences relative to the smooth case: contacts need wider ones."""
+        """Size of finite differences in the starts relative to the smooth case: contacts need wider ones."""
         return 10.0 if self.simulator.contact else 1.0
 
     def batched(self, functions):
@@ -95,9 +95,7 @@ class Problem:
         initial states go along by what would absorb the change: what a fit would see is left.
         reach: part of the plausible range that the widest step may span; to: value as far as which it is taken, if that is known.
         """
-        usual, least = self.difference_steps.get(
-            (name, free.name), (difference_step(free, value) * self.difference_scale, LEAST_CHANGE)
-        )
+        usual, least = self.difference_steps.get((name, free.name), (difference_step(free, value), LEAST_CHANGE))
         known = to not in (None, value)
         amount, widest = to - value if known else usual, reach * min(free.high - free.low, 1e3)
 
@@ -117,7 +115,7 @@ class Problem:
             changes = change(step, initial_states)
             if known or not self.simulator.contact or not size(changes) < least or amount >= widest:
                 break
-            if narrower and _same_direction(left(changes) * step, left(narrower[1]) * narrower[0]):
+            if narrower and _alike(left(narrower[1]) / narrower[0], left(changes) / step):
                 step, changes = narrower  # what a wider one says too, so it is none of the noise
                 break
             narrower = step, changes
@@ -166,9 +164,9 @@ class Problem:
         return self.whitened(self.residuals(model, initial_states))
 
 
-def _same_direction(one, other):
-    """Do two changes (n,) say the same of a number, to SAME of their square?"""
-    return one @ other > 0 and (one @ other) ** 2 > SAME * (one @ one) * (other @ other)
+def _alike(one, other):
+    """Do two rates of change (n,) say the same, to SAME of the square?"""
+    return bool(np.sum((one - other) ** 2) < (1 - SAME) * np.sum(other**2))
 
 
 def difference_step(free, value):
