@@ -10,7 +10,8 @@ import numpy as np
 
 from hlcs.processes.interrupts import STOPPED
 
-SEGMENTED_LIMIT = 3.0e6  # body-steps of a search on a tumbling body, what a step costs by itself counted: some 90 s at 30 us
+SEGMENTED_LIMIT = 3.0e6  # body-steps from which as many recordings of a tumbling body are screened as these allow for
+TUMBLING_LIMIT = 6.0e6  # of a search on them, what a step costs by itself counted: twenty tosses of a cube take 4.4e6, some 90 s
 SMOOTH_LIMIT = 10.0e6  # the same where recordings are not in segments: some 100 s at 8 to 12 us each
 FLIGHT_LIMIT = 40.0e6  # the same where nothing touches: at most 2 us each
 SEARCH_LINEARISATIONS = 250  # that a search over the whole library needs: twenty tosses of a cube are told from four, in 150 s
@@ -28,7 +29,7 @@ class Budget:
         self.problem, self.simulator = problem, problem.simulator
         self.limit = FLIGHT_LIMIT
         if self.simulator.contact:
-            self.limit = SEGMENTED_LIMIT if problem.segmented else SMOOTH_LIMIT
+            self.limit = TUMBLING_LIMIT if problem.segmented else SMOOTH_LIMIT
         self.start, self.begun = self.simulator.body_steps, perf_counter()
         self.left_out, self.stopped = [], False
         self.numbers, self.on_fits = 0, 0  # how many numbers were fitted, counted once a fit, and what that took
