@@ -17,7 +17,6 @@ from hlcs.simulation.batching import run_tasks
 from hlcs.simulation.initial_state import stepped
 
 LEAST_CHANGE = 20.0  # white norm of the change of the observations from which a derivative through contacts shows
-SAME = 0.98  # part of the square of a rate of change that a narrower step says too: it is none of the noise
 WIDE = 0.05  # widest step of a derivative through contacts, part of the range of the number
 
 
@@ -45,7 +44,7 @@ class Problem:
 
     @property
     def difference_scale(self):
-        """Size of finite differences in the starts relative to the smooth case: contacts need wider ones."""
+        """Size of finite differences relative to the smooth case: contacts need wider ones."""
         return 10.0 if self.simulator.contact else 1.0
 
     def batched(self, functions):
@@ -90,12 +89,11 @@ class Problem:
         called once the first change has been simulated.
 
         Runs with contacts answer a small change with some noise of their own (which sweep converged, which step stopped the
-        body), so there the step is widened until the change, less what the initial states absorb, stands clear of it, or says
-        what that of the step before said: the narrower one is then free of it. A wide step moves the impacts, so there the
-        initial states go along by what would absorb the change: what a fit would see is left.
+        body), so there the step is widened until the change, less what the initial states absorb, stands clear of it. A wide step
+        moves the impacts, so there the initial states go along by what would absorb the change: what a fit would see is left.
         reach: part of the plausible range that the widest step may span; to: value as far as which it is taken, if that is known.
         """
-        usual, least = self.difference_steps.get((name, free.name), (difference_step(free, value), LEAST_CHANGE))
+        usual = self.difference_steps.get((name, free.name)) or difference_step(free, value) * self.difference_scale
         known = to not in (None, value)
         amount, widest = to - value if known else usual, reach * min(free.high - free.low, 1e3)
 
@@ -103,26 +101,17 @@ class Problem:
             after = self.residuals(moved(value + step), states)
             return self.whitened([a - b for a, b in zip(linear().raw, after, strict=True)])
 
-        def left(changes):
-            return np.concatenate(linear().without_states(changes))
-
         def size(changes):
-            return float(np.linalg.norm(left(changes)))
+            return float(np.sqrt(sum(np.sum(part**2) for part in linear().without_states(changes))))
 
-        narrower = None
         while True:
             step = -amount if value + amount > free.most else amount
             changes = change(step, initial_states)
-            if known or not self.simulator.contact or not size(changes) < least or amount >= widest:
+            if known or not self.simulator.contact or not size(changes) < LEAST_CHANGE or amount >= widest:
                 break
-            if narrower and _alike(left(narrower[1]) / narrower[0], left(changes) / step):
-                step, changes = narrower  # what a wider one says too, so it is none of the noise
-                break
-            narrower = step, changes
-            amount = min(amount * float(np.clip(1.5 * LEAST_CHANGE / max(size(changes), 1e-9), 2.0, 5.0)), widest)
+            amount = min(amount * float(np.clip(1.5 * LEAST_CHANGE / max(size(changes), 1e-9), 2.0, 30.0)), widest)
         if not known:
-            seen = min(abs(step), widest * WIDE / reach), min(LEAST_CHANGE, size(changes) / 2)
-            self.difference_steps[name, free.name] = seen
+            self.difference_steps[name, free.name] = min(amount, widest * WIDE / reach)
         moves = [np.zeros(columns.shape[1]) for columns in linear().state_columns]
         if self.simulator.contact and any(len(move) for move in moves) and np.isfinite(size(changes)):
             absorbed = zip(linear().state_columns, changes, strict=True)
@@ -162,11 +151,6 @@ class Problem:
     def white_residuals(self, model, initial_states):
         """Whitened residuals of every recording, list of (n_i,)."""
         return self.whitened(self.residuals(model, initial_states))
-
-
-def _alike(one, other):
-    """Do two rates of change (n,) say the same, to SAME of the square?"""
-    return bool(np.sum((one - other) ** 2) < (1 - SAME) * np.sum(other**2))
 
 
 def difference_step(free, value):
