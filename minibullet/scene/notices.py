@@ -49,6 +49,10 @@ def taken_away(wrench, inverse, twist, time_step):
     return most, row
 
 
+def _when(world):
+    return f"step {world.steps + 1}, t = {world.time + world.settings.time_step:.6g} s"
+
+
 class Notices:
     """What was told in a run. texts: one line each, in order, every one also a SceneWarning."""
 
@@ -60,13 +64,12 @@ class Notices:
         its wrench (n, 6) on bodies with these inverse masses (n, 6, 6), show for the first time."""
         scene = world.registry.scene
         deep, hasty = count_notable(gap, size, motion_bound, scene.bounding_radius)
-        when = f"step {world.steps + 1}, t = {world.time + world.settings.time_step:.6g} s"
         if deep:
-            self._overlaps(when, scene, pair, gap, gap < -DEEP * size)
+            self._overlaps(_when(world), scene, pair, gap, gap < -DEEP * size)
         if hasty and not self._hasty:
-            self._haste(when, scene, pair, motion_bound, world.settings.time_step)
+            self._haste(_when(world), scene, pair, motion_bound, world.settings.time_step)
         if not self._stiff:
-            self._stiffness(when, world, acting, inverse)
+            self._stiffness(world, acting, inverse)
 
     def _overlaps(self, when, scene, pair, gap, deep):
         depth = {}
@@ -100,7 +103,7 @@ class Notices:
             f"wrongly; a time_step of {time_step / share[body]:.2g} s would do"
         )
 
-    def _stiffness(self, when, world, acting, inverse):
+    def _stiffness(self, world, acting, inverse):
         """Tell of an effect that only brakes, yet by its wrench alone turns a body round within the step and then pushes it
         harder than before: the motion would grow from step to step."""
         bodies, dt = world.registry.scene.bodies, world.settings.time_step
@@ -113,8 +116,8 @@ class Notices:
             if taken_away(later, inverse, change, dt)[0] > 1.0:
                 self._stiff, body = True, world.registry.scene.names[row]
                 self._tell(
-                    f"{when}: {contract.name_of(effect)} turns body {body!r} round in one step and then pushes it harder than "
-                    f"before: its motion grows from step to step; a time_step of {dt / share:.2g} s would do"
+                    f"{_when(world)}: {contract.name_of(effect)} turns body {body!r} round in one step and then pushes it harder "
+                    f"than before: its motion grows from step to step; a time_step of {dt / share:.2g} s would do"
                 )
                 break
 
