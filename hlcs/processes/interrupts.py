@@ -1,25 +1,23 @@
 """Ctrl-C that is never lost.
 
-Python raises KeyboardInterrupt wherever the program happens to be. Inside a callback that a C library makes, such as the
-compiler's as it reads its cache, nobody can pass it on: it is printed and forgotten, and the run goes on; in an import it may
-come out as an error of another name. So the command remembers it here and raises it again a moment later; and where what is
-finished is about to be put in place, the work asks.
+Python raises KeyboardInterrupt wherever the program happens to be. Inside a callback that a C library makes nobody can pass it
+on: it is printed and forgotten, and the run goes on; in the compiler it may crash the interpreter; in an import it may come out
+as an error of another name. So the command remembers it here and raises it a moment later; and where what is finished is about
+to be put in place, the work asks.
 """
 
 import _thread
-import os
 import signal
 import sys
 import threading
 from contextlib import contextmanager
 
 STOPPED = "stopped by Ctrl-C before its end: sets of effects that were not fitted by then are missing from this answer"
-AGAIN = 0.05  # after so long one that was lost is raised once more: the callback is over [s]
-
-BETWEEN = (os.path.join("numba", "core", "serialize.py"), os.path.join("numba", "core", "typing", "typeof.py"))
+AGAIN = 0.05  # after so long one that was lost or must wait is raised once more [s]
+COMPILER = ("numba", "llvmlite")  # packages that an exception must not leave halfway
 
 _seen = threading.Event()
-_lost = threading.Event()  # it was raised, and nobody could pass it on
+_lost = threading.Event()  # nobody could pass it on, or it must wait
 
 
 def listen():
@@ -81,16 +79,20 @@ def check():
 
 def _interrupt(number, frame):
     _seen.set()
-    if _called_by_compiled_code(frame):
+    if _in_compiler(frame):
         _soon()
     else:
         raise KeyboardInterrupt
 
 
-def _called_by_compiled_code(frame):
-    """Is Python in one of Numba's own functions, which compiled code calls for the class of an answer or the type of an argument?
-    An exception there comes out as another error, or crashes the interpreter."""
-    return frame is not None and frame.f_code.co_filename.endswith(BETWEEN)
+def _in_compiler(frame):
+    """Is Numba at work: compiling, loading what it compiled, or asked by compiled code for the class of an answer?
+
+    An exception there leaves machine code half made or comes out as another error, and either may crash the interpreter.
+    """
+    while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] not in COMPILER:
+        frame = frame.f_back
+    return frame is not None
 
 
 def _unraisable(what):
