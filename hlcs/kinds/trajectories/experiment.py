@@ -172,8 +172,8 @@ class Trajectories:
                     break
                 looked.append(best)
                 if renewed := beside(prepared, search.fits[best]):
-                    prepared, known = renewed, {"budget": search.budget} if prepared.contact else {}
-                    search = begun(base=prepared.base, first=search.tied(), **known)
+                    prepared = renewed
+                    search = begun(base=prepared.base, first=search.tied(), budget=search.budget)
             return select(self, prepared, search, cross_validation, absent, *on_all)
 
         first = searched(prepared, chosen, absent)
