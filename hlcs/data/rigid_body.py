@@ -56,15 +56,19 @@ def known_to_drag(body):
     return known_body(body) or body.mass is not None and body.drag_area is not None
 
 
+class Altered:
+    """A solid that is not quite its `shape`: what its class does not say is the shape's own."""
+
+    def __getattr__(self, name):
+        return getattr(object.__getattribute__(self, "shape"), name)  # a copy is asked before it has one
+
+
 @dataclass(frozen=True)
-class WithDragArea:
-    """A solid with another area than the mean projected one of its surface; everything else is the shape's own."""
+class WithDragArea(Altered):
+    """A solid with another area than the mean projected one of its surface."""
 
     shape: object
     drag_area: float  # [m2]
-
-    def __getattr__(self, name):
-        return getattr(self.shape, name)
 
     @property
     def surface_area(self):

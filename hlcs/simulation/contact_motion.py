@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 import minibullet as mb
-from hlcs.data.rigid_body import RigidBody, rigid_body, support
+from hlcs.data.rigid_body import Altered, RigidBody, rigid_body, support
 from hlcs.simulation.batch_effects import shared_effects
 from hlcs.simulation.free_flight import Track
 from minibullet import rotations
@@ -20,14 +20,11 @@ SWEEPS = 1000  # a body on an edge needs hundreds; the exact solver costs more t
 
 
 @dataclass(frozen=True)
-class OffCentre:
-    """A solid whose centre of mass was moved by `centre` (body axes) [m]; everything else is the shape's own."""
+class OffCentre(Altered):
+    """A solid whose centre of mass was moved by `centre` (body axes) [m]."""
 
     shape: object
     centre: tuple
-
-    def __getattr__(self, name):
-        return getattr(self.shape, name)
 
     @cached_property
     def pieces(self):

@@ -1,12 +1,15 @@
 """Bodies on a floor: the faces they lie on."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from boxes import SIZE, write_box
 
 import minibullet as mb
 from hlcs.data.experiment_file import Body, Surroundings
-from hlcs.data.rigid_body import rigid_body
+from hlcs.data.rigid_body import WithDragArea, rigid_body
 from hlcs.simulation import contact_motion
 from hlcs.simulation.contact_motion import faces, flattened, lies_on_a_face
 from minibullet import rotations
@@ -77,6 +80,17 @@ def test_a_body_off_its_centre_of_mass_has_its_vertices_about_that_centre():
     moved = contact_motion.off_centre(box, (0.01, 0.0, 0.005))
     np.testing.assert_allclose(moved.pieces[0].vertices, box.pieces[0].vertices - [0.01, 0.0, 0.005])
     assert moved.volume == box.volume and contact_motion.off_centre(box, (0.01, 0.0, 0.005)) is moved
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda solid: pickle.loads(pickle.dumps(solid))])
+@pytest.mark.parametrize("changed", [{"centre": (0.01, 0.0, 0.005)}, {"drag_area": 0.2}])
+def test_a_copy_of_an_altered_solid_is_the_solid(changed, again):
+    """It is asked for names before it has a shape to know them, and must say that it has none."""
+    box = rigid_body(Body(shape="box", size=(0.1, 0.2, 0.04), mass=1.0)).shape
+    solid = contact_motion.off_centre(box, **changed) if "centre" in changed else WithDragArea(box, **changed)
+    copied = again(solid)
+    assert type(copied) is type(solid) and copied.volume == box.volume and copied.surface_area == solid.surface_area
+    np.testing.assert_array_equal(copied.pieces[0].vertices, solid.pieces[0].vertices)
 
 
 def test_a_run_knows_the_steps_in_which_its_floor_pushes_it():
