@@ -30,7 +30,6 @@ class Setup:
 
     body: Body
     surroundings: Surroundings
-    time_step: float = 1 / 240  # [s]
     margin: float = 0.0  # gap that contacts keep open [m]
     centre: tuple = (0.0, 0.0, 0.0)  # centre of mass from the tracked centre, body axes [m]
 
