@@ -114,6 +114,11 @@ def fallen(setups, effects, height):
     return times, velocity_at(way.track, times)
 
 
+def load_on(setups, state, normal):
+    """Force with which bodies press on a floor with unit normal (d, 3), under their weight (d,) [N]."""
+    return state.mass * setups[0].surroundings.gravity * normal[:, 2]
+
+
 def law_at(setups, effects, state, velocity, normal):
     """ContactLaw of bodies moving with `velocity` (d, 3) on a floor with unit normal (d, 3), under their weight."""
     count = len(setups)
@@ -124,7 +129,7 @@ def law_at(setups, effects, state, velocity, normal):
             for name, field in zip(Bodies._fields, state, strict=True)
         )
     )
-    load = state.mass * surroundings.gravity * normal[:, 2]
+    load = load_on(setups, state, normal)
     contacts = Contacts(np.full(count, count), np.arange(count), np.zeros((count, 3)), normal, np.zeros(count), velocity, load)
     law = ContactLaw(np.full(count, surroundings.friction), np.full(count, surroundings.restitution), *np.zeros((3, count)))
     return contact_law(effects, contacts, both, law)

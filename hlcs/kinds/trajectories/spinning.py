@@ -8,7 +8,7 @@ import numpy as np
 from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.kinds.trajectories.sinking import LEAST, numbers_shown
 from hlcs.selection.thresholds import HELPS
-from hlcs.simulation.outcome_motion import law_at, state_of
+from hlcs.simulation.outcome_motion import law_at, load_on, state_of
 from minibullet import rotations
 from minibullet.effects import Effect
 
@@ -29,9 +29,9 @@ def spin_losses_shown(candidates, trials, contact):
         still, spinning = (state_of([trial], np.zeros((1, 3)), np.array([[0.0, 0.0, turn]])) for turn in (0.0, spin))
         moment = (law.forces(still, 0.0) - law.forces(spinning, 0.0))[0, 5]
         if contact:
-            load = trial.surroundings.gravity * spinning.mass[0] * trial.surroundings.floor_normal[2]
             normal = np.array([trial.surroundings.floor_normal])
-            moment += law_at([trial], (law,), spinning, np.zeros((1, 3)), normal).spinning_arm[0] * load
+            arm = law_at([trial], (law,), spinning, np.zeros((1, 3)), normal).spinning_arm
+            moment += (arm * load_on([trial], spinning, normal))[0]
         return loss, moment / spinning.inertia[0, 2]
 
     return numbers_shown([entry for entry in candidates if issubclass(entry.kind, Effect)], seen, given)
