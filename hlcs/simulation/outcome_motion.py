@@ -135,6 +135,12 @@ def law_at(setups, effects, state, velocity, normal):
     return contact_law(effects, contacts, both, law)
 
 
+def rebound(setups, effects, hit):
+    """Speeds with which bodies leave a level floor that they strike with velocities `hit` (d, 3), (d,) [m/s]."""
+    up = np.tile([0.0, 0.0, 1.0], (len(setups), 1))
+    return -hit[:, 2] * law_at(setups, effects, state_of(setups, hit), hit, up).restitution
+
+
 def fall_time(setups, effects, inputs):
     """Time of a fall from rest through height_m."""
     return fallen(setups, effects, inputs["height_m"])[0]
@@ -142,10 +148,7 @@ def fall_time(setups, effects, inputs):
 
 def rebound_height(setups, effects, inputs):
     """Height regained after the first impact of a fall through height_m."""
-    up = np.tile([0.0, 0.0, 1.0], (len(setups), 1))
-    _, hit = fallen(setups, effects, inputs["height_m"])
-    state = state_of(setups, hit)
-    speed = -hit[:, 2] * law_at(setups, effects, state, hit, up).restitution
+    speed = rebound(setups, effects, fallen(setups, effects, inputs["height_m"])[1])
     track = risen(setups, effects, speed, lambda track: track.velocity[-1, :, 2] < 0)
     return np.where(np.isfinite(speed), apex(track), np.nan)
 
@@ -174,10 +177,9 @@ def bounce_time(setups, effects, inputs):
     nan where there is no such impact: the body floats, or it stays down after one before.
     """
     times, hit = fallen(setups, effects, inputs["height_m"])
-    up, heard = np.tile([0.0, 0.0, 1.0], (len(setups), 1)), times
+    heard = times
     for number in range(2, int(inputs["bounce"].max()) + 1):
-        speed = -hit[:, 2] * law_at(setups, effects, state_of(setups, hit), hit, up).restitution
-        aloft, hit = thrown_up(setups, effects, speed)
+        aloft, hit = thrown_up(setups, effects, rebound(setups, effects, hit))
         times = times + aloft
         heard = np.where(inputs["bounce"] >= number, times, heard)
     return heard
@@ -213,9 +215,7 @@ def risen(setups, effects, speed, done):
 
 def rebound_speed(setups, effects, inputs):
     """Speed after an impact straight down at impact_speed_m_s."""
-    up = np.tile([0.0, 0.0, 1.0], (len(setups), 1))
-    hit = -inputs["impact_speed_m_s"][:, None] * up
-    return inputs["impact_speed_m_s"] * law_at(setups, effects, state_of(setups, hit), hit, up).restitution
+    return rebound(setups, effects, inputs["impact_speed_m_s"][:, None] * np.array([0.0, 0.0, -1.0]))
 
 
 def slide(setups, effects, inputs, way=None):
