@@ -10,12 +10,22 @@ from functools import cached_property
 import numpy as np
 
 from minibullet.bodies import Bodies, ContactLaw, Contacts
-from minibullet.effects.contract import Effect, checked_answer, checked_law
+from minibullet.effects.contract import Effect, checked_answer, checked_law, overrides
 
 
 def rows_of(places):
     """Places that rise as rows of an array; a slice where they follow one another, which copies nothing."""
     return slice(places[0], places[-1] + 1) if places[-1] - places[0] < len(places) else np.array(places)
+
+
+def holders(entries):
+    """{(effect, how many equal ones stand before it): [numbers of the entries, lists of effects, that hold it]}: two alike act
+    twice."""
+    found = {}
+    for number, effects in enumerate(entries):
+        for place, effect in enumerate(effects):
+            found.setdefault((effect, effects[:place].count(effect)), []).append(number)
+    return found
 
 
 class Assignment:
@@ -107,20 +117,11 @@ def shared_effects(effects):
     if all(entry is effects[0] or entry == effects[0] for entry in effects):
         return effects[0], None
     assignment, acting = Assignment(), []
-    for kind, method in ((SharedForces, "forces"), (SharedMass, "added_mass")):  # sums: each effect by itself
-        members = {}
-        for run, entry in enumerate(effects):
-            for place, effect in enumerate(entry):
-                if getattr(type(effect), method) is not getattr(Effect, method):
-                    count = sum(other == effect for other in entry[:place])  # two alike count twice
-                    members.setdefault((count, effect), np.zeros(len(effects), bool))[run] = True
-        if members:
-            acting.append(kind(tuple(Subset((effect,), runs) for (_, effect), runs in members.items()), assignment))
-    members = {}
-    for run, entry in enumerate(effects):  # laws act one on what the other left: each list by itself
-        laws = tuple(effect for effect in entry if type(effect).contact_law is not Effect.contact_law)
-        if laws:
-            members.setdefault(laws, np.zeros(len(effects), bool))[run] = True
-    if members:
-        acting.append(SharedLaw(tuple(Subset(laws, runs) for laws, runs in members.items()), assignment))
+    for kind, method in ((SharedForces, "forces"), (SharedMass, "added_mass"), (SharedLaw, "contact_law")):
+        parts = [tuple(effect for effect in entry if overrides(effect, method)) for entry in effects]
+        # sums: each effect by itself; laws act one on what the other left: each list by itself
+        parts = [[part] if part and kind is SharedLaw else [(effect,) for effect in part] for part in parts]
+        subsets = tuple(Subset(its, np.isin(range(len(effects)), runs)) for (its, _), runs in holders(parts).items())
+        if subsets:
+            acting.append(kind(subsets, assignment))
     return tuple(acting), assignment

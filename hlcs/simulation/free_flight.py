@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hlcs.simulation.batch_effects import rows_of
+from hlcs.simulation.batch_effects import holders, rows_of
 from minibullet import rotations
 from minibullet.bodies import Bodies
 from minibullet.dynamics.integrate import moved
@@ -192,7 +192,7 @@ def viscous_rates(bodies: Bodies, models):
 
     models: as `alike` has them of the effects of each body.
     """
-    rates, acting, places = np.zeros((len(bodies.mass), 1)), {}, np.arange(len(bodies.mass))
+    rates, acting, places = np.zeros((len(bodies.mass), 1)), [], np.arange(len(bodies.mass))
     for effects, rows in models:
         viscous, part = viscous_drags(effects), some_of(bodies, rows)
         if viscous:
@@ -201,11 +201,10 @@ def viscous_rates(bodies: Bodies, models):
             rates[rows, 0] = sum(effect.resistance(part) for effect in viscous) / mass
         forces = [effect for effect in effects if effect not in viscous and contract.overrides(effect, "forces")]
         forces += [Inertial(effect) for effect in viscous if type(effect).inertial is not ViscousDrag.inertial]
-        for place, effect in enumerate(forces):
-            again = forces[:place].count(effect)  # two alike act twice
-            acting.setdefault((effect, again), []).extend(places[rows])
+        acting.append(forces)
     together = {}  # bodies -> what acts on them
-    for (effect, _), its in acting.items():
+    for (effect, _), numbers in holders(acting).items():
+        its = np.concatenate([places[models[number][1]] for number in numbers])
         together.setdefault(tuple(sorted(its)), []).append(effect.forces)
     return rates, [Forces(rows_of(its), answers) for its, answers in together.items()]
 
