@@ -241,11 +241,11 @@ def slide(setups, effects, inputs, way=None):
 
     if way is None:  # the speed is the independent variable: distance = int v dv / -a, time = int dv / -a
         nodes, weights = np.polynomial.legendre.leggauss(48)
-        u = 0.5 * (nodes + 1)
         times, distances = np.zeros(count), np.zeros(count)  # the sums keep the nan of a block that does not stop
-        for node, weight in zip(u, 0.5 * weights, strict=True):
+        for node, weight in zip(0.5 * (nodes + 1), 0.5 * weights, strict=True):
             v = speed * node**2  # dense where the block is slow and friction may vary
-            brake = np.where(-slowing(v) > ENDLESS, -slowing(v), np.where(speed > 0, np.nan, 1.0))
+            brake = -slowing(v)
+            brake = np.where(brake > ENDLESS, brake, np.where(speed > 0, np.nan, 1.0))
             times += weight * 2 * node * speed / brake
             distances += weight * 2 * node * speed * v / brake
         return times, distances
