@@ -112,7 +112,6 @@ class Prepared:
     problem: Problem | None  # None where the noise is unknown
     base: Fit | None  # of the model under test
     notes: tuple[str, ...]
-    contact: bool = False  # does the body touch anything?
     aside: tuple[str, ...] = ()  # sentences on the samples that were set aside
 
 

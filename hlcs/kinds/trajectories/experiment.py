@@ -148,9 +148,10 @@ class Trajectories:
         elif few is not many:  # cheaper than feared
             few, many, notes = screening_subset(measurement, contact, SMOOTH_LIMIT)
             prepared = prepare(few, own, noise, likely)
-        chosen, absent = self._candidates(few, prepared.contact, candidates)
-        strong = {} if prepared.contact else drags_shown(chosen, few.trials)
-        strong |= {} if prepared.problem.segmented else spin_losses_shown(chosen, few.trials, prepared.contact)
+        contact = prepared.problem.simulator.contact  # of these few
+        chosen, absent = self._candidates(few, contact, candidates)
+        strong = {} if contact else drags_shown(chosen, few.trials)
+        strong |= {} if prepared.problem.segmented else spin_losses_shown(chosen, few.trials, contact)
         on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
         def searched(prepared, chosen, absent):

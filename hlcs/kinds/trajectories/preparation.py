@@ -111,7 +111,7 @@ def prepare(measurement: Recordings, own=(), noise=None, likely=()):
     trials = measurement.trials
     contact = touches(trials, noise)
     if not noise.known:
-        return Prepared(noise, None, None, tuple(notes), contact)
+        return Prepared(noise, None, None, tuple(notes))
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     model.changes(trials[0].surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
     notes += release_notes(trials, start_times(trials), [starts_seated(trial, noise) for trial in trials], noise.position)
@@ -128,7 +128,7 @@ def prepare(measurement: Recordings, own=(), noise=None, likely=()):
         )
     if shift > SMALL:
         sentences = (*sentences, f"numerics: halving the time step still moves the prediction by {shift:.2g} sigma")
-    return Prepared(noise, problem, base, (*notes, *sentences), contact, tuple(aside))
+    return Prepared(noise, problem, base, (*notes, *sentences), tuple(aside))
 
 
 def posed(measurement, noise, model, contact, step=None):
