@@ -1,8 +1,8 @@
 """Which Reynolds numbers the data reach, and whether a law of drag that was fitted to them is a sphere's there."""
 
+from dataclasses import replace
 from math import inf
 
-from hlcs.data.rigid_body import rigid_body
 from hlcs.selection.eligibility import reynolds_numbers, rounded
 from minibullet.effects.fluid import (
     SCHILLER_NAUMANN,
@@ -37,8 +37,7 @@ def _reached(kind, numbers, spheres, adequate):
     begins, ends = kind.reynolds_of_spheres
     eta = numbers.get("viscosity", {}).get("value") if issubclass(kind, StokesDrag) else None
     found = [
-        (2 * rigid_body(body).radius * around.fluid_density * speed / eta,) * 2 if eta else reynolds_numbers(body, around, speed)
-        for body, around, speed in spheres
+        reynolds_numbers(body, replace(around, fluid_viscosity=eta) if eta else around, speed) for body, around, speed in spheres
     ]
     if any(low != high for low, high in found):
         told = (
