@@ -253,7 +253,7 @@ def _of_both_signs(sets, shown, name, free, number):
     if number["low"] <= mirrored <= number["high"]:  # a number near its absence has both signs in its interval
         return number
     fit = sets.search.fits[next(members for members in shown if name in members)]
-    place = [term.name for term in fit.model.terms].index(name)
+    place = fit.model.terms_named(name)
     models = [fit.model.with_at(place, fit.model.terms[place].numbers | {free.name: at}) for at in (number["value"], mirrored)]
     try:
         chi2 = [sum(chi2_of(problem.white_residuals(model, fit.initial_states))) for model in models]
