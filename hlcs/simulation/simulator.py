@@ -63,8 +63,7 @@ class Simulator:
         self.contact = contact
         self.seated = np.zeros(len(self.trials), bool) if seated is None else np.asarray(seated)
         self.start_time = np.asarray(start_time, dtype=float)
-        heights = [trial.position[np.isfinite(trial.position[:, 2]), 2] for trial in self.trials]
-        heights = np.concatenate(heights) if heights else np.zeros(0)
+        heights = np.concatenate([trial.position[np.isfinite(trial.position[:, 2]), 2] for trial in self.trials])
         self.height_range = (float(heights.min()), float(heights.max())) if len(heights) else (0.0, 1.0)  # of all trials [m]
         self.time_step = step or step_of_reading(self.trials, self.seated, model.time_step if contact else IN_FLIGHT)  # [s]
         self.durations = durations = np.array([trial.times[-1] for trial in self.trials]) - self.start_time
