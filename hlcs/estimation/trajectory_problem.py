@@ -236,8 +236,8 @@ class TrajectoryProblem(Problem):
 
     def worst(self, fit):
         """(where a fit misses most, in words; the same as {input: value})."""
-        misfit = [float(part @ part) / max(len(part), 1) for part in fit.linearization.projected[0]]
-        share = [float(part @ part) for part in fit.linearization.projected[0]]
+        share = fit.chi2_per_recording
+        misfit = [left / max(len(recording.times), 1) for left, recording in zip(share, self.recordings, strict=True)]
         index = max(range(len(misfit)), key=lambda k: (np.nan_to_num(misfit[k], nan=np.inf), self.trials[k].name))
         trial, recording, white = self.trials[index], self.recordings[index], fit.linearization.projected[0][index]
         channels = {CHANNELS[c]: float(np.sum(white[recording.channel == c] ** 2)) for c in np.unique(recording.channel)}
