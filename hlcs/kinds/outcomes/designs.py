@@ -29,7 +29,7 @@ TOO_LONG = 4.0  # times the largest outcome measured: the widest step of an inpu
 def rows_of(file, table, other_bodies):
     """[(Design, {input: value})] of one further row each."""
     ways = levels(file, table, other_bodies)
-    usual = {name: values for name, values in table.inputs.items()}
+    usual = dict(table.inputs)
     for name in ways:
         usual.setdefault(name, np.full(len(table.values), stated(file, name)))
     main = table.main
