@@ -124,15 +124,7 @@ def kinks(times, height, sigma, width):
     return sorted(chosen)
 
 
-def impacts_of(trial, sigma, rho=0.0):
-    """The impacts of one recording, no drag taken off, list of Impact; empty where it has no floor or no height above it.
-
-    sigma, rho: noise of a position [m] and its correlation from sample to sample, which widens the errors of slopes.
-    """
-    return _impacts_between(trial, *sides_of(trial, sigma, rho), 0.0)
-
-
-def _impacts_between(trial, flight, sides, drag):
+def impacts_between(trial, flight, sides, drag):
     """The impacts of one recording between the parts of its StraightFlight, as `sides_of` gives them; drag: k of the deceleration
     k v^2 that is taken off beside gravity [1/m]."""
     impacts = [_impact(trial, flight, before, after, drag) for before, after in sides]
@@ -140,7 +132,11 @@ def _impacts_between(trial, flight, sides, drag):
 
 
 def sides_of(trial, sigma, rho=0.0):
-    """(StraightFlight of a recording, [(samples before, samples after) of each kink that may be an impact, as slices])."""
+    """(StraightFlight of a recording, [(samples before, samples after) of each kink that may be an impact, as slices]); None and
+    no kinks where it has no floor or no height above it.
+
+    sigma, rho: noise of a position [m] and its correlation from sample to sample, which widens the errors of slopes.
+    """
     around, normal = trial.surroundings, np.asarray(trial.surroundings.floor_normal, dtype=float)
     used = np.abs(normal) > 1e-9
     if around.floor_height is None or not sigma:
@@ -310,4 +306,4 @@ def read_impacts(measurement, noise):
     for key, _, parts in found:
         alike.setdefault(key, []).append(parts)
     drag = {key: read_drag(recordings) for key, recordings in alike.items()}
-    return tuple(impact for key, trial, parts in found for impact in _impacts_between(trial, *parts, drag[key]))
+    return tuple(impact for key, trial, parts in found for impact in impacts_between(trial, *parts, drag[key]))

@@ -8,7 +8,7 @@ from hard_cases import CELLULOID, RUBBER, per_metre
 from hard_cases import bouncing as bouncing_in_air
 
 from hlcs.data.experiment_file import Body, Surroundings
-from hlcs.data.impacts import impacts_of, read_drag, read_impacts, sides_of
+from hlcs.data.impacts import impacts_between, read_drag, read_impacts, sides_of
 from hlcs.data.recordings import Recordings, Trial
 from hlcs.data.shown_by_impacts import (
     differing_from_model,
@@ -42,6 +42,11 @@ def bouncing(restitution, friction, sigma, rate=240.0, speed=3.0, height=1.5, sh
         step = t - now
         rows.append(place + moving * step - np.array([0, 0, 0.5 * 9.81 * step**2]))
     return rows_to_trial(times, rows, sigma, generator, shape), blows
+
+
+def impacts_of(trial, sigma):
+    """The impacts of one recording, no drag taken off."""
+    return impacts_between(trial, *sides_of(trial, sigma), 0.0)
 
 
 def rows_to_trial(times, rows, sigma, generator, shape):
