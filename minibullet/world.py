@@ -233,7 +233,7 @@ class World(Display):
         """Take over the state after the step and publish what happened."""
         after, points, problem, solution = values.after, values.points, values.problem, values.solution
         if not integrate.is_finite(after.position, after.twist):
-            fine = (np.abs(np.hstack([after.position, after.twist])) < 4e61).all(axis=1)
+            fine = np.array([integrate.is_finite(*at) for at in zip(after.position[:, None], after.twist[:, None], strict=True)])
             # what is fixed cannot be the cause: it is named only where nothing that moves is
             bad = int(np.argmin(fine | (~scene.moving & ~fine[scene.moving].all())))
             where = f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s"
