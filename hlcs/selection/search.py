@@ -165,7 +165,9 @@ class Search:
             affordable = self.budget.affordable(numbers, TOGETHER) if self.problem.simulator.contact else 1
             fits = affordable if refits < REFITS else 0
             if self.budget.spent(f"{len(promising)} sets of effects that might do as well", fits):
-                break
+                together = [each for each in together if explained and each[0].effects in self.twins]
+                if not together:  # twins of what was found are few, and without them it would be told alone
+                    break
             together = together[:affordable]
             named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3])
             self.progress(f"fitting {named}{self.budget.time_left()}")

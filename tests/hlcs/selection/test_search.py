@@ -89,6 +89,16 @@ def test_a_law_that_does_the_same_is_a_twin_of_what_was_found(generator, bend, t
     assert (frozenset(LAWS) - best in search.twins) == twins and len(best) == 1
 
 
+@pytest.mark.parametrize(("bend", "twins"), [(0.0, True), (1.0, False)])
+def test_a_twin_of_what_explains_the_data_is_fitted_when_the_time_is_over_as_well(generator, bend, twins):
+    """Else what came first would be told alone."""
+    found = sets(bend, generator).search
+    best = found.ranked()[0]
+    search = Search(found.problem, LAWS.values(), found.base, first=[(found.fits[best].model.numbers, None)])
+    search.budget.spent = lambda what, affordable: True
+    assert (frozenset(LAWS) - best in search.run().fits) == twins
+
+
 def test_a_fit_begins_no_farther_off_than_the_misfit_allows():
     """Slope 3: at 11 the misfit is seven times that at 0, at half of it less than there."""
     search = searched(3.0)
