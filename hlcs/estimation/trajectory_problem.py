@@ -38,6 +38,7 @@ class TrajectoryProblem(Problem):
         self.trials, self.noise, self.simulator = tuple(trials), noise, simulator
         self.difference_steps = {}  # (effect, number) -> step of its derivative
         self.starts_stated = True  # is what the file states of starts known?
+        self.summed = False  # are accelerations compared by their running sums?
         self.step_change = None  # what shorter time steps add to the observations, list of (n_i,); None = not looked at
         self.dropped = [np.zeros((len(trial.times), len(CHANNELS)), bool) for trial in self.trials]
         self.lies_flat = [
@@ -81,6 +82,14 @@ class TrajectoryProblem(Problem):
         same = all(len(a.unknown) == len(b.unknown) for a, b in zip(self.recordings, other.recordings, strict=True))
         return None if same else other
 
+    def fit(self, model, initial_states=None, limit=None):
+        """As in `Problem`. An acceleration leaps where a body stops or hits, and no derivative tells that it should do so later:
+        such a fit begins where the running sums of the readings, which only bend there, are fitted best."""
+        if not self.summed and self.simulator.contact and any(trial.accelerations for trial in self.trials):
+            begun = self._with(summed=True, step_change=None).fit(model, initial_states)
+            model, initial_states = begun.model, begun.initial_states
+        return super().fit(model, initial_states, limit)
+
     def leave_out(self, flags):
         """Leave isolated samples out, these and no others, for every model alike: flags is a list of (n, 9) booleans."""
         former, self.dropped = self.dropped, list(flags)
@@ -116,6 +125,9 @@ class TrajectoryProblem(Problem):
             table[seen, 3:6] = continued(turns)
         if trial.accelerations:
             table[:, 6:] = trial.accelerations.values - force
+            if self.summed:
+                read = ~np.isnan(trial.accelerations.values)
+                table[:, 6:] = np.cumsum(np.where(read, table[:, 6:], 0.0), axis=0) / np.sqrt(len(read))
         return table[recording.sample, recording.channel]
 
     def residuals(self, model, initial_states):

@@ -6,6 +6,8 @@ import pytest
 import hlcs
 from hlcs.kinds.protocol import Options
 from hlcs.kinds.trajectories.preparation import prepare
+from hlcs.selection.eligibility import candidates_for
+from hlcs.selection.search import Search
 from hlcs.simulation.free_flight import Track
 from minibullet.errors import InputError
 
@@ -30,9 +32,9 @@ def frame(times, readings, seed):
     return {"t_s": times, **dict(zip(NAMES, noisy.T, strict=True))}
 
 
-def slide(friction, speed, seed, heading=0.0):
+def slide(friction, speed, seed, heading=0.0, samples=50):
     """A phone that slides in a heading, stops after v0 / (mu g), and lies still."""
-    times = np.arange(50) / RATE
+    times = np.arange(samples) / RATE
     along = read(times, lambda t: np.maximum(speed - friction * G * t, 0.0))
     return frame(times, np.column_stack([along * np.cos(heading), along * np.sin(heading), 0 * times + G]), seed)
 
@@ -76,6 +78,19 @@ def test_friction_is_read_from_how_a_phone_slows_down_on_a_floor(diagnose):
     assert found.verdict == "effect" and found.effects == ("friction",) and found.error["unit"] == "m/s2"
     half = number["high"] - number["low"]
     assert number["low"] - half / 2 < 0.31 < number["high"] + half / 2  # four standard errors: the interval holds 90 %
+
+
+def test_a_fit_finds_the_friction_of_slides_that_end_long_after_the_model_has_stopped():
+    """Where a body stops a reading leaps, and its derivative there says nothing of the samples farther off."""
+    frames = [slide(0.28, speed, seed, samples=100) for seed, speed in enumerate((0.8, 1.1, 1.5, 1.9))]
+    around = {"floor": {"height": 0.0}, "friction": 0.45, "fluid_density": 0.0}
+    opened = experiment(frames, BOX, surroundings=around).opened(Options())
+    prepared = prepare(opened.measurement)
+    chosen, _ = candidates_for(opened.measurement, True, ["friction"])
+    search = Search(prepared.problem, chosen, prepared.base)
+    fit = prepared.problem.fit(search.preview.model_with({"friction": {"coefficient": 0.45}}))
+    assert fit.converged and search.noise_alone(fit)
+    assert fit.estimate[0] == pytest.approx(0.28, abs=4 * np.sqrt(fit.covariance[0, 0]))
 
 
 def test_a_slide_with_the_right_friction_is_complete():
