@@ -231,8 +231,8 @@ class Diagnosis(Judgement, Found):
 
     @property
     def additions(self):
-        """`entries`, and that of the learned law behind them: the numbers of that one stand in its effect file."""
-        return (*self.entries, *([self.law.entry] if self.law else []))
+        """`entries`, or those of the learned law and of what it stands beside: its own numbers stand in its effect file."""
+        return self.law.entries if self.law else self.entries
 
     @property
     def add(self):

@@ -73,11 +73,16 @@ def diagnose(file, candidates, effects_file, allow_outside, plots, mended, seed,
         progress=not quiet,
         allow_outside=allow_outside,
     )
-    nothing = ""
+    nothing, not_written = "", None
     if mended and diagnosis.add:
-        diagnosis = replace(diagnosis, mended=diagnosis.apply(diagnosis.experiment).save(mended))
+        try:
+            diagnosis = replace(diagnosis, mended=diagnosis.apply(diagnosis.experiment).save(mended))
+        except InputError as problem:  # told behind what was found
+            not_written = problem
     elif mended:
         nothing = f"\n\nNothing was found that could be added: {mended} is not written."
     for folder in filter(None, (out, plots)):
         diagnosis.save(folder)
     publish(diagnosis.to_json(), diagnosis.summary(details) + nothing, json_file, out or plots, quiet)
+    if not_written:
+        raise not_written

@@ -32,6 +32,7 @@ def to_add(entries, parameters, names, experiment, law=None, saved=False):
     """
     if not entries:
         return None
+    names = () if law else names  # numbers beside a law are those of its own fit, and none is withheld
     command = experiment.command if experiment else ""
     if command and law and not saved:
         command += f" --effects {shlex.quote(str(experiment.file.path.parent / law.file_name))}"

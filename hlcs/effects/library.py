@@ -31,7 +31,8 @@ def class_named(name, own=()):
     """The class of that name, shipped or the user's; InputError with the nearest known name."""
     known = with_own(own)
     if name not in known:
-        raise InputError(f"unknown effect '{shown(name)}'; the nearest known effect is '{nearest(name, known)}'")
+        own_file = "" if own else "; one of your own, or one that was learned, is in a file to be named: --effects FILE.py"
+        raise InputError(f"unknown effect '{shown(name)}'; the nearest known effect is '{nearest(name, known)}'{own_file}")
     return known[name]
 
 

@@ -26,6 +26,7 @@ class Learned(Result):
     band: dict  # grid, value, low, high (k,): the force per mass as a table of the variable; empty for an oscillation
     also: tuple[str, ...]  # other variables that foretell the recordings as well
     fit: Any = field(default=None, compare=False)  # of the model with the law in it; None where there is no effect
+    beside: tuple[dict, ...] = ()  # entries of the effects that it was learned beside, with their numbers in that fit
 
     @property
     def file_name(self):
@@ -38,9 +39,9 @@ class Learned(Result):
         return module_of(self.effect_file, "learned_effect", FILE).LearnedForce
 
     @property
-    def entry(self):
-        """Its entry in [model] effects: the numbers stand in its file."""
-        return {"name": name_of(self.kind)}
+    def entries(self):
+        """Entries of [model] effects: of those that it stands beside, and its own behind them: its numbers stand in its file."""
+        return (*self.beside, {"name": name_of(self.kind)})
 
     def to_json(self):
         """The entry `learned` of the result of a diagnosis."""

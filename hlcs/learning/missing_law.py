@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from hlcs.data.model_entries import found_entry
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
 from hlcs.estimation.whitening import colour
@@ -139,7 +140,16 @@ def _learned(problem, fit, regression, ranges, best, also):
     if law.form == "oscillation":
         numbers = _swings(law, values[None, :count], values[count:], spread)
     text, band = sentence(law, numbers, law.direction, also, axes), _band(regression, law, ranges)
-    return Learned(law.variable, law.form, numbers, text, law.source(text), errors, band, tuple(also), refit)
+    return Learned(law.variable, law.form, numbers, text, law.source(text), errors, band, tuple(also), refit, _beside(refit))
+
+
+def _beside(fit):
+    """Entries of [model] effects of all effects of a Fit but its last one."""
+    constants = {term.name: term.candidate.constants for term in fit.model.terms}
+    numbers = {effect: {name: _interval(value, 0.0, "1") for name, value in known} for effect, known in constants.items()}
+    for (effect, free, value), error in zip(fit.numbers, np.sqrt(np.diag(fit.covariance)), strict=True):
+        numbers[effect][free.name] = _interval(value, error, free.unit)
+    return tuple(found_entry(term.name, numbers[term.name]) for term in fit.model.terms[:-1])
 
 
 def _band(regression, law, ranges):

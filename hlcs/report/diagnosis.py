@@ -22,6 +22,7 @@ from hlcs.report.words import capital, interval, joined, size, value, words
 NOT_PROVED = {
     "ambiguous": "{what} can be added, and {is_} not proved: others do as well.",
     "unexplained": "{what} can be added, and {is_} not proved: {it_helps}, and more than {noise} remains.",
+    "learned": "{what} can be added, and {is_} not proved: what is read off these data, other data must show.",
 }
 OWN_UNITS = {  # of effects, that are no units of every day
     "L": "L: edge of the cube that has the volume of the body.",
@@ -246,7 +247,8 @@ def _not_proved(diagnosis):
     is_, helps = ("is", "it helps") if one else ("are", "they help")
     doubted = doubt(diagnosis)
     noise = doubted.noise if doubted else "noise"
-    return NOT_PROVED[diagnosis.verdict].format(what=capital(joined(map(words, names))), is_=is_, it_helps=helps, noise=noise)
+    what, said = capital(joined(map(words, names))), NOT_PROVED["learned" if diagnosis.law else diagnosis.verdict]
+    return said.format(what=what, is_=is_, it_helps=helps, noise=noise)
 
 
 # --- as a page, a picture, files --------------------------------------------------------------------------------------------

@@ -192,7 +192,10 @@ def looks(diagnosis):
     """What is left looks like, and where it is largest: sentences."""
     told = []
     if diagnosis.learned is not None:
-        told.append(f"What is left follows a law of its own: {diagnosis.learned.text}.")
+        beside = {entry["name"] for entry in diagnosis.learned.beside}
+        rest = beside.issuperset(diagnosis.effects) or not diagnosis.learned.fit
+        said = "What is left follows a law of its own" if rest else "In place of what was found one law explains more"
+        told.append(f"{said}: {diagnosis.learned.text}.")
     elif diagnosis.pictures:
         pictures = diagnosis.pictures
         told.append(f"What is left: {likeness(pictures.after, pictures.channels, pictures.units)}.")

@@ -53,7 +53,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     finished = finals(experiment, problem, search, {frozenset(): (base, (*judged, before, table_before))}, on_all)
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
     sets, (judged, best, after, table_after) = best_set(fitted, finished)
-    learned = None if after.adequate else experiment.learn(problem, search.fits[sets.best])
+    learned = None if after.adequate else learned_law(experiment, search, sets.best)
     shown = None if after.adequate or learned or search.budget.stopped else experiment.starts_shown
     sets, (judged, best, after, table_after), starts = starts_first(fitted, finished, sets, shown)
     effects = sets.best
@@ -92,6 +92,20 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
         tolerance=left_over(experiment.tolerance, problem.unit, fitted_error(judged, best), problem.noise_level),
         next_experiment=partial(experiment_design.next_experiment, sets),
     )
+
+
+def learned_law(experiment, search, effects):
+    """The Learned law that explains what the best set leaves, or None.
+
+    Effects that do not explain the data may hold a part of what is missing: one learned without them stands where it costs less.
+    """
+    found = experiment.learn(search.problem, search.fits[effects])
+    bare = search.implied if search.implied in search.fits else frozenset()
+    alone = experiment.learn(search.problem, search.fits[bare]) if bare != effects else None
+    if not (alone and alone.fit):
+        return found
+    fit = found.fit if found and found.fit else search.fits[effects]
+    return alone if alone.fit.cost + search.price(bare) < fit.cost + search.price(effects) else found
 
 
 def finals(experiment, problem, search, known, on_all):

@@ -211,3 +211,22 @@ def test_a_comparison_that_finds_a_misfit_names_the_command_to_type_next(dragged
     assert f"hlcs diagnose {path}" in " ".join(str(hlcs.compare(path)).split("How to go on")[1].split())
     assert "How to go on" not in str(hlcs.compare(path, found.model))
     assert "How to go on" not in str(hlcs.compare(path, effects=[{"name": "quadratic_drag", "drag_coefficient": 0.2}]))
+
+
+def test_a_law_stands_without_the_effect_that_only_holds_a_part_of_it(tmp_path):
+    """A fan that blows along x with 1.5 m/s2 from 0.35 s on: a camera that leans by 5 degrees takes half, and is not added."""
+    generator, times, frames = np.random.default_rng(112), np.arange(80) / 100, []
+    on = np.maximum(times - 0.35, 0.0)
+    for speed, angle in ((3.2, 0.7), (4.1, 1.2), (5.0, 0.9), (3.6, 1.1), (5.6, 0.8), (4.5, 1.0)):
+        x = speed * np.cos(angle) * times + 0.75 * on**2
+        z = 1.2 + speed * np.sin(angle) * times - 9.81 * times**2 / 2
+        noisy = np.column_stack([x, z]) + 0.002 * generator.standard_normal((80, 2))
+        frames.append({"t_s": times, "x_m": noisy[:, 0], "z_m": noisy[:, 1]})
+    trials, body = [{"group": f"g{k % 3}"} for k in range(6)], {"shape": "sphere", "radius": 0.036, "mass": 0.2}
+    thrown = hlcs.Experiment.from_frames(frames, body=body, noise={"position": 0.002}, trials=trials)
+    found = hlcs.diagnose(thrown, candidates=["tilted_frame"])
+    assert found.verdict == "unexplained" and found.effects == ("tilted_frame",)
+    assert [entry["name"] for entry in found.additions] == ["learned_force"] and found.learned.form == "switch"
+    assert "In place of what was found one law explains more" in str(found)
+    seen = hlcs.compare(found.apply(thrown))
+    assert seen.adequate and seen.error["rms"] == pytest.approx(0.002, rel=0.1)  # of 960 readings: a standard error of 2 %

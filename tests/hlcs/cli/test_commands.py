@@ -12,6 +12,8 @@ import pytest
 
 from hlcs import PlacementTest
 from hlcs.cli import placement_options
+from hlcs.kinds.experiment import Experiment
+from minibullet.errors import InputError
 
 SMALL = ["--rows", "3", "--columns", "3", "--layers", "2", "--seed", "3"]
 
@@ -304,6 +306,16 @@ def test_what_a_diagnosis_finds_is_written_and_its_next_command_compares_it(hlcs
 
     status, text, errors = hlcs(*diagnose, "--apply", "case/experiment.toml")
     assert (status, text) == (2, "") and "is there already and was not written by this program" in errors
+
+
+def test_what_cannot_be_written_costs_no_finished_diagnosis(hlcs, monkeypatch):
+    def full(experiment, path):
+        raise InputError(f"'{path}': no space is left")
+
+    hlcs("mystery", "copy", "tower-drop", "--out", "case")
+    monkeypatch.setattr(Experiment, "save", full)
+    status, text, errors = hlcs("diagnose", "case/experiment.toml", "--candidates", "quadratic_drag", "--apply", "new.toml")
+    assert status == 2 and "Air resistance is missing" in text and "'new.toml': no space is left" in errors
 
 
 def test_where_nothing_is_found_no_experiment_is_written(hlcs, tmp_path):

@@ -8,7 +8,10 @@ from throws import csv
 
 import hlcs
 import minibullet as mb
+from hlcs.data.rigid_body import rigid_body
+from hlcs.effects import candidate, classes
 from hlcs.learning import learn
+from hlcs.simulation.model import Term
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +53,24 @@ def test_the_file_is_an_effect_that_compare_takes(magnet, pull, tmp_path):
     after = hlcs.compare(experiment, effects_file=effects)
     experiment.write_text(text)
     assert after.adequate and not hlcs.compare(experiment).adequate
+
+
+def test_an_effect_stands_beside_the_law_with_the_number_that_it_has_there(throw):
+    """A drag of C = 2, and a pull of 3 m/s2 along x while 0.3 s < t: without the law the fit gives another C."""
+    drag = 1.2 * 2.0 * np.pi * 0.03**2 / (2 * 0.05)
+
+    def force(x, v, t):
+        return -drag * np.linalg.norm(v, axis=1, keepdims=True) * v + [3.0 * (t > 0.3), 0.0, 0.0]
+
+    problem, bare = throw(force)
+    trial = problem.trials[0]
+    kind = candidate(classes()["quadratic_drag"], trial.surroundings, rigid_body(trial.body), True)
+    fit = problem.fit(bare.model.with_term(Term(kind, ()).at({"drag_coefficient": 1.0})))
+    learned = learn(problem, fit)
+    ((name, beside),) = (tuple(entry.values()) for entry in learned.beside)
+    assert name == "quadratic_drag" and learned.variable == "time"
+    wrong, right = abs(fit.estimate[0] - 2.0), abs(beside - 2.0)
+    assert right < 4 * np.sqrt(learned.fit.covariance[0, 0]) < wrong
 
 
 def test_a_shaking_camera_is_an_oscillation_of_its_frequency(throw):
