@@ -31,7 +31,7 @@ class Budget:
         if self.simulator.contact:
             self.limit = TUMBLING_LIMIT if problem.segmented else SMOOTH_LIMIT
         self.start, self.begun = self.simulator.body_steps, perf_counter()
-        self.left_out, self.stopped = [], False
+        self.left_out, self.stopped = 0, False  # sets of effects that wait, or waited in the end; did Ctrl-C end it
         self.numbers, self.on_fits = 0, 0  # how many numbers were fitted, counted once a fit, and what that took
 
     @property
@@ -48,12 +48,9 @@ class Budget:
         """Fits of so many numbers were made since so many `steps`: what the next ones take is told from them."""
         self.numbers, self.on_fits = self.numbers + numbers, self.on_fits + self.steps - before
 
-    def spent(self, what, affordable=1):
-        """Is the limit reached, or no fit affordable? Then `what` is noted as left out, once."""
-        over = self.share > 1 or affordable < 1
-        if over and what not in self.left_out:
-            self.left_out.append(what)
-        return over
+    def spent(self, affordable=1):
+        """Is the limit reached, or no fit affordable?"""
+        return self.share > 1 or affordable < 1
 
     def time_left(self):
         """Words on how long the search may still take at most, by what it took so far; none before that can be told."""
@@ -73,7 +70,9 @@ class Budget:
 
     def notes(self):
         """Sentences on what was left out."""
-        return (*(f"left out {IN_TIME}: {what}" for what in self.left_out), *[STOPPED] * self.stopped)
+        if self.stopped:
+            return (STOPPED,)
+        return (f"left out {IN_TIME}: sets of effects that might do as well ({self.left_out})",) if self.left_out else ()
 
 
 def linearisation_cost(trials, step):

@@ -157,14 +157,14 @@ class Search:
             self.expand()
             limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
             promising = [each for each in self.open_proposals() if self.promising(*each, limit, explained)]
+            self.budget.left_out = len(promising)
             if not promising:
                 break
             twice = max(promising[0][0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
             together = self.first_ones(self.parts_first([each for each in promising if each[0].cost <= twice], limit))
             numbers = [self.count(proposal.effects) for proposal, _ in together]
             affordable = self.budget.affordable(numbers, TOGETHER) if self.problem.simulator.contact else 1
-            fits = affordable if refits < REFITS else 0
-            if self.budget.spent(f"{len(promising)} sets of effects that might do as well", fits):
+            if self.budget.spent(affordable if refits < REFITS else 0):
                 together = [each for each in together if explained and each[0].effects in self.twins]
                 if not together:  # twins of what was found are few, and without them it would be told alone
                     break

@@ -95,8 +95,9 @@ def test_a_twin_of_what_explains_the_data_is_fitted_when_the_time_is_over_as_wel
     found = sets(bend, generator).search
     best = found.ranked()[0]
     search = Search(found.problem, LAWS.values(), found.base, first=[(found.fits[best].model.numbers, None)])
-    search.budget.spent = lambda what, affordable: True
+    search.budget.spent = lambda affordable: True
     assert (frozenset(LAWS) - best in search.run().fits) == twins
+    assert not twins or search.budget.notes() == ()  # nothing waits any more
 
 
 def test_a_fit_begins_no_farther_off_than_the_misfit_allows():
