@@ -33,15 +33,17 @@ def compare(experiment, *others, effects=(), effects_file=None, seed=0, workers=
     changed = _with_other_model("compare", nominal, others, effects)
     before = nominal.before() if changed is nominal else nominal
     options = Options(changed.user_effects, seed, workers, progress)
-    comparison, aside = comparison_of(changed.opened(options))
+    opened = changed.opened(options)
+    comparison, aside = comparison_of(opened)
     if changed is nominal and comparison.adequate is False:  # a model that stands in no file can be named in no command
         comparison = replace(comparison, following=changed.typed("diagnose"))
     if before is None:
         return comparison
     replaced = tuple(entry["name"] for entry in changed.file.replaced)
     former, _ = comparison_of(before.opened(options), aside)
-    noise = {"noise": former.error["noise"]}  # of layers it holds the scatter of a model's runs: one noise, as in the diagnosis
-    comparison = replace(comparison, error=comparison.error | noise)
+    # one noise, as in the diagnosis: of layers it holds the scatter of a model's runs, that of the model before is told
+    noise = {"noise": (comparison if opened.carried_noise else former).error["noise"]}
+    comparison, former = (replace(each, error=each.error | noise) for each in (comparison, former))
     return replace(comparison, before=former, added=changed.file.added, replaced=replaced)
 
 

@@ -52,6 +52,7 @@ class OpenExperiment(Protocol):
     title: str
     unit: str  # of the error
     measure: str  # of the error, "rms" or "mean relative error"
+    carried_noise: bool  # does a model carry errors of inputs into the noise, so that the better model tells it?
     judgeable: bool  # is the noise known?
     noise: dict  # what is known of it, as it is told
     notes: tuple[str, ...]  # what a reader must know of the data

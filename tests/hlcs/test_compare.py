@@ -118,3 +118,18 @@ def test_the_noise_beside_before_and_after_is_that_of_the_model_before(tmp_path,
     monkeypatch.setattr(module, "comparison_of", with_noise)
     seen = hlcs.compare(write_throws(tmp_path), effects=[{"name": "quadratic_drag", "drag_coefficient": 0.1}])
     assert seen.error["noise"] == seen.before.error["noise"] == 0.0069
+
+
+def test_errors_of_inputs_are_carried_by_the_model_after_for_both(tmp_path):
+    """Heights off by 1 cm are a tenth of that in rebounds of a restitution of 0.3, and 0.64 cm of one of 0.8, which is right."""
+    heights = np.repeat(np.linspace(0.3, 2.0, 8), 5)
+    rebounds = 0.8**2 * heights + 0.001 * np.random.default_rng(5).standard_normal(len(heights))
+    rows = [f"{height},{rebound}" for height, rebound in zip(heights, rebounds, strict=True)]
+    (tmp_path / "t.csv").write_text("\n".join(["height_m,rebound_height_m", *rows]))
+    path = tmp_path / "e.toml"
+    path.write_text(
+        'kind = "outcomes"\n[body]\nshape = "sphere"\nradius = 0.03\nmass = 0.05\n[surroundings]\nfluid_density = 0.0\n'
+        'restitution = 0.3\n[measurement]\nfile = "t.csv"\ninput_sd = { height_m = 0.01 }\n'
+    )
+    seen = hlcs.compare(path, effects=[{"name": "restitution", "coefficient": 0.8}])
+    assert seen.error["noise"] == seen.before.error["noise"] == pytest.approx(0.64 * 0.01, rel=0.05)

@@ -47,7 +47,7 @@ class Layers(Tabulated):
     simulator: runs the tests that are not yet in its store; seeds: tests of each model on each measured set.
     """
 
-    kind, measure, unit = "layers", "mean relative error", "1"
+    kind, measure, unit, carried_noise = "layers", "mean relative error", "1", False
     layout = LAYOUTS[kind]
     unjudged = Reason.NOT_TRIED(why="the number of tests, or their scatter, is unknown")
     advice = (

@@ -27,7 +27,7 @@ AGAIN = 3  # searches at most, each with the errors of inputs as the best set of
 class Outcomes(Tabulated):
     """An OpenExperiment (`kinds.protocol`) of an outcome table: one row, one experiment, one number."""
 
-    kind, measure = "outcomes", "rms"
+    kind, measure, carried_noise = "outcomes", "rms", True
     layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
     advice = "repeat some rows with equal inputs (replicates), or state measurement.noise"

@@ -33,12 +33,17 @@ class TableNoise(NamedTuple):
     def of_settings(self, table: OutcomeTable, expected=None):
         """Standard deviation of a row of each distinct setting, (d,) [unit of the outcome].
 
-        expected: outcome of each row as a model has it, nan where it never comes (n,): a mean that is low by chance would else
-        weigh more; None, nan = the mean of its setting.
+        expected: outcome of each row as a model has it, nan where it never comes (n,). It counts where the mean of a setting may
+        be of it: a mean that is low by chance would else weigh more. Elsewhere the mean does: rows scatter as what they read, not
+        as what a wrong model foretells. None = the means.
         """
-        first, back = np.unique(table.setting, return_index=True, return_inverse=True)[1:]
-        means = np.bincount(back, table.values) / np.bincount(back)
-        return self.at(means if expected is None else np.where(np.isfinite(expected[first]), expected[first], means))
+        first, back, counts = np.unique(table.setting, return_index=True, return_inverse=True, return_counts=True)[1:]
+        means = np.bincount(back, table.values) / counts
+        if expected is None:
+            return self.at(means)
+        foretold = expected[first]
+        agrees = np.abs(means - foretold) < special.ndtri(1 - SEEN / 2) * self.at(foretold) / np.sqrt(counts)
+        return self.at(np.where(agrees, foretold, means))
 
     def notes(self, table):
         """That rows scatter the more the more they read, () where they do not."""

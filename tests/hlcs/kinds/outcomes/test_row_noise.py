@@ -67,3 +67,13 @@ def test_the_numbers_of_proportional_scatter_are_inside_their_intervals():
         number = hlcs.diagnose(experiment(stops, 0.3), candidates="friction").parameters["friction"]["coefficient"]
         inside += number["low"] < 0.33 < number["high"]
     assert inside >= 6
+
+
+def test_rows_scatter_as_what_they_read_and_not_as_what_a_wrong_model_foretells():
+    """Friction of 1.5 in place of 0.33 stops the block after a fifth of the way: the noise stays the 1 % of what was read."""
+    stops = STOPS * (1 + 0.01 * np.random.default_rng(3).standard_normal(len(STOPS)))
+    wrong, right = (hlcs.compare(experiment(stops, friction)) for friction in (1.5, 0.33))
+    assert right.adequate and not wrong.adequate
+    for seen in (wrong, right):
+        assert seen.error["noise"] == pytest.approx(0.01 * np.sqrt(np.mean(STOPS**2)), rel=0.3)
+    assert wrong.error["noise"] == pytest.approx(right.error["noise"], rel=0.01)
