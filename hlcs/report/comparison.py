@@ -63,10 +63,11 @@ def sections(comparison):
 
 
 def _next(comparison):
-    """What to type next where the model misses; where the file itself is doubted the opening says what to do."""
-    if comparison.adequate is not False or not comparison.following or doubt(comparison):
+    """What to type next where the model misses; where the file itself is doubted the opening says what to do first."""
+    if comparison.adequate is not False or not comparison.following:
         return ()
-    return ("Which effect is missing:", Lines((comparison.following,)))
+    lead = "Which effect is missing, if the file is right:" if doubt(comparison) else "Which effect is missing:"
+    return (lead, Lines((comparison.following,)))
 
 
 def _opening(comparison):
@@ -117,7 +118,8 @@ def _errors(comparison):
         for row in comparison.errors
     )
     head = (" ", comparison.error.get("measure") or "rms error", "times the noise", "bias", "what is left")
-    note = f"Noise: {_noise(comparison.noise)}. Bias: model - measured, positive where the model reads more than was measured."
+    note = f"Noise: {_noise(comparison.noise, unit)}. "
+    note += "Bias: model - measured, positive where the model reads more than was measured."
     if comparison.before and comparison.kind == "trajectory":
         note += " Before: on the samples that are kept beside the model after."
         if comparison.impacts:  # starts of runs through them end at one of many dents of the sum of squares
@@ -125,8 +127,10 @@ def _errors(comparison):
     return Table(head, rows, wordy=True, note=note)
 
 
-def _noise(noise):
+def _noise(noise, unit):
     told = noise.get("source") or "unknown"
+    if inputs := noise.get("inputs"):
+        told += f", and what inputs are stated to be off by ({size(inputs, unit)} of it)"
     return told + (f", correlation {noise['rho']:.2f} per step" if noise.get("rho") else "")
 
 

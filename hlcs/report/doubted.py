@@ -22,10 +22,11 @@ class Doubt(NamedTuple):
 
 def doubt(result):
     """The Doubt of a Comparison or Diagnosis; None where no statement is doubted."""
-    mended = bool(getattr(result, "effects", ()))  # of a Diagnosis, which adds them
+    searched = hasattr(result, "effects")  # a Diagnosis, which adds what it found
+    mended = searched and bool(result.effects)
     if result.starts_shown:
         return Doubt(
-            starts_wrong(result.starts_shown, mended),
+            starts_wrong(result.starts_shown, mended, searched),
             "the starts, as they are stated, do not agree with the data",
             "more, with these starts",
             "noise, with the starts as they are stated,",
@@ -40,15 +41,16 @@ def doubt(result):
     return None
 
 
-def starts_wrong(shown, mended):
-    """That the starts may not be as stated, by how much, and what to do; mended: if effects are added."""
+def starts_wrong(shown, mended, searched):
+    """That the starts may not be as stated, by how much, and what to do; mended: if effects are added; searched: if any were
+    looked for."""
     model, more = _agreeing(mended)
+    other = "something is missing that nothing in the library explains" if searched else "something is missing"
     differ = joined(_differing(name, **each) for name, each in shown["differ"].items())
     return (
         f"Either the starts that the file states are wrong: with starts fitted to the data in their place {model} agrees with "
         f"the data, and {more} need be missing. They differ from those stated by {differ}. So it is where a body was let go a "
-        "little before the first stamp. Or something is missing that nothing in the library explains. To know it, "
-        f"{shown['next']}."
+        f"little before the first stamp. Or {other}. To know it, {shown['next']}."
     )
 
 

@@ -47,6 +47,14 @@ def test_a_comparison_tells_it_as_well(tmp_path):
     assert not found.adequate and found.starts_shown["differ"].keys() == {"velocity"}
 
 
+def test_a_comparison_says_what_it_did_and_names_the_command_that_searches(tmp_path):
+    """It looks for no effect, so it cannot say that none explains the data."""
+    path = falls(tmp_path, EARLY)
+    told = " ".join(str(hlcs.compare(path)).split())
+    assert "Or something is missing. To know it," in told and "library" not in told
+    assert f"Which effect is missing, if the file is right: hlcs diagnose {path}" in told
+
+
 def test_right_starts_are_not_doubted_whatever_else_is_missing(tmp_path):
     assert hlcs.compare(falls(tmp_path, 0 * EARLY)).starts_shown is None
     missed = hlcs.compare(falls(tmp_path, 0 * EARLY, late=1.0))
