@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.outcome_tables import read_outcomes
 from hlcs.data.quantities import OUTCOMES
@@ -45,9 +47,14 @@ class Outcomes(Tabulated):
         self.noise = self._noise_of(self._prepared)
 
     def _noise_of(self, prepared):
-        """The noise as it is told: that of the rows, and what settings scatter by beside the model of a Prepared."""
-        scatter = prepared.problem.errors.scatter if self.judgeable else 0.0
-        return self._prepared.noise.to_dict() | ({"between_settings": scatter} if scatter else {})
+        """The noise as it is told: that of the rows, what the errors of inputs make of it, and what settings scatter by, beside
+        the model of a Prepared."""
+        if not self.judgeable:
+            return prepared.noise.to_dict()
+        problem, scatter = prepared.problem, prepared.problem.errors.scatter
+        inputs = float(np.sqrt(np.mean(problem.errors.of_inputs[problem.back] ** 2)))
+        shared = {"inputs": inputs, "between_settings": scatter}
+        return prepared.noise.to_dict() | {name: size for name, size in shared.items() if size}
 
     def observe(self):
         problem = self._prepared.problem

@@ -27,6 +27,11 @@ class SettingErrors(NamedTuple):
     scatter: float = 0.0  # the part of it that no input explains, one sigma [unit of the outcome]
     notes: tuple[str, ...] = ()
 
+    @property
+    def of_inputs(self):
+        """The part of it that the stated errors of inputs are (d,) [unit of the outcome]."""
+        return np.sqrt(np.maximum(self.deviation**2 - self.scatter**2, 0.0))
+
 
 def of_inputs(file, table, model):
     """One sigma of the outcome of each distinct setting from the errors of its inputs (d,) [unit of the outcome].

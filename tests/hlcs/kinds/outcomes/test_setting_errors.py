@@ -123,6 +123,17 @@ def test_one_wrong_setting_is_told_from_scatter_that_all_share(settings):
     assert sum(found.alone is not None for found in shared) <= 12
 
 
+@pytest.mark.parametrize("stated", [True, False])
+def test_the_label_of_the_noise_says_what_of_it_inputs_are(tmp_path, stated):
+    """Heights off by 1 cm are 0.56 cm in the rebound, of which rows that repeat each other show nothing."""
+    measurement = "input_sd = { height_m = 0.01 }\n" if stated else ""
+    seen = hlcs.compare(write(tmp_path, rebounds(1, error=0.0), measurement, f"restitution = {RESTITUTION}\n"))
+    part = seen.noise.get("inputs", 0.0)
+    assert part == pytest.approx(0.01 * RESTITUTION**2 * stated, rel=0.05)  # less what the air takes
+    more = f", and what inputs are stated to be off by ({1e3 * part:.3g} mm of it)" if stated else ""
+    assert f"Noise: replicates{more}. Bias" in " ".join(str(seen).split())
+
+
 @pytest.mark.parametrize("wrong", [1, 3])
 def test_one_wrong_mark_leaves_a_table_unexplained_and_is_named(tmp_path, wrong):
     """Six heights, one of them set 5 cm off, in all its repeats: no law does that, and the other five are right."""
