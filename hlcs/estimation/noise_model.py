@@ -74,14 +74,16 @@ class Noise:
         return rounded(noise, step_of(self.lattice)) if noise and channel < 3 else noise
 
     def to_dict(self):
-        """What is told of it in results."""
-        return {
+        """What is told of it in results; rounding: the steps in which positions are read [m], where they count."""
+        told = {
             "position": self.position,
             "orientation": self.orientation,
             "rho": self.rho,
             "source": self.source,
             "flexible": self.hint,
-        } | ({} if self.acceleration is None else {"acceleration": self.acceleration})
+        }
+        more = {"acceleration": self.acceleration, "rounding": step_of(self.lattice) or None}
+        return told | {name: value for name, value in more.items() if value is not None}
 
     def whitening(self, channel, times):
         """Whitening of the observations of one recording: numbers in CHANNELS and times (n,) each, sorted by channel and time."""
@@ -125,8 +127,9 @@ def estimate_noise(measurement):
     hint = rounded(curve[0], step_of(lattice)).sigma if curve else None
     found = Noise(position, orientation, step, source, (), hint, tail, lattice, noise.get("acceleration"))
     if position and curve and not 1 / 1.5 < hint / found.position < 1.5:
+        steps = f", rounding to steps of {step_of(lattice):.3g} m included" if step_of(lattice) else ""
         notes.append(
-            f"a flexible curve through the data leaves {hint:.3g} m, the {source} noise is {found.position:.3g} m"
+            f"a flexible curve through the data leaves {hint:.3g} m, the {source} noise is {found.position:.3g} m{steps}"
             ": more than a factor 1.5 apart; check it"
         )
     if any("rx" in trial.columns for trial in trials) and orientation is None and position is not None:

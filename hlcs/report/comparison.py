@@ -1,6 +1,7 @@
 """How a Comparison is shown: printed, in a notebook, drawn, written into a folder."""
 
 import json
+import math
 
 from hlcs.data.shown_by_impacts import impact_lines
 from hlcs.files import folders
@@ -129,6 +130,8 @@ def _errors(comparison):
 
 def _noise(noise, unit):
     told = noise.get("source") or "unknown"
+    if step := noise.get("rounding"):
+        told += f", and readings in steps of {size(step, unit)} ({size(step / math.sqrt(12), unit)} of it)"
     if inputs := noise.get("inputs"):
         told += f", and what inputs are stated to be off by ({size(inputs, unit)} of it)"
     return told + (f", correlation {noise['rho']:.2f} per step" if noise.get("rho") else "")

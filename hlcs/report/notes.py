@@ -28,9 +28,9 @@ def gathered(notes, most=MOST):
             files.setdefault(file, []).extend([column] if column else [])
     told = []
     for said, files in places.values():
-        many = [f"{file} ({', '.join(dict.fromkeys(columns))})" if columns else file for file, columns in files.items()]
-        what = _with_ranges(said)
-        told.append(what if not many else f"{many[0]}: {what}" if len(many) == 1 else f"{what}: {', '.join(many)}")
+        many = [f"{file}, {', '.join(dict.fromkeys(columns))}" if columns else file for file, columns in files.items()]
+        what, between = _with_ranges(said), "; " if any(files.values()) else ", "
+        told.append(what if not many else f"{many[0]}: {what}" if len(many) == 1 else f"{what} (in each of {between.join(many)})")
     return told[:most] + ([f"and {len(told) - most} more, all in the JSON result"] if len(told) > most else [])
 
 

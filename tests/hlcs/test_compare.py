@@ -133,3 +133,14 @@ def test_errors_of_inputs_are_carried_by_the_model_after_for_both(tmp_path):
     )
     seen = hlcs.compare(path, effects=[{"name": "restitution", "coefficient": 0.8}])
     assert seen.error["noise"] == seen.before.error["noise"] == pytest.approx(0.64 * 0.01, rel=0.05)
+
+
+def test_where_readings_are_rounded_the_label_says_what_of_the_noise_that_is(tmp_path):
+    """Heights in steps of 4 mm beside 1 mm that is stated: 4/sqrt(12) = 1.15 mm, 1.53 mm together."""
+    times = np.arange(40) / 60
+    heights = 4e-3 * np.round((2 - 9.81 * times**2 / 2 + 1e-3 * np.random.default_rng(1).standard_normal(40)) / 4e-3)
+    body, rest = {"shape": "sphere", "radius": 0.03, "mass": 0.1}, {"fluid_density": 0.0}
+    frame = {"t_s": times, "z_m": heights}
+    seen = hlcs.compare(hlcs.Experiment.from_frames([frame], body, rest, noise={"position": 0.001}))
+    assert "Noise: stated, and readings in steps of 4 mm (1.15 mm of it)" in " ".join(str(seen).split())
+    assert seen.error["noise"] == pytest.approx(1.53e-3, rel=0.01) and seen.noise["rounding"] == pytest.approx(4e-3)
