@@ -13,6 +13,7 @@ from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.outcomes.problem import fastest_rows, judge_table, posed, prepare_table, table_candidates, where_in_table
 from hlcs.kinds.outcomes.repeats import groups_told, without_misread
 from hlcs.kinds.outcomes.row_noise import about_a_curve, between_repeats
+from hlcs.kinds.outcomes.zero_errors import zero_errors_told
 from hlcs.kinds.protocol import Observation, Tabulated, misfit
 from hlcs.records import Reason
 from hlcs.rendering import Pictures
@@ -113,7 +114,12 @@ class Outcomes(Tabulated):
                 break
             prepared = posed(problem, prepared.base.model)
         self.noise = self._noise_of(prepared)
-        return select(self, prepared, search, cross_validation, absent)
+        found = select(self, prepared, search, cross_validation, absent)
+        if found.adequate["before"]:
+            return found
+        best = search.fits[frozenset(found.effects)]
+        zeros = zero_errors_told(prepared.problem, prepared.base.model, best.chi2, judge_table)
+        return replace(found, notes=(*zeros, *found.notes))
 
     def pilot(self, effect):
         class_named(effect, self.options.user_effects)

@@ -156,6 +156,10 @@ class TableProblem(DirectProblem):
         """The same problem with another Noise of a row."""
         return TableProblem(self.file, self.table, TableNoise(noise), self.trials, self.errors, self.never)
 
+    def with_inputs(self, table):
+        """The same problem with a table of other inputs, in the same settings."""
+        return TableProblem(self.file, table, self.scatter, self.trials, self.errors, self.never, self.own)
+
     # --- the next experiment --------------------------------------------------------------------------------------------------
 
     @property
