@@ -45,7 +45,7 @@ def starts_wrong(shown, mended, searched):
     """That the starts may not be as stated, by how much, and what to do; mended: if effects are added; searched: if any were
     looked for."""
     model, more = _agreeing(mended)
-    other = "something is missing that nothing in the library explains" if searched else "something is missing"
+    other = "something is missing that none of the effects tried explains" if searched else "something is missing"
     differ = joined(_differing(name, **each) for name, each in shown["differ"].items())
     return (
         f"Either the starts that the file states are wrong: with starts fitted to the data in their place {model} agrees with "

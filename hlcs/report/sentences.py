@@ -300,8 +300,8 @@ def _unexplained(diagnosis):
 
 
 def _nothing(diagnosis):
-    """What it is that does not explain: the library, or where a search was stopped what it had come to."""
-    return "nothing that was fitted by then" if STOPPED in diagnosis.notes else "nothing in the library"
+    """What it is that does not explain: what was tried, or where a search was stopped what it had come to."""
+    return "nothing that was fitted by then" if STOPPED in diagnosis.notes else "none of the effects tried"
 
 
 def _helps(diagnosis):

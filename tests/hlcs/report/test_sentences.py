@@ -84,7 +84,7 @@ def test_an_unexplained_misfit_says_what_is_explained_and_what_is_left_beyond_th
     1 - (25/9 - 1)/(2500 - 1) = 99.93 % is gone."""
     told = opening(UNEXPLAINED)
     assert told.startswith("Air resistance explains 99.9 % of the misfit beyond the noise (quadratic drag")
-    assert "Beyond the noise 4 mm are left that nothing in the library explains." in told
+    assert "Beyond the noise 4 mm are left that none of the effects tried explains." in told
     assert "your noise" not in told and "no candidate" not in told and "is missing" not in told
 
 
@@ -111,7 +111,7 @@ def test_where_the_data_show_more_noise_than_is_stated_that_is_said_first_and_no
     assert "Something is missing" not in bare and "more is missing" not in bare and "Where the model still misses" not in bare
     told = opening(replace(UNEXPLAINED, noise_shown=TOO_SMALL))
     assert told.startswith("The stated noise may be too small") and "Air resistance explains 99.9 % of the misfit" in told
-    assert "nothing else need be missing" in told and "nothing in the library" not in told
+    assert "nothing else need be missing" in told and "none of the effects" not in told
     assert opening(comparison(noise_shown=TOO_SMALL)).startswith(
         "The model misses the measurement by 30 mm. The stated noise may be too small: it is 1 mm"
     )
@@ -144,7 +144,7 @@ def test_where_nothing_stands_the_nearest_is_named_with_the_reason_why_it_does_n
     near = finding("mass_offset", "a mass other than stated", reason=Reason.SUSPECTED, chi2=100.0, error=0.03, why="suspected: x")
     found = diagnosis("unexplained", found=(), others=(near,), parameters={}, after=0.15, explained=None)
     told = opening(found)
-    assert told.startswith("Something is missing that nothing in the library explains.")
+    assert told.startswith("Something is missing that none of the effects tried explains.")
     assert (
         "Nearest comes a mass other than stated (mass offset), which would take away 96 %" in told
         and "does not fall as it should on recordings" in told
@@ -219,7 +219,7 @@ def test_no_report_of_any_verdict_says_what_is_false_for_it(verdict):
     assert told.startswith(f"a ball (trajectory): {verdict}")
     assert "nan" not in told and "None" not in told and "{" not in told.split("To add it")[0]
     assert ("What is left is your noise" in told) == (verdict in ("effect", "ambiguous", "complete"))
-    assert ("nothing in the library explains" in told) == (verdict == "unexplained")
+    assert ("none of the effects tried explains" in told) == (verdict == "unexplained")
     assert ("is missing (" in told) == (verdict == "effect")
 
 
