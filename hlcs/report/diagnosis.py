@@ -17,7 +17,7 @@ from hlcs.report.leftover import camera_swings
 from hlcs.report.notes import note_parts
 from hlcs.report.ranking import LITTLE, left_by_base, ranking
 from hlcs.report.sentences import error_of, opening, place, reynolds_told
-from hlcs.report.words import capital, interval, joined, size, value, words
+from hlcs.report.words import AS_IT_IS, capital, interval, joined, size, value, words
 
 NOT_PROVED = {
     "ambiguous": "{what} can be added, and {is_} not proved: others do as well.",
@@ -78,7 +78,7 @@ def sections(diagnosis):
         Section("The smallest effects that these data would have shown", _visible(diagnosis), "visible"),
         Section("Where the model still misses", _where(diagnosis), "where"),
         Section("How to go on", _next(diagnosis), "next"),
-        Section("Notes on the data", note_parts(diagnosis.notes), "notes"),
+        Section("Notes on the data", note_parts([note for note in diagnosis.notes if AS_IT_IS not in note]), "notes"),
     ]
     return [section for section in found if section.parts]
 

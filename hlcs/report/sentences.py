@@ -9,7 +9,7 @@ from hlcs.report.document import Points
 from hlcs.report.doubted import doubt
 from hlcs.report.leftover import likeness, turns_missed
 from hlcs.report.ranking import ranking
-from hlcs.report.words import capital, joined, number, share, size, span, two_digits, value, words
+from hlcs.report.words import AS_IT_IS, capital, joined, number, share, size, span, two_digits, value, words
 
 NEAR_NOISE = 1.15  # times the noise up to which an error is called noise without more words
 NOTHING_MORE = "Nothing more is missing."
@@ -29,7 +29,8 @@ def opening(diagnosis):
     }[diagnosis.verdict](diagnosis)
     stopped = ["Stopped by Ctrl-C before the search ended: what follows holds for the sets of effects that were fitted by then."]
     outside = reynolds_told(diagnosis, holds=False)
-    return [*stopped * (STOPPED in diagnosis.notes), *told, *outside, *_tolerance(diagnosis)]
+    others = [f"Or none of this: {note}." for note in diagnosis.notes if AS_IT_IS in note]
+    return [*stopped * (STOPPED in diagnosis.notes), *told, *outside, *others, *_tolerance(diagnosis)]
 
 
 # --- what an effect is called -----------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from scipy import optimize
 from hlcs.data.bodies import bounding_radius
 from hlcs.estimation.fitting import chi2_of
 from hlcs.kinds.outcomes.setting_errors import within
-from hlcs.report.words import size
+from hlcs.report.words import AS_IT_IS, size
 from hlcs.selection.thresholds import TIED
 
 LENGTHS = {"height_m": ("height_m",), "distance_m": ("distance_m",), "mark_2_m": ("mark_1_m", "mark_2_m")}  # with one zero
@@ -51,8 +51,7 @@ def _told(problem, model, names, most, worst, judge):
     which, side = " and ".join(names), "more" if found.x > 0 else "less"
     return (
         f"if {which} {'is' if len(names) == 1 else 'are'} {size(abs(found.x), 'm')}{error} {side} than stated in all rows alike, "
-        "the model as it is agrees with these data, and nothing else need be missing. Check from which point of the body, and "
-        "from which end of the ruler, it is counted",
+        f"{AS_IT_IS}. Check from which point of the body, and from which end of the ruler, it is counted",
     )
 
 
