@@ -117,10 +117,16 @@ def read_table(path):
 def coarse(values, setting):
     """Are readings (n,) so coarse that those of one setting (n,) agree to the digit by chance: is their step a tenth of what they
     scatter by, or more?"""
-    means = np.bincount(setting, values) / np.bincount(setting)
-    freedom = len(values) - len(means)
-    scatter = np.sqrt(np.sum((values - means[setting]) ** 2) / freedom) if freedom else 0.0
+    freedom = len(values) - len(np.unique(setting))
+    scatter = np.sqrt(np.sum(off_means(values, setting) ** 2) / freedom) if freedom else 0.0
     return 0 < 0.1 * scatter <= reading_step(values)
+
+
+def off_means(values, cell):
+    """Values (n,) less the mean of their cell, integers (n,): zero to the last bit where all of a cell are equal."""
+    _, first, cell = np.unique(cell, return_index=True, return_inverse=True)
+    off_first = values - values[first[cell]]  # a mean of equal numbers is rounded, one of zeros is not
+    return off_first - (np.bincount(cell, off_first) / np.bincount(cell))[cell]
 
 
 def inputs_like(table, frame):

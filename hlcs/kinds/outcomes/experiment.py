@@ -12,7 +12,7 @@ from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.outcomes.problem import fastest_rows, judge_table, posed, prepare_table, table_candidates, where_in_table
 from hlcs.kinds.outcomes.repeats import groups_told, without_misread
-from hlcs.kinds.outcomes.row_noise import about_a_curve, between_repeats
+from hlcs.kinds.outcomes.row_noise import about_a_curve, between_repeats, to_know_it
 from hlcs.kinds.outcomes.zero_errors import zero_errors_told
 from hlcs.kinds.protocol import Observation, Tabulated, misfit
 from hlcs.records import Reason
@@ -33,7 +33,6 @@ class Outcomes(Tabulated):
     kind, measure, carried_noise = "outcomes", "rms", True
     layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
-    advice = "repeat some rows with equal inputs (replicates), or state measurement.noise"
     judge, where = staticmethod(judge_table), staticmethod(where_in_table)
 
     def __init__(self, file, options):
@@ -42,7 +41,7 @@ class Outcomes(Tabulated):
         table, aside = without_misread(read_outcomes(file))
         self.file, self.table = file, replace(table, notes=(*said, *table.notes, *aside, *groups_told(table)))
         self.notes = self.table.notes
-        self.unit = OUTCOMES[self.table.outcome]
+        self.unit, self.advice = OUTCOMES[self.table.outcome], to_know_it(self.table)
         self._prepared = prepare_table(file, self.table, options.user_effects)
         self.judgeable = self._prepared.problem is not None
         self.noise = self._noise_of(self._prepared)

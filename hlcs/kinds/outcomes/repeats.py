@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from hlcs.data.outcome_tables import OutcomeTable
+from hlcs.data.outcome_tables import OutcomeTable, off_means
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rounded_readings import reading_step
 
@@ -23,15 +23,14 @@ class Repeats(NamedTuple):
     """Rows that repeat each other, and what they differ by."""
 
     cell: np.ndarray  # equal for rows that do (n,)
-    within: float  # sum of squares about the means of the cells
+    within: float  # sum of squares about the means of the cells; 0 where all rows of each agree
     freedom: int
 
     @classmethod
     def of(cls, values, cell):
         """The Repeats of values (n,) in cells, integers (n,)."""
-        _, cell, counts = np.unique(cell, return_inverse=True, return_counts=True)
-        means = np.bincount(cell, values) / counts
-        return cls(cell, float(np.sum((values - means[cell]) ** 2)), len(values) - len(counts))
+        each, cell = np.unique(cell, return_inverse=True)
+        return cls(cell, float(np.sum(off_means(values, cell) ** 2)), len(values) - len(each))
 
 
 class Apart(NamedTuple):

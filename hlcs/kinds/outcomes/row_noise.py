@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from hlcs.data.outcome_tables import OutcomeTable
+from hlcs.data.outcome_tables import OutcomeTable, off_means
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rounded_readings import last_decimal, reading_step
 from hlcs.estimation.correlated_noise import CorrelatedNoise
@@ -70,11 +70,42 @@ class RowScatter(NamedTuple):
 
 
 def between_repeats(table):
-    """The RowScatter of rows that repeat each other, None where too few do or all agree to the last digit."""
+    """The RowScatter of rows that repeat each other, None where too few do or all agree to the last digit.
+
+    Rows that were read to a digit scatter by what it leaves at least, though most of them agree.
+    """
     repeats = repeats_of(table)
     if repeats.freedom < LEAST_FREEDOM or repeats.within == 0:
         return None
-    return RowScatter(float(np.sqrt(repeats.within / repeats.freedom)), repeats.freedom, "rows that repeat each other differ by")
+    sigma = max(float(np.sqrt(repeats.within / repeats.freedom)), of_the_digit(last_digit(table.values)))
+    return RowScatter(sigma, repeats.freedom, "rows that repeat each other differ by")
+
+
+def last_digit(values, agree=False):
+    """What readings (n,) are rounded to, 0 where they are not: their step, or their last decimal.
+
+    agree: do all agree that repeat each other? Then settings are a step apart, and no readings.
+    """
+    return (0.0 if agree else reading_step(values)) or last_decimal(np.unique(values))
+
+
+def of_the_digit(digit):
+    """Standard deviation that rounding to a digit leaves: even between two halves of it."""
+    return float(digit / np.sqrt(12))
+
+
+def to_know_it(table):
+    """What to do where the rows of a table tell no noise, in words."""
+    if repeats_of(table).freedom < LEAST_FREEDOM:
+        return "repeat some rows with equal inputs (replicates), or state measurement.noise"
+    stated, agree = "state measurement.noise", "all rows of equal inputs agree"
+    digit, unit = last_digit(table.values, agree=True), OUTCOMES[table.outcome]
+    if not digit:
+        return f"{stated}: {agree} in all digits, so they were copied or computed, and tell no noise"
+    return (
+        f"{stated} = {{ {table.outcome} = {of_the_digit(digit):.2g} }}, what the last digit ({digit:g} {unit}) "
+        f"leaves, or more: {agree}, so they were rounded or copied, and tell no noise"
+    )
 
 
 def about_a_curve(table, misfit):
@@ -100,9 +131,9 @@ def growing(table):
     cell = np.unique(repeats_of(table).cell, return_inverse=True)[1]
     counts = np.bincount(cell)
     means = np.bincount(cell, table.values) / counts
-    squares, freedom = np.bincount(cell, (table.values - means[cell]) ** 2), counts - 1
-    digit = reading_step(table.values) or last_decimal(np.unique(table.values))
-    squares = squares + freedom * digit**2 / 12  # repeats that agree to the last digit scatter below it
+    squares, freedom = np.bincount(cell, off_means(table.values, cell) ** 2), counts - 1
+    least = of_the_digit(last_digit(table.values))
+    squares = squares + freedom * least**2  # repeats that agree to the last digit scatter below it
     usual = float(np.sqrt(freedom @ means**2 / freedom.sum()))
     variance = 1 - SHARES[:, None] + SHARES[:, None] * (means / usual) ** 2
     sigma = np.sqrt(squares @ (1 / variance).T / freedom.sum())
@@ -111,7 +142,7 @@ def growing(table):
     if cost[0] - cost[best] < special.chdtri(1, 2 * SEEN):  # w = 0 is an end: half of all chance gains are none
         return None
     scatter = RowScatter(float(sigma[best]), int(freedom.sum()), "")
-    return TableNoise(scatter.noise("replicates"), float(SHARES[best]), usual, digit / np.sqrt(12))
+    return TableNoise(scatter.noise("replicates"), float(SHARES[best]), usual, least)
 
 
 def table_noise(file, table):

@@ -5,9 +5,9 @@ import pytest
 
 import hlcs
 from hlcs.data.frames import csv_of
-from hlcs.data.outcome_tables import read_table
+from hlcs.data.outcome_tables import off_means, read_table
 from hlcs.kinds.outcomes.repeats import between_groups, groups_told, repeats_of, without_misread
-from hlcs.kinds.outcomes.row_noise import between_repeats
+from hlcs.kinds.outcomes.row_noise import between_repeats, to_know_it
 
 HEIGHTS, SIGMA = np.repeat(np.linspace(0.5, 2.0, 7), 4), 0.01
 
@@ -65,3 +65,32 @@ def test_a_misread_rebound_hides_no_restitution():
     )
     found = hlcs.diagnose(experiment, candidates=["restitution"])
     assert (found.verdict, found.effects) == ("effect", ("restitution",)) and any("set aside" in note for note in found.notes)
+
+
+def read_to(digit, sigma, seed=0):
+    """Falls without air, four to a height, with normal scatter, read to a digit [s]."""
+    times = table(seed, sigma=sigma).values
+    return read_table(csv_of({"height_m": HEIGHTS, "fall_time_s": np.round(times / digit) * digit}, "rows"))
+
+
+@pytest.mark.parametrize("digit", [0.1, 0.01])  # of four times 0.1 the sum over four is no 0.1 to the last bit, in some settings
+def test_repeats_that_agree_to_the_last_digit_tell_no_noise_and_what_to_state_is_told(digit):
+    agreeing = read_to(digit, 0.0)
+    assert between_repeats(agreeing) is None
+    assert f"fall_time_s = {digit / np.sqrt(12):.2g} }}, what the last digit ({digit:g} s) leaves" in to_know_it(agreeing)
+    assert "so they were rounded or copied" in to_know_it(agreeing)
+    assert "repeat some rows" in to_know_it(read_table(csv_of({"height_m": [1, 2, 3], "fall_time_s": [0.4, 0.6, 0.8]}, "rows")))
+
+
+@pytest.mark.parametrize("third", [3, 6, 9])  # rows: a mean of three times 0.7 is 0.7 less one in the last bit
+def test_the_mean_of_equal_readings_is_that_reading(third):
+    values = np.repeat([0.3, 0.7, 1.1], third)
+    assert not off_means(values, np.repeat([4, 2, 9], third)).any()
+
+
+@pytest.mark.parametrize("sigma", [0.001, 0.002, 0.005])
+def test_the_noise_of_repeats_is_no_less_than_the_last_digit_leaves(sigma):
+    """Most of the repeats agree, read to 10 ms: they differ by less than what rounding leaves, 10 ms over the root of 12."""
+    for seed in range(5):
+        rounded = between_repeats(read_to(0.01, sigma, seed))
+        assert rounded is None or rounded.sigma > 0.0099 / np.sqrt(12)
