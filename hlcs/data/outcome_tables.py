@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hlcs.data import validation
 from hlcs.data.frames import csv_of
+from hlcs.data.free_falls import check_free
 from hlcs.data.quantities import INPUTS, OUTCOMES
 from hlcs.data.rounded_readings import reading_step
 from hlcs.files.csv_files import CsvLayout, CsvText, read_csv
@@ -42,7 +42,7 @@ class OutcomeTable:
 def read_outcomes(file):
     """The OutcomeTable of an ExperimentFile; raises InputError with file, row, column."""
     table = with_stated_errors(read_table(file.data_file), file)
-    validation.check_falls(table, file.surroundings.gravity)
+    check_free(table, file.surroundings.gravity)
     return table
 
 

@@ -8,18 +8,13 @@ import warnings
 
 import numpy as np
 
+from hlcs.data.free_falls import TOO_FAST, TWICE, question, remedy
 from hlcs.data.rounded_readings import reading_step
 from hlcs.files.limits import MOST_STEPS
 from minibullet.errors import InputError, InputWarning
 
-FEET = 0.3048  # m
-TOO_FAST = 1.5  # free falls faster than so many g are told: no shipped effect makes a body fall so fast
-
-AS_FREE = 1.5  # times gravity that a fall timed by hand through light drag may seem to have, and one over that
-SLOWING = 1.3  # mean speed of the shortest fall over that of the longest: 1 at most, but for errors of a tenth in each time
 SLOW_CAMERA = 0.2  # nobody films a fall with fewer pictures: a longer typical step is not in seconds [s]
 SAME = 1e-6  # part of the longest step by which the steps of a copy may differ: its digits were rounded again
-TWICE = 2.0  # how far a fall may be from that of gravity alone for its clock to be known by it: drag or a bounce make it slower
 ALOFT = 5.0  # times as long as a throw of that height can last
 
 
@@ -64,6 +59,8 @@ def check_units(trial, path):
     """Refuse what no dropped, thrown or rolling body does: wrong units of length or time."""
     duration = trial.times[-1] - trial.times[0]
     floor, gravity = trial.surroundings.floor_height, trial.surroundings.gravity
+    vertical = acceleration(trial, 2)
+    falls = -vertical[0] / gravity if gravity > 1 and vertical else 0.0  # times as fast as freely
     for axis, name in enumerate("xyz"):
         there = np.isfinite(trial.position[:, axis])
         if there.sum() < 4:
@@ -73,60 +70,22 @@ def check_units(trial, path):
         if speed > 400.0 or np.ptp(z) > 2000.0:
             raise InputError(
                 f"{path}, column {name}_m: typical speed {speed:.3g} m/s over {np.ptp(z):.3g} m; "
-                "units that cannot be right: lengths in m, times in s"
+                f"units that cannot be right: {remedy(falls, 1.0)}"
             )
-    vertical = acceleration(trial, 2)
     if gravity > 1 and vertical:
         a, error = vertical
         if a + (4 * error if floor is not None else 0.0) < -6 * gravity:
             raise InputError(
-                f"{path}, column z_m: apparent acceleration {-a:.3g} m/s2 in free flight; units that cannot be "
-                "right: lengths in m, times in s"
+                f"{path}, column z_m: apparent acceleration {-a:.3g} m/s2 in free flight; units that cannot be right: "
+                f"{remedy(falls)}"
             )
         if a + 4 * error < -TOO_FAST * gravity and "angular_velocity" not in trial.start:  # topspin pulls a ball down
-            _tell_fall(f"{path}, column z_m", -a, gravity)
+            told = f"{path}, column z_m: a fall of {-a:.3g} m/s2 where gravity is {gravity:.3g} m/s2; {question(falls)}"
+            warnings.warn(told, InputWarning, stacklevel=2)
         if floor is None and duration > 120 and not trial.surroundings.in_liquid:
             raise InputError(
                 f"{path}, column t_s: free flight of {duration:.4g} s; units that cannot be right: times in s{_clock_seen(trial)}"
             )
-
-
-def check_falls(table, gravity):
-    """Refuse heights and times of an OutcomeTable that stand in each other's column; warn where bodies let go fall faster than
-    gravity pulls: they are in other units."""
-    if gravity > 1 and table.outcome == "fall_time_s" and "height_m" in table.inputs:
-        heights, times = table.inputs["height_m"], table.values
-        falls = float(np.median(2 * heights / np.maximum(times, 1e-9) ** 2))
-        if not 1 / AS_FREE < falls / gravity < AS_FREE and exchanged(heights, times, gravity):
-            raise InputError(
-                f"{table.file}, columns height_m and fall_time_s: a fall of {falls:.3g} m/s2 where gravity is "
-                f"{gravity:.3g} m/s2, ever slower on its way; exchanged, all rows are free falls: are the columns mixed up?"
-            )
-        if falls > TOO_FAST * gravity:
-            _tell_fall(f"{table.file}, columns height_m and fall_time_s", falls, gravity)
-
-
-def exchanged(heights, times, gravity):
-    """Would all falls from rest (n,), (n,) be free ones were heights and times exchanged, and is none possible as they stand?
-
-    A body that was let go only gets faster or keeps its speed, in whatever fluid: the longer way has the higher mean speed.
-    """
-    if not (heights.min() > 0 and times.min() > 0):
-        return False
-    free = 2 * times / heights**2 / gravity  # of a fall through `times` [m] in `heights` [s]: 1 where it is free
-    speeds = heights / times
-    shortest, longest = (np.median(speeds[heights == end]) for end in (heights.min(), heights.max()))
-    return bool(free.min() > 1 / AS_FREE and free.max() < AS_FREE and shortest > SLOWING * longest)
-
-
-def _tell_fall(where, falls, gravity):
-    """Warn of a fall that is too fast; air may have braked one in feet by a fifth."""
-    units = "are these in feet?" if 0.8 * gravity <= falls * FEET <= 1.05 * gravity else "times in s"
-    warnings.warn(
-        f"{where}: a fall of {falls:.3g} m/s2 where gravity is {gravity:.3g} m/s2; lengths are in m, {units}",
-        InputWarning,
-        stacklevel=3,
-    )
 
 
 def check_clock(trial, path):

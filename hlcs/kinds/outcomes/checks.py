@@ -3,25 +3,22 @@
 import numpy as np
 
 from hlcs.data.bodies import SHAPES, impossible_density, refuse_unsized
+from hlcs.data.free_falls import remedy
 from hlcs.data.quantities import OUTCOMES
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.needs_of_model import check_needs
 from hlcs.simulation import outcome_motion
 from minibullet.errors import LIKE, InputError, nearest
 
-# Measured over predicted: outside these bounds no effect is missing, a unit is wrong. Nothing falls faster than freely.
+# Measured over predicted: outside these bounds no effect is missing, a unit is wrong.
 PLAUSIBLE = {
     "fall_time_s": (0.2, 300.0),
-    "rebound_height_m": (0.0, 5.0),
     "stop_distance_m": (0.02, 50.0),
     "slide_time_s": (0.05, 300.0),
-    "rest_height_m": (-np.inf, np.inf),
     "passage_time_s": (0.1, 300.0),
     "bounce_time_s": (0.2, 300.0),
-    "rebound_speed_m_s": (0.0, 5.0),
 }
 BESIDE = ("spin_rad_s",)  # that only effects of the user's own know what to do with
-AGAINST = {"rebound_height_m": "height_m", "rebound_speed_m_s": "impact_speed_m_s"}  # set beside an input, not beside the model
 
 
 def check_table(file, table, own=()):
@@ -82,8 +79,15 @@ def _check_columns(file, table):
 
 
 def _check_rows(table):
-    """Refuse a bounce that is no whole number, a way that took no time, and marks that are not passed one after the other."""
-    ways = [table.inputs[name] for name in ("height_m", "distance_m", "mark_2_m") if name in table.inputs]
+    """Refuse a bounce that is no whole number, a way that took no time, none that took some, and marks that are not passed one
+    after the other."""
+    names = [name for name in ("height_m", "distance_m", "impact_speed_m_s", "mark_2_m") if name in table.inputs]
+    ways = [table.inputs[name] for name in names]
+    if ways and not ways[0].any() and table.values.any():
+        raise InputError(
+            f"{table.file}, column {names[0]}: 0 in all rows, where {table.outcome} is up to {table.values.max():g} "
+            f"{OUTCOMES[table.outcome]}: nothing comes of nothing; give what was set in each row"
+        )
     if OUTCOMES[table.outcome] == "s" and ways and (none := np.flatnonzero((table.values == 0) & (ways[0] > 0))).size:
         raise InputError(
             f"{table.file}, row {np.min(table.rows[none])}, column {table.outcome}: 0 s over a way of {ways[0][none[0]]:g} m; "
@@ -101,21 +105,23 @@ def _check_rows(table):
         )
 
 
-def check_magnitude(problem, model):
-    """Refuse outcomes that a whole unit lies between; rows whose outcome never comes under the model say nothing of units."""
-    table, predicted = problem.table, problem.predict(model)
-    against = np.maximum(table.inputs[AGAINST[table.outcome]], 1e-9) if table.outcome in AGAINST else predicted
-    against = np.where(problem.never, np.nan, against)
-    if np.isnan(against).all():
+def check_magnitude(file, table, expected):
+    """Refuse outcomes that a whole unit lies between; expected: what the model under test foretells of each row (n,).
+
+    Rows whose outcome never comes under it, nan, say nothing of units.
+    """
+    ratios = table.values / np.where(np.abs(expected) < 1e-12, np.inf, expected)
+    if table.outcome not in PLAUSIBLE or np.isnan(ratios).all():
         return
-    ratio = float(np.nanmedian(table.values / np.where(np.abs(against) < 1e-12, np.inf, against)))
+    ratio = float(np.nanmedian(ratios))
     low, high = PLAUSIBLE[table.outcome]
-    if problem.file.surroundings.in_liquid and table.outcome in ("fall_time_s", "passage_time_s"):
+    if file.surroundings.in_liquid and table.outcome in ("fall_time_s", "passage_time_s"):
         high = np.inf  # a grain sinks through honey a thousand times as long as it falls
     if low <= ratio <= high:
         return
-    row = int(np.nanargmin(np.abs(table.values / against - ratio)))
+    row = int(np.nanargmin(np.abs(ratios - ratio)))
+    what = remedy(max(ratio, 1e-9) ** -2, ratio) if OUTCOMES[table.outcome] == "s" else remedy(ratio, 1.0)
     raise InputError(
-        f"{table.file}, row {table.rows[row]}, column {table.outcome}: {table.values[row]:g} where "
-        f"{against[row]:.3g} is expected; units that cannot be right: lengths in m, times in s"
+        f"{table.file}, row {table.rows[row]}, column {table.outcome}: {table.values[row]:g} where {expected[row]:.3g} is "
+        f"expected; units that cannot be right: {what}"
     )

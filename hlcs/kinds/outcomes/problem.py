@@ -297,13 +297,13 @@ def prepare_table(file, table, own=()):
     noise = scatter.noise
     model = Model(fixed=file.effects, own=tuple(own))
     model.changes(file.surroundings)
+    expected = outcomes_at(file, table, model)
+    check_magnitude(file, table, expected)
     if noise.position is None:
         return Prepared(noise, None, None, table.notes)
-    expected = outcomes_at(file, table, model)
     sigma = scatter.of_settings(table, expected)
     errors = setting_errors(file, table, sigma, model, expected)
     problem = TableProblem(file, table, scatter, errors=errors, never=np.isnan(expected), own=sigma)
-    check_magnitude(problem, model)
     return posed(problem, model)
 
 
