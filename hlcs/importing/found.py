@@ -1,10 +1,12 @@
 """What a reader of exports hands over: recordings or rows in the project's own columns, and what it assumed on the way."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from minibullet.errors import InputError, shown
+
+FEW = 3  # files that are named one by one
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,27 @@ class Found:
     rows: dict | None = None  # columns of an outcome table -> (n,) numbers or words
     measurement: dict = field(default_factory=dict)  # keys for [measurement]
     assumptions: tuple[Assumption, ...] = ()
+
+
+def each_once(assumptions):
+    """The Assumptions of several files, each told once, of those files that share it.
+
+    assumptions: [(name of a file, its Assumptions)].
+    """
+    whose = {}
+    for name, of_file in assumptions:
+        for one in of_file:
+            what = one.text.removeprefix(f"{name}: ")
+            whose.setdefault(replace(one, text=what), []).extend([name] if what != one.text else [])
+    return [replace(one, text=_of_files(names, len(assumptions)) + one.text) for one, names in whose.items()]
+
+
+def _of_files(names, count):
+    """Of which of `count` files something is told, the begin of a sentence; names: [] = it says that itself."""
+    if len(names) == count > 1:
+        return f"all {count} files: "
+    more = f" and {len(names) - FEW} more" if len(names) > FEW else ""
+    return ", ".join(names[:FEW]) + more + ": " * bool(names)
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from hlcs.importing.experiment import (
     surroundings_lines,
     table_of,
 )
-from hlcs.importing.found import Assumption, Overrides
+from hlcs.importing.found import Assumption, Overrides, each_once
 from hlcs.importing.units import CHOICES
 from minibullet.errors import InputError, is_number, nearest, one_of, shown, shown_value
 
@@ -126,7 +126,8 @@ def import_measurements(files, format, out, static=None, **overrides):
         contents["rest.csv"] = recording_text(rest)
         whats["rest.csv"] = _in_words(rest)
     sections = _sections(founds, said, written, rest)
-    of_files = (note for found in (*founds, *([still] if still else [])) for note in found.assumptions)
+    read = zip((*paths, static), (*founds, still), strict=True)
+    of_files = each_once([(shown(path, 255), found.assumptions) for path, found in read if found])
     in_air = [IN_AIR] if any(line.startswith("fluid_density") for line in sections["surroundings"]) else []
     notes = tuple(dict.fromkeys((*of_files, *in_air)))
     head = _head(kind, reader.NAME, paths, said, Path(out).name if len(paths) > 1 else Path(paths[0]).stem)

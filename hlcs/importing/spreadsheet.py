@@ -23,7 +23,7 @@ NAME = "spreadsheet"
 USES = ("up", "length_unit", "time_unit", "frame_rate", "column", "constant")
 FIRST_ROWS = 12  # in which the row of names stands
 WORDS = {  # what people write above a column, in English, German, French and Spanish -> the column
-    "t_s": "t, time, zeit, temps, tiempo, time stamp, timestamp",
+    "t_s": "t, time, zeit, laufzeit, temps, tiempo, time stamp, timestamp",
     "frame": "frame, frame number, bild, bildnummer, image",
     "x_m": "x, x position, position x",
     "y_m": "y, y position, position y",
@@ -39,13 +39,16 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
     "slide_time_s": "slide time, sliding time, rutschzeit, gleitzeit",
     "rest_height_m": "rest height, resting height, ruhehöhe",
     "mass_kg": "mass, masse, masa, m",
-    "radius_m": "radius, rayon, radio",
+    "radius_m": "radius, rayon, radio, ball radius, bead radius, sphere radius, kugelradius",
+    "mark_1_m": "first mark, upper mark, marke 1, erste marke, obere marke, marque 1, marca 1",
+    "mark_2_m": "second mark, lower mark, marke 2, zweite marke, untere marke, marque 2, marca 2",
     "speed_m_s": "speed, start speed, initial speed, geschwindigkeit, vitesse, velocidad",
     "angle_deg": "angle, winkel, ángulo",
     "distance_m": "distance, strecke, abstand, distancia",
-    "group": "group, gruppe, groupe, grupo, series, serie, day, tag",
+    "group": "group, gruppe, groupe, grupo, series, serie, day, tag, person, personne, persona, observer, beobachter",
 }
 MEANING = {word: column for column, words in WORDS.items() for word in (*words.split(", "), column.replace("_", " "))}
+TIMED = {"bounce": "bounce_time_s", "mark_2_m": "passage_time_s"}  # column -> the outcome that a time beside it is
 IN_RECORDINGS = (*COLUMNS, *PIXELS, *ACCELERATIONS, "frame")
 IN_TABLES = (*INPUTS, *(f"{name}{SD}" for name in INPUTS), *OUTCOMES, "group")
 for column in (*INPUTS, *OUTCOMES):  # "bounce time" is bounce_time_s: a column without the unit in its name
@@ -139,6 +142,10 @@ def _columns(grid, head, overrides):
                 f'state with --column "{shown(cell)}=.." what each is'
             )
         found[name] = (index, unit)
+    beside = next((outcome for column, outcome in TIMED.items() if column in found), None)
+    stated = "t_s" in overrides.column.values() or {*found} & {*OUTCOMES}
+    if beside and "t_s" in found and not stated:
+        found[beside] = found.pop("t_s")
     if "z_m" in found and "height_m" not in found and any(name in found for name in OUTCOMES):
         found["height_m"] = found.pop("z_m")  # a height beside an outcome is that from which the body was let go
     there = ", ".join(f"'{shown(cell)}'" for cell in grid.cells[head] if cell)
@@ -155,7 +162,8 @@ def _columns(grid, head, overrides):
     for name, (index, _) in found.items():
         cell = grid.cells[head][index]
         if cell != name and cell not in overrides.column:
-            notes.append(Assumption(f"{grid.name}: column '{shown(cell)}' is {name}", "--column"))
+            since = ", counted from the release" if name == "bounce_time_s" else ""
+            notes.append(Assumption(f"{grid.name}: column '{shown(cell)}' is {name}{since}", "--column"))
     return found, left, notes
 
 
@@ -201,7 +209,8 @@ def _recording(grid, first, columns, left, overrides):
     if quaternion and up not in ("z", "none"):
         raise InputError(f"{grid.name}: has quaternions, and {up} points up; turn them so that z points up, and state --up z")
     values |= {name: grid.column(first, columns[name][0], name) for name in quaternion}
-    advice = 'where each row is an experiment of its own, say so with --column "..=fall_time_s"'
+    outcome = "slide_time_s" if {"distance_m", "angle_deg"} & {*columns} else "fall_time_s"
+    advice = f'where each row is an experiment of its own, say so with --column "..={outcome}"'
     found, told = recording(grid.stem, grid, grid.lines[first:], values, "t_s", advice)
     return found, measurement, [*notes, *told]
 
@@ -221,15 +230,24 @@ def _times(grid, first, columns, left, overrides):
         return _si(grid, first, "t_s", columns["t_s"], overrides)
     if "frame" not in columns:
         needed = "a column 'frame', which --frame-rate needs" if overrides.frame_rate else "a column of times, such as Zeit [s]"
-        unknown = ""
-        if left:
-            names = ", ".join(f"'{shown(cell)}'" for cell in left)
-            unknown = f'; not understood: {shown(names, 200)}: state what each is, such as --column "{shown(left[0])}='
-            unknown += 't_s", or =slide_time_s where each row is an experiment of its own'
-        raise InputError(f"{grid.place(0)}: {needed}, is missing; there are {', '.join(columns)}{unknown}")
+        raise InputError(f"{grid.place(0)}: {needed}, is missing; there are {', '.join(columns)}{_what_left_is(left)}")
     if overrides.frame_rate is None:
         raise InputError(f"{grid.place(0)}: frame numbers but no times; state --frame-rate, in pictures a second")
     return grid.column(first, columns["frame"][0], "frame") / overrides.frame_rate, []
+
+
+def _what_left_is(left):
+    """How to say what columns are that nobody understood, the end of a refusal: times are known by their unit alone."""
+    if not left:
+        return ""
+    names, units = ", ".join(f"'{shown(cell)}'" for cell in left), [split_unit(cell)[1] for cell in left]
+    told = f"; not understood: {shown(names, 200)}: state what each is with --column"
+    if timed := next((cell for cell, unit in zip(left, units, strict=True) if unit in UNITS["time"]), ""):
+        return f'{told} "{shown(timed)}=t_s", or =slide_time_s where each row is an experiment of its own'
+    told = f'{told} "NAME=COLUMN"; where each row is an experiment of its own, one is its outcome: {", ".join(OUTCOMES)}'
+    if not {*units} & {*UNITS["speed"]}:
+        return told
+    return f"{told}; a final speed is none: give the time between two marks, passage_time_s with mark_1_m and mark_2_m"
 
 
 def _rows(grid, first, columns, overrides):

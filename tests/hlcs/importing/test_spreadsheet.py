@@ -133,6 +133,37 @@ def test_angles_in_radians_are_degrees_in_a_table(imported):
     assert tables["measurements.csv"] == {"angle_deg": ["28.6478897565"] * 2, "stop_distance_m": ["0.812", "0.815"]}
 
 
+def test_a_time_beside_the_number_of_a_bounce_or_beside_marks_is_that_of_the_bounce_or_the_passage(imported):
+    text = "Drop height (cm),Bounce,Time (s),Run\n30,1,0.25,A\n30,2,0.64,A\n50,1,0.32,A\n"
+    found, tables = imported(text, "csv")
+    assert tables["bounces.csv"] == {
+        "height_m": ["0.3", "0.3", "0.5"], "bounce": ["1.0", "2.0", "1.0"], "bounce_time_s": ["0.25", "0.64", "0.32"]
+    }  # fmt: skip
+    assert "'Time (s)' is bounce_time_s, counted from the release" in str(found) and "'Run' is left out" in str(found)
+    text = "Kugelradius [mm];Marke 1 [cm];Marke 2 [cm];Laufzeit [s];Person\n1,5;5;25;7,2;Anna\n2;5;25;4,1;Jo\n"
+    assert imported(text, "csv")[1]["measurements.csv"] == {
+        "radius_m": ["0.0015", "0.002"],
+        "mark_1_m": ["0.05", "0.05"],
+        "mark_2_m": ["0.25", "0.25"],
+        "group": ["Anna", "Jo"],
+        "passage_time_s": ["7.2", "4.1"],
+    }
+
+
+def test_no_column_is_taken_for_a_time_whose_unit_is_another(refused):
+    told = 'state what each is with --column "NAME=COLUMN"; where each row is an experiment of its own, one is its outcome'
+    refused("layers,mass (g),v_end (m/s)\n1,2,3\n2,4,5\n", "csv", told, "a final speed is none: give the time between two marks")
+    refused("n,mass (g),Dauer [s]\n1,2,3\n2,4,5\n", "csv", '--column "Dauer [s]=t_s", or =slide_time_s')
+
+
+def test_what_all_files_share_is_assumed_once(imported):
+    a, b = "t (s);X (mm)\n0,1;1\n0,2;2\n", "t (s);X (mm);note\n0,1;1;x\n0,2;3;y\n"
+    told = [one.text for one in imported({"a.csv": a, "b.csv": b, "c.csv": b.replace("3", "4")}, "csv")[0].assumptions]
+    assert [one for one in told if "X (mm)" in one] == ["all 3 files: column 'X (mm)' is x_m"]
+    assert [one for one in told if "note" in one] == ["b.csv, c.csv: column 'note' is left out, its meaning is not known"]
+    assert len(told) == len(set(told))
+
+
 def test_every_column_that_tables_take_can_be_named_as_it_is(imported):
     from hlcs.data.quantities import INPUTS
 
