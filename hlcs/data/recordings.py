@@ -204,7 +204,11 @@ def read_recording(path, pixel=None, accelerometer=None, at_rest=False):
     steps = np.diff(times)
     if np.any(steps <= 0):
         worst = int(np.argmax(steps <= 0)) + 1
-        what = "the same time twice (duplicate sample)" if steps[worst - 1] == 0 else "time goes backwards (unsorted)"
+        what = "the same time twice (duplicate sample); keep one of them"
+        if steps[worst - 1] < 0:
+            ordered = [column for column, each in table.columns.items() if np.all(np.diff(each) > 0)]
+            remedy = f"{ordered[0]} grows from row to row: are the two columns mixed up?" if ordered else "sort the rows by time"
+            what = f"time goes backwards (unsorted); {remedy}"
         raise InputError(f"{table.place(worst, 't_s')}: {times[worst]:g} s after {times[worst - 1]:g} s: {what}")
     there, length = np.isfinite(orientation), np.linalg.norm(orientation, axis=1)
     partly, wrong = there.any(axis=1) & ~there.all(axis=1), ~((length > 0.8) & (length < 1.25)) & there.all(axis=1)

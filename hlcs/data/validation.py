@@ -154,6 +154,14 @@ def check_axes(trial, path):
     seen = {name: known for axis, name in enumerate("xyz") if (known := acceleration(trial, axis))}
     if "z" not in seen:
         return
+    recorded = [column[np.isfinite(column)] for column in trial.position.T]
+    if trial.surroundings.floor_height is None and not any(np.ptp(column) for column in recorded if len(column)):
+        warnings.warn(
+            f"{path}: no position changes in {len(trial.times)} samples, and no floor holds the body; is it at rest on a "
+            "floor (surroundings.floor.height), recorded to tell the noise (measurement.static), or was the tracker frozen?",
+            InputWarning,
+            stacklevel=2,
+        )
     a, error = seen["z"]
     if 0.5 * gravity < a - 4 * error and a < 1.5 * gravity:
         raise InputError(f"{path}, column z_m: falls upwards (apparent acceleration {a:+.3g} m/s2); z points up, turn its sign")

@@ -159,8 +159,13 @@ def _row(name, row, line, header, layout):
     if layout.short and len(cells) < len(header):
         cells += [""] * (len(header) - len(cells))
     if len(cells) != len(header):
-        hint = "; decimals are written with a point, 0.5, not 0,5" if len(cells) == 2 * len(header) else ""
-        raise InputError(f"{name}, row {row}: {len(cells)} cells for {len(header)} columns{hint}")
+        count, names = f"{len(cells)} cell{'s' * (len(cells) != 1)}", shown(", ".join(header), MOST_WORD)
+        hint = "write what is missing, or keep its comma and leave the cell blank"
+        if len(cells) > len(header):
+            hint = "leave out what is too much"
+        if len(cells) == 2 * len(header):
+            hint = "decimals are written with a point, 0.5, not 0,5"
+        raise InputError(f"{name}, row {row}: {count} for {len(header)} columns ({names}); {hint}")
     values = []
     for column, cell in zip(header, cells, strict=True):
         place = f"{name}, row {row}, column {shown(column)}"

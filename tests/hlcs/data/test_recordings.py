@@ -18,12 +18,14 @@ def test_a_good_file_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("csv", "words"),
     [
-        ("t_s,z_m\n0,1\n0.2,1\n0.1,1\n0.3,1\n", ("a.csv", "row 4", "t_s", "unsorted")),
+        ("t_s,z_m\n0,1\n0.2,1\n0.1,1\n0.3,1\n", ("a.csv", "row 4", "t_s", "unsorted", "sort the rows")),
+        ("t_s,z_m\n1,0\n0.9,0.1\n0.7,0.2\n0.3,0.3\n", ("row 3", "t_s", "z_m grows from row to row", "mixed up")),
         ("t_s,z_m\n0,1\n0.1,1\n0.1,1\n0.3,1\n", ("row 4", "duplicate")),
         ("t_s,z_m\n0,1\n0.1,nan\n0.2,1\n", ("row 3", "z_m", "not finite", "blank")),
         ("t_s,z_m\n0,1\n0.1,inf\n0.2,1\n", ("row 3", "not finite")),
         ("t_s,z_m\n0,1\n0.1,one\n0.2,1\n", ("row 3", "not a number")),
-        ("t_s,z_m\n0,1\n0.1\n", ("row 3", "cells")),
+        ("t_s,z_m\n0,1\n0.1\n", ("row 3: 1 cell for 2 columns (t_s, z_m); write what is missing",)),
+        ("t_s,z_m\n0,1\n0.1,1,2\n", ("row 3: 3 cells for 2 columns (t_s, z_m); leave out what is too much",)),
         ("t_s,h_m\n0,1\n0.1,1\n", ("row 1", "h_m", "nearest")),
         ("t_s,z_m\n0,1\n0.1,1\n0.2,0.9\n", ("3 samples", "4 are needed")),
         ("t_s,qw,qx,qy,qz\n0,1,0,0,0\n0.1,0,0,0,0\n", ("row 3", "zero length")),

@@ -113,3 +113,10 @@ def test_throws_whose_times_are_not_seconds_are_refused(tmp_path, unit_of_time, 
         file.write_text("\n".join([",".join(rows[0]), *(f"{float(t) * unit_of_time:.3f},{rest}" for t, rest in rows[1:])]) + "\n")
     with pytest.raises(InputError, match=f"throw_0.csv, column t_s: .*{advice}"):
         hlcs.compare(path)
+
+
+@pytest.mark.parametrize(("toml", "moves", "warned"), [(TOML, 0.0, True), (TOML, 1e-3, False), (FLOOR, 0.0, False)])
+def test_a_body_at_which_nothing_moves_is_warned_of_in_the_air_alone(tmp_path, recwarn, toml, moves, warned):
+    rows = "".join(f"{0.02 * k:.2f},{1.0 + moves * (k % 2)}\n" for k in range(12))
+    measured(experiment(tmp_path, "t_s,z_m\n" + rows, toml))
+    assert any("no position changes in 12 samples" in str(one.message) for one in recwarn) == warned
