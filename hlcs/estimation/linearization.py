@@ -173,6 +173,11 @@ class Fit:
         """Observations less fitted numbers."""
         return max(self.count - sum(q.shape[1] for q in self.linearization.state_bases) - len(self.estimate), 1)
 
+    @property
+    def reduced(self):
+        """chi2 per degree of freedom."""
+        return self.chi2 / self.freedom
+
 
 def occam(information, count):
     """What a model pays for numbers of this information (p, p), in units of their spreads.

@@ -141,7 +141,7 @@ class Search:
         """What a set may be foreseen to cost more than the best one, or than a Fit, to be fitted: where more than noise is left,
         in units of it, since what misleads the best fit misleads what is foreseen as well."""
         fit = fit or self.fits[self.ranked()[0]]
-        return REACH * max(self.overdispersion, 1.0 if self.noise_alone(fit) else fit.chi2 / fit.freedom)
+        return REACH * max(self.overdispersion, 1.0 if self.noise_alone(fit) else fit.reduced)
 
     def limit(self, effects):
         """What a fit of a set may cost, its price aside, to be within reach of the best one that is known by now."""

@@ -76,7 +76,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
             "fitted": _record(problem, partial(fitted_error, problem), base, final) | {"starts": starts_share(problem, final)},
         },
         steps=_steps(sets, ordered, errors),
-        adequate=_told_adequate(before, after) | {"chi2_per_freedom": {"before": _reduced(base), "after": _reduced(final)}},
+        adequate=_told_adequate(before, after) | {"chi2_per_freedom": {"before": base.reduced, "after": final.reduced}},
         candidates=candidate_findings(sets, places, absent),
         where=experiment.where(judged, table_after),
         model=best.model,
@@ -190,11 +190,6 @@ def _told_adequate(before, after):
         "speaks": after.worst,
         "draws": after.draws,
     }
-
-
-def _reduced(fit):
-    """chi-square per degree of freedom of a Fit in the search: the number that stands beside every set that was tried."""
-    return fit.chi2 / fit.freedom
 
 
 def _record(problem, error, base, final):
@@ -325,7 +320,7 @@ def _steps(sets, ordered, errors):
         if members in sets.search.fits:
             fit = sets.search.fits[members]
             step = {"effects": list(ordered[:count]), "held_out": errors(fit), "fitted": fitted_error(sets.search.problem, fit)}
-            steps.append(step | {"chi2_per_freedom": _reduced(fit)})
+            steps.append(step | {"chi2_per_freedom": fit.reduced})
     return tuple(steps)
 
 

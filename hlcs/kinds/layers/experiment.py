@@ -183,7 +183,7 @@ class Layers(Tabulated):
         statistic, p, threshold = observations.adequacy(data, problem.responses.base, residual, columns, problem.doubt(fit.model))
         error = np.sqrt(data.variance + problem.responses.base.variance + (observations.CAMPAIGN * data.mean) ** 2)
         compared = [statistics.welch(*pair) for pair in samples(problem, fit.model)]
-        count, reduced = int(layers.sum()), fit.chi2 / fit.freedom
+        count, reduced = int(layers.sum()), fit.reduced
         return Adequacy(statistic <= threshold, statistic, p, threshold, "chi2", reduced, reduced), {
             "trial": data.set[layers],
             "channel": np.zeros(count, dtype=int),
