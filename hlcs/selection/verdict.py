@@ -97,7 +97,8 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
 def learned_law(experiment, search, effects):
     """The Learned law that explains what the best set leaves, or None.
 
-    Effects that do not explain the data may hold a part of what is missing: one learned without them stands where it costs less.
+    Effects that do not explain the data may hold a part of what is missing: a law without them stands where it does better than
+    they do, not where it does as well.
     """
     found = experiment.learn(search.problem, search.fits[effects])
     bare = search.implied if search.implied in search.fits else frozenset()
@@ -105,7 +106,7 @@ def learned_law(experiment, search, effects):
     if not (alone and alone.fit):
         return found
     fit = found.fit if found and found.fit else search.fits[effects]
-    return alone if alone.fit.cost + search.price(bare) < fit.cost + search.price(effects) else found
+    return alone if alone.fit.cost + search.price(bare) < fit.cost + search.price(effects) - TIED else found
 
 
 def finals(experiment, problem, search, known, on_all):

@@ -14,7 +14,8 @@ from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.fitting import fit_at
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets, interval
-from hlcs.selection.verdict import _parameters, adequate_ones, best_set, finals
+from hlcs.selection.thresholds import TIED
+from hlcs.selection.verdict import _parameters, adequate_ones, best_set, finals, learned_law
 from hlcs.simulation.model import Model
 
 
@@ -298,3 +299,19 @@ def test_a_number_that_the_file_states_is_left_where_a_misfit_that_hangs_togethe
     (value,) = search.fits[frozenset({"linear_drag"})].estimate
     assert value == pytest.approx(rate, abs=0.1) and problem.overdispersion == overdispersion
     assert fitted.returned() == []
+
+
+@pytest.mark.parametrize("beside", [False, True])
+@pytest.mark.parametrize(("better", "stands"), [(2 * TIED, True), (TIED / 2, False)])
+def test_a_law_learned_without_the_best_set_stands_where_it_does_better_not_where_it_does_as_well(better, stands, beside):
+    """The best set costs 100, or with a law beside it 70; nothing else costs anything but its misfit."""
+    best = frozenset({"tilted_frame"})
+    costs = {best: 100.0, frozenset(): 900.0}
+    search = SimpleNamespace(
+        problem=None, implied=frozenset(), price=lambda effects: 0.0, fits={s: SimpleNamespace(cost=c) for s, c in costs.items()}
+    )
+    alone = SimpleNamespace(fit=SimpleNamespace(cost=(70.0 if beside else 100.0) - better))
+    of_best = SimpleNamespace(fit=SimpleNamespace(cost=70.0)) if beside else None
+    learned = {search.fits[best].cost: of_best, search.fits[frozenset()].cost: alone}
+    experiment = SimpleNamespace(learn=lambda problem, fit: learned[fit.cost])
+    assert learned_law(experiment, search, best) is (alone if stands else of_best)
