@@ -40,9 +40,9 @@ class Assignment:
 
 @dataclass(frozen=True)
 class Subset:
-    """Effects that act, in this order, on some of the runs."""
+    """An effect that acts on some of the runs."""
 
-    effects: tuple
+    effect: Effect
     members: np.ndarray  # does run b belong, boolean (runs,)
 
 
@@ -63,8 +63,7 @@ class SharedEffect(Effect):
         total = np.zeros((len(bodies.mass), *shape))
         for subset, rows in zip(self.subsets, self.rows, strict=True):
             part = Bodies(*[values[rows] for values in bodies])
-            for effect in subset.effects:
-                total[rows] += checked_answer(effect, answer(effect, part), len(part.mass), shape)
+            total[rows] += checked_answer(subset.effect, answer(subset.effect, part), len(part.mass), shape)
         return total
 
 
@@ -83,30 +82,32 @@ class SharedMass(SharedEffect):
 
 
 class SharedLaw(SharedEffect):
-    """Contact laws of several models; a run belongs to one subset at most."""
+    """Contact laws of several models. A law acts on what those before it in its list left: it is asked once for all runs whose
+    lists are the same up to it, a subset that stands after those of the laws before it."""
 
     @cached_property
-    def subset_of_run(self):
-        """Which subset each run belongs to, -1 = none (runs,)."""
-        members = np.array([subset.members for subset in self.subsets])
-        return np.where(members.any(axis=0), members.argmax(axis=0), -1)
+    def places(self):
+        """Place of each run in an order in which the runs of every subset follow one another (runs,), and in it the first of
+        each subset and the one after its last (2, subsets)."""
+        place = np.argsort(np.lexsort([~subset.members for subset in reversed(self.subsets)]))
+        inside = [place[subset.members] for subset in self.subsets]
+        return place, np.array([[its.min() for its in inside], [its.max() + 1 for its in inside]])
 
     def contact_law(self, contacts, bodies, law):
         run = np.maximum(self.assignment.run_of_row[contacts.body_a], self.assignment.run_of_row[contacts.body_b])
-        subset = self.subset_of_run[run]
-        order = np.argsort(subset, kind="stable")  # those of one subset follow one another: its arrays are slices, not copies
-        contacts, law = Contacts(*(values[order] for values in contacts)), [values[order] for values in law]
-        ends = np.searchsorted(subset[order], np.arange(len(self.subsets) + 1))
-        for its_effects, first, end in zip(self.subsets, ends[:-1], ends[1:], strict=True):
+        place, ends = self.places
+        order = np.argsort(place[run], kind="stable")  # of one subset, arrays are slices then, not copies
+        contacts, law = Contacts(*[values[order] for values in contacts]), [values[order] for values in law]
+        ends = np.searchsorted(place[run[order]], ends).tolist()
+        for effect, first, end in zip((subset.effect for subset in self.subsets), *ends, strict=True):
             if first == end:
                 continue
-            some, its = Contacts(*(values[first:end] for values in contacts)), ContactLaw(*(values[first:end] for values in law))
-            for effect in its_effects.effects:
-                its = checked_law(effect, effect.contact_law(some, bodies, its), some, its)
-            for values, changed in zip(law, its, strict=True):
+            some, its = Contacts(*[values[first:end] for values in contacts]), ContactLaw(*[values[first:end] for values in law])
+            for values, changed in zip(law, checked_law(effect, effect.contact_law(some, bodies, its), some, its), strict=True):
                 values[first:end] = changed
-        place = np.argsort(order)
-        return ContactLaw(*(values[place] for values in law))
+        for values in law:
+            values[order] = values.copy()
+        return ContactLaw(*law)
 
 
 def shared_effects(effects):
@@ -119,9 +120,9 @@ def shared_effects(effects):
     assignment, acting = Assignment(), []
     for kind, method in ((SharedForces, "forces"), (SharedMass, "added_mass"), (SharedLaw, "contact_law")):
         parts = [tuple(effect for effect in entry if overrides(effect, method)) for entry in effects]
-        # sums: each effect by itself; laws act one on what the other left: each list by itself
-        parts = [[part] if part and kind is SharedLaw else [(effect,) for effect in part] for part in parts]
-        subsets = tuple(Subset(its, np.isin(range(len(effects)), runs)) for (its, _), runs in holders(parts).items())
+        # runs share an effect that is summed where both have it, a law where both have the same laws before it too
+        parts = [[part[k * (kind is not SharedLaw) : k + 1] for k in range(len(part))] for part in parts]
+        subsets = tuple(Subset(its[-1], np.isin(range(len(effects)), runs)) for (its, _), runs in holders(parts).items())
         if subsets:
             acting.append(kind(subsets, assignment))
     return tuple(acting), assignment

@@ -6,7 +6,7 @@ import pytest
 from hlcs.data.experiment_file import Body
 from hlcs.data.rigid_body import rigid_body
 from hlcs.simulation import contact_motion
-from minibullet.effects import AddedMass, Friction, Gravity, LinearDrag, Restitution, RollingFriction
+from minibullet.effects import AddedMass, Friction, Gravity, LinearDrag, Restitution, RollingFriction, ViscousFriction
 
 BALL = rigid_body(Body(shape="sphere", radius=0.03, mass=0.02))
 
@@ -43,3 +43,31 @@ def test_runs_side_by_side_are_the_runs_alone(floors):
         np.testing.assert_allclose(beside.spin[:, number], alone.spin[:, 0], atol=1e-6)
     ends = beside.position[-1]
     assert min(np.linalg.norm(ends[a] - ends[b]) for a in range(5) for b in range(a)) > 1e-4  # five different models
+
+
+def test_a_law_is_asked_once_for_all_runs_that_have_the_same_laws_before_it(monkeypatch):
+    """Lists of laws that begin alike, mixed up among the runs: each law is asked once a step for all of them, what differs is
+    asked of each by itself, and every run is what it is alone."""
+    asked, law, viscous = [], ViscousFriction.contact_law, ViscousFriction(0.1)
+    lists = (
+        (viscous, RollingFriction(1e-3)),
+        (Friction(0.2), viscous),
+        (viscous,),
+        (),
+        (Friction(0.2),),
+        (viscous, RollingFriction(2e-3)),
+    )
+    start = np.zeros((len(lists), 13))
+    start[:, 2], start[:, 3], start[:, 6], start[:, 11] = 0.03, 1.0, 1.0, 5.0
+    runs = [
+        contact_motion.Run(BALL, BALL.shape, state, FLAT, (Gravity(9.81), *laws), 0.3, 0.0)
+        for state, laws in zip(start, lists, strict=True)
+    ]
+    monkeypatch.setattr(ViscousFriction, "contact_law", lambda self, *given: asked.append(len(given[0].gap)) or law(self, *given))
+    beside = contact_motion.simulate(runs, 20 / 240, 1 / 240)
+    assert sorted(asked) == 20 * [1] + 20 * [3]
+    for number, run in enumerate(runs):
+        alone = contact_motion.simulate([run], 20 / 240, 1 / 240)
+        np.testing.assert_allclose(beside.position[:, number], alone.position[:, 0], atol=1e-12)
+        np.testing.assert_allclose(beside.spin[:, number], alone.spin[:, 0], atol=1e-9)
+    assert len(set(beside.spin[-1, :, 1].tolist())) == len(runs)
