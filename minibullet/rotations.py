@@ -137,7 +137,7 @@ def dot(a, b):
 
     What the linear algebra library gives in its place (`@`) depends on the processor in the last bit; a heap magnifies that.
     """
-    return np.sum(a * b, axis=-1)
+    return (a * b).sum(axis=-1)
 
 
 def exponential(rotation_vector):

@@ -182,7 +182,7 @@ class World(Display):
         # impacts with restitution first, each at its own moment, and what acts otherwise after them; then the resting contacts
         contacts = impacts.ImpactContacts(factors, gap, size, law.restitution, law.friction)
         impact_impulse, jump, correction = impacts.impact_impulses(contacts, scene.moving, before.twist, free_twist, dt)
-        if np.any(jump):
+        if np.count_nonzero(jump):
             later = effect_room.wrenches(self._acting, before._replace(twist=before.twist + jump), self.time)
             wrenches = impacts.mean_wrenches(wrenches, later, jump, correction, dt)
             free_twist, mean_twist, _ = free_motion(before, inverse, wrenches, settings)
@@ -215,7 +215,7 @@ class World(Display):
     def _solve(self, problem, impulse):
         """The Solution of the contact problem by the solver that the settings name, starting from these impulses (m, 3)."""
         settings = self.settings
-        moment = np.zeros_like(impulse)
+        moment = np.zeros(impulse.shape)
         if settings.solver == "sequential_impulse":
             return sequential_impulse.solve(
                 problem, impulse, moment, iterations=settings.iterations, tolerance=settings.tolerance

@@ -103,7 +103,7 @@ class SharedLaw(SharedEffect):
             if first == end:
                 continue
             some, its = Contacts(*[values[first:end] for values in contacts]), ContactLaw(*[values[first:end] for values in law])
-            for values, changed in zip(law, checked_law(effect, effect.contact_law(some, bodies, its), some, its), strict=True):
+            for values, changed in zip(law, checked_law(effect, effect.contact_law(some, bodies, its), some), strict=True):
                 values[first:end] = changed
         for values in law:
             values[order] = values.copy()

@@ -152,11 +152,11 @@ def simulate(runs, duration, step):
         warnings.simplefilter("ignore", mb.SceneWarning)
         for k in range(1, count + 1):
             world.step()
-            last, after = world.last_step, world.last_step.after
+            last, after, twist = world.last_step, world.last_step.after, world.last_step.after.twist[order]
             pushing = (last.solution.impulse + last.impact_impulse)[:, 0] > 0
             pushed[k - 1, last.points.bodies[pushing]] = True
-            record[0][k], record[1][k], record[3][k] = after.position[order], after.twist[order, :3], after.twist[order, 3:]
-            record[2][k] = after.orientation[order]
+            record[0][k], record[1][k] = after.position[order], twist[:, :3]
+            record[2][k], record[3][k] = after.orientation[order], twist[:, 3:]
     record[2][1:] = rotations.product(record[2][1:], rotations.conjugate(frames))
     return Track(np.arange(count + 1) * step, *record, pushed[:, order])
 

@@ -40,7 +40,7 @@ def build(pieces, cache, poses, scratch, last):
     most = MOST * count_near(pieces.bounding_radius, cache.pieces, cache.bodies, cache.gap, poses.motion_bound) + len(last.normal)
     points = ContactPoints(np.empty((most, 2), dtype=np.int64), np.empty((most, 9)), np.empty(most), *np.empty((3, most, 3)))
     total = fill(pieces, cache, poses, scratch, last, points)
-    return ContactPoints(*(array[:total] for array in points))
+    return ContactPoints(*[array[:total] for array in points])
 
 
 @leaf

@@ -61,7 +61,7 @@ class Collision:
 
     def checkpoint(self):
         """The list, its features and what was moved since it was made, for ``roll_back``; what changes in place is copied."""
-        return type(self.cache)(*(array.copy() for array in self.cache)), self.travel.copy(), self.allowance
+        return type(self.cache)(*[array.copy() for array in self.cache]), self.travel.copy(), self.allowance
 
     def roll_back(self, checkpoint):
         """Be again as at the checkpoint."""

@@ -45,6 +45,6 @@ def free_motion(bodies, inverse_mass, wrenches, settings):
     dt, left = settings.time_step, DAMPING_LAWS[settings.damping_law]
     kept = left(settings.linear_damping, dt), left(settings.angular_damping, dt)
     rotation = torque_free_rotation(bodies.orientation, bodies.twist[:, 3:], bodies.inertia, dt)
-    wrench = sum(wrenches, np.zeros_like(bodies.twist))
+    wrench = sum(wrenches, np.zeros(bodies.twist.shape))
     free_twist, mean_twist = accelerate(bodies.twist, rotation, inverse_mass, wrench, kept, dt)
     return free_twist, mean_twist, rotation[1]

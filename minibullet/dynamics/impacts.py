@@ -165,6 +165,6 @@ def mean_wrenches(before, after, jump, correction, time_step):
     A body that rebounds is braked the other way. The wrench at the velocity before an impact for the whole step would be an
     error of the order of the step, and one that leaps with the moment of the impact. Of several impacts the mean time counts.
     """
-    late = np.sum(jump * (jump - correction / time_step), axis=1, keepdims=True)
-    left = np.clip(late / np.maximum(np.sum(jump * jump, axis=1, keepdims=True), 1e-300), 0.0, 1.0)  # part of the step
+    late = (jump * (jump - correction / time_step)).sum(axis=1, keepdims=True)
+    left = np.clip(late / np.maximum((jump * jump).sum(axis=1, keepdims=True), 1e-300), 0.0, 1.0)  # part of the step
     return [first + left * (later - first) for first, later in zip(before, after, strict=True)]

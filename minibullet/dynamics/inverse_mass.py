@@ -40,14 +40,19 @@ def rigid_inverse_mass(mass, inertia, rotation):
     return result
 
 
+@kernel
+def add_mass(inverse, added):
+    """Bring inverse masses (n, 6, 6), in place, to those with the mass ``added`` (n, 6, 6); of fixed bodies they stay zero."""
+    for n in range(len(inverse)):
+        if inverse[n, 0, 0] > 0.0 and added[n].any():
+            invert(inverse[n : n + 1])
+            inverse[n] += added[n]
+            invert(inverse[n : n + 1])
+
+
 def inverse_mass(bodies, rotation, added):
     """Inverse of each body's mass and inertia, world axes, with the mass that effects add, (n, 6, 6); zero if fixed."""
     result = rigid_inverse_mass(bodies.mass, bodies.inertia, rotation)
     if added is not None:
-        heavy = np.isfinite(bodies.mass) & added.any(axis=(1, 2))
-        total = result[heavy]
-        invert(total)
-        total += added[heavy]
-        invert(total)
-        result[heavy] = total
+        add_mass(result, added)
     return result

@@ -1,6 +1,7 @@
 """Forces on the mass of a body."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import cos, hypot, inf, sin
 
 import numpy as np
@@ -57,7 +58,7 @@ class Gravity(ConstantForce):
     formula = "F = m g d"
     isotropic = False
 
-    @property
+    @cached_property
     def field(self):
         """The field strength of gravity, world frame (3,) [m/s2]."""
         return self.acceleration * unit_vector(self.direction)
@@ -110,7 +111,7 @@ class TiltedGravity(ConstantForce):
         a, b = self.angle_x, self.angle_y
         return np.array([-sin(b) * cos(a), sin(a), 1.0 - cos(a) * cos(b)])
 
-    @property
+    @cached_property
     def field(self):
         """What is to be added to the field strength of Gravity, world frame (3,) [m/s2]."""
         return self.acceleration * self.turned_minus_level

@@ -18,7 +18,7 @@ from minibullet.rotations import dot
 
 def approach_speed(contacts) -> np.ndarray:
     """Speed at which the bodies come together along the normal, negative when they part [m/s], (m,)."""
-    return -np.sum(contacts.velocity * contacts.normal, axis=1)
+    return -(contacts.velocity * contacts.normal).sum(axis=1)
 
 
 def slip_velocity(contacts) -> np.ndarray:
@@ -29,7 +29,7 @@ def slip_velocity(contacts) -> np.ndarray:
 def slip_squared(contacts) -> np.ndarray:
     """Square of the slip speed [m2/s2], (m,)."""
     slip = slip_velocity(contacts)
-    return np.sum(slip * slip, axis=1)
+    return (slip * slip).sum(axis=1)
 
 
 def lighter(contacts, bodies) -> np.ndarray:
@@ -335,8 +335,8 @@ class AnisotropicFriction(ContactEffect):
     def contact_law(self, contacts, bodies, law):
         direction = np.array([cos(self.angle), sin(self.angle), 0.0])
         grain = direction - dot(contacts.normal, direction)[:, None] * contacts.normal
-        lengths = slip_squared(contacts) * np.sum(grain * grain, axis=1)
-        along = np.sum(slip_velocity(contacts) * grain, axis=1) ** 2
+        lengths = slip_squared(contacts) * (grain * grain).sum(axis=1)
+        along = (slip_velocity(contacts) * grain).sum(axis=1) ** 2
         share = np.where(lengths > 0.0, np.minimum(along / np.where(lengths > 0.0, lengths, 1.0), 1.0), 0.5)
         return law._replace(friction=law.friction * np.sqrt(1.0 + (self.ratio**2 - 1.0) * share))
 

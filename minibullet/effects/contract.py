@@ -66,6 +66,7 @@ SYMBOLS = {
     "gap": "distance of two surfaces in contact [m]",
 }
 LETTERS = re.compile(r"[A-Za-z]\w*")
+LARGEST = np.where(np.array(ContactLaw._fields) == "restitution", 1.0, np.finfo(float).max)[:, None]  # of each field of a law
 
 
 class EffectError(InputError):
@@ -298,22 +299,19 @@ def checked_answer(effect, answer, n, shape):
     return answer
 
 
-def checked_law(effect, law, contacts, given=(None,) * 5):
-    """The law itself, refused by effect, field and contact where no contact can have it; given: the law that the effect was
-    given, checked before, whose fields are not looked at again where it kept them."""
+def checked_law(effect, law, contacts):
+    """The law itself, refused by effect, field and contact where no contact can have it."""
     if not isinstance(law, ContactLaw):
         raise InputError(f"{type(effect).__name__}: contact_law must return a ContactLaw, not {type(law).__name__}")
     law = ContactLaw(*[np.asarray(values, dtype=float) for values in law])
-    for field, values, kept in zip(law._fields, law, given, strict=True):
-        if values is kept:
-            continue
+    for field, values in zip(law._fields, law, strict=True):
         if values.shape != contacts.gap.shape:
             raise InputError(f"{type(effect).__name__}: {field} has shape {values.shape}; it must be {contacts.gap.shape}")
-        high = 1.0 if field == "restitution" else np.inf
-        possible = np.isfinite(values) & (values >= 0.0) & (values <= high)
-        if not possible.all():
-            k = int(np.argmin(possible))
-            rule = "between 0 and 1" if field == "restitution" else "finite and not negative"
-            pair = f"bodies {contacts.body_a[k]} and {contacts.body_b[k]}"
-            raise InputError(f"{type(effect).__name__}: {field} of contact {k} ({pair}) is {values[k]}; it must be {rule}")
+    rows = np.array(law)
+    possible = (rows >= 0.0) & (rows <= LARGEST)
+    if np.count_nonzero(possible) < possible.size:
+        row, k = np.argwhere(~possible)[0]
+        field, pair = law._fields[row], f"bodies {contacts.body_a[k]} and {contacts.body_b[k]}"
+        rule = "between 0 and 1" if field == "restitution" else "finite and not negative"
+        raise InputError(f"{type(effect).__name__}: {field} of contact {k} ({pair}) is {rows[row, k]}; it must be {rule}")
     return law
