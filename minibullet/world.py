@@ -19,7 +19,7 @@ from minibullet.errors import InputError, is_number, shown_value
 from minibullet.report.display import Display
 from minibullet.report.step_report import ContactTable, Step, StepValues
 from minibullet.scene import overlaps, running
-from minibullet.scene.notices import Notices
+from minibullet.scene.notices import Notices, step_of
 from minibullet.scene.registry import Registry
 from minibullet.settings import Settings
 
@@ -236,8 +236,7 @@ class World(Display):
             fine = np.array([integrate.is_finite(*at) for at in zip(after.position[:, None], after.twist[:, None], strict=True)])
             # what is fixed cannot be the cause: it is named only where nothing that moves is
             bad = int(np.argmin(fine | (~scene.moving & ~fine[scene.moving].all())))
-            where = f"step {self.steps + 1}, t = {self.time + self.settings.time_step:.6g} s"
-            raise InputError(f"{where}: the motion of body {scene.names[bad]!r} is not finite")
+            raise InputError(f"{step_of(self)}: the motion of body {scene.names[bad]!r} is not finite")
         scene.bodies = after
         scene.past_motion = motion_bounds.path_bound(motion, scene.bounding_radius, self.settings.time_step)
         normal, impulse = points.arms[:, 6:].copy(), problems.into_world(problem.factors.jacobian, solution.impulse)

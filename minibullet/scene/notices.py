@@ -49,7 +49,8 @@ def taken_away(wrench, inverse, twist, time_step):
     return most, row
 
 
-def _when(world):
+def step_of(world):
+    """The step that a world is in, by its number and its end, the beginning of a message."""
     return f"step {world.steps + 1}, t = {world.time + world.settings.time_step:.6g} s"
 
 
@@ -65,9 +66,9 @@ class Notices:
         scene = world.registry.scene
         deep, hasty = count_notable(gap, size, motion_bound, scene.bounding_radius)
         if deep:
-            self._overlaps(_when(world), scene, pair, gap, gap < -DEEP * size)
+            self._overlaps(step_of(world), scene, pair, gap, gap < -DEEP * size)
         if hasty and not self._hasty:
-            self._haste(_when(world), scene, pair, motion_bound, world.settings.time_step)
+            self._haste(step_of(world), scene, pair, motion_bound, world.settings.time_step)
         if not self._stiff:
             self._stiffness(world, acting, inverse)
 
@@ -116,8 +117,8 @@ class Notices:
             if taken_away(later, inverse, change, dt)[0] > 1.0:
                 self._stiff, body = True, world.registry.scene.names[row]
                 self._tell(
-                    f"{_when(world)}: {contract.name_of(effect)} turns body {body!r} round in one step and then pushes it harder "
-                    f"than before: its motion grows from step to step; a time_step of {dt / share:.2g} s would do"
+                    f"{step_of(world)}: {contract.name_of(effect)} turns body {body!r} round in one step and then pushes it "
+                    f"harder than before: its motion grows from step to step; a time_step of {dt / share:.2g} s would do"
                 )
                 break
 
