@@ -132,5 +132,7 @@ class InertiaError(Change):
         moments = rigid_body(setup.body).inertia
         factors = (self.factor_x, self.factor_y, self.factor_z)
         wanted = [float(factor * moment) for factor, moment in zip(factors, moments, strict=True)]
-        total = sum(wanted)  # no solid has a moment above the sum of the other two: the nearest that one can have
-        return replace(setup, body=replace(setup.body, inertia=tuple(min(moment, total - moment) for moment in wanted)))
+        most = max(wanted)  # no solid has a moment above the sum of the other two: the nearest moments that one can have
+        beyond = max(2 * most - sum(wanted), 0.0) / 3
+        possible = tuple(moment - beyond if moment == most else moment + beyond for moment in wanted)
+        return replace(setup, body=replace(setup.body, inertia=possible))
