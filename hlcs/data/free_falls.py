@@ -18,11 +18,9 @@ FAR_TOO_FAST = 25.0  # from which a table is refused: its times are five times t
 GAINED = 1.5  # energy after an impact over that before it: at most 1, and 1.1^2/0.9^2 where each speed is off by a tenth
 AS_FREE = 1.5  # times gravity that a fall timed by hand through light drag may seem to have, and one over that
 SLOWING = 1.3  # mean speed of the shortest fall over that of the longest: 1 at most, but for errors of a tenth in each time
-IMPACTS = {"rebound_height_m": ("height_m", 1), "rebound_speed_m_s": ("impact_speed_m_s", 2)}  # outcome -> what it is of, the
-# power of their ratio that is one of energies
-
-
-CONVERTED = ", or let hlcs import convert the file"
+# outcome -> what it is of, the power of their ratio that is one of energies
+IMPACTS = {"rebound_height_m": ("height_m", 1), "rebound_speed_m_s": ("impact_speed_m_s", 2)}
+CONVERTED = ", or let hlcs import convert the file"  # the end of each remedy of units
 
 
 def check_free(table, gravity):
