@@ -103,8 +103,12 @@ class Elimination:
 
         Each recording takes the way that fits it best, and none where none fits it better.
         """
-        parts = [self.problem.stepped(initial_states, moves) for moves in ways]
-        options, tried = [initial_states, *parts], [white, *map(self.problem.whitened, self.problem.residuals_at(model, parts))]
+        return self.nearest(model, [initial_states, *(self.problem.stepped(initial_states, moves) for moves in ways)], white)
+
+    def nearest(self, model, options, white):
+        """(initial states, white residuals, fall of chi2) of the option, (trials, 13) each, that fits each recording best; white:
+        residuals of the first."""
+        tried = [white, *map(self.problem.whitened, self.problem.residuals_at(model, options[1:]))]
         chi2 = np.array([chi2_of(each) for each in tried])
         best = list(enumerate(chi2.argmin(axis=0)))
         initial_states, white = np.array([options[taken][k] for k, taken in best]), [tried[taken][k] for k, taken in best]
@@ -127,7 +131,12 @@ class Elimination:
         ]
         try:
             model, states = with_values(self.model, values), self.problem.stepped(self.states, moves)
-            states, white = self.follow(model, states, self.problem.white_residuals(model, states))
+            white = self.problem.white_residuals(model, states)
+            if (chi2_of(white) > chi2_of(linear.white)).any():  # a long way bends: part of it, none, or a new beginning may do
+                parts = [[share * move for move in moves] for share in (*CAUTIOUS[1:], 0.0)]
+                shorter = [self.problem.stepped(self.states, part) for part in parts]
+                states, white, _ = self.nearest(model, [states, *shorter, self.problem.initial_guess()], white)
+            states, white = self.follow(model, states, white)
         except InputError:  # numbers may lead where nothing can be: scipy then tries a shorter step
             return np.full(sum(map(len, linear.white)) + len(values), np.nan)
         self.last, rows = (values, states), np.concatenate([*white, self.believed(values)[0]])
