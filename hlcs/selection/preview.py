@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 
+from hlcs.estimation.fitting import chi2_of
 from hlcs.selection.thresholds import LOOKED
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
@@ -58,6 +59,17 @@ class Preview:
         except InputError:
             return np.inf
         return total if np.isfinite(total) else np.inf
+
+    def nearest(self, numbers, *options):
+        """Initial states (trials, 13), of each recording those of the options that leave the least of it at numbers {effect:
+        {number: value}}: fitted to a wrong model they may lead astray, and so may those read off the data."""
+        model = self.model_with(numbers)
+        try:
+            with np.errstate(all="ignore"):
+                left = [chi2_of(self.problem.white_residuals(model, states)) for states in options]
+        except InputError:
+            return options[0]
+        return np.array([options[taken][k] for k, taken in enumerate(np.argmin(left, axis=0))])
 
     def believed(self, numbers):
         """The surprise of numbers {effect: {number: value}}."""

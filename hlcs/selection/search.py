@@ -363,10 +363,10 @@ class Search:
         best, guess, seen, costs = None, self.problem.initial_guess(), [], []
         limit = partial(self.limit, proposal.effects) if np.isfinite(proposal.cost) else None
         if states is None:
-            begun = [(self.preview.nearer(proposal.numbers, parent), parent.initial_states)]
+            numbers = self.preview.nearer(proposal.numbers, parent)
+            begun = [(numbers, self.preview.nearest(numbers, parent.initial_states, guess))]
         else:
             begun = [(proposal.numbers, states), (proposal.numbers, parent.initial_states)]
-        # states that were fitted to a wrong model may lead astray, and so may those read off the data
         for numbers, states in (*begun, *((numbers, guess) for numbers in self.beginnings(proposal))):
             if any(numbers == known and np.array_equal(states, there) for known, there in seen):
                 continue
