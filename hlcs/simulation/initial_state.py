@@ -11,6 +11,7 @@ from hlcs.simulation import contact_motion
 from minibullet import rotations
 
 SLOTS = ("position", "velocity", "orientation", "angular_velocity")
+UNSEEN = 1e-6  # part of a way along the floor on the axes that are seen, below which it is rounding, and the way unseen
 PLACES = (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13))
 
 
@@ -19,13 +20,16 @@ def unknowns(trial, measured, seated, flat, contact):
 
     measured: which of CHANNELS are (9,); seated: it lies on its floor; flat: on a face of it.
     """
-    axes = [axis for axis, seen in zip(np.eye(3), measured[:3], strict=True) if seen]
+    seen = np.asarray(measured[:3])
+    axes = list(np.eye(3)[seen])
     if seated:
         normal = np.asarray(trial.surroundings.floor_normal)
         first = np.eye(3)[np.argmin(np.abs(normal))]
         first = first - (first @ normal) * normal
         first /= np.linalg.norm(first)
-        axes = [first, np.cross(normal, first)]
+        ways = [first, np.cross(normal, first)]
+        shown = [trial.unplaced or np.linalg.norm(way[seen]) > UNSEEN for way in ways]
+        axes = [way for way, shows in zip(ways, shown, strict=True) if shows]
     aside = (
         (axes if seated else list(np.eye(3)))
         if trial.unplaced
@@ -34,7 +38,10 @@ def unknowns(trial, measured, seated, flat, contact):
         else [*axes, np.array([0.0, 0.0, 1.0])]
     )
     turns = [normal] if flat else list(np.eye(3)) if measured[3] else []
-    rolls = axes if seated and trial.body.shape == "sphere" and not measured[3] and "velocity" not in trial.start else turns
+    rolls = turns
+    if seated and trial.body.shape == "sphere" and not measured[3] and "velocity" not in trial.start:
+        # a ball that turns about one way moves along the other
+        rolls = [way for way, shows in zip(ways, reversed(shown), strict=True) if shows]
     found, placed = [], [] if trial.unplaced else axes  # no acceleration tells where it begins
     for slot, directions in enumerate((placed, aside, turns, rolls)):  # drag shows an unseen vertical speed
         if SLOTS[slot] not in trial.start:

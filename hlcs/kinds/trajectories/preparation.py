@@ -7,7 +7,7 @@ import numpy as np
 
 from hlcs.data.quantities import CHANNELS, unit_of
 from hlcs.data.recordings import Recordings
-from hlcs.data.rigid_body import rigid_body
+from hlcs.data.rigid_body import SIDES, rigid_body
 from hlcs.estimation.multiple_shooting import refit_initial_states
 from hlcs.estimation.noise_model import estimate_noise
 from hlcs.estimation.outliers import isolated_in, spread_of
@@ -52,10 +52,8 @@ def touches(trials, noise):
         if trial.seen_from_above or trial.unplaced:  # it may reach its floor, and no height tells that it does not
             return True
         shape = rigid_body(trial.body).shape
-        there = np.isfinite(trial.position).all(axis=1)
-        if not there.any():
-            there = np.isfinite(trial.position[:, 2])
-        if not there.any():  # neither height nor a full position: only the stated start can tell
+        there = above_floor(trial)
+        if not len(there):  # where it is above its floor is not seen: only the stated start can tell
             if "position" in trial.start and starts_seated(trial, noise):
                 return True
             continue
@@ -65,6 +63,14 @@ def touches(trials, noise):
         if gap.min() < reach or rebounds(trial.times[there], gap, reach):
             return True
     return False
+
+
+def above_floor(trial):
+    """Samples (indices) that tell how far above its floor a body is: seen along all axes that its normal has a part along; where
+    there is none, the heights."""
+    seen = np.isfinite(trial.position)
+    there = np.flatnonzero(seen[:, np.asarray(trial.surroundings.floor_normal) != 0].all(axis=1))
+    return there if len(there) else np.flatnonzero(seen[:, 2])
 
 
 def rebounds(times, gap, reach):
@@ -86,7 +92,7 @@ def starts_seated(trial, noise):
     if trial.seen_from_above:
         return True
     shape = rigid_body(trial.body).shape
-    there = np.flatnonzero(np.isfinite(trial.position).all(axis=1))
+    there = above_floor(trial)
     orientation = trial.start.get("orientation")
     if orientation is None:
         turns = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
@@ -98,9 +104,30 @@ def starts_seated(trial, noise):
     if len(there) == 0:
         return False
     first = there[:6]
-    lifts = np.array([gap(shape, position, orientation, trial.surroundings) for position in trial.position[first]])
+    lifts = np.array([gap(shape, position, orientation, trial.surroundings) for position in np.nan_to_num(trial.position[first])])
     tolerance = 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius
     return bool(np.all(np.abs(lifts) < tolerance))
+
+
+def check_rolling(trials, noise):
+    """Raise InputError where a disc or a cylinder of which no attitude is known begins at the height of its round side.
+
+    It would be taken to stand; lying it is a prism here, which rocks where a round one rolls.
+    """
+    for trial in trials:
+        body, around, there = trial.body, trial.surroundings, above_floor(trial)[:6]
+        turned = "orientation" in trial.start or np.isfinite(trial.orientation).any()
+        if body.shape not in ("disc", "cylinder") or around.floor_height is None or turned or not len(there):
+            continue
+        height = np.nan_to_num(trial.position[there]) @ np.asarray(around.floor_normal) - around.floor_height
+        tolerance = 4 * (noise.position or 0.0) + 0.02 * body.radius
+        if np.all(np.abs(height - body.radius) < tolerance) and abs(body.height / 2 - body.radius) > tolerance:
+            raise InputError(
+                f"{trial.name}: this {body.shape} begins {height[0]:.3g} m above its floor, its radius: on its round side, where "
+                f"it would be a prism of {SIDES} sides, which rocks. State a ball that rolls alike under [body]: shape = "
+                f'"sphere", radius = {body.radius:g}, inertia = [I, I, I], I = mass x radius^2 / 2 of a solid one, and no '
+                "height; where it stands, state start.orientation"
+            )
 
 
 def prepare(measurement: Recordings, own=(), noise=None, likely=()):
@@ -112,6 +139,7 @@ def prepare(measurement: Recordings, own=(), noise=None, likely=()):
     contact = touches(trials, noise)
     if not noise.known:
         return Prepared(noise, None, None, tuple(notes))
+    check_rolling(trials, noise)
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     model.changes(trials[0].surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
     notes += release_notes(trials, start_times(trials), [starts_seated(trial, noise) for trial in trials], noise.position)

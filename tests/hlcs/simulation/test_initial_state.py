@@ -35,6 +35,10 @@ def test_on_a_floor_the_unknowns_lie_along_it():
     assert len(found) == 4 and all(abs(direction @ np.array(normal)) < 1e-12 for _, direction in found)
     ball = unknowns(trial(shape="sphere", floor_height=0.0), NO_TURNS, True, False, True)
     assert [slot for slot, _ in ball] == [0, 0, 1, 1, 3, 3]  # it rolls with a spin of its own
+    from_the_side = np.array([True, False, True] + [False] * 3)
+    ball = unknowns(trial(shape="sphere", floor_height=0.0, floor_normal=normal), from_the_side, True, False, True)
+    assert [slot for slot, _ in ball] == [0, 1, 3]  # along the slope, and the spin about y
+    assert abs(ball[1][1]) == pytest.approx([np.cos(0.1), 0, np.sin(0.1)]) and list(ball[2][1]) == [0, 1, 0]
 
 
 def test_an_exact_throw_is_guessed_exactly():
