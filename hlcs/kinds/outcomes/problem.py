@@ -326,12 +326,13 @@ def judge_table(problem, fit):
     """Adequacy of a fit (lack of fit by setting, slow misfit along the main input) and the table of observations."""
     table, rows = problem.table, np.concatenate([group.rows for group in problem.trials])
     main = table.inputs.get(table.main, np.zeros(len(table.values)))
-    order = np.argsort(np.argsort(main[rows], kind="stable"), kind="stable")
+    _, which, count = np.unique(main[rows], return_inverse=True, return_counts=True)
+    order = (np.cumsum(count) - count / 2)[which]  # rows of one value, sorted by what they read, stay together
     settings = len(np.unique(table.setting))
     partitions = {"lack of fit by setting": table.setting[rows]}
-    for count in (3, 6):
-        if settings >= 2 * count:
-            partitions[f"{count} ranges of the main input"] = order * count // len(order)
+    for parts in (3, 6):
+        if settings >= 2 * parts:
+            partitions[f"{parts} ranges of the main input"] = (order * parts // len(order)).astype(int)
     judged, white = fit_adequacy(problem, fit, partitions)
     raw = np.concatenate(fit.linearization.raw)
     columns = {
