@@ -34,10 +34,12 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
     "qz": "q3, quaternion z",
     "height_m": "drop height, release height, fall height, fallhöhe, fallhoehe, hauteur de chute, altura de caída",
     "fall_time_s": "fall time, falling time, drop time, time of fall, fallzeit, temps de chute, tiempo de caída",
-    "rebound_height_m": "rebound height, bounce height, rebound, rücksprunghöhe, rueckprallhoehe, rückprallhöhe",
-    "stop_distance_m": "stop distance, stopping distance, sliding distance, rutschweg, bremsweg",
-    "slide_time_s": "slide time, sliding time, rutschzeit, gleitzeit",
-    "rest_height_m": "rest height, resting height, ruhehöhe",
+    "rebound_height_m": "rebound height, bounce height, rebound, rücksprunghöhe, rueckprallhoehe, rückprallhöhe, "
+    "hauteur de rebond, hauteur du rebond, hauteur de rebondissement, altura de rebote, altura del rebote",
+    "stop_distance_m": "stop distance, stopping distance, sliding distance, rutschweg, bremsweg, distance d'arrêt, "
+    "distancia de frenado",
+    "slide_time_s": "slide time, sliding time, rutschzeit, gleitzeit, temps de glissement, tiempo de deslizamiento",
+    "rest_height_m": "rest height, resting height, ruhehöhe, hauteur de repos, altura de reposo",
     "mass_kg": "mass, masse, masa, m",
     "radius_m": "radius, rayon, radio, ball radius, bead radius, sphere radius, kugelradius",
     "mark_1_m": "first mark, upper mark, marke 1, erste marke, obere marke, marque 1, marca 1",
@@ -48,7 +50,8 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
     "group": "group, gruppe, groupe, grupo, series, serie, day, tag, person, personne, persona, observer, beobachter",
 }
 MEANING = {word: column for column, words in WORDS.items() for word in (*words.split(", "), column.replace("_", " "))}
-TIMED = {"bounce": "bounce_time_s", "mark_2_m": "passage_time_s"}  # column -> the outcome that a time beside it is
+# column -> the outcome that a time beside it is, the first that is there
+TIMED = {"bounce": "bounce_time_s", "mark_2_m": "passage_time_s", "height_m": "fall_time_s"}
 IN_RECORDINGS = (*COLUMNS, *PIXELS, *ACCELERATIONS, "frame")
 IN_TABLES = (*INPUTS, *(f"{name}{SD}" for name in INPUTS), *OUTCOMES, "group")
 for column in (*INPUTS, *OUTCOMES):  # "bounce time" is bounce_time_s: a column without the unit in its name
@@ -142,9 +145,7 @@ def _columns(grid, head, overrides):
                 f'state with --column "{shown(cell)}=.." what each is'
             )
         found[name] = (index, unit)
-    beside = next((outcome for column, outcome in TIMED.items() if column in found), None)
-    stated = "t_s" in overrides.column.values() or {*found} & {*OUTCOMES}
-    if beside and "t_s" in found and not stated:
+    if beside := _time_beside(found, overrides):
         found[beside] = found.pop("t_s")
     if "z_m" in found and "height_m" not in found and any(name in found for name in OUTCOMES):
         found["height_m"] = found.pop("z_m")  # a height beside an outcome is that from which the body was let go
@@ -167,6 +168,16 @@ def _columns(grid, head, overrides):
     return found, left, notes
 
 
+def _time_beside(found, overrides):
+    """The outcome that a column of times is, by what stands beside it; None where rows are samples, or say what they are."""
+    beside = next((outcome for column, outcome in TIMED.items() if column in found), None)
+    other = {*OUTCOMES}
+    if beside == "fall_time_s":  # beside a position it is that of a sample, beside a way or an angle that of a slide
+        other |= {*COLUMNS[1:], *PIXELS, *ACCELERATIONS, "distance_m", "angle_deg"}
+    stated = "t_s" in overrides.column.values() or {*found} & other
+    return beside if "t_s" in found and not stated else None
+
+
 def _si(grid, first, name, place, overrides):
     """(numbers of a column in SI, assumptions); place: (index, unit)."""
     index, unit = place
@@ -177,6 +188,11 @@ def _si(grid, first, name, place, overrides):
 def _recording(grid, first, columns, left, overrides):
     """(Recording, keys of [measurement], assumptions) of rows that are samples; left: columns that are not known."""
     foreign = [name for name in columns if name not in IN_RECORDINGS]
+    if not {*columns} - {*foreign, "t_s", "frame"}:
+        raise InputError(
+            f"{grid.place(0)}: {', '.join(columns)}, and nothing of where the body is; samples of a recording need a position, "
+            f"such as z_m, and a table one experiment a row an outcome: {', '.join(OUTCOMES)}{_what_left_is(left)}"
+        )
     notes = [
         Assumption(f"{grid.name}: column {name} is left out: rows with t_s are samples of one recording", "--column")
         for name in foreign

@@ -133,6 +133,34 @@ def test_angles_in_radians_are_degrees_in_a_table(imported):
     assert tables["measurements.csv"] == {"angle_deg": ["28.6478897565"] * 2, "stop_distance_m": ["0.812", "0.815"]}
 
 
+@pytest.mark.parametrize(
+    ("head", "columns"),
+    [
+        ("Hauteur de chute [cm];Hauteur de rebond [cm]", ("height_m", "rebound_height_m")),
+        ("Altura de caída (cm);Altura de rebote (cm)", ("height_m", "rebound_height_m")),
+        ("Hauteur de chute (cm);Temps (s)", ("height_m", "fall_time_s")),
+        ("Altura de caída (cm);Tiempo (s)", ("height_m", "fall_time_s")),
+        ("Fallhöhe (cm);Zeit (s)", ("height_m", "fall_time_s")),
+    ],
+)
+def test_drop_heights_in_any_language_beside_a_rebound_or_a_time_are_a_table(imported, head, columns):
+    """Decimal commas and centimetres; a time beside the height of a drop is that of its fall: no position goes with it."""
+    found, tables = imported(head + "\n50,0;31,9\n50,0;32,1\n100;65,2\n", "csv")
+    scale = 1.0 if columns[1] == "fall_time_s" else 0.01
+    rows = tables["measurements.csv"]
+    assert [float(cell) for cell in rows[columns[0]]] == [0.5, 0.5, 1.0]
+    assert [float(cell) for cell in rows[columns[1]]] == pytest.approx([31.9 * scale, 32.1 * scale, 65.2 * scale], rel=1e-12)
+    assert "decimals are written with a comma" in str(found)
+
+
+def test_times_and_speeds_without_a_position_are_refused_by_what_is_missing(refused):
+    refused(
+        "Temps;Vitesse\n0,5;0,319\n0,7;0,321\n",
+        "csv",
+        "row 1: t_s, speed_m_s, and nothing of where the body is; samples of a recording need a position, such as z_m",
+    )
+
+
 def test_a_time_beside_the_number_of_a_bounce_or_beside_marks_is_that_of_the_bounce_or_the_passage(imported):
     text = "Drop height (cm),Bounce,Time (s),Run\n30,1,0.25,A\n30,2,0.64,A\n50,1,0.32,A\n"
     found, tables = imported(text, "csv")
