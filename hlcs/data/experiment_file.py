@@ -37,6 +37,10 @@ SECTIONS = {
 }
 SECTIONS["trial"] += SECTIONS["body"] + SECTIONS["surroundings"]
 LONGEST_SESSION = 40  # letters: it stands in the names of numbers
+FLUIDS = {  # name -> least and most density of it [kg/m3]
+    "air": (0.9, 1.5),  # warm and high, cold and low
+    "water": (980.0, 1040.0),  # fresh and warm, salt and cold
+}
 LIQUID = 100.0  # density above which a fluid may carry a body or brake it within centimetres [kg/m3]
 
 
@@ -108,9 +112,9 @@ class Surroundings:
 
     @property
     def fluid(self):
-        """What the fluid is called: air, water, or liquid."""
-        fresh_or_salt = 950.0 < self.fluid_density < 1060.0  # from boiling fresh water to the saltiest sea
-        return "water" if fresh_or_salt else "liquid" if self.in_liquid else "air"
+        """What the fluid is called: air or water where its density is of none else in a laboratory, else by that."""
+        named = (name for name, (low, high) in FLUIDS.items() if low <= self.fluid_density <= high)
+        return next(named, f"fluid of {self.fluid_density:.4g} kg/m3")
 
 
 @dataclass(frozen=True)

@@ -168,8 +168,11 @@ class Candidate:
         return self.kind.group or ("own" if self.own else "")
 
     def called(self, fluid="air"):
-        """What it is called in plain words, in a fluid of this name."""
-        return (self.words or self.kind.plain or self.name.replace("_", " ")).replace("{fluid}", fluid)
+        """What it is called in plain words, in a fluid of this name: "water resistance", "resistance of the fluid of .."."""
+        plain = self.words or self.kind.plain or self.name.replace("_", " ")
+        if " " in fluid:
+            plain = plain.replace("{fluid} resistance", "resistance of the {fluid}")
+        return plain.replace("{fluid}", fluid)
 
     @property
     def start(self):

@@ -134,7 +134,15 @@ def test_no_two_classes_are_called_the_same_in_plain_words():
 
 def test_a_law_is_called_by_the_fluid_it_acts_in_and_one_of_the_users_own_by_its_name():
     drag = candidate(class_named("quadratic_drag"), AIR, rigid_body(Body("sphere", radius=0.1, mass=1.0)), True)
-    water, oil = Surroundings(fluid_density=1000.0), Surroundings(fluid_density=860.0)
-    fluids = [drag.called(around.fluid) for around in (AIR, water, oil)]
-    assert fluids == ["air resistance", "water resistance", "liquid resistance"]
+    lift = candidate(class_named("buoyancy"), AIR, rigid_body(Body("sphere", radius=0.1, mass=1.0)), True)
+    around = (AIR, *(Surroundings(fluid_density=density) for density in (979.0, 980.0, 1040.0, 1041.0, 0.17)))
+    assert [drag.called(each.fluid) for each in around] == [
+        "air resistance",
+        "resistance of the fluid of 979 kg/m3",
+        "water resistance",
+        "water resistance",
+        "resistance of the fluid of 1041 kg/m3",  # milk
+        "resistance of the fluid of 0.17 kg/m3",  # helium
+    ]
+    assert lift.called(Surroundings(fluid_density=860.0).fluid) == "the lift of the displaced fluid of 860 kg/m3"
     assert candidate(Breeze, AIR, rigid_body(Body()), True, own=True).called() == "breeze"
