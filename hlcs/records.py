@@ -48,7 +48,7 @@ class Comparison(Judgement):
     channels: tuple[str, ...] = ()  # names of the channels that the table numbers
     against: tuple[str, ...] = ()  # columns of the table that residuals are drawn against
     impacts: tuple = ()  # of data.impacts.Impact: what the samples around each impact with the floor show
-    stated: dict = field(default_factory=dict)  # restitution and friction of the model under test
+    at_impacts: dict = field(default_factory=dict)  # restitution and friction that the model has there, effects in it included
     advice: str = ""  # how to make the noise known, where it is not
     following: str = field(default="", compare=False)  # the command to type next, where the model misses
     before: "Comparison | None" = field(default=None, compare=False)  # of the model without what was added

@@ -91,8 +91,8 @@ def reliable(impacts, key):
     return [reading for reading in readings if reading[0] is not None and reading[1] < UNSURE]
 
 
-def impact_lines(impacts, stated):
-    """The printed table of impacts, list of lines. stated: restitution and friction of the model under test."""
+def impact_lines(impacts, of_model):
+    """The printed table of impacts, list of lines. of_model: restitution and friction that the model under test has there."""
     if not impacts:
         return []
     lines = [
@@ -122,7 +122,7 @@ def impact_lines(impacts, stated):
             where = "on average"
             if key == "friction":
                 (value, error), where = sliding_friction(values, errors), "where a contact slides"
-            text = f"  {name} = {value:.3g} +- {error:.2g} {where}; the model has {stated[key]:.3g}"
+            text = f"  {name} = {value:.3g} +- {error:.2g} {where}; the model has {of_model[key]:.3g}"
             if slope is not None:
                 seen = "changes" if abs(slope) > 3 * slope_error else "no change seen"
                 text += f"; {seen} with {what}: {slope:+.2g} +- {slope_error:.2g} per m/s"

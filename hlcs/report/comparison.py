@@ -51,7 +51,7 @@ def sections(comparison):
     """The report in plain words: does the model agree, the errors, where it misses, the impacts, notes."""
     unit = comparison.error.get("unit", "")
     places = tuple(place(row, unit) for row in comparison.where[:MOST_PLACES])
-    impacts = impact_lines(comparison.impacts, comparison.stated)
+    impacts = impact_lines(comparison.impacts, comparison.at_impacts)
     found = [
         Section("", tuple(_opening(comparison)), "opening"),
         Section("The error", (_errors(comparison),) if comparison.adequate is not None else (), "errors"),

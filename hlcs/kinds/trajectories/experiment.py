@@ -19,6 +19,7 @@ from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
 from hlcs.estimation.noise_model import estimate_noise, shown_by_curves
 from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.protocol import Observation, misfit
+from hlcs.kinds.trajectories.contact_numbers import numbers_at
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, touches, without
 from hlcs.kinds.trajectories.sinking import drags_shown
@@ -98,13 +99,14 @@ class Trajectories:
         prepared = without(prepared, aside) if aside else prepared
         adequacy, table = judge(prepared.problem, prepared.base)
         unit = prepared.problem.unit
+        impacts = read_impacts(self.measurement, self._noise)
         error = misfit(table["residual"][have_unit(table["channel"], unit)], unit, prepared.problem.noise_level)
         shown = {
             "trials": tuple(trial.name for trial in prepared.problem.trials),
             "channels": CHANNELS,
             "against": ("time", "height", "speed"),
-            "impacts": read_impacts(self.measurement, self._noise),
-            "stated": {name: getattr(self.measurement.trials[0].surroundings, name) for name in ("restitution", "friction")},
+            "impacts": impacts,
+            "at_impacts": numbers_at(impacts, prepared.base.model, self.measurement.trials),
         }
         if not adequacy.adequate:
             shown["starts_shown"] = self.starts_shown(prepared.problem, prepared.base)
