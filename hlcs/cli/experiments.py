@@ -83,6 +83,8 @@ def diagnose(file, candidates, effects_file, allow_outside, plots, mended, seed,
         nothing = f"\n\nNothing was found that could be added: {mended} is not written."
     for folder in filter(None, (out, plots)):
         diagnosis.save(folder)
+    if diagnosis.learned and (out or plots):
+        diagnosis = replace(diagnosis, learned=diagnosis.learned.in_folder(out or plots))
     publish(diagnosis.to_json(), diagnosis.summary(details) + nothing, json_file, out or plots, quiet)
     if not_written:
         raise not_written

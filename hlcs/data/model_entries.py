@@ -6,6 +6,7 @@ import numpy as np
 
 from hlcs.files.documents import toml_value
 
+MODEL = "model.toml"  # name of the experiment with what was found added, in a folder of results
 FILL_IN = "fill in"  # stands for a number that a diagnosis withheld; no model can be computed with it
 
 
@@ -35,7 +36,7 @@ def to_add(entries, parameters, names, experiment, law=None, saved=False):
     names = () if law else names  # numbers beside a law are those of its own fit, and none is withheld
     command = experiment.command if experiment else ""
     if command and law and not saved:
-        command += f" --effects {shlex.quote(str(experiment.file.path.parent / law.file_name))}"
+        command += f" --effects {shlex.quote(law.place(experiment.file.path.parent))}"
     return {
         "toml": ", ".join(map(toml_value, entries)),
         "next": command or "hlcs.compare(diagnosis.apply(experiment))",

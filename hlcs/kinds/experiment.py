@@ -16,6 +16,7 @@ from pathlib import Path
 from hlcs.data.effects_of_model import OF_EFFECTS
 from hlcs.data.experiment_file import SECTIONS, ExperimentFile, checked_experiment, read_experiment_file
 from hlcs.data.frames import csv_of, frames_in, what_is
+from hlcs.data.model_entries import MODEL
 from hlcs.effects import classes, entry_of, own_classes
 from hlcs.files import folders
 from hlcs.files.csv_files import MOST_BYTES, CsvText
@@ -207,7 +208,7 @@ class Experiment:
         return replace(self, file=read_experiment_file(path, True, _layouts()), **written)
 
     def files(self, folder, taken):
-        """{name: bytes} of "model.toml", its experiment file in a folder of results, and of the data that lie elsewhere, so that
+        """{name: bytes} of MODEL, its experiment file in a folder of results, and of the data that lie elsewhere, so that
         the file can be used as it is; taken: names of other files there."""
         below, found = Path(os.path.realpath(folder)), {}
 
@@ -219,12 +220,12 @@ class Experiment:
             content = _bytes_of(table or place)
             wanted = f"{name.replace(' ', '_')}.csv" if table else place.name
             free = (f"{number}_{wanted}" if number else wanted for number in range(len(found) + 2))
-            own = next(one for one in free if one not in (*taken, "model.toml") and found.get(one, content) == content)
+            own = next(one for one in free if one not in (*taken, MODEL) and found.get(one, content) == content)
             found[own] = content
             return own
 
         text = self._text(name_of)
-        return found | {"model.toml": text.encode()}
+        return found | {MODEL: text.encode()}
 
     def _text(self, name_of):
         """Its experiment file; name_of: function name of a data file -> name that it is to have."""

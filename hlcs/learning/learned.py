@@ -1,7 +1,8 @@
 """What was learned of a missing force, and how it is told."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 from hlcs.files.documents import plain
@@ -27,11 +28,20 @@ class Learned(Result):
     also: tuple[str, ...]  # other variables that foretell the recordings as well
     fit: Any = field(default=None, compare=False)  # of the model with the law in it; None where there is no effect
     beside: tuple[dict, ...] = ()  # entries of the effects that it was learned beside, with their numbers in that fit
+    folder: str | None = field(default=None, compare=False)  # in which its file lies, where it was written
 
     @property
     def file_name(self):
         """Name of its file beside a result."""
         return FILE
+
+    def in_folder(self, folder):
+        """The same, with its file in this folder."""
+        return replace(self, folder=str(folder))
+
+    def place(self, otherwise):
+        """The path of its file as it is typed; in the folder `otherwise` where it was not written yet."""
+        return str(Path(otherwise if self.folder is None else self.folder) / FILE)
 
     @cached_property
     def kind(self):

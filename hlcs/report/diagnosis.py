@@ -1,9 +1,12 @@
 """How a Diagnosis is shown: printed, in a notebook, drawn, written into a folder."""
 
 import json
+import shlex
+from dataclasses import replace
+from pathlib import Path
 
 from hlcs.data.effects_of_model import OF_EFFECTS
-from hlcs.data.model_entries import FILL_IN
+from hlcs.data.model_entries import FILL_IN, MODEL
 from hlcs.files import folders
 from hlcs.files.documents import toml_value
 from hlcs.files.spreadsheets import csv_text
@@ -211,13 +214,27 @@ def _add(diagnosis):
         parts += _instead(diagnosis)
     parts += [f'Fill in first: {name} ("{FILL_IN}" stands for it): {why}.' for name, why in add["fill_in"].items()]
     if add["effect_file"]:
-        where = f"beside {add['file']}" if diagnosis.mended else "which --plots DIR, or --apply NEW.toml, writes"
-        name = diagnosis.additions[-1]["name"]
-        parts.append(f"{name} is what was learned: its law and its numbers stand in {add['effect_file']}, {where}.")
+        parts.append(_law_file(diagnosis, add))
     parts += ["Then see the error before and after:", Lines((add["next"],))]
+    if add["effect_file"] and add["file"] and not diagnosis.mended and diagnosis.law.folder is not None:
+        model = str(Path(diagnosis.law.folder) / MODEL)
+        line = shlex.join(["hlcs", "compare", model, "--effects", diagnosis.law.place("")])
+        parts += [f"{model} is {add['file']} with it added; it needs the file of the law as well:", Lines((line,))]
     if add["file"] and not diagnosis.mended:
         parts.append('Or let it be written: --apply NEW.toml; in Python diagnosis.apply(experiment).save("NEW.toml").')
     return tuple(parts)
+
+
+def _law_file(diagnosis, add):
+    """Where the law and the numbers of the learned effect stand."""
+    name = diagnosis.additions[-1]["name"]
+    if diagnosis.mended:
+        where = f"{add['effect_file']}, beside {add['file']}"
+    elif diagnosis.law.folder is None:
+        where = f"{add['effect_file']}, which --plots DIR, or --apply NEW.toml, writes"
+    else:
+        where = diagnosis.law.place("")
+    return f"{name} is what was learned: its law and its numbers stand in {where}."
 
 
 def _model_lines(experiment):
@@ -267,6 +284,8 @@ def plot(diagnosis, ax=None):
 
 def save(diagnosis, folder):
     """Write result.json, candidates.csv, report.txt, report.html, model.toml and its data and, where they are drawn, pictures."""
+    if diagnosis.learned is not None:
+        diagnosis = replace(diagnosis, learned=diagnosis.learned.in_folder(folder))
     drawn = {name: (page.png(axes), caption) for name, (axes, caption) in pictures(diagnosis).items()}
     found = {
         "candidates.csv": csv_text(diagnosis.to_dataframe().to_dict("list")).encode(),

@@ -1,8 +1,11 @@
 """The loop: compare, diagnose, add what was found, compare again, and see the error fall to the noise."""
 
 import json
+import shlex
+import shutil
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -11,6 +14,7 @@ from planted import EFFECT
 from throws import drag_per_metre, write_throws
 
 import hlcs
+from hlcs.cli import commands, experiments
 from hlcs.learning.laws import Ranges, one_law
 from hlcs.learning.learned import Learned
 
@@ -120,8 +124,9 @@ def test_what_was_withheld_must_be_filled_in(dragged):
     assert hlcs.compare(path.parent / "filled.toml").adequate
 
 
-def test_a_learned_law_is_added_with_its_file(dragged, tmp_path):
-    """A force k v^2 against the velocity is the drag of these throws: with it and nothing else the error is the noise."""
+@pytest.fixture(scope="module")
+def learned_drag(dragged):
+    """The Diagnosis of these throws where their drag, a force k v^2 against the velocity, is a law that was learned."""
     path, found = dragged
     law = one_law(
         "speed", "power", "velocity", np.linspace(0.5, 3.0, 20), Ranges(np.array([[0.0] * 3, [1.0] * 3]), 1.0, 1.5, 12.0)
@@ -129,7 +134,12 @@ def test_a_learned_law_is_added_with_its_file(dragged, tmp_path):
     (reference,) = law.given  # the speed at which the strength is that of the law
     law = law.at([-drag_per_metre(0.5) * reference.value**2], [2.0])
     learned = Learned("speed", "power", {}, "..", law.source("A force."), {"before": 1.0, "after": 0.1}, {}, ())
-    found = replace(found, verdict="unexplained", effects=(), parameters={}, learned=learned)
+    return path, replace(found, verdict="unexplained", effects=(), parameters={}, learned=learned)
+
+
+def test_a_learned_law_is_added_with_its_file(learned_drag, tmp_path):
+    """With the law and nothing else the error is the noise."""
+    path, found = learned_drag
     assert found.add["toml"] == '{ name = "learned_force" }' and found.to_json()["add"]["effect_file"] == "learned_effect.py"
     assert found.add["next"] == f"hlcs compare {path} --effects {path.parent / 'learned_effect.py'}"
     mended = found.apply(hlcs.Experiment.read(path))
@@ -143,6 +153,27 @@ def test_a_learned_law_is_added_with_its_file(dragged, tmp_path):
     (tmp_path / "sub" / "learned_effect.py").write_text("# the user's own\n")
     with pytest.raises(hlcs.InputError, match="learned_effect.py' is there already"):
         found.apply(hlcs.Experiment.read(path)).save(tmp_path / "sub" / "mended.toml")
+
+
+@pytest.mark.parametrize("option", ["--plots", "--out"])
+def test_the_lines_printed_of_a_learned_law_work_as_they_are_typed(learned_drag, tmp_path, monkeypatch, capsys, option):
+    """From where the user is, whose folder of results holds the file of the law: the report in it says the same lines."""
+    path, found = learned_drag
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(path.parent, "throws")
+    found = replace(found, experiment=hlcs.Experiment.read(f"throws/{path.name}"))
+    monkeypatch.setattr(experiments, "diagnose_file", lambda *_, **__: found)
+    assert commands.main(["diagnose", f"throws/{path.name}", option, "my results"]) == 0
+    text = capsys.readouterr().out
+    lines = [line.strip() for line in text.splitlines() if line.strip().startswith("hlcs compare")]
+    assert [shlex.split(line)[2] for line in lines] == [f"throws/{path.name}", "my results/model.toml"]
+    report = Path("my results/report.txt").read_text()
+    assert all(line in report for line in lines)
+    added = '[model]\neffects = [{ name = "learned_force" }]\nadded = ["learned_force"]\n'
+    Path(f"throws/{path.name}").write_text(path.read_text().replace("[measurement]", f"{added}[measurement]"))
+    for line in lines:
+        assert commands.main(shlex.split(line)[1:]) == 0
+        assert "With learned force added the error goes from" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("verdict", ["ambiguous", "unexplained"])
