@@ -6,6 +6,7 @@ the force is linear come from least squares, so only the others are searched.
 
 from dataclasses import dataclass, replace
 from itertools import product
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -87,6 +88,15 @@ class Law:
             azimuth, elevation = (number.value for number in self.searched[-2:])
             return np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
         return None
+
+    def force_at(self, values):
+        """Force per mass along its direction at values (k,) of its variable [m/s2], in the very words of the law."""
+        shape = "".join(f"    {line}\n" for line in self.lines if line.startswith("shape = "))
+        text = f"import numpy as np\n\n\ndef force(self, u):\n{shape}    return shape\n"
+        numbers = SimpleNamespace(**{number.name: number.value for number in (*self.fitted, *self.given)})
+        found = module_of(text, "shape_of_law", "<shape of a law>").force(numbers, values)
+        strengths = [number.value for number in self.linear if self.form != "table"]
+        return found * (np.linalg.norm(strengths) if self.way == "axes" else np.prod(strengths))
 
     def source(self, text=""):
         """The text of an effect file."""

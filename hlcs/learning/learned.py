@@ -1,5 +1,6 @@
 """What was learned of a missing force, and how it is told."""
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any
 from hlcs.files.documents import plain
 from hlcs.learning.laws import AXES
 from hlcs.rendering import Result
+from hlcs.report.words import value
 from minibullet.effects.catalogue import module_of
 from minibullet.effects.contract import name_of
 
@@ -24,10 +26,12 @@ class Learned(Result):
     text: str  # one sentence
     effect_file: str  # the text of a file that `compare` and `diagnose --effects` take; empty where no effect can foretell it
     held_out: dict  # before, after: error of recordings that the numbers were not fitted to, in the unit of the error
-    band: dict  # grid, value, low, high (k,): the force per mass as a table of the variable; empty for an oscillation
+    band: dict  # the force per mass as a table of the variable: grid, value, low, high (k,); as the law has it, where that is no
+    # table: places, law (m,); {} of an oscillation
     also: tuple[str, ...]  # other variables that foretell the recordings as well
     fit: Any = field(default=None, compare=False)  # of the model with the law in it; None where there is no effect
     beside: tuple[dict, ...] = ()  # entries of the effects that it was learned beside, with their numbers in that fit
+    remains: dict = field(default_factory=dict)  # what is left with it, as of records.Finding
     folder: str | None = field(default=None, compare=False)  # in which its file lies, where it was written
 
     @property
@@ -71,7 +75,7 @@ def sentence(law, numbers, direction, also, measured=AXES):
         names = " and ".join(", ".join(axes).rsplit(", ", 1))
         frequency = numbers["frequency_hz"]["value"]
         return f"An oscillation of {frequency:.2g} Hz in {names} ({sizes} mm): the camera shakes{phase}{others}"
-    return f"{_force(law, numbers, direction, measured)} {_grows(law, numbers)}{others}"
+    return f"{_force(law, numbers, direction, measured)} {_grows(law, numbers)}{_strength(law, numbers)}{others}"
 
 
 def _force(law, numbers, direction, measured):
@@ -90,6 +94,19 @@ def _force(law, numbers, direction, measured):
     if len(parts) == 1:
         return f"A force along {'-' if (parts[0] > 0) != positive else ''}{axes[0]}"
     return f"A force along ({', '.join(f'{part + 0.0:.2f}' for part in parts)}){of_axes}"
+
+
+def _strength(law, numbers):
+    """How strong the force is, with its interval: that of a power or an exponential where its variable has its reference."""
+    strengths = [entry for name, entry in numbers.items() if name.startswith("strength")]
+    if not strengths:
+        return ""
+    total = math.hypot(*(entry["value"] for entry in strengths))
+    parts = ((entry["value"], (entry["high"] - entry["low"]) / 2) for entry in strengths)  # errors of axes count as independent
+    half = math.hypot(*(size * reach for size, reach in parts)) / total if total else 0.0
+    told = value({"value": total, "low": total - half, "high": total + half, "unit": strengths[0]["unit"]})
+    at = next((f" at {law.variable} {number.value:g} {number.unit}" for number in law.given if number.name == "reference"), "")
+    return f", {told}{at}"
 
 
 def _sign(law, numbers):

@@ -23,6 +23,7 @@ SEEN = 5.0  # standard deviations of chi2 by which the force must stand above th
 STEP = 1 / 240  # of the simulation of a learned law, which may swing or go on and off [s]
 SWUNG = 0.5  # share of what an oscillation takes away that its swing must hold itself: else a drift beside it does the work
 FORMS = ("power", "oscillation", "switch", "exponential", "table")  # where several do as well: from the plainest on
+DRAWN = 100  # places at which a law is told, to be drawn
 QUANTILE = 1.645  # of the normal distribution: intervals of 90 %
 
 
@@ -140,7 +141,11 @@ def _learned(problem, fit, regression, ranges, best, also):
     if law.form == "oscillation":
         numbers = _swings(law, values[None, :count], values[count:], spread)
     text, band = sentence(law, numbers, law.direction, also, axes), _band(regression, law, ranges)
-    return Learned(law.variable, law.form, numbers, text, law.source(text), errors, band, tuple(also), refit, _beside(refit))
+    names = [term.name for term in refit.model.terms]
+    error = problem.error(refit.linearization.projected[0])
+    remains = {"effects": names, "chi2_per_freedom": refit.reduced, "error": error, "foreseen": False}
+    told = law.variable, law.form, numbers, text, law.source(text), errors, band, tuple(also)
+    return Learned(*told, refit, _beside(refit), remains)
 
 
 def _beside(fit):
@@ -153,7 +158,8 @@ def _beside(fit):
 
 
 def _band(regression, law, ranges):
-    """The force per mass as a table of the law's variable {grid, value, low, high}, (k,) each; {} of an oscillation."""
+    """The force per mass as a table of the law's variable {grid, value, low, high}, (k,) each, and as the law has it {places,
+    law}, (m,) each, where it is no table; {} of an oscillation."""
     if law.form == "oscillation":
         return {}
     values, searched = ranges[0][law.variable], ()
@@ -168,7 +174,9 @@ def _band(regression, law, ranges):
     rows = np.eye(count) if table.knots else np.column_stack([grid**0] + [f(k * grid) for k in (1, 2) for f in (np.cos, np.sin)])
     error = QUANTILE * np.sqrt(np.einsum("ki,ij,kj->k", rows, found.covariance[:count, :count], rows))
     value = rows @ found.estimate[:count]
-    return {"grid": grid, "value": value, "low": value - error, "high": value + error}
+    places = np.linspace(grid[0], grid[-1], DRAWN)
+    of_law = {} if law.form == "table" else {"places": places, "law": law.force_at(places)}
+    return {"grid": grid, "value": value, "low": value - error, "high": value + error} | of_law
 
 
 def _refitted(problem, fit, law):

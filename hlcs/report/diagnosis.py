@@ -16,6 +16,7 @@ from hlcs.report import page, statistics
 from hlcs.report.diagnosis_figures import diagnosis_panels, pictures
 from hlcs.report.document import Lines, Points, Section, Table, as_text
 from hlcs.report.doubted import doubt
+from hlcs.report.learned import numbers_of
 from hlcs.report.leftover import camera_swings
 from hlcs.report.notes import note_parts
 from hlcs.report.ranking import LITTLE, left_by_base, ranking
@@ -76,6 +77,7 @@ def sections(diagnosis):
     found = [
         Section("", tuple(opening(diagnosis)), "opening"),
         Section("The numbers", _numbers(diagnosis), "numbers"),
+        Section("The law that was learned", numbers_of(diagnosis.learned) if diagnosis.learned else (), "law"),
         Section("What remains", statistics.ranking_parts(diagnosis, MOST_ROWS), "ranking"),
         Section("Why not the others", _others(diagnosis), "others"),
         Section("The smallest effects that these data would have shown", _visible(diagnosis), "visible"),

@@ -5,6 +5,7 @@ import textwrap
 import numpy as np
 
 from hlcs.data.quantities import CHANNELS
+from hlcs.report import learned
 from hlcs.report.figures import (
     AFTER,
     BEFORE,
@@ -60,6 +61,8 @@ def pictures(diagnosis):
     if diagnosis.steps:
         told = _ERROR + _TURNS * bool(turns_missed(diagnosis.pictures)) + _STARTS * bool(_starts_can_be_seen(diagnosis))
         found["error"] = error_panel(diagnosis), told
+    if diagnosis.learned is not None:
+        found["law"] = np.atleast_1d(learned.plot(diagnosis.learned)), learned.caption(diagnosis.learned)
     if ranking(diagnosis):
         found["ranking"] = ranking_panel(diagnosis), ranking_caption(ranking(diagnosis))
     if diagnosis.pictures:

@@ -6,9 +6,9 @@ import numpy as np
 
 from hlcs.files import folders
 from hlcs.report.document import Section, Table, as_text
-from hlcs.report.figures import AFTER, BEFORE, CHANNEL, NOISE, given_axes, legend, plain
+from hlcs.report.figures import AFTER, BEFORE, CHANNEL, INK, NOISE, given_axes, legend, plain
 from hlcs.report.page import fragment, png
-from hlcs.report.words import interval, number, value
+from hlcs.report.words import interval, size, value
 
 UNITS = {"speed": "m/s", "time": "s", "spin": "rad/s", "heading": "rad"}  # of a variable; of the others m
 PERIODS, POINTS = 2, 200  # of an oscillation that is drawn
@@ -21,22 +21,22 @@ def line(learned):
 
 def text(learned):
     """The law, its numbers, and what it foretells."""
-    return as_text(learned.text, _sections(learned))
+    return as_text(learned.text, [Section("The numbers", numbers_of(learned))])
 
 
-def _sections(learned):
+def numbers_of(learned):
+    """The numbers of the law with their intervals, and what it foretells: parts of a section."""
     rows = tuple((name, value(entry), interval(entry)) for name, entry in learned.numbers.items())
     errors = (
-        f"Error of recordings that the numbers were not fitted to: {number(learned.held_out['before'])} before, "
-        f"{number(learned.held_out['after'])} with it."
+        f"Error of recordings that the numbers were not fitted to: {size(learned.held_out['before'], 'm')} before, "
+        f"{size(learned.held_out['after'], 'm')} with it."
     )
-    numbers = (Table(("number", "value", "90 % interval"), rows, texts=1),) if rows else ()
-    return [Section("The numbers", (*numbers, errors))]
+    return (*((Table(("number", "value", "90 % interval"), rows, texts=1),) if rows else ()), errors)
 
 
 def html(learned):
     """A learned law in a notebook."""
-    return fragment(learned.text, _sections(learned), [])
+    return fragment(learned.text, [Section("The numbers", numbers_of(learned))], [])
 
 
 def plot(learned, ax=None):
@@ -52,10 +52,19 @@ def plot(learned, ax=None):
     return axes[0] if ax is None else ax
 
 
+def caption(learned):
+    """What the marks of its picture mean."""
+    if not learned.band:
+        return "How far it moves what is seen, along each axis."
+    return "Force per mass as the recordings show it, place by place." + " The line is the law." * ("law" in learned.band)
+
+
 def _force(learned, ax):
     band = learned.band
     ax.fill_between(band["grid"], band["low"], band["high"], color=NOISE, alpha=0.5, lw=0, label="90 % interval")
-    ax.plot(band["grid"], band["value"], "-", color=AFTER, lw=1.6, label="force / mass")
+    ax.plot(band["grid"], band["value"], *(["o"] if "law" in band else ["-"]), color=AFTER, ms=4, lw=1.6, label="as a table")
+    if "law" in band:
+        ax.plot(band["places"], band["law"], "-", color=INK, lw=1.2, label="the law")
     ax.axhline(0.0, color=BEFORE, ls=":", lw=1.0)
     legend(ax)
     variable = f"{learned.variable} [{UNITS.get(learned.variable, 'm')}]"

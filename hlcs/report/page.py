@@ -55,6 +55,7 @@ font-weight:400}}
 """
 SHOWN_WITH = {  # pictures beside the sections that they belong to
     "opening": ("fit", "error"),
+    "law": ("law",),
     "ranking": ("ranking",),
 }
 RESOLUTION = 150  # of pictures [dots an inch]

@@ -15,6 +15,8 @@ def ranking(diagnosis):
         if "chi2_per_freedom" in step and set(step["effects"]) in (set(), set(diagnosis.effects)):
             told = {"chi2_per_freedom": step["chi2_per_freedom"], "error": step["fitted"], "foreseen": False}
             rows[frozenset(step["effects"])] = {"effects": list(step["effects"]), **told}
+    if diagnosis.learned is not None and diagnosis.learned.remains:
+        rows[frozenset(diagnosis.learned.remains["effects"])] = dict(diagnosis.learned.remains)
     noise = (diagnosis.error.get("fitted") or {}).get("noise")
     for members, row in rows.items():
         over = row["error"] / noise if row["error"] is not None and noise else None
@@ -32,6 +34,8 @@ def ranking_title(diagnosis):
     found = ranking(diagnosis)
     if not found:
         return "Nothing was tried"
+    if not diagnosis.effects and diagnosis.learned is not None and diagnosis.learned.remains:
+        return f"No effect explains enough; what was learned leaves {number(diagnosis.learned.remains['chi2_per_freedom'])}"
     if not diagnosis.effects:
         return "Noise alone is left by the model as it is" if diagnosis.verdict == "complete" else "No effect explains enough"
     row = next((row for row in found if row["accepted"]), None)

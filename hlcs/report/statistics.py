@@ -33,6 +33,8 @@ def facts(diagnosis):
         return []
     told = [("error before" if diagnosis.effects else "error", size(error["before"], unit))]
     told += [("error after", size(error["after"], unit))] if diagnosis.effects else []
+    if diagnosis.learned is not None:
+        told.append(("error with what was learned", size(diagnosis.learned.held_out["after"], unit)))
     told.append(("noise", size(error["noise"], unit)))
     left = "left, times the noise" if diagnosis.effects else "error, times the noise"
     return [*told, *([(left, number(error["after"] / error["noise"]))] if error["noise"] else [])]

@@ -1,6 +1,7 @@
 """The loop: compare, diagnose, add what was found, compare again, and see the error fall to the noise."""
 
 import json
+import re
 import shlex
 import shutil
 import tomllib
@@ -17,6 +18,10 @@ import hlcs
 from hlcs.cli import commands, experiments
 from hlcs.learning.laws import Ranges, one_law
 from hlcs.learning.learned import Learned
+from hlcs.report.diagnosis import report_page
+from hlcs.report.diagnosis_figures import pictures
+from hlcs.report.ranking import ranking_title
+from hlcs.report.statistics import facts
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +138,12 @@ def learned_drag(dragged):
     )
     (reference,) = law.given  # the speed at which the strength is that of the law
     law = law.at([-drag_per_metre(0.5) * reference.value**2], [2.0])
-    learned = Learned("speed", "power", {}, "..", law.source("A force."), {"before": 1.0, "after": 0.1}, {}, ())
+    grid = np.linspace(0.5, 3.0, 10)
+    band = {"grid": grid, "value": -(grid**2), "low": -(grid**2) - 0.1, "high": 0.1 - grid**2, "places": grid, "law": -(grid**2)}
+    remains = {"effects": ["learned_force"], "chi2_per_freedom": 1.01, "error": 2e-3, "foreseen": False}
+    numbers = {"exponent": {"value": 2.0, "low": 1.9, "high": 2.1, "unit": "1"}}
+    told = "speed", "power", numbers, "A force.", law.source("A force."), {"before": 1.0, "after": 0.1}, band, ()
+    learned = Learned(*told, remains=remains)
     return path, replace(found, verdict="unexplained", effects=(), parameters={}, learned=learned)
 
 
@@ -153,6 +163,18 @@ def test_a_learned_law_is_added_with_its_file(learned_drag, tmp_path):
     (tmp_path / "sub" / "learned_effect.py").write_text("# the user's own\n")
     with pytest.raises(hlcs.InputError, match="learned_effect.py' is there already"):
         found.apply(hlcs.Experiment.read(path)).save(tmp_path / "sub" / "mended.toml")
+
+
+def test_a_learned_law_stands_in_the_report_with_its_numbers_its_picture_and_what_it_leaves(learned_drag):
+    _, found = learned_drag
+    text, drawn = str(found), pictures(found)
+    assert re.search(r"exponent +2\.00 \+- 0\.10 +1\.90 to 2\.10", text)
+    assert re.search(r"learned_force +2 mm .* 1\.01", text) and "what was learned leaves 1.01" in ranking_title(found)
+    assert ("error with what was learned", "100 mm") in facts(found)
+    (ax,), caption = drawn["law"]
+    assert [line.get_label() for line in ax.lines[:2]] == ["as a table", "the law"] and "The line is the law." in caption
+    page = report_page(found, {"law": (b"", caption)})
+    assert page.index('id="law"') < page.index('alt="law:') < page.index('id="ranking"')  # beside its section
 
 
 @pytest.mark.parametrize("option", ["--plots", "--out"])

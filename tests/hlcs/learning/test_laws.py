@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import minibullet as mb
-from hlcs.learning.laws import TRIED, VARIABLES, Ranges, knots_of, laws, one_law
+from hlcs.learning.laws import TRIED, VARIABLES, Ranges, knots_of, laws, one_law, seen
 
 RANGES = Ranges(np.array([[-1.0, -1.0, 0.2], [1.0, 1.0, 2.0]]), 1.0, 1.5, 12.0)
 VALUES = {name: np.linspace(0.5, 3.0, 40) for name in VARIABLES}
@@ -20,10 +20,25 @@ def test_every_law_is_an_effect_that_keeps_the_contract(law):
     assert len([line for line in written.source().splitlines() if line.startswith("        ") and "=" in line]) <= 10
 
 
+@pytest.mark.parametrize(
+    "law",
+    [law for law in ALL if law.variable in ("speed", "height", "time") and law.form in ("power", "exponential", "switch")],
+    ids=lambda law: f"{law.variable}-{law.way}-{law.form}",
+)
+def test_what_is_drawn_of_a_law_is_the_force_of_its_effect(law):
+    """Per mass, as long as its vector: along x, y and z it has one shape, whatever the strengths."""
+    written = law.at(np.array([0.3, -0.2, 0.6])[: len(law.linear)], np.asarray(law.begins[0]))
+    bodies, time = mb.effects.samples.sample_bodies(), 0.05
+    bodies = bodies._replace(position=np.abs(bodies.position) + 0.1)
+    moving = np.linalg.norm(bodies.twist[:, :3], axis=1) > 0.0  # what stands has no direction along its velocity
+    force = np.linalg.norm(written.kind()().forces(bodies, time)[:, :3], axis=1) / bodies.mass
+    np.testing.assert_allclose(written.force_at(seen(bodies, time)[law.variable])[moving], force[moving], rtol=1e-12)
+
+
 def test_only_what_is_seen_is_tried():
     assert {law.variable for law in ALL} == set(TRIED) == set(VARIABLES)
-    seen = {name: values for name, values in VALUES.items() if name != "spin"}
-    assert "spin" not in {law.variable for law in laws(seen, RANGES)}
+    known = {name: values for name, values in VALUES.items() if name != "spin"}
+    assert "spin" not in {law.variable for law in laws(known, RANGES)}
 
 
 def test_a_table_is_the_force_at_its_knots():

@@ -27,13 +27,19 @@ def test_json_is_as_the_contract_has_it():
 
 def test_sentences():
     point = {f"point_{axis}": number(value) for axis, value in zip("xyz", (2.0, 0.0, 1.0), strict=True)}
-    pull = {"strength": number(1.5), "exponent": number(-2.0)} | point
+    pull = {"strength": number(1.5, unit="m/s2"), "exponent": number(-2.0)} | point
     assert sentence(law("distance", "power", "point"), pull, None, ()) == (
-        "A pull towards (2.00, 0.00, 1.00) m that falls as distance^-2.00 +- 0.10"
+        "A pull towards (2.00, 0.00, 1.00) m that falls as distance^-2.00 +- 0.10, 1.50 +- 0.10 m/s2 at distance 1.8 m"
     )
-    drag = {"strength": number(-1.5), "exponent": number(1.5)}
+    drag = {"strength": number(-1.5, unit="m/s2"), "exponent": number(1.5)}
     assert sentence(law("speed", "power", "velocity"), drag, None, ["height"]) == (
-        "A force against the velocity that grows as speed^1.50 +- 0.10 (a law of height does as well)"
+        "A force against the velocity that grows as speed^1.50 +- 0.10, 1.50 +- 0.10 m/s2 at speed 1.8 m/s "
+        "(a law of height does as well)"
+    )
+    times = {"start_s": number(0.35, 0.01, "s"), "end_s": number(0.8, 0.01, "s")}
+    fan = times | {f"strength_{axis}": number(size, 0.05, "m/s2") for axis, size in zip("xyz", (3.0, 0.0, 4.0), strict=True)}
+    assert sentence(law("time", "switch", "axes"), fan, np.array([0.6, 0.0, 0.8]), ()) == (
+        "A force along (0.60, 0.00, 0.80) that acts from 0.35 +- 0.01 s to 0.80 +- 0.01 s, 5.000 +- 0.050 m/s2"
     )
     shake = {"frequency_hz": number(4.6)} | {f"amplitude_{axis}": number(0.002) for axis in "xyz"}
     assert sentence(law("time", "oscillation", "axes"), shake, None, ()) == (
