@@ -57,7 +57,7 @@ def pictures(diagnosis):
     found = {}
     if diagnosis.pictures:
         shown = "The recording that the model missed most." if diagnosis.pictures.channels else "All rows of the table."
-        found["fit"] = fit_panel(diagnosis), shown
+        found["fit"] = fit_panel(diagnosis), shown + _FITTED * bool(diagnosis.effects)
     if diagnosis.steps:
         told = _ERROR + _TURNS * bool(turns_missed(diagnosis.pictures)) + _STARTS * bool(_starts_can_be_seen(diagnosis))
         found["error"] = error_panel(diagnosis), told
@@ -78,6 +78,7 @@ def pictures(diagnosis):
     return found
 
 
+_FITTED = " The numbers were fitted to all that was measured, this as well."
 _ERROR = "Dotted: the noise."
 _STARTS = " Hatched: the share of it that the fitted starts take up; a perfect model would end at its lower edge."
 _TURNS = " Of positions alone: what goes wrong in rotations stands in the pictures of what is left."
@@ -169,7 +170,7 @@ def _fit_of_table(ax, diagnosis):
     legend(ax, below=layers)
     unit = diagnosis.error.get("unit") or ""
     outcome = axis_label(diagnosis.where[0]["channel"]) if diagnosis.where and "channel" in diagnosis.where[0] else f"[{unit}]"
-    told = f"{'layer coefficients' if layers else 'all rows'}: error {_fall(diagnosis)}"
+    told = f"{'layer coefficients' if layers else 'all rows'}: fitted error {_fall(diagnosis)}"
     y, pad = ("layer coefficient [Dn]", NAMED) if layers else (outcome, None)
     plain(ax, capital(told), _label(pictures, pictures.over), y, pad)
 

@@ -5,7 +5,7 @@ from hlcs.records import VERDICTS, Reason
 from hlcs.report.document import Section, Table
 from hlcs.report.doubted import doubt
 from hlcs.report.ranking import LITTLE, left_by_base, ranking
-from hlcs.report.sentences import error_of
+from hlcs.report.sentences import LEFT_OUT, error_of
 from hlcs.report.words import DASH, chance, joined, number, size, words
 
 UNITS = {"time": "s", "height": "m", "speed": "m/s"}
@@ -31,10 +31,12 @@ def facts(diagnosis):
     error, unit = error_of(diagnosis), diagnosis.error.get("unit", "")
     if not error:
         return []
-    told = [("error before" if diagnosis.effects else "error", size(error["before"], unit))]
-    told += [("error after", size(error["after"], unit))] if diagnosis.effects else []
+    held_out = diagnosis.error.get("held_out")
+    where = f", on {LEFT_OUT.get(diagnosis.kind, 'data')} left out" if held_out else ", on the fitted data"
+    told = [(f"error{' before' if diagnosis.effects else ''}{where}", size(error["before"], unit))]
+    told += [(f"error after{where}", size(error["after"], unit))] if diagnosis.effects else []
     if diagnosis.learned is not None:
-        told.append(("error with what was learned", size(diagnosis.learned.held_out["after"], unit)))
+        told.append((f"error with what was learned{where}", size(diagnosis.learned.held_out["after"], unit)))
     told.append(("noise", size(error["noise"], unit)))
     left = "left, times the noise" if diagnosis.effects else "error, times the noise"
     return [*told, *([(left, number(error["after"] / error["noise"]))] if error["noise"] else [])]

@@ -170,7 +170,7 @@ def test_a_learned_law_stands_in_the_report_with_its_numbers_its_picture_and_wha
     text, drawn = str(found), pictures(found)
     assert re.search(r"exponent +2\.00 \+- 0\.10 +1\.90 to 2\.10", text)
     assert re.search(r"learned_force +2 mm .* 1\.01", text) and "what was learned leaves 1.01" in ranking_title(found)
-    assert ("error with what was learned", "100 mm") in facts(found)
+    assert ("error with what was learned, on recordings left out", "100 mm") in facts(found)
     (ax,), caption = drawn["law"]
     assert [line.get_label() for line in ax.lines[:2]] == ["as a table", "the law"] and "The line is the law." in caption
     page = report_page(found, {"law": (b"", caption)})

@@ -10,6 +10,7 @@ from planted import ALL, COMPLETE, EFFECT, pictures, table
 
 from hlcs.report import glossary
 from hlcs.report import page as page_style
+from hlcs.report.statistics import facts
 
 VOID = {"meta", "img", "br", "wbr", "link"}
 
@@ -99,6 +100,16 @@ def test_every_picture_is_a_file_of_its_own_and_stands_in_the_page(tmp_path):
     files = {path.stem for path in (tmp_path / "out").glob("*.png")}
     assert {"fit", "error", "ranking", "residuals_time", "residuals_height", "residuals_speed", "residuals_by_recording"} <= files
     assert text.count("data:image/png") == len(files - {"diagnosis"})
+
+
+def test_cards_and_the_picture_of_the_fit_say_of_which_data_they_are(tmp_path):
+    """The error of a card is one of data left out, where there are any; the curve of the picture was fitted to what it shows."""
+    assert [what for what, _ in facts(EFFECT)][:2] == [f"error {when}, on recordings left out" for when in ("before", "after")]
+    fitted = replace(EFFECT, error=EFFECT.error | {"held_out": None})
+    assert [what for what, _ in facts(fitted)][:2] == ["error before, on the fitted data", "error after, on the fitted data"]
+    left = np.random.default_rng(1).standard_normal(50) * 0.003
+    found = replace(EFFECT, pictures=pictures(table(left + np.linspace(0, 0.3, 50)), table(left)))
+    assert "The numbers were fitted to all that was measured, this as well." in page(found, tmp_path / "out")
 
 
 def test_the_glossary_of_the_documentation_is_the_one_of_the_pages():
