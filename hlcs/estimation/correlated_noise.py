@@ -120,6 +120,18 @@ def fit_correlated_noise(series, step, sigma=None, white=None):
     return CorrelatedNoise(float(sigma), rho, share, covariance)
 
 
+def excess_deviance(series, step, sigma, white):
+    """How much less likely series, as in `fit_correlated_noise`, are with noise of this sigma than with that of the best one.
+
+    Minus twice the logarithm: chi-square of one degree of freedom where the noise has this sigma. rho is the best of each.
+
+    Where noise hangs together for longer than a series lasts, many sigmas are as likely as the best one, far from it too.
+    """
+    likelihood = RestrictedLikelihood(series, step)
+    least = likelihood.deviance(None, *likelihood.best(None, white)) + likelihood.freedom
+    return likelihood.deviance(np.log(sigma), *likelihood.best(np.log(sigma), white)) - least
+
+
 def lower_factor(covariance):
     """Lower L with L L^T a covariance (n, n), zero columns where it is singular: what was given has no share in any draw.
 

@@ -8,7 +8,7 @@ import numpy as np
 from hlcs.data.experiment_file import OF_RECORDINGS
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS
 from hlcs.data.rounded_readings import reading_step
-from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, fit_correlated_noise
+from hlcs.estimation.correlated_noise import LEAST_CERTAIN, MOST_WHITE, CorrelatedNoise, excess_deviance, fit_correlated_noise
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.outliers import NO_TAIL, Tail, isolated_outliers, spread_of, tail_of
 from hlcs.estimation.rounding import COARSE, FINE, before_rounding, lattice_of, noise_below_the_step, rounded, step_of
@@ -22,6 +22,7 @@ DRIFT = 2.0  # scatter over rms change from sample to sample: of nine samples th
 ELSEWHERE = 4.0  # standard deviations of where a body rests at which it is not yet there
 KINK = 6.0  # usual deviations of a second difference beyond which a height is thrown back there, and no smooth curve goes on
 LEAST_OF_A_PART = 9  # samples of a piece of a series: a curve of degree 5 leaves three of them to judge by
+BEYOND_CHANCE = 10.8  # chi-square of one number that chance exceeds once in a thousand
 LEAST_OF_A_TAIL = 200  # whitened samples that tell how many outliers stayed: of one in a hundred they hold two
 
 
@@ -126,7 +127,7 @@ def estimate_noise(measurement):
     tail = next((tails[what] for what in OF_RECORDINGS if noise.get(what) and what in tails), NO_TAIL)
     hint = rounded(curve[0], step_of(lattice)).sigma if curve else None
     found = Noise(position, orientation, step, source, (), hint, tail, lattice, noise.get("acceleration"))
-    if position and curve and not 1 / 1.5 < hint / found.position < 1.5:
+    if position and curve and not 1 / 1.5 < hint / found.position < 1.5 and _contradicts(trials, step, lattice, found.position):
         steps = f", rounding to steps of {step_of(lattice):.3g} m included" if step_of(lattice) else ""
         notes.append(
             f"a flexible curve through the data leaves {hint:.3g} m, the {source} noise is {found.position:.3g} m{steps}"
@@ -160,6 +161,15 @@ def shown_by_curves(measurement, noise):
     other = replace(noise, **{f"{what}s": curve for what, (curve, _) in found.items()}, tail=next(iter(found.values()))[1])
     most = max(found, key=lambda what: other.of_unit(units[what]) / noise.of_unit(units[what]))
     return most, units[most], other
+
+
+def _contradicts(trials, step, lattice, sigma):
+    """Do smooth curves leave another noise of the positions than this sigma of a reading, by more than chance?"""
+    rounding = step_of(lattice)
+    segments, _ = _smooth_segments(trials, "position", rounding)
+    white = float(min(rounding**2 / 12 / sigma**2, MOST_WHITE))
+    _, clean = _without_outliers(_spread(segments), step, white)
+    return excess_deviance(clean, step, sigma, white) > BEYOND_CHANCE
 
 
 def _with_sigma(base, sigma, variance=0.0):
@@ -197,8 +207,18 @@ def _spread(segments):
 def _cleaned(series, step, white=None, sigma=None):
     """(CorrelatedNoise, Tail) of series [(times (n,), values (n,), function times -> columns)], isolated outliers left out.
 
-    white, sigma: the share that is not correlated and the standard deviation where they are known. What stands out is looked for
-    twice: in the scatter of each series, then in what was found in all.
+    white, sigma: the share that is not correlated and the standard deviation where they are known.
+    """
+    noise, clean = _without_outliers(series, step, white, sigma)
+    left = np.concatenate([_white(noise, part, step) for part in clean])
+    tail = tail_of(left) if len(left) >= LEAST_OF_A_TAIL else NO_TAIL
+    return (noise if sigma else noise._replace(sigma=noise.sigma / np.sqrt(1 + tail.variance))), tail
+
+
+def _without_outliers(series, step, white=None, sigma=None):
+    """(CorrelatedNoise of what is kept, [(times, values, columns)] that are kept) of series as in `_cleaned`.
+
+    What stands out is looked for twice: in the scatter of each series, then in what was found in all.
     """
     noise, keeps = None, []
     for _ in range(2):
@@ -211,9 +231,7 @@ def _cleaned(series, step, white=None, sigma=None):
         parts = [(times[keep], values[keep], columns) for (times, values, columns), keep in zip(series, keeps, strict=True)]
         clean = [(times, values, columns(times)) for times, values, columns in parts if len(times) >= LEAST_OF_A_PART]
         noise = fit_correlated_noise(clean, step, sigma=sigma, white=white)
-    left = np.concatenate([_white(noise, part, step) for part in clean])
-    tail = tail_of(left) if len(left) >= LEAST_OF_A_TAIL else NO_TAIL
-    return (noise if sigma else noise._replace(sigma=noise.sigma / np.sqrt(1 + tail.variance))), tail
+    return noise, clean
 
 
 def _white(noise, part, step):
@@ -223,8 +241,25 @@ def _white(noise, part, step):
     return project_out(basis(filter.whiten(columns)), filter.whiten(values))
 
 
-def _from_flexible_curve(trials, step, what, rounding, sigma=None, length=24, degree=5):
+def _from_flexible_curve(trials, step, what, rounding, sigma=None):
     """(CorrelatedNoise before rounding, Tail) beside polynomials through segments of all recordings, None where there are none.
+
+    rounding: step of the readings; sigma: where it is known.
+    """
+    segments, calm = _smooth_segments(trials, what, rounding, sigma)
+    if not segments:
+        return None
+    scale = float(np.hypot(sigma, rounding / np.sqrt(12)) if sigma else calm)
+    if rounding**2 / 12 > MOSTLY * scale**2:
+        return before_rounding(CorrelatedNoise(scale, 0.0, 0.0, np.diag([0.0, LEAST_CERTAIN**2, 0.0])), rounding), NO_TAIL
+    white = min(rounding**2 / 12 / scale**2, MOST_WHITE) if scale > 0 else 0.0
+    noise, tail = _cleaned(_spread(segments), step, float(white), scale if sigma else None)
+    return before_rounding(noise, rounding), tail
+
+
+def _smooth_segments(trials, what, rounding, sigma=None, length=24, degree=5):
+    """([(times, values, function times -> polynomials)] of segments of all recordings, what the calm ones leave), ([], 0.0) where
+    there are none.
 
     Only smoothness is assumed; no segment with an impact is used. rounding: step of the readings; sigma: where it is known.
     """
@@ -239,19 +274,13 @@ def _from_flexible_curve(trials, step, what, rounding, sigma=None, length=24, de
                     if len(part) >= LEAST_OF_A_PART:
                         segments.append((times[part], values[part], columns))
     if not segments:
-        return None
+        return [], 0.0
     left = np.array([np.std(project_out(basis(columns(times)), values)) for times, values, _ in segments])
     seen = left > 0.1 * (sigma or np.median(left))  # a coordinate that somebody set to zero tells nothing
     if seen.any():
         left, segments = left[seen], [segment for segment, has in zip(segments, seen, strict=True) if has]
     calm = np.quantile(left, 0.25)  # an impact leaves many times the noise, and most segments of a bouncing ball may hold one
-    segments = [segment for segment, size in zip(segments, left, strict=True) if size <= 2.0 * calm]
-    scale = float(np.hypot(sigma, rounding / np.sqrt(12)) if sigma else calm)
-    if rounding**2 / 12 > MOSTLY * scale**2:
-        return before_rounding(CorrelatedNoise(scale, 0.0, 0.0, np.diag([0.0, LEAST_CERTAIN**2, 0.0])), rounding), NO_TAIL
-    white = min(rounding**2 / 12 / scale**2, MOST_WHITE) if scale > 0 else 0.0
-    noise, tail = _cleaned(_spread(segments), step, float(white), scale if sigma else None)
-    return before_rounding(noise, rounding), tail
+    return [segment for segment, size in zip(segments, left, strict=True) if size <= 2.0 * calm], calm
 
 
 def impact_times(trial):

@@ -87,3 +87,30 @@ def test_where_a_slide_ends_no_smooth_curve_goes_on():
     assert resting_from(0.3 * times + noise, 0.0) == 60  # it moves on
     assert resting_from(noise, 0.0) == 0
     assert resting_from(np.where(times < 1.0, times, 1.0).round(1), 0.1) >= 9  # read in steps of a tenth
+
+
+def doubted(folder, seed, rho, stated=None):
+    """Does a note say that curves leave another noise than that of a body at rest, or than is stated? True noise 1 mm; 60 frames
+    a second, four throws of 36 frames."""
+    generator, times, text = np.random.default_rng(seed), np.arange(36) / 60, TOML
+    for k in range(4):
+        seen = flight(np.zeros(3), np.array([1.0 + 0.5 * k, 0.0, 3.0]), times)
+        (folder / f"{k}.csv").write_text(recording(times, seen + correlated(generator, (36, 3), 1e-3, rho)))
+        text += f'[[trial]]\nfile = "{k}.csv"\n'
+    rest = correlated(generator, (200, 3), 1e-3, rho)
+    (folder / "rest.csv").write_text(recording(np.arange(200) / 60, rest))
+    noise = f"noise = {{ position = {stated} }}" if stated else 'static = "rest.csv"'
+    (folder / "throws.toml").write_text(text.replace("noise = { position = 0.01 }", noise))
+    return any("flexible curve" in note for note in estimate_noise(measured(folder / "throws.toml")).notes)
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.8])
+def test_curves_doubt_a_noise_only_by_more_than_chance(tmp_path, rho):
+    """1 in 1,000 by chance alone: 1 in 10 would be 100 times that. Short curves tell little of noise that hangs together."""
+    assert sum(doubted(tmp_path, seed, rho) for seed in range(10)) <= 1
+
+
+@pytest.mark.parametrize("stated", [4e-4, 2.5e-3])
+def test_curves_doubt_a_noise_that_is_stated_too_small_or_too_large(tmp_path, stated):
+    """2.5 times too little or too much of 1 mm: ten standard errors of some 200 degrees of freedom."""
+    assert all(doubted(tmp_path, seed, 0.0, stated) for seed in range(3))
