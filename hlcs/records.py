@@ -117,13 +117,12 @@ class Reason(Sentence):
     """What became of a candidate; "at" is its family, where the kind of measurement says so."""
 
     ACCEPTED = "accepted{at}: chi2 falls by {gain:.0f}{price}{held_out}{same}"
-    IMPLIED = (
-        "implied by what the file states{at}: chi2 falls by {gain:.0f} alone, where another effect would need {odds:.0f}{same}"
-    )
+    IMPLIED = "implied by what the file states{at}: chi2 falls by {gain:.0f} alone, another effect would need {odds:.0f}{same}"
     NOT_TOLD_APART = "does as well as {others}{at}: not to be told apart here{label}"
     OTHER_FORM = "of one set ({form}) with {better}, which explains the data better"
     SUSPECTED = "suspected: {why}"
     INVISIBLE = "cannot be seen in these data: what it does is absorbed by the unknown start or by what is in the model"
+    NO_DRAG = "nothing for it to act on: it acts through a drag, and the model has none; add a drag first"
     EXPLAINED_TOO = "explains a part too{at}: {why}"
     BEYOND_ITS_LAW = "beyond what its law allows{at}: {why}"
     NOT_SEEN = "not seen{at}: {why}"

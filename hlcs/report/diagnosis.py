@@ -44,6 +44,7 @@ OTHERS = {  # why not the others, where one sentence does for all of them
     Reason.SUSPECTED: "the misfit would fall, but not enough on data that the numbers were not fitted to",
     Reason.INVISIBLE: "cannot be seen in these data: nothing here depends on it, or unknown starts or what is in the model take "
     "it up",
+    Reason.NO_DRAG: Reason.NO_DRAG.value,
     Reason.ON_FEWER_RECORDINGS: "tried on fewer recordings, to keep within the limit of time, and not kept",
 }
 

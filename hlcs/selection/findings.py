@@ -4,6 +4,7 @@ import numpy as np
 
 from hlcs.estimation.least_squares import basis, largest_cosine, project_out
 from hlcs.records import Finding, Reason, untested
+from hlcs.selection.eligibility import lacks_drag
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.prediction import AMPLITUDE
 from hlcs.selection.preview import misfit
@@ -126,7 +127,7 @@ def _explained(sets, name, same, holding, evidence, left):
     if same:
         return Reason.NOT_TOLD_APART(others=", ".join(other for other in same if other in best), at=at, label=label)
     if evidence is None:
-        return Reason.INVISIBLE()
+        return Reason.NO_DRAG() if lacks_drag(entry, search.fits[best].model) else Reason.INVISIBLE()
     better = [other for other in sorted(best) if entry.alike and search.candidates[other].alike == entry.alike]
     if better and evidence > 0:
         return Reason.OTHER_FORM(form=entry.alike, better=better[0])

@@ -5,6 +5,7 @@ from scipy.integrate import solve_ivp
 from throws import G, csv
 
 import hlcs
+from hlcs.records import Reason
 
 MASS, RADIUS, DRAG, SIGMA = 0.012, 0.035, 0.45, 0.002
 DENSITY = 1.2
@@ -60,3 +61,18 @@ def test_an_updraught_is_found_where_heights_alone_are_measured(tmp_path):
     assert "uniform_flow" in {*found.effects, *(name for members in found.ambiguous for name in members)}
     assert found.adequate["after"] and abs(up["value"] - 0.8) < up["high"] - up["low"]
     assert found.parameters["uniform_flow"]["velocity_x"]["value"] is None  # nothing that is seen tells of it
+
+
+def test_a_wind_has_nothing_to_act_on_before_a_drag_is_there_and_the_report_says_what_to_add_first(tmp_path):
+    """Through nothing a wind moves no body, so that data show none, whatever they are: no start and no model takes it up."""
+    generator, times, head = np.random.default_rng(5), np.arange(0, 0.6, 1 / 60), HEAD.split("[surroundings]")[0]
+    text = head + f"[measurement]\nnoise = {{ position = {SIGMA} }}\n"
+    for k in range(3):
+        path = np.column_stack([(1.0 + k) * times, 0 * times, 3.0 * times - G * times**2 / 2])
+        (tmp_path / f"r{k}.csv").write_text(csv(times, path + SIGMA * generator.standard_normal(path.shape)))
+        text += f'[[trial]]\nfile = "r{k}.csv"\ngroup = "{k}"\n'
+    (tmp_path / "thrown.toml").write_text(text)
+    found = hlcs.diagnose(tmp_path / "thrown.toml", candidates=["uniform_flow"])
+    (wind,) = (entry for entry in found.candidates if entry.effect == "uniform_flow")
+    assert found.verdict == "complete" and wind.reason is Reason.NO_DRAG
+    assert "uniform_flow: nothing for it to act on" in str(found) and "add a drag first" in " ".join(str(found).split())
