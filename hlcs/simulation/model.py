@@ -10,7 +10,7 @@ from hlcs.effects.contract import Change
 from hlcs.files.documents import to_toml
 from hlcs.simulation.simulator import Simulator
 from minibullet.effects import Effect, Gravity, compose
-from minibullet.effects.contract import law_of
+from minibullet.effects.contract import law_of, parameters
 
 MOTION = (  # what the laws of effects enter, and their letters
     "  m dv/dt = m g + sum of F,  I d(omega)/dt + omega x I omega = sum of M",
@@ -67,14 +67,24 @@ class Terms:
     def _repr_html_(self):
         return f"<pre>{html.escape(str(self))}</pre>"
 
-    def _told(self, ground, laws):
-        """The model in lines: what it stands on, then each effect with its law and its numbers; laws: {name: sentence}."""
+    def _told(self, ground, laws, known):
+        """The model in lines: what it stands on, then each effect with its law and its numbers; laws: {name: sentence}; known:
+        {name: {number: (its unit, what it means)}}."""
         lines = [f"Model: {', '.join([ground, *laws])}" + ("" if laws else " alone")]
         for entry in self.entries:
-            numbers = [f"{key} = {value:.4g}" for key, value in entry.items() if key != "name"]
+            numbers = [_number_told(key, value, known[entry["name"]]) for key, value in entry.items() if key != "name"]
             said = "; ".join(filter(None, (laws[entry["name"]], ", ".join(numbers))))
             lines.append(f"  {entry['name']}" + (f": {said}" if said else ""))
         return lines
+
+
+def _number_told(name, value, known):
+    """A number of an effect with its unit and what it means: "offset = -0.104 s (from the stamp of the release to the release)".
+
+    name: that of one session too, "offset A"; known: {number: (unit, what it means)}.
+    """
+    unit, about = known.get(name) or known.get(name.partition(" ")[0], ("", ""))
+    return f"{name} = {value:.4g}" + f" {unit}" * (unit not in ("", "-", "1")) + f" ({about})" * bool(about)
 
 
 @dataclass(frozen=True)
@@ -139,7 +149,11 @@ class Model(Terms):
     def __str__(self):
         """Its equations of motion in words and letters, with its numbers."""
         laws = {name: law_of(kind) for name, kind in zip(self.names, self.kinds, strict=True)}
-        return "\n".join([*self._told("gravity", laws), *MOTION])
+        known = {
+            name: {key: (number.unit, number.about) for key, number in parameters(kind).items()}
+            for name, kind in zip(self.names, self.kinds, strict=True)
+        }
+        return "\n".join([*self._told("gravity", laws, known), *MOTION])
 
     def to_toml(self):
         """The [model] section of an experiment file that holds these effects."""

@@ -81,7 +81,9 @@ class LayerModel(Terms):
 
     def __str__(self):
         """What is placed, and what was added to it."""
-        return "\n".join(self._told(f"units of shape {self.base.shape} placed layer by layer", dict.fromkeys(self.effects, "")))
+        known = {term.name: {free.name: (free.unit, "") for free in term.candidate.free} for term in self._all}
+        laws = dict.fromkeys(self.effects, "")
+        return "\n".join(self._told(f"units of shape {self.base.shape} placed layer by layer", laws, known))
 
 
 def model_of(measurement):

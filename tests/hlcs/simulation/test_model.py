@@ -50,6 +50,9 @@ def test_a_model_is_written_as_the_section_it_was_read_from():
 def test_a_model_is_printed_as_its_equations_with_its_numbers():
     first, magnus, drag, motion, *_ = str(BASE.with_term(DRAG)).splitlines()
     assert first == "Model: gravity, magnus, quadratic_drag" and "m dv/dt = m g + sum of F" in motion
-    assert "F = C pi rho r^3 omega x w" in magnus and magnus.endswith("; coefficient = 1")
-    assert "F = -(rho C A/2 + k m) |w| w" in drag and drag.endswith("; drag_coefficient = 0.4")
+    assert "F = C pi rho r^3 omega x w" in magnus and "; coefficient = 1 (" in magnus
+    assert "F = -(rho C A/2 + k m) |w| w" in drag and "; drag_coefficient = 0.4 (of the mean" in drag
+    late = Model(fixed=({"name": "clock_offset", "offset": -0.10412, "offset A": 0.2},))
+    meaning = "(from the stamp of the release to the release)"
+    assert f"; offset = -0.1041 s {meaning}, offset A = 0.2 s {meaning}" in str(late)  # a number has its unit, in each session
     assert str(Model()).startswith("Model: gravity alone\n")
