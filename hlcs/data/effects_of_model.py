@@ -1,6 +1,6 @@
 """What [model] of an experiment file says of the effects in it: which there are, which were added last, which they replaced."""
 
-from hlcs.files.toml_files import LARGEST
+from hlcs.files.limits import LARGEST
 from minibullet.errors import shown, shown_value
 
 OF_EFFECTS = ("effects", "added", "replaced")  # the keys that say so

@@ -16,7 +16,7 @@ from hlcs.data.quantities import AROUND, INPUTS, OUTCOMES
 from hlcs.data.unfilled import refuse_unfilled
 from hlcs.files.toml_files import TomlFile
 from minibullet.effects.fluid import AIR_DENSITY
-from minibullet.errors import InputError, shown, shown_value
+from minibullet.errors import InputError, is_number, shown, shown_value
 
 HELD_OUT = {False: ("group", "none"), True: ("campaign", "grid", "none", "group")}  # together, of tables of layers or of others
 OF_RECORDINGS = ("position", "orientation", "acceleration")  # what a recording may hold, and has a noise of its own
@@ -256,6 +256,8 @@ def _trial_list(reader, values):
 
 
 def _surroundings(reader, table, section, base, index=None):
+    if is_number(gravity := table.get("gravity")) and gravity < 0:
+        reader.fail("gravity", f"got {gravity:g}; it is counted downwards: write {-gravity:g}", section, index)
     numbers = {key: reader.number(table, key, section, index=index, low=low, high=high) for key, (low, high) in AROUND.items()}
     changes = {key: value for key, value in numbers.items() if value is not None}
     if "fluid_density" in changes:

@@ -195,7 +195,7 @@ def read_recording(path, pixel=None, accelerometer=None, at_rest=False):
     if at_rest and count < LEAST_AT_REST:
         raise InputError(f"{name}: {count} samples at rest; at least {LEAST_AT_REST} are needed to know the noise")
     if count < 2:
-        raise InputError(f"{name}: {count} samples; a recording needs at least 2")
+        raise InputError(f"{name}: {count} samples; a recording needs at least 2: export it anew, or leave the file out")
     for column in (column for column in table.columns if np.isnan(table.columns[column]).all()):
         what = f"{name}, row {table.header_row}: column '{column}' is wholly blank: taken as not recorded; leave it out"
         warnings.warn(what, InputWarning, stacklevel=2)

@@ -11,6 +11,7 @@ from math import isfinite, nan
 
 import numpy as np
 
+from hlcs.files.limits import LARGEST
 from minibullet.errors import MOST_TOLD, InputError, known_one, shown
 from minibullet.files.reading import read_text
 
@@ -79,10 +80,7 @@ def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
         )
     used = [k for k, line in enumerate(lines) if line.strip(" \t,") and not is_comment(line)]
     if not used:
-        names = ",".join(layout.known)
-        if len(layout.known) > MOST_TOLD:
-            names = f"{layout.known[0]}, .., {layout.known[-1]}: those of {len(layout.known)} known ones that were measured"
-        raise InputError(f"{name}: is empty; the first row names the columns {names}")
+        raise InputError(f"{name}: is empty; the first row names the columns {_names(layout)}")
     first, *body = used
     header = cells_of(name, first + 1, lines[first])
     _check_header(f"{name}, row {first + 1}", header, layout)
@@ -95,7 +93,9 @@ def read_csv(path, layout, name=None, most_rows=MOST_ROWS):
             values = [float(cell) for cell in lines[k].split(",")] if numeric else ()
         except ValueError:
             values = ()
-        if len(values) != len(header) or not isfinite(sum(values)):  # a word, a blank, a quote, or a mistake: cell by cell
+        if (
+            len(values) != len(header) or not isfinite(sum(values)) or max(map(abs, values)) > LARGEST
+        ):  # a word, a blank, a quote, or a mistake: cell by cell
             values = _row(name, k + 1, lines[k], header, layout)
             if values is None:
                 continue
@@ -131,6 +131,13 @@ def cells_of(name, row, line, separator=","):
     return [cell.strip() for cell in cells]
 
 
+def _names(layout):
+    """Names of the columns that a file may have, as a message tells them."""
+    if len(layout.known) > MOST_TOLD:
+        return f"{layout.known[0]}, .., {layout.known[-1]}: those of {len(layout.known)} known ones that were measured"
+    return ",".join(layout.known)
+
+
 def _check_header(place, header, layout):
     """Refuse a row of names with columns missing, unknown, without a name, or twice."""
     for sign, word in ((";", "semicolons"), ("\t", "tabs")):
@@ -138,6 +145,11 @@ def _check_header(place, header, layout):
             raise InputError(
                 f"{place}: columns are separated by {word}; write commas between columns, and points, not commas, in decimals"
             )
+    if all(map(_is_number, header)):
+        numbers = shown(", ".join(header), 60)
+        raise InputError(
+            f"{place}: numbers, '{numbers}', where the names of the columns stand: write above them {_names(layout)}"
+        )
     for number, name in enumerate(header, start=1):
         if not name and not layout.others:
             raise InputError(f"{place}: column {number} has no name; is there a comma too many?")
@@ -193,6 +205,14 @@ def decimal(text):
     return float(text.replace("\N{MINUS SIGN}", "-"))
 
 
+def _is_number(text):
+    try:
+        decimal(text)
+    except ValueError:
+        return False
+    return True
+
+
 def _number(place, text, blank):
     """One cell as a finite number; blank is NaN where that is allowed."""
     if text == "":
@@ -214,5 +234,15 @@ def _number(place, text, blank):
         raise InputError(
             f"{place}: '{shown(text)}' is not finite; "
             + ("leave a missing sample blank" if blank else "every row needs this value")
+        )
+    if abs(value) > LARGEST:
+        raise InputError(
+            f"{place}: '{shown(text)}'; nothing that is measured is beyond {LARGEST:g} in SI units: correct it"
+            + (", or leave a missing sample blank" if blank else "")
+        )
+    if abs(value) > LARGEST:
+        raise InputError(
+            f"{place}: '{shown(text)}'; nothing that is measured is beyond {LARGEST:g} in SI units: correct it"
+            + (", or leave a missing sample blank" if blank else "")
         )
     return value

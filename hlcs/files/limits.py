@@ -1,5 +1,6 @@
 """What numbers of settings usually are, and how much work is taken on."""
 
+LARGEST = 1e12  # no quantity of a laboratory is larger in SI units, and its cube is still a number
 # Numbers that can be computed with but are hardly meant outside of these: lowest, highest, unit, why.
 USUAL = {
     "side": (5e-3, 10.0, "m", "models have sides of centimetres, the largest armour units of 4 m: lengths are in m"),

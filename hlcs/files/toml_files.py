@@ -13,6 +13,7 @@ import warnings
 from pathlib import Path
 
 from hlcs.files import limits
+from hlcs.files.limits import LARGEST
 from minibullet.errors import LONGEST_NAME, InputError, InputWarning, is_number, known_one, nearest, shown, shown_value
 from minibullet.files.reading import read_text
 
@@ -26,6 +27,7 @@ MOST_BYTES = 2_000_000  # ten thousand recordings with starts of their own; read
 MOST_DEPTH = 16  # of tables and lists in each other; files of ours have 4
 ALIKE = 0.75  # likeness of two keys, 0 to 1, from which one is taken for the other misspelt
 REMEDIES = {  # what stands in a line that is no TOML -> what is to be written in its place
+    r"=[^\"'#]*(?<![\w.])[+-]?(\.\d|\d+\.(?!\d))": "a number has digits on both sides of its point, 0.1 or 1.0",
     r"=[^\"']*\d,\d+\s*(#|$)": "decimals have a point, 0.5",
     r"\\": "between folders write /, also on Windows",
     r"^[\w. -]+:": 'write key = value, and texts between quotes, such as kind = "trajectory"',
@@ -33,7 +35,6 @@ REMEDIES = {  # what stands in a line that is no TOML -> what is to be written i
     r"^\[": "a table stands once; [[trial]] begins one of several",
 }
 TABLES = (".csv", ".tsv", ".txt")
-LARGEST = 1e12  # no quantity of a laboratory is larger in SI units, and its cube is still a number
 # A name of more parts than that: reading takes time as the square of their number.
 _PART = r"""(?:[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 DOTTED = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{MOST_DEPTH}}}")
@@ -86,7 +87,13 @@ class TomlFile:
     def _at_fault(self, problem):
         """The line that a complaint of the parser is about, and what is to be written there in its place."""
         found = re.search(r"at line (\d+)", problem)
-        line = self.text.split("\n")[int(found[1]) - 1].strip() if found else ""
+        lines = self.text.split("\n")
+        line = lines[int(found[1]) - 1].strip() if found else ""
+        if "overwrite a value" in problem and "=" in line:
+            key = line.split("=")[0].strip()
+            alike = (number for number in range(int(found[1]) - 1, 0, -1) if lines[number - 1].split("=")[0].strip() == key)
+            before = next((f", first in line {number}" for number in alike), "")
+            return f": '{shown(line, 80)}'; {shown(key)} stands twice{before}: keep one of the two"
         remedy = next((remedy for pattern, remedy in REMEDIES.items() if re.search(pattern, line)), "")
         return (f": '{shown(line, 80)}'" if line else "") + (f"; {remedy}" if remedy else "")
 

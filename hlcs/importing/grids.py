@@ -13,7 +13,7 @@ import numpy as np
 from hlcs.files.csv_files import MOST_BYTES, MOST_ROWS, cells_of, decimal, is_comment
 from hlcs.importing.found import Assumption
 from minibullet.errors import InputError, shown
-from minibullet.files.reading import read_bytes
+from minibullet.files.reading import no_workbook, read_bytes
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas"}  # the first of these that stands in a file separates its columns
 MOST_LINE = 200_000  # characters: a thousand markers of a motion capture, three numbers each, would have 60,000
@@ -29,7 +29,6 @@ COMMA_GROUPS, POINT_GROUPS = (re.compile(SIGN + rf"\d{{1,3}}(?:{a}\d{{3}})+{b}\d
 EITHER, WHOLE = re.compile(SIGN + r"[1-9]\d{0,2}[.,]\d{3}"), re.compile(SIGN + r"\d{1,3}")
 SEPARATOR_LINE = re.compile(r'"?sep=(.)"?[,;\s]*', re.IGNORECASE)  # the first line of what Excel writes for other programs
 DATE = re.compile(r"\d[-./]\d+[-./]\d|\d:\d\d|\b(?:jan|feb|m[aä]r|apr|ma[iy]|jun|jul|aug|sep|o[ck]t|nov|de[cz])", re.IGNORECASE)
-WORKBOOKS = {b"PK\x03\x04": "an Excel workbook or a zip archive", b"\xd0\xcf\x11\xe0": "an old Excel workbook"}
 FIRST_LINES = 12  # in which the names of the columns stand
 
 
@@ -206,9 +205,7 @@ def _between_blanks(name, line, text):
 
 def _text(source):
     """(text, assumptions) of the bytes of a file: UTF-8, UTF-16 with its mark, else the letters of Western Windows."""
-    for mark, what in WORKBOOKS.items():
-        if source.data.startswith(mark):
-            raise InputError(f"{source.name}: is {what}, not text; export it as CSV, or save it as CSV from the spreadsheet")
+    no_workbook(source.data, source.name)
     notes = ()
     try:
         if source.data.startswith((b"\xff\xfe", b"\xfe\xff")):

@@ -15,7 +15,8 @@ from math import isfinite
 from pathlib import Path
 
 import minibullet as mb
-from hlcs.files.toml_files import LARGEST, TomlFile
+from hlcs.files.limits import LARGEST
+from hlcs.files.toml_files import TomlFile
 from hlcs.placement import validation
 from hlcs.placement.grids import TPG, Grid
 from hlcs.placement.mesh_units import ENDINGS, parse_armour, unit_of

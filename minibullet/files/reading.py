@@ -5,6 +5,8 @@ from pathlib import Path
 
 from minibullet.errors import InputError, shown
 
+WORKBOOKS = {b"PK\x03\x04": "an Excel workbook or a zip archive", b"\xd0\xcf\x11\xe0": "an old Excel workbook"}
+
 
 def read_bytes(path, name, most_bytes, remedy):
     """The bytes of a regular file.
@@ -37,9 +39,17 @@ def read_bytes(path, name, most_bytes, remedy):
     return data
 
 
+def no_workbook(data, name):
+    """Refuse the bytes of a workbook, which may have the name of a table; name: what messages call it."""
+    for mark, what in WORKBOOKS.items():
+        if data.startswith(mark):
+            raise InputError(f"{name}: is {what}, not text; export it as CSV, or save it as CSV from the spreadsheet")
+
+
 def read_text(path, name, most_bytes, remedy):
     """The UTF-8 text of a regular file, without the mark that some editors put before it; InputError as `read_bytes`."""
     data = read_bytes(path, name, most_bytes, remedy)
+    no_workbook(data, name)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -141,3 +141,16 @@ def test_a_thousand_equal_warnings_are_one(tmp_path, recwarn):
     (tmp_path / "e.toml").write_text(BODY.format(line="") + many)
     read_experiment_file(tmp_path / "e.toml")
     assert len(recwarn) == 1 and "line 9: trial.gravity: 32.2 m/s2" in str(recwarn[0].message)
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("radius = 0.03\nradius = 0.04", "line 5, column 14): 'radius = 0.04'; radius stands twice, first in line 4: keep one"),
+        ("radius = .03", "line 4, column 10): 'radius = .03'; a number has digits on both sides of its point, 0.1 or 1.0"),
+        ("radius = 3.", "'radius = 3.'; a number has digits on both sides of its point, 0.1 or 1.0"),
+        ("[surroundings]\ngravity = -9.81", "line 5: surroundings.gravity: got -9.81; it is counted downwards: write 9.81"),
+    ],
+)
+def test_what_toml_or_the_format_does_not_have_is_told_with_what_to_write(tmp_path, line, told):
+    assert told in refusal(tmp_path, BODY.replace("{line}", line))
