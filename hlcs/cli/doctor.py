@@ -13,8 +13,8 @@ from hlcs.files import folders
 def doctor(out, json_file, quiet):
     """Versions, optional parts, and a short self-test.
 
-    The self-test asks the collision library, the engine, and one small placement test. It takes some seconds, or up to a minute
-    where the engine is not compiled yet. Exit status 1 if it fails.
+    The self-test asks the collision library, the engine, and one small placement test. It takes some seconds; where the
+    engine is not compiled yet, about a minute of computing, two on a slow machine. Exit status 1 if it fails.
     """
     report = self_test.examine()
     with out_folder(out) as folder:

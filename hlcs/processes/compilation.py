@@ -11,7 +11,11 @@ def compile_engine(quiet=False):
     if not kernels.cold() or parallel.cores() < 2:
         return  # on one core it is compiled as it is called, in the same time
     if not quiet:
-        print("hlcs: compiling the engine for this machine, once: about 20 s on two cores", file=sys.stderr, flush=True)
+        print(
+            "hlcs: compiling the engine for this machine, once: about a minute of computing, two on a slow machine",
+            file=sys.stderr,
+            flush=True,
+        )
     for _ in parallel.each(_compile, range(len(compilation.PARTS))):
         pass
 
