@@ -37,7 +37,7 @@ AS_LITTLE = 1.02  # times what was found leaves, up to which a candidate is said
 SOME_WEIGHT = 0.01  # of all fitted sets, from which a set with a candidate counts as one that might have been found
 MOST_ROWS = 12  # of the ranking, before the details
 OTHERS = {  # why not the others, where one sentence does for all of them
-    Reason.OTHER_FORM: "much the same as a part of what was found; more is left, or more numbers are needed",
+    Reason.OTHER_FORM: "much the same as a part of what was found; more is left, or it is less probable beforehand",
     Reason.EXPLAINED_TOO: "a part is explained, not as well as by what was found (what is left with each stands above, or among "
     "the details)",
     Reason.NOT_SEEN: "not seen: what is explained is less than chance explains with as many numbers more",
@@ -158,7 +158,10 @@ def _as_good(diagnosis, finding):
     """What is said of a candidate that leaves as little as what was found, alone or beside others; "" where it leaves more."""
     if _as_little(diagnosis, finding):
         foreseen = "is foreseen to be" if finding.remains["foreseen"] else "is"
-        return f"what is left {foreseen} as little as with what was found, but more numbers are needed, or less usual ones"
+        of_found = [entry.remains["numbers"] for entry in diagnosis.candidates if entry.accepted and "numbers" in entry.remains]
+        more = of_found and finding.remains.get("numbers", 0) > max(of_found)
+        needed = "more numbers are needed" if more else "less usual numbers are needed"
+        return f"what is left {foreseen} as little as with what was found, but {needed}"
     after = (diagnosis.error.get("fitted") or {}).get("after")
     beside = diagnosis.inclusion.get(finding.effect, 0.0) >= SOME_WEIGHT
     if beside and after and finding.fitted is not None and finding.fitted <= AS_LITTLE * after:

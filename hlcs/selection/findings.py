@@ -67,7 +67,7 @@ def _beside(sets, name):
 
 
 def remains(sets, name, holding):
-    """What is left with a candidate: {effects, chi2_per_freedom, error, foreseen}, {} where nothing is known.
+    """What is left with a candidate: {effects, numbers (how many), chi2_per_freedom, error, foreseen}, {} where nothing is known.
 
     Of the best set that it is in, or of another that does as well; else with the candidate alone, fitted or foreseen; else of
     `holding`, the cheapest set that it was fitted in.
@@ -83,7 +83,8 @@ def remains(sets, name, holding):
     else:
         proposal, fit = search.foreseen[members]
         chi2, error = max(misfit(fit) - proposal.fall, 0.0), None
-    left = {"effects": sorted(members), "chi2_per_freedom": chi2 / fit.freedom, "error": error}
+    count = sum(len(search.candidates[member].free) for member in members)
+    left = {"effects": sorted(members), "numbers": count, "chi2_per_freedom": chi2 / fit.freedom, "error": error}
     return left | {"foreseen": members not in search.fits} if np.isfinite(chi2) else {}
 
 

@@ -354,6 +354,16 @@ def test_a_candidate_that_leaves_as_little_is_not_said_to_explain_less():
     assert "uniform_flow: a part is explained" not in told  # a member of the set leaves 1.2 as well
 
 
+@pytest.mark.parametrize(("count", "needed"), [(1, "less usual numbers are needed"), (3, "more numbers are needed")])
+def test_more_numbers_are_only_said_to_be_needed_of_a_candidate_that_has_more(count, needed):
+    """The drag that was found has one; a candidate that leaves as little with one as well asks for a less usual one."""
+    found = diagnosis(others=(replace(WIND, remains=WIND.remains | {"chi2_per_freedom": 1.001, "numbers": count}),))
+    drag = replace(found.candidates[0], remains=found.candidates[0].remains | {"numbers": 1})
+    assert f"as little as with what was found, but {needed}" in " ".join(
+        text(replace(found, candidates=(drag, *found.candidates[1:]))).split()
+    )
+
+
 @pytest.mark.parametrize(("kind", "left_out"), [("trajectory", "recordings"), ("outcomes", "rows"), ("layers", "layers")])
 def test_what_was_held_out_is_called_by_its_name(kind, left_out):
     assert f"on {left_out} that its numbers were not fitted to" in opening(replace(EFFECT, kind=kind))
