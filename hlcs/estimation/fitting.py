@@ -7,6 +7,7 @@ their own; a number is held only where its law ends.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy import optimize
@@ -27,6 +28,7 @@ ENDS = 2.0  # standard errors to both sides at which intervals through contacts 
 NO_NEARER = 2  # linearisations in a row that promise no end within the limit and come not half as near to it: a fit is given up
 ALIKE = 0.2  # relative change of the standard errors from one measurement of them to the next below which they are known
 MEASURED = 4  # such measurements at most
+REACHES = 8  # that are tried along an axis at most: the first of them come nearer by a factor of 4 at most
 
 
 class OutOfReach(Exception):
@@ -203,28 +205,89 @@ def fit_at(model, initial_states, linear, converged=True):
     return Fit(model, initial_states, linear, values, covariance, converged)
 
 
+class Ends(NamedTuple):
+    """Both ends of an interval along an axis through the numbers, in spreads."""
+
+    reach: float  # from the fit to either, or to where a law ends before
+    shown: float  # reach of the interval by what the residuals change between the ends; 0 where they are not finite
+    move: np.ndarray  # from one end to the other (p,)
+    change: np.ndarray  # of the residuals along with it (n + p,)
+
+    def cut(self):
+        """The same of an interval that ends right here, where the next one longer shows that it is no longer."""
+        return self._replace(shown=self.reach, change=self.change * self.shown / self.reach)
+
+
 def measured_errors(problem, fit):
     """The Fit with the covariance that residuals at the ends of its intervals show, the initial states fitted anew there.
 
     Through contacts the columns of two numbers that hide each other are rough where each alone moves the impacts. They look less
     alike than they are, and the intervals of both too narrow. Along what the two can do together the impacts stay: so the ends
-    are those of the principal axes of the covariance, found anew until it agrees with its own ends.
+    are those of the principal axes of the covariance, found anew until it agrees with its own ends. Where it never does, what the
+    data tell depends on where one looks, and of each number the widest error that was seen is told.
     """
-    path = Elimination(problem, fit.model, fit.initial_states)
-    least, most = (np.array([getattr(free, end) for free in path.frees]) for end in ("least", "most"))
-    covariance = fit.covariance
+    path, covariance, seen = Elimination(problem, fit.model, fit.initial_states), fit.covariance, []
+    units = np.outer(path.spread, path.spread)
     for _ in range(MEASURED):
-        variances, axes = np.linalg.eigh(covariance / np.outer(path.spread, path.spread))
-        reach = ENDS * (axes * np.sqrt(np.maximum(variances, 0.0))).T * path.spread
-        ends = np.clip(path.start + np.stack([reach, -reach]), least, most)
-        rows = [[path.residuals(1 + (end - path.start) / path.spread) for end in side] for side in ends]
-        changes, moves = np.subtract(*rows), np.subtract(*ends)
-        if not np.isfinite(changes).all() or np.linalg.matrix_rank(moves) < len(moves):
+        variances, axes = np.linalg.eigh(covariance / units)
+        reaches = ENDS * np.sqrt(np.maximum(variances, 0.0))
+        ends = [ends_along(path, axis, reach) for axis, reach in zip(axes.T, reaches, strict=True)]
+        moves, changes = np.array([each.move for each in ends]), np.array([each.change for each in ends])
+        if not all(0 < each.shown < np.inf for each in ends) or np.linalg.matrix_rank(moves) < len(moves):
             return fit  # something cannot be simulated there, or a law ends on both sides
-        former, covariance = covariance, moves.T @ np.linalg.pinv(changes @ changes.T) @ moves
-        if np.all(np.abs(np.diag(covariance) / np.diag(former) - 1) < 2 * ALIKE):
+        former, covariance = covariance, moves.T @ np.linalg.pinv(changes @ changes.T) @ moves * units
+        seen.append(np.diag(covariance))
+        if np.all(np.abs(seen[-1] / np.diag(former) - 1) < 2 * ALIKE):
+            return replace(fit, covariance=covariance)
+    wider = np.sqrt(np.max(seen, axis=0) / seen[-1])
+    return replace(fit, covariance=covariance * np.outer(wider, wider))
+
+
+def ends_along(path, axis, reach):
+    """The Ends along an axis (p,) that show an interval which ends there; reach: where to begin.
+
+    From farther off a law that bends, or that something cuts, shows an interval that is too short: the ends come nearer. Rough
+    residuals do so from anywhere near: where no short reach shows more than itself, the ends go farther off instead.
+    """
+    within, beyond = None, []  # the longest reach that shows more than itself, and all that show less
+    for count in range(REACHES):
+        ends = seen_from(path, axis, reach)
+        if abs(ends.shown - reach) < ALIKE * reach or ends.shown == np.inf:
+            return ends
+        if ends.shown < reach:
+            beyond.append(ends)
+        elif within is None or reach > within.reach:
+            within = ends
+        most = min((each.reach for each in beyond), default=np.inf)
+        if within is None:
+            if count + 1 == MEASURED:
+                return clear_of_roughness(path, axis, beyond[0])
+            reach = max(ends.shown, most / 4)
+        elif most < (1 + ALIKE) * within.reach:
             break
-    return replace(fit, covariance=covariance)
+        else:
+            reach = ends.shown if within.reach < ends.shown < most else np.sqrt(within.reach * most)
+    return within.cut() if beyond else within
+
+
+def clear_of_roughness(path, axis, ends):
+    """Ends along an axis (p,) ever farther off, from these on, until they show no more, or reach as far as what is believed."""
+    while 2 * ends.reach < ENDS:
+        former, ends = ends, seen_from(path, axis, 2 * ends.reach)
+        if ends.shown < (1 + ALIKE) * former.shown:
+            return max(former, ends, key=lambda each: each.shown)
+    return ends
+
+
+def seen_from(path, axis, reach):
+    """The Ends so far from the fit to both sides along an axis (p,), each kept where the laws hold."""
+    least, most = (np.array([getattr(free, end) for free in path.frees]) for end in ("least", "most"))
+    ways = np.outer([reach, -reach], axis) * path.spread
+    sides = (np.clip(path.start + ways, least, most) - path.start) / path.spread
+    move, change = np.subtract(*sides), np.subtract(*(path.residuals(1 + side) for side in sides))
+    size = float(np.linalg.norm(change))
+    shown = 0.0 if not np.isfinite(size) else ENDS * float(np.linalg.norm(move)) / size if size > 0 else np.inf
+    return Ends(reach, shown, move, change)
 
 
 def chi2_of(white):

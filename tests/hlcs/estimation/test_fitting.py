@@ -50,6 +50,48 @@ def test_errors_are_those_that_the_ends_of_the_interval_show(wrong):
         assert measured.covariance[0, 0] == pytest.approx(fit.covariance[0, 0], rel=1e-3)
 
 
+class Uneven(Line):
+    """The same with what `beside` adds to the residuals at a rate, in sigmas of each row."""
+
+    def __init__(self, beside):
+        super().__init__(TIMES, [3.0 * t + 1.0 for t in TIMES], 0.01)
+        self.beside = beside
+
+    def residuals(self, model, initial_states):
+        beside = self.beside(model.terms[0].numbers["rate"], sum(map(len, self.times)))
+        parts = np.split(0.01 * beside, np.cumsum([len(t) for t in self.times])[:-1])
+        return [a + b for a, b in zip(super().residuals(model, initial_states), parts, strict=True)]
+
+
+def rough(rate, count):
+    """Three sigmas that are drawn anew wherever one looks, as of a solver that ends at another sweep."""
+    return 3.0 * np.random.default_rng(int(1e12 * rate)).standard_normal(count)
+
+
+@pytest.mark.parametrize("wrong", [0.04, 1.0, 25.0])
+def test_rough_residuals_do_not_make_an_interval_narrower(wrong):
+    """The Cramer-Rao bound of the slope is sigma^2 / Sxx, whatever the solver adds. It adds 2 * 16 * 3^2 = 288 to the square of
+    each change, of which two standard errors to both sides are 16: ends that are not farther off show a fourth of the error. The
+    reading over a reach that shows no more is short by a fifth at most (ALIKE), and chance does as much: 288 is known to a third.
+    """
+    problem, (centred, sigma) = Uneven(rough), ([t - t.mean() for t in TIMES], 0.01)
+    fit = Line.fit(Line(TIMES, problem.values, sigma), model(3.0))
+    measured = measured_errors(problem, replace(fit, covariance=wrong * fit.covariance))
+    bound = sigma / np.sqrt(sum(t @ t for t in centred))
+    assert np.sqrt(measured.covariance[0, 0]) == pytest.approx(bound, rel=0.3)
+
+
+@pytest.mark.parametrize("part", [0.2, 0.7])
+def test_an_interval_ends_where_the_law_is_cut(part):
+    """Beyond a part of two standard errors rows leap by 100 sigmas and more: the interval reaches as far, to a fifth (ALIKE)."""
+    centred = [t - t.mean() for t in TIMES]
+    error = 0.01 / np.sqrt(sum(t @ t for t in centred))
+    wall = part * 2 * error
+    problem = Uneven(lambda rate, count: 100.0 * np.sign(rate - 3.0) * (abs(rate - 3.0) > wall) * np.arange(count))
+    fit = Line.fit(Line(TIMES, problem.values, 0.01), model(3.0))
+    assert 2 * np.sqrt(measured_errors(problem, fit).covariance[0, 0]) == pytest.approx(wall, rel=0.25)
+
+
 class Bent(Line):
     """The same with a slope of sinh(rate): from far off a full Gauss-Newton step leads nowhere."""
 
