@@ -116,9 +116,9 @@ class Elimination:
         initial_states, white = np.array([options[taken][k] for k, taken in best]), [tried[taken][k] for k, taken in best]
         return initial_states, white, float((chi2[0] - chi2.min(axis=0)).sum())
 
-    def residuals(self, step):
+    def residuals(self, step, renew=False):
         """White residuals of all recordings and what is believed of the numbers, (n + p,); step: from one spread below the start
-        of each number, in spreads."""
+        of each number, in spreads; renew: as `follow` looks for the initial states."""
         values = self.start + (step - 1.0) * self.spread
         change, linear = values - self.values, self.linear
         moves = [
@@ -138,7 +138,7 @@ class Elimination:
                 parts = [[share * move for move in moves] for share in (*CAUTIOUS[1:], 0.0)]
                 shorter = [self.problem.stepped(self.states, part) for part in parts]
                 states, white, _ = self.nearest(model, [states, *shorter, self.problem.initial_guess()], white)
-            states, white = self.follow(model, states, white)
+            states, white = self.follow(model, states, white, renew)
         except InputError:  # numbers may lead where nothing can be: scipy then tries a shorter step
             return np.full(sum(map(len, linear.white)) + len(values), np.nan)
         self.last, rows = (values, states), np.concatenate([*white, self.believed(values)[0]])
@@ -284,7 +284,7 @@ def seen_from(path, axis, reach):
     least, most = (np.array([getattr(free, end) for free in path.frees]) for end in ("least", "most"))
     ways = np.outer([reach, -reach], axis) * path.spread
     sides = (np.clip(path.start + ways, least, most) - path.start) / path.spread
-    move, change = np.subtract(*sides), np.subtract(*(path.residuals(1 + side) for side in sides))
+    move, change = np.subtract(*sides), np.subtract(*(path.residuals(1 + side, renew=True) for side in sides))
     size = float(np.linalg.norm(change))
     shown = 0.0 if not np.isfinite(size) else ENDS * float(np.linalg.norm(move)) / size if size > 0 else np.inf
     return Ends(reach, shown, move, change)

@@ -1,0 +1,53 @@
+"""Errors of numbers that hide each other through a contact: a ball that rolls on a level floor."""
+
+import numpy as np
+import pytest
+from throws import G, csv
+
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.data.recordings import read_recordings
+from hlcs.estimation.fitting import fit_at, measured_errors
+from hlcs.estimation.noise_model import estimate_noise
+from hlcs.kinds.trajectories.preparation import posed
+from hlcs.selection.eligibility import candidates_for
+from hlcs.simulation.model import Model, Term
+
+ARM, RADIUS = 4e-4, 0.028
+BALL = (
+    f'kind = "trajectory"\n[body]\nshape = "sphere"\nradius = {RADIUS}\nmass = 0.17\n[surroundings]\nfluid_density = 0.0\n'
+    "friction = 0.3\nfloor = { height = 0.0, normal = [0.0, 0.0, 1.0] }\n[measurement]\n"
+    "noise = { position = 1e-3, orientation = 0.01 }\n[model]\ntime_step = 0.01\n"
+)
+
+
+def rolls(folder, headings, seconds=0.8, speed=0.4):
+    """(Recordings, their Problem, initial states) of a ball that rolls, slowed by (5/7) g arm / r (closed form, no noise)."""
+    times, text, states = np.arange(0, seconds, 0.04), BALL, []
+    way = speed * times - 5 / 7 * G * ARM / RADIUS * times**2 / 2
+    for k, heading in enumerate(headings):
+        along, axis = np.array([np.cos(heading), np.sin(heading), 0.0]), np.array([-np.sin(heading), np.cos(heading), 0.0])
+        half = way[:, None] / RADIUS / 2
+        seen = np.hstack([way[:, None] * along + [0.0, 0.0, RADIUS], np.cos(half), np.sin(half) * axis])
+        (folder / f"roll_{k}.csv").write_text(csv(times, seen, ("x_m", "y_m", "z_m", "qw", "qx", "qy", "qz")))
+        text += f'[[trial]]\nfile = "roll_{k}.csv"\n'
+        states.append([0.0, 0.0, RADIUS, *(speed * along), 1.0, 0.0, 0.0, 0.0, *(speed / RADIUS * axis)])
+    (folder / "rolls.toml").write_text(text)
+    measurement = read_recordings(read_experiment_file(folder / "rolls.toml"))
+    model = Model(time_step=measurement.file.time_step)
+    return measurement, posed(measurement, estimate_noise(measurement), model, True), np.array(states)
+
+
+def test_numbers_of_which_only_one_combination_is_told_are_known_no_better_than_beforehand(tmp_path):
+    """(m + I/r2) a = m g arm/r tells arm / (1 + 2/5 f) and not f, the factor of two moments of inertia: darm = arm 2/7 df.
+
+    The Cramer-Rao bound of f has nothing but what is believed of both, each to 1.5 / sqrt(2): 0.75. An interval is measured to a
+    fifth (ALIKE).
+    """
+    measurement, problem, states = rolls(tmp_path, (0.3, 2.4))
+    rolling, inertia = (candidates_for(measurement, True, [name])[0][0] for name in ("rolling_friction", "inertia_error"))
+    terms = Term(rolling, (("arm", ARM),)), Term(inertia, tuple((free.name, 1.0) for free in inertia.free))
+    model = Model(terms, time_step=measurement.file.time_step)
+    fit = fit_at(model, states, problem.linearise(model, states))
+    error = np.sqrt(np.diag(measured_errors(problem, fit).covariance))
+    assert error[1:3] == pytest.approx(1.5 / 2, rel=0.2)
+    assert error[0] == pytest.approx(ARM * 2 / 7 * error[1], rel=0.3)  # of the ratio of two of these
