@@ -121,20 +121,17 @@ class Elimination:
         of each number, in spreads; renew: as `follow` looks for the initial states."""
         values = self.start + (step - 1.0) * self.spread
         change, linear = values - self.values, self.linear
-        moves = [
-            least_squares(n, r - s @ change, FIRM).estimate + (0.0 if along is None else along @ change)
-            for n, r, s, along in zip(
-                linear.state_columns,
-                linear.white,
-                linear.parameter_columns,
-                linear.state_moves or [None] * len(linear.white),
-                strict=True,
-            )
-        ]
+        followed = linear.state_moves or [np.zeros((n.shape[1], len(change))) for n in linear.state_columns]
+        moves, foreseen = [], []
+        for n, r, s, along in zip(linear.state_columns, linear.white, linear.parameter_columns, followed, strict=True):
+            left = r - s @ change
+            move = least_squares(n, left, FIRM).estimate
+            moves.append(move + along @ change)
+            foreseen.append(left - n @ move)
         try:
             model, states = with_values(self.model, values), self.problem.stepped(self.states, moves)
             white = self.problem.white_residuals(model, states)
-            if (chi2_of(white) > chi2_of(linear.white)).any():  # a long way bends: part of it, none, or a new beginning may do
+            if (chi2_of(white) > np.maximum(chi2_of(linear.white), chi2_of(foreseen) / HELD)).any():  # a long way bends
                 parts = [[share * move for move in moves] for share in (*CAUTIOUS[1:], 0.0)]
                 shorter = [self.problem.stepped(self.states, part) for part in parts]
                 states, white, _ = self.nearest(model, [states, *shorter, self.problem.initial_guess()], white)

@@ -97,8 +97,9 @@ def test_the_noise_of_repeats_is_no_less_than_the_last_digit_leaves(sigma):
 
 
 def test_many_repeats_of_one_setting_are_not_cut_by_what_they_read():
-    """Falls through nothing, two thirds of them from one height: rows of equal inputs are sorted by what they read, and a range of the
-    main input that began among them held the long ones alone."""
+    """Falls through nothing, two thirds of them from one height: rows of equal inputs are sorted by what they read, and a range
+    of the main input that began among them held the long ones alone.
+    """
     draw = np.random.default_rng(3)
     heights = np.concatenate([np.repeat([0.5, 1.0, 1.5, 2.0, 2.5], 4), np.full(40, 3.0)])
     frame = {"height_m": heights, "fall_time_s": np.sqrt(2 * heights / 9.81) + 0.02 * draw.standard_normal(len(heights))}
