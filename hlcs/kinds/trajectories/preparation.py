@@ -19,6 +19,7 @@ from hlcs.kinds.trajectories.time_step import STILL, corrected, in_sigma, refine
 from hlcs.simulation.contact_motion import gap
 from hlcs.simulation.model import Model
 from hlcs.simulation.simulator import Simulator
+from minibullet import rotations
 from minibullet.errors import InputError, InputWarning
 
 SMALL = 0.1  # RMS of an error of the time step that no verdict notices [sigma]
@@ -27,6 +28,7 @@ LONGEST = 1 / 15  # step of such a run [s]: in a longer one a model of some cent
 RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a comparison is told to cost
 A_STEP = 1e-4  # what a step of such runs costs [s]
 ALONE_AGAIN = 3  # looks for samples that stand alone: what is set aside or taken back moves a fit, and shows or hides others
+LEANS = 0.1  # cosine of the angle between the axis of a cylinder and its floor's normal above which it does not lie on its side
 NOTHING = None, None, 0.0, (), ()  # what `fitted` gives, where nothing could be fitted
 
 
@@ -93,11 +95,8 @@ def starts_seated(trial, noise):
         return True
     shape = rigid_body(trial.body).shape
     there = above_floor(trial)
-    orientation = trial.start.get("orientation")
-    if orientation is None:
-        turns = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
-        orientation = trial.orientation[turns[0]] if len(turns) else (1.0, 0.0, 0.0, 0.0)
-    orientation = np.asarray(orientation, dtype=float)
+    orientation = first_attitude(trial)
+    orientation = np.array([1.0, 0.0, 0.0, 0.0]) if orientation is None else orientation
     if "position" in trial.start:
         lift = gap(shape, np.asarray(trial.start["position"]), orientation, trial.surroundings)
         return abs(lift) < 1e-3 * shape.bounding_radius + 1e-5
@@ -109,25 +108,38 @@ def starts_seated(trial, noise):
     return bool(np.all(np.abs(lifts) < tolerance))
 
 
-def check_rolling(trials, noise):
-    """Raise InputError where a disc or a cylinder of which no attitude is known begins at the height of its round side.
-
-    It would be taken to stand; lying it is a prism here, which rocks where a round one rolls.
-    """
+def rolling_notes(trials, noise):
+    """Sentences on discs and cylinders that begin on their round side: there they are prisms here, which rock where a round one
+    rolls. Raises InputError where no attitude is known: such a body would be taken to stand."""
+    notes = []
     for trial in trials:
         body, around, there = trial.body, trial.surroundings, above_floor(trial)[:6]
-        turned = "orientation" in trial.start or np.isfinite(trial.orientation).any()
-        if body.shape not in ("disc", "cylinder") or around.floor_height is None or turned or not len(there):
+        if body.shape not in ("disc", "cylinder") or around.floor_height is None or not len(there):
             continue
-        height = np.nan_to_num(trial.position[there]) @ np.asarray(around.floor_normal) - around.floor_height
+        normal = np.asarray(around.floor_normal)
+        height = np.nan_to_num(trial.position[there]) @ normal - around.floor_height
         tolerance = 4 * (noise.position or 0.0) + 0.02 * body.radius
-        if np.all(np.abs(height - body.radius) < tolerance) and abs(body.height / 2 - body.radius) > tolerance:
-            raise InputError(
-                f"{trial.name}: this {body.shape} begins {height[0]:.3g} m above its floor, its radius: on its round side, where "
-                f"it would be a prism of {SIDES} sides, which rocks. State a ball that rolls alike under [body]: shape = "
-                f'"sphere", radius = {body.radius:g}, inertia = [I, I, I], I = mass x radius^2 / 2 of a solid one, and no '
-                "height; where it stands, state start.orientation"
-            )
+        turn = first_attitude(trial)
+        upright = abs(rotations.rotate((1.0, 0.0, 0.0, 0.0) if turn is None else turn, np.array([0.0, 0.0, 1.0])) @ normal)
+        stands = abs(body.height / 2 - body.radius) < tolerance if turn is None else upright > LEANS
+        if stands or np.any(np.abs(height - body.radius) > tolerance):
+            continue
+        said = (
+            f"{trial.name}: this {body.shape} begins {height[0]:.3g} m above its floor, its radius: on its round side, where it "
+            f'is a prism of {SIDES} sides here, which rocks. State a ball that rolls alike under [body]: shape = "sphere", '
+            f"radius = {body.radius:g}, inertia = [I, I, I], I = mass x radius^2 / 2 of a solid one, and no height"
+        )
+        if turn is None:
+            raise InputError(f"{said}; where it stands, state start.orientation")
+        notes.append(said)
+    return notes[:1]
+
+
+def first_attitude(trial):
+    """The orientation (4,) that is stated of a start, else the first that is measured; None where there is neither."""
+    stated, measured = trial.start.get("orientation"), np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
+    found = stated if stated is not None else trial.orientation[measured[0]] if len(measured) else None
+    return None if found is None else np.asarray(found, dtype=float)
 
 
 def prepare(measurement: Recordings, own=(), noise=None, likely=()):
@@ -139,7 +151,7 @@ def prepare(measurement: Recordings, own=(), noise=None, likely=()):
     contact = touches(trials, noise)
     if not noise.known:
         return Prepared(noise, None, None, tuple(notes))
-    check_rolling(trials, noise)
+    notes += rolling_notes(trials, noise)
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     model.changes(trials[0].surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
     notes += release_notes(trials, start_times(trials), [starts_seated(trial, noise) for trial in trials], noise.position)

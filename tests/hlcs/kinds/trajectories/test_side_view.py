@@ -59,5 +59,8 @@ def test_a_ball_with_the_inertia_of_a_cylinder_rolls_like_one():
     frames = rolls(inertia=0.5)
     with pytest.raises(InputError, match=r'on its round side.*shape = "sphere", radius = 0.02, inertia = \[I, I, I\]'):
         hlcs.compare(experiment(frames, shape="cylinder", height=0.1))
+    turn = dict.fromkeys(("qw", "qx"), np.full(78, np.sqrt(0.5))) | dict.fromkeys(("qy", "qz"), np.zeros(78))  # its axis along y
+    lying = [frame | turn for frame in frames]
+    assert "on its round side" in str(hlcs.compare(experiment(lying, shape="cylinder", height=0.1)).notes)
     inertia = MASS * RADIUS**2 / 2
     assert hlcs.compare(experiment(frames, inertia=[inertia] * 3)).adequate
