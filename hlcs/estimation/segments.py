@@ -13,7 +13,7 @@ from hlcs.data.rigid_body import rigid_body, support
 from hlcs.estimation.multiple_shooting import chi2_over, grown_states, refit_initial_states
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.simulation.contact_motion import lies_on_a_face
-from hlcs.simulation.initial_state import shifted
+from hlcs.simulation.initial_state import UNSEEN, shifted
 from minibullet import rotations
 
 GROWTH = 8.0  # times by which a change of the initial state may grow over a recording before any of them is split
@@ -144,7 +144,7 @@ def gaps(trial):
     if around.floor_height is None:
         return np.full(len(trial.times), np.inf)
     normal = np.asarray(around.floor_normal)
-    lift = np.where(np.abs(normal) > 1e-9, trial.position, 0.0) @ normal - around.floor_height
+    lift = np.where(np.abs(normal) > UNSEEN, trial.position, 0.0) @ normal - around.floor_height
     reach = np.array(
         [-support(shape, turn, normal).min() if np.isfinite(turn[0]) else shape.bounding_radius for turn in trial.orientation]
     )

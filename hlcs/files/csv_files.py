@@ -240,9 +240,4 @@ def _number(place, text, blank):
             f"{place}: '{shown(text)}'; nothing that is measured is beyond {LARGEST:g} in SI units: correct it"
             + (", or leave a missing sample blank" if blank else "")
         )
-    if abs(value) > LARGEST:
-        raise InputError(
-            f"{place}: '{shown(text)}'; nothing that is measured is beyond {LARGEST:g} in SI units: correct it"
-            + (", or leave a missing sample blank" if blank else "")
-        )
     return value

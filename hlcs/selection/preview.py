@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 
 from hlcs.estimation.fitting import chi2_of
+from hlcs.estimation.segment_profiles import best
 from hlcs.selection.thresholds import LOOKED
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
@@ -65,11 +66,10 @@ class Preview:
         {number: value}}: fitted to a wrong model they may lead astray, and so may those read off the data."""
         model = self.model_with(numbers)
         try:
-            with np.errstate(all="ignore"):
-                left = [chi2_of(self.problem.white_residuals(model, states)) for states in options]
+            with np.errstate(all="ignore"):  # a run may leave the finite numbers there
+                return best([(chi2_of(self.problem.white_residuals(model, states)), states) for states in options])[1]
         except InputError:
             return options[0]
-        return np.array([options[taken][k] for k, taken in enumerate(np.argmin(left, axis=0))])
 
     def believed(self, numbers):
         """The surprise of numbers {effect: {number: value}}."""

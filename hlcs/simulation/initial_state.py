@@ -11,7 +11,7 @@ from hlcs.simulation import contact_motion
 from minibullet import rotations
 
 SLOTS = ("position", "velocity", "orientation", "angular_velocity")
-UNSEEN = 1e-6  # part of a way along the floor on the axes that are seen, below which it is rounding, and the way unseen
+UNSEEN = 1e-6  # part of a unit vector, a way along the floor or its normal, on some axes, below which it is rounding
 PLACES = (slice(0, 3), slice(3, 6), slice(6, 10), slice(10, 13))
 
 

@@ -17,6 +17,7 @@ from hlcs.kinds.protocol import Prepared
 from hlcs.kinds.trajectories.release import release_notes
 from hlcs.kinds.trajectories.time_step import STILL, corrected, in_sigma, refine
 from hlcs.simulation.contact_motion import gap
+from hlcs.simulation.initial_state import UNSEEN
 from hlcs.simulation.model import Model
 from hlcs.simulation.simulator import Simulator
 from minibullet import rotations
@@ -28,7 +29,6 @@ LONGEST = 1 / 15  # step of such a run [s]: in a longer one a model of some cent
 RUNS = 25  # runs that the fit of one model takes, its starts unknown: what a comparison is told to cost
 A_STEP = 1e-4  # what a step of such runs costs [s]
 ALONE_AGAIN = 3  # looks for samples that stand alone: what is set aside or taken back moves a fit, and shows or hides others
-LEANS = 0.1  # cosine of the angle between the axis of a cylinder and its floor's normal above which it does not lie on its side
 NOTHING = None, None, 0.0, (), ()  # what `fitted` gives, where nothing could be fitted
 
 
@@ -71,7 +71,7 @@ def above_floor(trial):
     """Samples (indices) that tell how far above its floor a body is: seen along all axes that its normal has a part along; where
     there is none, the heights."""
     seen = np.isfinite(trial.position)
-    there = np.flatnonzero(seen[:, np.asarray(trial.surroundings.floor_normal) != 0].all(axis=1))
+    there = np.flatnonzero(seen[:, np.abs(trial.surroundings.floor_normal) > UNSEEN].all(axis=1))
     return there if len(there) else np.flatnonzero(seen[:, 2])
 
 
@@ -121,7 +121,7 @@ def rolling_notes(trials, noise):
         tolerance = 4 * (noise.position or 0.0) + 0.02 * body.radius
         turn = first_attitude(trial)
         upright = abs(rotations.rotate((1.0, 0.0, 0.0, 0.0) if turn is None else turn, np.array([0.0, 0.0, 1.0])) @ normal)
-        stands = abs(body.height / 2 - body.radius) < tolerance if turn is None else upright > LEANS
+        stands = abs(body.height / 2 - body.radius) < tolerance if turn is None else upright**2 > 0.5  # nearer to upright
         if stands or np.any(np.abs(height - body.radius) > tolerance):
             continue
         said = (
