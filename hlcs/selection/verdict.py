@@ -16,7 +16,7 @@ from hlcs.selection.findings import candidate_findings
 from hlcs.selection.held_out import fitted_error, held_out_error
 from hlcs.selection.reynolds import reached
 from hlcs.selection.sets import FittedSets, explained, interval
-from hlcs.selection.thresholds import INTERVAL, TIED
+from hlcs.selection.thresholds import HELPS, INTERVAL, TIED
 from minibullet.errors import InputError
 
 
@@ -53,7 +53,7 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     finished = finals(experiment, problem, search, {frozenset(): (base, (*judged, before, table_before))}, on_all)
     fitted = partial(FittedSets, search, cross_validation, alone=experiment.alone)
     sets, (judged, best, after, table_after) = best_set(fitted, finished)
-    learned = None if after.adequate else learned_law(experiment, search, sets.best)
+    learned = None if after.adequate else learned_law(experiment, sets)
     shown = None if after.adequate or learned or search.budget.stopped else experiment.starts_shown
     sets, (judged, best, after, table_after), starts = starts_first(fitted, finished, sets, shown)
     effects = sets.best
@@ -94,19 +94,24 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     )
 
 
-def learned_law(experiment, search, effects):
-    """The Learned law that explains what the best set leaves, or None.
+def learned_law(experiment, sets):
+    """The Learned law that explains what the best of the FittedSets leaves, or None.
 
     Effects that do not explain the data may hold a part of what is missing: a law without them stands where it does better than
-    they do, not where it does as well.
+    they do, not where it does as well, and where it takes HELPS of what they leave, as an effect must: a table of ten numbers
+    absorbs more than a law of one.
     """
+    search, effects = sets.search, sets.best
     found = experiment.learn(search.problem, search.fits[effects])
     bare = search.implied if search.implied in search.fits else frozenset()
     alone = experiment.learn(search.problem, search.fits[bare]) if bare != effects else None
     if not (alone and alone.fit):
         return found
+    if explained(search.fits[effects], alone.fit) < HELPS:
+        return found
     fit = found.fit if found and found.fit else search.fits[effects]
-    return alone if alone.fit.cost + search.price(bare) < fit.cost + search.price(effects) - TIED else found
+    least = fit.tempered(sets.overdispersion) + search.price(effects) - TIED
+    return alone if alone.fit.tempered(sets.overdispersion) + search.price(bare) < least else found
 
 
 def finals(experiment, problem, search, known, on_all):

@@ -302,16 +302,23 @@ def test_a_number_that_the_file_states_is_left_where_a_misfit_that_hangs_togethe
 
 
 @pytest.mark.parametrize("beside", [False, True])
-@pytest.mark.parametrize(("better", "stands"), [(2 * TIED, True), (TIED / 2, False)])
-def test_a_law_learned_without_the_best_set_stands_where_it_does_better_not_where_it_does_as_well(better, stands, beside):
-    """The best set costs 100, or with a law beside it 70; nothing else costs anything but its misfit."""
+@pytest.mark.parametrize("overdispersion", [1.0, 8.0])
+@pytest.mark.parametrize(("better", "left", "stands"), [(2 * TIED, 0.4, True), (TIED / 2, 0.4, False), (2 * TIED, 0.6, False)])
+def test_a_law_learned_without_the_best_set_stands_where_it_does_better_not_where_it_does_as_well_or_absorbs(
+    better, left, stands, overdispersion, beside
+):
+    """The best set costs 100, or with a law beside it 70, where `overdispersion` residuals count as one, and leaves a chi2
+    of 1000 beyond noise; the law leaves a part of that."""
     best = frozenset({"tilted_frame"})
-    costs = {best: 100.0, frozenset(): 900.0}
-    search = SimpleNamespace(
-        problem=None, implied=frozenset(), price=lambda effects: 0.0, fits={s: SimpleNamespace(cost=c) for s, c in costs.items()}
-    )
-    alone = SimpleNamespace(fit=SimpleNamespace(cost=(70.0 if beside else 100.0) - better))
-    of_best = SimpleNamespace(fit=SimpleNamespace(cost=70.0)) if beside else None
-    learned = {search.fits[best].cost: of_best, search.fits[frozenset()].cost: alone}
-    experiment = SimpleNamespace(learn=lambda problem, fit: learned[fit.cost])
-    assert learned_law(experiment, search, best) is (alone if stands else of_best)
+
+    def fit(cost, left=1.0):
+        chi2 = 100.0 + 1000.0 * left
+        return SimpleNamespace(tempered=lambda divided: cost * overdispersion / divided, chi2=chi2, freedom=100.0)
+
+    fits = {best: fit(100.0), frozenset(): fit(900.0, 10.0)}
+    search = SimpleNamespace(problem=None, implied=frozenset(), price=lambda effects: 0.0, fits=fits)
+    alone = SimpleNamespace(fit=fit((70.0 if beside else 100.0) - better, left))
+    of_best = SimpleNamespace(fit=fit(70.0, 0.0)) if beside else None
+    experiment = SimpleNamespace(learn=lambda problem, fit: of_best if fit is fits[best] else alone)
+    sets = SimpleNamespace(search=search, best=best, overdispersion=overdispersion)
+    assert learned_law(experiment, sets) is (alone if stands else of_best)
