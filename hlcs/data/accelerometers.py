@@ -28,7 +28,7 @@ def check_accelerations(trial, path):
                     'the world and write accelerometer = "world"'
                 )
     elif trial.unplaced and around.floor_height is not None and "position" not in trial.start:
-        _check_gravity_read(values @ np.asarray(around.floor_normal), around, path)
+        _check_gravity_read(values @ around.normal, around, path)
 
 
 def _check_gravity_read(along, around, path):

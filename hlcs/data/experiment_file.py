@@ -106,6 +106,15 @@ class Surroundings:
     planar: bool = False  # does it move in the plane of x and y, carried without friction where there is no floor?
 
     @property
+    def normal(self):
+        """Normal of the floor, away from it (3,)."""
+        return np.asarray(self.floor_normal, dtype=float)
+
+    def above_floor(self, position):
+        """Height of positions (.., 3) above the floor, along its normal [m]."""
+        return position @ self.normal - self.floor_height
+
+    @property
     def in_liquid(self):
         """Does the file state a liquid?"""
         return self.fluid_density > LIQUID

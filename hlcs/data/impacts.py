@@ -137,7 +137,7 @@ def sides_of(trial, sigma, rho=0.0):
 
     sigma, rho: noise of a position [m] and its correlation from sample to sample, which widens the errors of slopes.
     """
-    around, normal = trial.surroundings, np.asarray(trial.surroundings.floor_normal, dtype=float)
+    around, normal = trial.surroundings, trial.surroundings.normal
     used = np.abs(normal) > 1e-9
     if around.floor_height is None or not sigma:
         return None, []

@@ -190,7 +190,7 @@ def inner_radius(body):
 def check_floor(trial, path):
     """Refuse a body that runs below its floor; a sentence where its centre comes nearer than its size allows."""
     around, radius = trial.surroundings, inner_radius(trial.body)
-    normal = np.asarray(around.floor_normal)
+    normal = around.normal
     used = np.abs(normal) > 1e-9
     there = np.isfinite(trial.position[:, used]).all(axis=1)
     if around.floor_height is None or radius is None or there.sum() < 4:
@@ -229,7 +229,7 @@ def check_quaternions(trial, path):
         near, far = (2 * np.arccos(min(1.0, abs(float(q[0] @ stated)))) for q in (last, given))
         wrong = far > 1.0 and near < 0.2
     if around.floor_height is not None and body.shape == "box" and body.size and np.isfinite(trial.position[there]).all():
-        lift = trial.position[there] @ np.asarray(around.floor_normal) - around.floor_height
+        lift = around.above_floor(trial.position[there])
         depths = [extent_of_box(q, body.size, around.floor_normal) - lift for q in (given, last)]
         (low, sinks), (low_last, sinks_last) = (np.quantile(depth, (0.25, 0.75)) for depth in depths)
         even = sinks - low < 0.5 * (sinks_last - low_last)

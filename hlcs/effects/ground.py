@@ -37,7 +37,7 @@ class BottomSlope(Change):
         surroundings = setup.surroundings
         if surroundings.floor_height is None:
             return setup
-        stated = np.asarray(surroundings.floor_normal)
+        stated = surroundings.normal
         normal = stated - stated[2] * np.array([self.grade_x, self.grade_y, 0.0])
         normal = normal / np.linalg.norm(normal)
         height = surroundings.floor_height * float(normal[2] / stated[2])  # below the origin the floor stays where it was

@@ -88,7 +88,7 @@ def _speeds(trial, start, seated):
 
 def _headings(trial, start, seated):
     """Other headings: of what moves sideways, where that is seen."""
-    normal = np.asarray(trial.surroundings.floor_normal) if seated else np.array([0.0, 0.0, 1.0])
+    normal = trial.surroundings.normal if seated else np.array([0.0, 0.0, 1.0])
     aside = float(np.linalg.norm(start[3:6] - (start[3:6] @ normal) * normal))
     seen, found, turned = {"x", "y"} & set(trial.columns), [], start
     for degrees in (90, 180) if seen and aside > AT_REST else ():
@@ -116,7 +116,7 @@ def _heights(trial, start):
 
 def _boards(trial, start):
     """Other slopes of a floor that slopes: such a floor is a board."""
-    normal, found = np.asarray(trial.surroundings.floor_normal), []
+    normal, found = trial.surroundings.normal, []
     angle = float(np.arccos(np.clip(normal[2], -1.0, 1.0)))
     for factor, word in ((0.5, "half"), (2.0, "twice")) if angle > SLOPING else ():
         if factor * angle > STEEPEST:

@@ -143,8 +143,8 @@ def gaps(trial):
     around, shape = trial.surroundings, rigid_body(trial.body).shape
     if around.floor_height is None:
         return np.full(len(trial.times), np.inf)
-    normal = np.asarray(around.floor_normal)
-    lift = np.where(np.abs(normal) > UNSEEN, trial.position, 0.0) @ normal - around.floor_height
+    normal = around.normal
+    lift = around.above_floor(np.where(np.abs(normal) > UNSEEN, trial.position, 0.0))
     reach = np.array(
         [-support(shape, turn, normal).min() if np.isfinite(turn[0]) else shape.bounding_radius for turn in trial.orientation]
     )

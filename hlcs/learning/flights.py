@@ -97,7 +97,7 @@ def between_impacts(problem, linear, k):
     reach = rigid_body(trial.body).shape.bounding_radius + 4 * (problem.noise.position or 0.0)  # noise hides no contact
     free = np.ones(len(position), bool)
     for path in (trial.position, position):
-        level = path @ np.asarray(surroundings.floor_normal) - surroundings.floor_height
+        level = surroundings.above_floor(path)
         step = np.abs(np.diff(level, prepend=level[:1], append=level[-1:]))  # an impact may lie between two samples
         free &= level - np.maximum(step[1:], step[:-1]) > reach
     edges = np.flatnonzero(np.diff(np.concatenate([[0], free, [0]])))

@@ -42,8 +42,7 @@ def gap(shape, position, orientation, surroundings):
     """Gap between a body and its floor [m]; inf without a floor."""
     if surroundings.floor_height is None:
         return np.inf
-    normal = np.asarray(surroundings.floor_normal)
-    return float(position @ normal - surroundings.floor_height + support(shape, orientation, normal).min())
+    return float(surroundings.above_floor(position) + support(shape, orientation, surroundings.normal).min())
 
 
 def seat(shape, initial_state, nominal, actual, margin):
@@ -52,7 +51,7 @@ def seat(shape, initial_state, nominal, actual, margin):
     A face or a rounded body that lies flat turns with the floor; a body on an edge or corner keeps its attitude.
     """
     state = initial_state.copy()
-    old, new = np.asarray(nominal.floor_normal), np.asarray(actual.floor_normal)
+    old, new = nominal.normal, actual.normal
     if (np.abs(old - new) > 1e-8 + 1e-5 * np.abs(new)).any():
         heights = support(shape, state[6:10], old)
         if np.sum(heights < heights.min() + 0.01 * np.ptp(heights) + 1e-9) >= 3:

@@ -23,7 +23,7 @@ def unknowns(trial, measured, seated, flat, contact):
     seen = np.asarray(measured[:3])
     axes = list(np.eye(3)[seen])
     if seated:
-        normal = np.asarray(trial.surroundings.floor_normal)
+        normal = trial.surroundings.normal
         first = np.eye(3)[np.argmin(np.abs(normal))]
         first = first - (first @ normal) * normal
         first /= np.linalg.norm(first)
@@ -74,7 +74,7 @@ def initial_guess(trial, start_time, seated, flat, contact):
     if trial.unplaced and seated and "velocity" not in trial.start:
         state[3:6] = slid_from(trial, start_time)
     if flat:  # a face on the floor stays there: only turns about the normal are free
-        normal = np.asarray(trial.surroundings.floor_normal)
+        normal = trial.surroundings.normal
         if "orientation" not in trial.start:
             state[6:10] = contact_motion.flattened(state[6:10], normal, contact_motion.faces(trial.body))
         if "angular_velocity" not in trial.start:
@@ -110,7 +110,7 @@ def _along_floor(vectors, surroundings):
     """Vectors (n, 3) without their part along the normal of the floor, where there is one."""
     if surroundings.floor_height is None:
         return vectors
-    normal = np.asarray(surroundings.floor_normal)
+    normal = surroundings.normal
     return vectors - (vectors @ normal)[:, None] * normal
 
 
@@ -131,7 +131,7 @@ def fastest_slide(trial):
 def height_on_floor(trial):
     """Height of the centre of mass of a body that lies on its floor in the attitude that is stated, else upright [m]."""
     turn = np.asarray(trial.start.get("orientation", (1.0, 0.0, 0.0, 0.0)), dtype=float)
-    heights = support(rigid_body(trial.body).shape, turn, np.asarray(trial.surroundings.floor_normal))
+    heights = support(rigid_body(trial.body).shape, turn, trial.surroundings.normal)
     return float(-heights.min())
 
 

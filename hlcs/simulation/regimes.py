@@ -17,9 +17,9 @@ def classify_regimes(trial, shape, position, orientation):
     surroundings = trial.surroundings
     if surroundings.floor_height is None or len(position) < 3:
         return regime
-    normal, times = np.asarray(surroundings.floor_normal), trial.times
+    normal, times = surroundings.normal, trial.times
     lowest = np.array([support(shape, turn, normal).min() for turn in orientation])
-    gap = position @ normal - surroundings.floor_height + lowest
+    gap = surroundings.above_floor(position) + lowest
     steps = np.diff(times)
     velocity = np.gradient(position, times, axis=0)
     turns = rotations.logarithm(rotations.product(orientation[1:], rotations.conjugate(orientation[:-1]))) / steps[:, None]

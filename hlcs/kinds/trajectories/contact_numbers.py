@@ -21,7 +21,7 @@ def numbers_at(impacts, model, trials):
             setup = Setup(trial.body, trial.surroundings)
             for change in changes:
                 setup = change.setup(setup)
-            normal = np.asarray(setup.surroundings.floor_normal, dtype=float)
+            normal = setup.surroundings.normal
             along = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
             velocity = speeds[:, 1:] * along / np.linalg.norm(along) - speeds[:, :1] * normal
             setups = [setup] * len(speeds)

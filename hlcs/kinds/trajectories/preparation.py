@@ -60,7 +60,7 @@ def touches(trials, noise):
                 return True
             continue
         position = np.nan_to_num(trial.position[there])
-        gap = position @ np.asarray(trial.surroundings.floor_normal) - trial.surroundings.floor_height - shape.bounding_radius
+        gap = trial.surroundings.above_floor(position) - shape.bounding_radius
         reach = 4 * (noise.position or 0.0) + 0.02 * shape.bounding_radius
         if gap.min() < reach or rebounds(trial.times[there], gap, reach):
             return True
@@ -116,8 +116,8 @@ def rolling_notes(trials, noise):
         body, around, there = trial.body, trial.surroundings, above_floor(trial)[:6]
         if body.shape not in ("disc", "cylinder") or around.floor_height is None or not len(there):
             continue
-        normal = np.asarray(around.floor_normal)
-        height = np.nan_to_num(trial.position[there]) @ normal - around.floor_height
+        normal = around.normal
+        height = around.above_floor(np.nan_to_num(trial.position[there]))
         tolerance = 4 * (noise.position or 0.0) + 0.02 * body.radius
         turn = first_attitude(trial)
         upright = abs(rotations.rotate((1.0, 0.0, 0.0, 0.0) if turn is None else turn, np.array([0.0, 0.0, 1.0])) @ normal)

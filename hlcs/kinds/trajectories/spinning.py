@@ -50,7 +50,7 @@ def _loss(trial, contact):
     steps = rotations.logarithm(rotations.product(orientation[1:], rotations.conjugate(orientation[:-1])))
     turned = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
     if contact:
-        turned = (turned @ np.asarray(trial.surroundings.floor_normal))[:, None]
+        turned = (turned @ trial.surroundings.normal)[:, None]
     rates = RATES / times[-1]
     fitted = [_fitted(-np.expm1(-rate * times) / rate, turned) for rate in rates]
     best = int(np.argmin([left for left, _ in fitted]))
