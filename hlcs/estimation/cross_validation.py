@@ -27,36 +27,52 @@ class CrossValidation:
         self.few = min(counts.values()) < FEW_RECORDINGS  # so few that each half must show a fall
 
     def residuals(self, fit):
-        """White, projected residuals of every recording, numbers taken from the other half (list of (n_i,))."""
+        """White, projected residuals of every recording, numbers taken from the other half (list of (n_i,)).
+
+        What acts on no recording of the other half, such as a clock of a session that is one group, no other recording can
+        foretell: it is fitted where it acts, as initial states are.
+        """
+        r, s = fit.linearization.projected
         held_out = [None] * len(self.half)
-        for inside, left, _ in self._halves(fit):
-            for k, part in zip(inside, left, strict=True):
-                held_out[k] = part
+        for inside, train, told in self._halves(fit):
+            own, change = ~np.any([s[k].any(axis=0) for k in train], axis=0), told.estimate.copy()
+            if own.any():
+                left = [r[k] - s[k][:, ~own] @ np.clip(change, *fit.ends)[~own] for k in inside]
+                change[own] = _fitted(left, [s[k][:, own] for k in inside], *(row[own] for row in _belief(fit))).estimate
+            change = np.clip(change, *fit.ends)
+            for k in inside:
+                held_out[k] = r[k] - s[k] @ change
         return held_out
 
     def foretold(self, fit):
-        """(the same in one row (n,), white for what the other half leaves unknown of the numbers too, log determinant of that).
+        """(what the other half foretells wrongly in one row (n,), white for what it leaves unknown of the numbers too, log
+        determinant of that).
 
         The squares of the row and the logarithm make -2 log of the density that each half foretells of the other: r is normal
         with the covariance 1 + J C J^T, C that of the numbers and J their columns.
         """
+        r, s = fit.linearization.projected
         rows, logarithm = [], 0.0
-        for _, left, columns in self._halves(fit):
-            left = np.concatenate(left)
-            u, size, _ = np.linalg.svd(np.concatenate(columns), full_matrices=False)
+        for inside, _, told in self._halves(fit):
+            change, unknown = np.clip(told.estimate, *fit.ends), lower_factor(told.covariance)
+            left = np.concatenate([r[k] - s[k] @ change for k in inside])
+            u, size, _ = np.linalg.svd(np.concatenate([s[k] @ unknown for k in inside]), full_matrices=False)
             rows.append(left - u @ ((1 - 1 / np.hypot(1, size)) * (u.T @ left)))
             logarithm += float(np.sum(np.log1p(size**2)))
         return np.concatenate(rows), logarithm
 
     def _halves(self, fit):
-        """[(recordings of a half, what the other leaves of each (n_i,), its columns in units of what that leaves unknown)]"""
+        """[(recordings of a half, those of the other, LinearFit of the numbers to those, from where they stand)]"""
         r, s = fit.linearization.projected
-        believed, slopes = belief(fit.estimate, free_numbers(fit.model))
-        halves = []
-        for half in (0, 1):
-            train, inside = np.flatnonzero(self.half != half), np.flatnonzero(self.half == half)
-            rows = np.concatenate([*(s[k] for k in train), np.diag(slopes)])
-            found = least_squares(rows, np.concatenate([*(r[k] for k in train), -believed]))
-            change, unknown = np.clip(found.estimate, *fit.ends), lower_factor(found.covariance)
-            halves.append((inside, [r[k] - s[k] @ change for k in inside], [s[k] @ unknown for k in inside]))
-        return halves
+        halves = [(np.flatnonzero(self.half == half), np.flatnonzero(self.half != half)) for half in (0, 1)]
+        return [(inside, train, _fitted([r[k] for k in train], [s[k] for k in train], *_belief(fit))) for inside, train in halves]
+
+
+def _belief(fit):
+    return belief(fit.estimate, free_numbers(fit.model))
+
+
+def _fitted(residuals, columns, believed, slopes):
+    """LinearFit of numbers to the residuals of recordings [(n_i,)] on their columns [(n_i, p)] and to what is believed of them,
+    rows (p,) that change by their slopes."""
+    return least_squares(np.concatenate([*columns, np.diag(slopes)]), np.concatenate([*residuals, -believed]))

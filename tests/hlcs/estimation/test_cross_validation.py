@@ -4,11 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from linear_models import Line, model
+from linear_models import LAWS, Line, model
 
 from hlcs.estimation.cross_validation import FEW_RECORDINGS, CrossValidation
 from hlcs.estimation.least_squares import belief
 from hlcs.estimation.linearization import free_numbers
+from hlcs.simulation.model import Model, Term
 
 TIMES = [np.linspace(0.0, 1.0 + k, 6) for k in range(4)]
 SLOPES = (1.0, 2.0, 3.0, 4.0)
@@ -47,6 +48,23 @@ def test_a_half_takes_no_number_beyond_the_end_of_its_law():
     assert fit.estimate == pytest.approx([0.0], abs=1e-6) and fit.held.tolist() == [True]
     for t, held_out in zip(TIMES, CrossValidation(problem.trials, "group").residuals(fit), strict=True):
         np.testing.assert_allclose(held_out, -(t - t.mean()) / 1e-3, atol=1e-2)
+
+
+def test_a_number_that_acts_on_no_recording_of_the_other_half_is_fitted_where_it_acts():
+    """A slope of 2 in all recordings and a bend of 5 in those of group b alone, a clock of their session: both halves are
+    foretold, the slope by the other one. What is believed of the numbers counts 1e-6 beside columns of a thousand sigmas."""
+    times = np.linspace(-1.0, 1.0, 8)
+    columns = [1e3 * np.column_stack([times, (times**2 - np.mean(times**2)) * own]) for own in (0, 1, 0, 1)]
+    residuals = [part @ [2.0, 5.0] for part in columns]
+    trials = Line([times] * 4, [times] * 4, groups=["a", "b", "a", "b"]).trials
+    fit = SimpleNamespace(
+        linearization=SimpleNamespace(projected=(residuals, columns)),
+        estimate=np.zeros(2),
+        ends=np.array([[-np.inf] * 2, [np.inf] * 2]),
+        model=Model(tuple(Term(law, (("rate", 0.0),)) for law in LAWS.values())),
+    )
+    for left, before in zip(CrossValidation(trials, "group").residuals(fit), residuals, strict=True):
+        assert np.abs(left).max() < 1e-4 * np.abs(before).max()
 
 
 def test_what_a_half_foretells_is_a_normal_density_that_knows_how_well_the_number_is_known(generator):
