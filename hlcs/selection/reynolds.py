@@ -15,6 +15,7 @@ from minibullet.effects.fluid import (
 )
 
 TABLES = "R. Clift, J. R. Grace and M. E. Weber, Bubbles, Drops, and Particles (1978), ch. 5"
+WALLS = "H. Faxen, Ark. Mat. Astron. Fys. 17 (1922) no. 27"
 CURVE = "L. Schiller and A. Naumann, Z. VDI 77 (1933) 318"
 
 
@@ -60,7 +61,11 @@ def _in_proportion(reach, most, eta):
     """What the drag of a sphere is beside one in proportion to speed; eta: the viscosity that it gave, None: none, or one that
     explains nothing."""
     if most <= StokesDrag.reynolds_of_spheres[1]:
-        return f"{reach}, where Stokes's law tells the drag of a sphere to {_short(most):.0f} %."
+        walls = " and ".join(f"{100 * by_walls(1 / across):.0f} % in one of {across}" for across in (50, 10))
+        return (
+            f"{reach}, where Stokes's law tells the drag of a sphere to {_short(most):.0f} %. The walls of a tube add to it: "
+            f"{walls} diameters of the sphere ({WALLS})."
+        )
     told = f"{reach}; a sphere is dragged in proportion to its speed (Stokes's law) up to about 1 only."
     thinner = dragged_as_much(most) if eta else most
     if thinner > SCHILLER_NAUMANN:
@@ -71,6 +76,11 @@ def _in_proportion(reach, most, eta):
         f"{told} One that is held back as much has {rounded(thinner)}, where that law is {_short(thinner):.0f} % too small "
         f"({CURVE}), in a liquid of {eta * most / thinner:.2g} Pa s: the viscosity is told too large."
     )
+
+
+def by_walls(ratio):
+    """Part by which a tube raises the drag of a sphere that creeps along its axis [-]; ratio: of their diameters, up to 0.4."""
+    return 1 / (1 - 2.104 * ratio + 2.09 * ratio**3 - 0.95 * ratio**5) - 1
 
 
 def _short(reynolds):
