@@ -21,7 +21,8 @@ from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.protocol import Observation, misfit
 from hlcs.kinds.trajectories.contact_numbers import numbers_at
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
-from hlcs.kinds.trajectories.preparation import beside, prepare, touches, without
+from hlcs.kinds.trajectories.preparation import beside, prepare, starts_seated, touches, without
+from hlcs.kinds.trajectories.release import let_go
 from hlcs.kinds.trajectories.sinking import drags_shown
 from hlcs.kinds.trajectories.spinning import spin_losses_shown
 from hlcs.kinds.trajectories.stated_starts import starts_shown
@@ -73,7 +74,8 @@ class Trajectories:
         measurement = read_recordings(file)
         self.measurement = replace(measurement, notes=(*said, *measurement.notes))
         options.log("fitting the model under test")
-        self._noise = estimate_noise(self.measurement)
+        noise = self._noise = estimate_noise(self.measurement)
+        self.measurement = let_go(self.measurement, noise, [starts_seated(trial, noise) for trial in measurement.trials])
         self.notes = (*self.measurement.notes, *self._noise.notes)
 
     @property

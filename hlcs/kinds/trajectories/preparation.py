@@ -154,7 +154,7 @@ def prepare(measurement: Recordings, own=(), noise=None, likely=()):
     notes += rolling_notes(trials, noise)
     model = Model(fixed=measurement.file.effects, own=tuple(own), time_step=measurement.file.time_step)
     model.changes(trials[0].surroundings)  # a wrong name or number in [model] effects is the user's to mend, before any work
-    notes += release_notes(trials, start_times(trials), [starts_seated(trial, noise) for trial in trials], noise.position)
+    notes += release_notes(trials, start_times(trials), [starts_seated(trial, noise) for trial in trials], noise)
     above = [trial.name for trial in trials if trial.seen_from_above and not trial.surroundings.planar]  # there it is stated
     if above:
         notes.append("no height is measured: taken to move on the floor: " + ", ".join(above[:4]) + (" .." if above[4:] else ""))

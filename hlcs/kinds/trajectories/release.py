@@ -1,25 +1,33 @@
 """What a reader must know of the release: at which stamp a stated start is taken, and who was still held before."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.estimation.least_squares import basis, project_out
+from hlcs.estimation.noise_model import BEYOND_CHANCE
+from hlcs.estimation.whitening import whiten
 
 FEW = 4  # recordings that are named
-STRAY = 4.0  # standard deviations of the noise that samples of a body at rest stray, at most
+STRAY = 4.0  # standard deviations of the noise that samples of a body at rest stray sideways, at most
 LIGHT = 10.0  # densities of the fluid, below which a body falls much more slowly than freely from the first: bubbles, balloons
-BOW = 16  # a parabola of curvature g leaves any level by g T^2/16 at least over a time T
+LEAST = 3  # samples of a rest, and of a fall: one or two that lie aside may do so by themselves
+FALLEN = 200.0  # standard deviations of a fall that tells its beginning: a drag bends a longer one in more ways
+LOOKS = 100  # moments at which a fall may begin, looked at first
 
 
-def release_notes(trials, starts, seated, sigma):
-    """Sentences on recordings whose stated start is not at a first sample of stamp 0, and on those that begin at rest in the air.
+def release_notes(trials, starts, seated, noise):
+    """Sentences on recordings whose stated start is not at a first sample of stamp 0, and on those that rest in the air then.
 
-    starts: moments at which the starts are taken (trials,) [s]; seated: does a body lie on its floor then (trials,); sigma: noise
-    of a position [m], None where it is unknown.
+    starts: moments at which the starts are taken (trials,) [s]; seated: does a body lie on its floor then (trials,).
     """
     stated = [(trial, start) for trial, start in zip(trials, starts, strict=True) if trial.start and not _at_zero(trial)]
     taken_at_zero = [(trial.name, trial.times[0]) for trial, start in stated if start == 0.0]
     taken_at_first = [(trial.name, trial.times[0]) for trial, start in stated if start != 0.0]
-    rests = [(trial.name, time_held(trial, sigma)) for trial, lies in zip(trials, seated, strict=True) if not lies]
+    rests = [
+        (trial.name, time_held(trial, noise)) for trial, lies in zip(trials, seated, strict=True) if trial.start and not lies
+    ]
     held = [(name, rest) for name, rest in rests if rest]
     told = (
         (taken_at_zero, "the stated start is taken at t_s = 0, {:.3g} s before the first sample; count t_s from the release"),
@@ -52,24 +60,60 @@ def _names(entries):
     return ", ".join(names[:FEW]) + f" and {len(names) - FEW} more" * (len(names) > FEW)
 
 
-def time_held(trial, sigma):
-    """How long a body rests in the air at the beginning of a Trial before it falls, by its heights [s]; 0.0 where that is not
-    certain.
+def let_go(measurement, noise, seated):
+    """The Recordings from the release on: what was recorded of a body still held in the air is left out, and told, where the
+    start is fitted; where it is stated, a clock offset tells when it was.
 
-    It is where no flight under gravity stays so near to one level: samples at rest stray by STRAY sigma, and a parabola leaves
-    that band. sigma: noise of a position [m]. What floats or moves sideways is not held.
+    seated: does a body lie on its floor at the start (trials,).
     """
-    around, there = trial.surroundings, np.isfinite(trial.position[:, 2])
-    times, heights = trial.times[there], trial.position[there, 2]
-    if not sigma or around.planar or may_hover(trial.body, around) or len(times) < 2:
-        return 0.0
-    level = np.cumsum(heights) / np.arange(1, len(heights) + 1)
-    moving = np.flatnonzero(np.abs(heights - level) > STRAY * sigma)
-    if not len(moving) or heights.min() > level[moving[0] - 1] - 2 * STRAY * sigma:  # it stays, or does not fall
-        return 0.0
-    rest = float(times[moving[0] - 1] - times[0])
-    sideways = trial.position[trial.times <= times[moving[0] - 1], :2]
-    sideways = sideways[:, np.isfinite(sideways).any(axis=0)]
-    if np.any(np.abs(sideways - np.nanmean(sideways, axis=0)) > STRAY * sigma):
-        return 0.0
-    return rest if around.gravity * rest**2 / BOW > 2 * STRAY * sigma else 0.0
+    trials, told = [], []
+    for trial, lies in zip(measurement.trials, seated, strict=True):
+        count = 0 if lies or trial.start else samples_held(trial, noise)
+        if count:
+            told.append(f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)")
+        trials.append(trial.at(slice(count, None)) if count else trial)
+    if not told:
+        return measurement
+    names = ", ".join(told[:FEW]) + f" and {len(told) - FEW} more" * (len(told) > FEW)
+    note = f"{names}: rests in the air at first, as if it were still held; what was recorded before the release is left out"
+    return replace(measurement, trials=tuple(trials), notes=(*measurement.notes, note))
+
+
+def time_held(trial, noise):
+    """How long a body rests in the air at the beginning of a Trial before it falls [s]; 0.0 where that is not certain."""
+    return float(trial.times[max(samples_held(trial, noise) - 1, 0)] - trial.times[0])
+
+
+def samples_held(trial, noise):
+    """How many samples of a Trial were taken of a body still held in the air, by its heights; 0 where that is not certain.
+
+    Two paths of four numbers each are fitted to the first heights: a level until a moment, then a fall from rest; and a fall or
+    throw from the first sample on; the acceleration of both may change with time, as a drag makes it. It was held where the first
+    one leaves less, by more than chance gives. What floats or moves sideways is not held.
+    """
+    around, there = trial.surroundings, np.flatnonzero(np.isfinite(trial.position[:, 2]))
+    if noise.position is None or around.planar or may_hover(trial.body, around) or len(there) < 2 * LEAST:
+        return 0
+    times, heights = trial.times[there] - trial.times[there[0]], trial.position[there, 2]
+    fallen = np.flatnonzero(np.maximum.accumulate(heights) - heights > FALLEN * noise.position)
+    end = int(np.argmin(heights[: fallen[0] + 1 if len(fallen) else None])) + 1
+    if end < 2 * LEAST:
+        return 0
+    times, heights = times[:end], heights[:end]
+    whitening = noise.whitening(np.full(end, 2), times)
+
+    def left(since, first):
+        columns = whiten(whitening, np.column_stack([np.ones(end), *first, since**2, since**3, heights]))
+        return float(np.sum(project_out(basis(columns[:, :-1]), columns[:, -1]) ** 2))
+
+    def rested(k):
+        return left(np.maximum(times - times[k], 0.0), [])
+
+    looked, step = range(LEAST - 1, end - LEAST), max(end // LOOKS, 1)
+    near = min(looked[::step], key=rested)
+    best = min((k for k in looked if abs(k - near) < step), key=rested)
+    held = there[best] + 1
+    aside = trial.position[:held, :2]
+    aside = aside[:, np.isfinite(aside).any(axis=0)]
+    still = np.all(np.abs(aside - np.nanmean(aside, axis=0))[np.isfinite(aside)] < STRAY * noise.position)
+    return int(held) if still and left(times, [times]) - rested(best) > BEYOND_CHANCE else 0
