@@ -2,6 +2,11 @@
 
 from minibullet.errors import shown
 
+OF_FLUIDS = (  # what is stated of a liquid, in words, its unit, and the effects that find one number for it
+    ("fluid_viscosity", "viscosities", "Pa s", ("sphere_drag", "stokes_drag")),
+    ("fluid_density", "liquid densities", "kg/m3", ("buoyancy",)),
+)
+
 
 def check_combinations(file):
     """Refuse an effect that stands twice in the model of an ExperimentFile; tell of what changes nothing but is hardly meant."""
@@ -19,6 +24,23 @@ def check_combinations(file):
             "all, or of none"
         )
         file.source.warn("session", what, "trial", with_session[0])
+
+
+def liquids_told(file, around):
+    """Notes on liquids that differ from one recording or row to another, where an effect would find one number for all of them.
+
+    around: the Surroundings of every recording or row.
+    """
+    notes, stated = [], {entry["name"] for entry in file.effects}
+    for key, what, unit, names in OF_FLUIDS:
+        values = {getattr(each, key) for each in around if each.in_liquid} - {0.0}
+        if len(values) > 1 and stated.isdisjoint(names):
+            where = "" if file.trials or getattr(file.surroundings, key) else f", and a {key} in [surroundings]"
+            notes.append(
+                f"{what} of {min(values):g} to {max(values):g} {unit} are stated, and {' or '.join(names)} finds one for all: "
+                f'to take each as it is stated, write {{ name = "{names[0]}" }} without a number in [model] effects{where}'
+            )
+    return tuple(notes)
 
 
 def twice(names):

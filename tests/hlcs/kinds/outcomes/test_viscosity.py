@@ -161,3 +161,56 @@ def test_the_highest_speed_of_a_fall_is_twice_its_mean_where_it_is_free_and_its_
         file = read_experiment_file(tmp_path / "e.toml")
         found = fastest_rows(file, read_outcomes(file))
         np.testing.assert_allclose(np.sort(found), np.sort(expected), rtol=1e-8)
+
+
+BATHS = (0.8, 1.2, 1.7)  # Pa s: one glycerine at three temperatures; the Reynolds numbers stay below 0.03
+
+
+def baths(folder, model):
+    """Two recordings in each bath, each with the viscosity of its own stated, noise 0.1 mm; way under v' = g - k v."""
+    radius, mass, rate, g = sphere(200.0, 1.0, 0.5)
+    times, draw, text = np.arange(0, 3.0, 0.05), np.random.default_rng(14), ""
+    for number, eta in enumerate(2 * BATHS):
+        z = -sunk(times, rate * eta / ETA, g) + 1e-4 * draw.standard_normal(len(times))
+        rows = "".join(f"{t:.2f},{height:.6f}\n" for t, height in zip(times, z, strict=True))
+        (folder / f"r{number}.csv").write_text(f"t_s,z_m\n{rows}")
+        text += f'[[trial]]\nfile = "r{number}.csv"\ngroup = "{eta}"\nfluid_viscosity = {eta}\n'
+        text += "start = { velocity = [0.0, 0.0, 0.0] }\n"
+    path = folder / "e.toml"
+    lift = '{ name = "buoyancy" }, { name = "added_mass", coefficient = 0.5 }'
+    effects = f"[model]\neffects = [{lift}{model}]\n[measurement]\nnoise = {{ position = 1e-4 }}\n"
+    path.write_text(head("trajectory", radius, mass, effects + text))
+    return path
+
+
+def test_a_drag_without_a_number_takes_the_viscosity_that_each_recording_states(tmp_path):
+    """Stokes's law with eta of 0.8, 1.2 and 1.7 Pa s is exact here: nothing but noise is left, and no number to be found."""
+    stated = hlcs.diagnose(baths(tmp_path, ', { name = "stokes_drag" }'), candidates=["stokes_drag", "quadratic_drag"])
+    assert stated.verdict == "complete", stated.effects
+    assert not any("viscosities" in note for note in stated.notes)
+
+
+def test_viscosities_that_differ_are_told_where_one_number_would_be_found_for_all(tmp_path):
+    """One number in place of 0.8 to 1.7 Pa s leaves final speeds that are wrong by a third: the note says what to write."""
+    told = [note for note in hlcs.compare(baths(tmp_path, "")).notes if "viscosities of 0.8 to 1.7 Pa s" in note]
+    assert len(told) == 1 and '{ name = "sphere_drag" } without a number' in told[0]
+
+
+def test_viscosities_of_rows_are_told_likewise(tmp_path):
+    """Where [surroundings] states none, a drag without a number would be refused, and the note says so."""
+    radius, mass, rate, g = sphere(200.0, 1.0, 0.5)
+    rows = "".join(
+        f"{h},{eta},{brentq(lambda t: sunk(t, rate * eta / ETA, g) - h, 1e-9, 1e7) * (1 + k * 1e-3):.5f}\n"  # noqa: B023
+        for h in HEIGHTS[:3]
+        for eta in BATHS
+        for k in (-1, 1)
+    )
+    (tmp_path / "t.csv").write_text(f"height_m,fluid_viscosity_pa_s,fall_time_s\n{rows}")
+    path = tmp_path / "e.toml"
+    path.write_text(head("outcomes", radius, mass, '[measurement]\nfile = "t.csv"\n'))
+    told = [note for note in hlcs.compare(path).notes if "viscosities of 0.8 to 1.7 Pa s" in note]
+    assert len(told) == 1 and told[0].endswith("and a fluid_viscosity in [surroundings]")
+    lift = '{ name = "buoyancy" }, { name = "added_mass", coefficient = 0.5 }, { name = "stokes_drag" }'
+    model = f'fluid_viscosity = 1.0\n[model]\neffects = [{lift}]\n[measurement]\nfile = "t.csv"\n'
+    path.write_text(head("outcomes", radius, mass, model))
+    assert hlcs.compare(path).adequate
