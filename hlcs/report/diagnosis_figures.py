@@ -17,6 +17,7 @@ from hlcs.report.figures import (
     axis_label,
     given_axes,
     legend,
+    letters_beside,
     marks_of,
     name_groups,
     parts_of,
@@ -308,7 +309,7 @@ def ranking_panel(diagnosis, ax=None, most=9):
         unpowered(axes[0].xaxis, values)
     else:  # differences in the third digit are no differences
         axes[0].set_xlim(0, 1.08 * max([1.0, *values]))
-    plain(axes[0], ranking_title(diagnosis), "chi-square per degree of freedom", "", letters=34)
+    plain(axes[0], ranking_title(diagnosis), "chi-square per degree of freedom", "", letters=letters_beside(axes[0]))
     return axes
 
 

@@ -24,6 +24,7 @@ SMALLER = {"m": (1e3, "mm"), "s": (1e3, "ms"), "1": (100.0, "%")}  # what an axi
 LINE = 0.75  # [points]
 BAND = 2.0  # sigma of the noise, drawn grey
 MOST_NAMED = 10  # groups whose names have room below an axis
+LETTERS = 49  # of a title across a whole panel
 SIZE = (4.5, 3.2)  # of one panel: as wide as a phone shows it with letters of its own size [inch]
 
 
@@ -47,14 +48,20 @@ def given_axes(ax, rows=1, columns=1, size=SIZE):
 def plain(ax, title, x, y, pad=None, letters=43):
     """Title, names of the axes, and no frame that is not needed; words of a file are no formula.
 
-    pad: room below the title [points]; letters: in a line of it.
+    pad: room below the title [points]; letters: in a line of it, and of the name of the axis below.
     """
     ax.set_title(textwrap.fill(title, letters), loc="left", fontsize=11, color=INK, parse_math=False, pad=pad)
-    ax.set_xlabel(x, fontsize=10, parse_math=False)
+    ax.set_xlabel(textwrap.fill(x, letters), fontsize=10, parse_math=False)
     ax.set_ylabel(y, fontsize=10, parse_math=False)
     ax.tick_params(labelsize=9)
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
+
+
+def letters_beside(ax):
+    """How many letters of a title stand in a line beside the names at the upright axis, whose letters are a tenth narrower."""
+    names = [line for label in ax.get_yticklabels() for line in label.get_text().split("\n")]
+    return max(LETTERS - round(0.9 * max(map(len, names), default=0)), 12)
 
 
 def legend(ax, below=False, **more):

@@ -204,3 +204,17 @@ def test_no_mark_is_cut_at_the_edge_of_its_panel():
         *figures.error_panel(COMPLETE),
     ]
     assert all(min(clearances(axes)) > 0 for axes in panels)
+
+
+def test_the_title_of_the_ranking_is_not_cut_off_by_long_names():
+    """Names to the left narrow the panel: title and name of the axis still end within the picture."""
+    longest = "velocity_dependent_restitution"
+    pair = ("restitution", longest)
+    steps = tuple(step | ({"effects": list(pair)} if step["effects"] else {}) for step in EFFECT.steps)
+    found = replace(EFFECT, effects=pair, steps=steps)
+    (axes,) = figures.ranking_panel(found)
+    assert any(longest in label.get_text() for label in axes.get_yticklabels())
+    figure = axes.figure
+    figure.canvas.draw()
+    texts = [*axes.texts, axes.xaxis.label, axes._left_title]
+    assert all(text.get_window_extent().x1 <= figure.bbox.x1 for text in texts)
