@@ -28,10 +28,20 @@ def gathered(notes, most=MOST):
             files.setdefault(file, []).extend([column] if column else [])
     told = []
     for said, files in places.values():
-        many = [f"{file}, {', '.join(dict.fromkeys(columns))}" if columns else file for file, columns in files.items()]
-        what, between = _with_ranges(said), "; " if any(files.values()) else ", "
-        told.append(what if not many else f"{many[0]}: {what}" if len(many) == 1 else f"{what} (in each of {between.join(many)})")
+        many = {file: ", ".join(dict.fromkeys(columns)) for file, columns in files.items()}
+        told.append(_placed(_with_ranges(said), many))
     return told[:most] + ([f"and {len(told) - most} more, all in the JSON result"] if len(told) > most else [])
+
+
+def _placed(what, places):
+    """A sentence with where it holds, {file: its columns, "" of all of it}; the same columns of several files are named once."""
+    named = [f"{file}, {columns}" if columns else file for file, columns in places.items()]
+    if len(named) < 2:
+        return ": ".join([*named, what])
+    if len(set(places.values())) > 1:
+        return f"{what} (in each of {'; '.join(named)})"
+    columns = next(iter(places.values()))
+    return f"{what} (in {f'{columns} of ' if columns else ''}each of {', '.join(places)})"
 
 
 def _with_ranges(said):

@@ -5,7 +5,10 @@ from hlcs.report.notes import MOST, gathered
 
 def test_notes_that_say_the_same_of_several_files_are_one():
     notes = [f"{name}.csv, column {axis}_m: 3 of 60 samples missing" for name in ("a", "b") for axis in "xz"]
-    assert gathered(notes) == ["3 of 60 samples missing (in each of a.csv, x_m, z_m; b.csv, x_m, z_m)"]
+    assert gathered(notes) == ["3 of 60 samples missing (in x_m, z_m of each of a.csv, b.csv)"]
+    assert gathered([*notes, "c.csv, column z_m: 3 of 60 samples missing"]) == [
+        "3 of 60 samples missing (in each of a.csv, x_m, z_m; b.csv, x_m, z_m; c.csv, z_m)"
+    ]
 
 
 def test_sizes_that_differ_are_told_as_a_range():
