@@ -118,7 +118,11 @@ def _told(option, names):
 
 def _told_of_others(best, others):
     """What else tells the other pairs, of [(lambda, names, Option)]: another experiment, or none."""
-    told = {f"{names[1]}: {each.text}" for _, names, each in others if feasible(each) and each.text != best.text}
+    rivals = {}  # what is to be done -> against which sets
+    for _, names, each in others:
+        if feasible(each) and each.text != best.text:
+            rivals.setdefault(each.text, set()).add(names[1])
+    told = [f"{' or '.join(sorted(names))}: {text}" for text, names in rivals.items()]
     beyond = {f"{names[1]} no {MOST_TESTS:,} tests with this set-up would do" for _, names, each in others if not feasible(each)}
     return sorted(told) + (sorted(beyond) if feasible(best) else [])
 

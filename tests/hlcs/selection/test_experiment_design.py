@@ -84,6 +84,8 @@ def test_against_the_others_it_says_what_would_do_and_what_would_not():
     ]
     assert _told_of_others(best, others) == ["b: there", "d no 1,000 tests with this set-up would do"]
     assert _told_of_others(others[2][2], others[:1]) == ["b: there"]
+    ruler = [(5.0, ("a", rival), Option(1, 5.0, "with another ruler", {})) for rival in ("e", "b", "e")]
+    assert _told_of_others(best, ruler) == ["b or e: with another ruler"]  # what is to be done once stands once
 
 
 class Readings:
