@@ -103,6 +103,15 @@ def _header(grid, overrides):
     )
 
 
+def _may_be_groups(grid, head, cell, found):
+    """What to do where words that stand below a name may part the rows of a table: a ball, a floor, a person."""
+    below = {cells[grid.cells[head].index(cell)] for cells in grid.cells[head + 1 :]} - MISSING - {""}
+    parts = len(below) > 1 and not any(map(_is_number, below)) and any(name in found for name in OUTCOMES)
+    if not parts or "group" in found:
+        return ""
+    return f'; where its words part the rows (a ball, a day, a person), state "{shown(cell)}=group", or import these one by one'
+
+
 def _is_number(cell):
     try:
         decimal(cell.replace(",", "."))
@@ -155,10 +164,15 @@ def _columns(grid, head, overrides):
     if not set(found) - {"t_s", "frame", "group"}:
         raise InputError(
             f"{grid.place(head)}: columns {shown(there, 300)}; none is known as a position or an outcome: state what each is, "
-            f'such as --column "{shown(next(iter(left), "h"))}=z_m"'
+            f'such as --column "{shown(next(iter(left), "h"))}=z_m"; where each row is an experiment of its own, one is its '
+            f"outcome: {', '.join(OUTCOMES)}; what is measured of none of these cannot be compared"
         )
     notes = [
-        Assumption(f"{grid.name}: column '{shown(cell)}' is left out, its meaning is not known", "--column") for cell in left
+        Assumption(
+            f"{grid.name}: column '{shown(cell)}' is left out, its meaning is not known{_may_be_groups(grid, head, cell, found)}",
+            "--column",
+        )
+        for cell in left
     ]
     for name, (index, _) in found.items():
         cell = grid.cells[head][index]

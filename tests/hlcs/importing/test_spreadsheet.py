@@ -269,3 +269,17 @@ def test_the_folder_is_as_before_when_a_file_is_refused(imported, refused, tmp_p
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(hlcs.InputError, match="nowhere.csv: cannot be read"):
         hlcs.import_measurements(tmp_path / "nowhere.csv", "csv", tmp_path / "out")
+
+
+def test_words_that_part_the_rows_of_a_table_are_offered_as_groups(imported):
+    """Two balls in one table are two restitutions; a remark in a recording, and what every row says, part nothing."""
+    table = "Ball;Land;Fallhöhe [cm];Rücksprunghöhe [cm]\nTennis;CH;100;55\nFlummi;CH;100;75\n"
+    told = [one.text for one in imported(table, "csv")[0].assumptions if "meaning" in one.text]
+    assert 'state "Ball=group"' in told[0] and told[1].endswith("its meaning is not known")
+    grouped = imported(table, "csv", column={"Ball": "group"})[0].assumptions
+    assert not any("=group" in one.text for one in grouped)
+
+
+def test_what_is_no_outcome_is_refused_with_the_list_of_those_that_are(refused):
+    """The period of a swing."""
+    refused("Länge [cm];Periode [s]\n20;0,9\n40;1,27\n", "csv", "one is its outcome: fall_time_s", "cannot be compared")
