@@ -200,7 +200,6 @@ def beside(search, plus):
     """({look-alike of the newest effect of the model `plus`: cosine in the pilot}, names of effects that the file implies)."""
     problem, base, effect = search.problem, search.base, plus.terms[-1].name
     views, linear = search.linear_at(base, list(search.candidates.values()))
-    implied = frozenset(name for name in search.candidates if search.implies(linear, name))
 
     def projected(parts):
         return np.concatenate(base.linearization.without_states(parts))
@@ -211,7 +210,7 @@ def beside(search, plus):
         for entry, choices in views.items()
         if entry.name != effect and entry.name in linear.entries and linear.visible(entry.name)
     }
-    return {name: cosine for name, cosine in cosines.items() if cosine > ALIKE}, implied
+    return {name: cosine for name, cosine in cosines.items() if cosine > ALIKE}, search.implied_at(linear)
 
 
 def _range(free):

@@ -149,6 +149,16 @@ class LinearModel:
         """Largest information on one number of an effect, in units of its spread."""
         return max(self.gram[place, place] for place in self.places[name])
 
+    def certain(self, odds):
+        """Effects that the file states for certain, in the model or not, and that the data would show here at these odds."""
+        found = []
+        for name, places in self.places.items():
+            frees = [self.columns[place].free for place in places]
+            size = max((abs(free.expected - free.null) / free.spread for free in frees if free.certain), default=0.0)
+            if size > 0 and self.information(name) * size**2 > odds:
+                found.append(name)
+        return found
+
     def proposal(self, names):
         """The Proposal of a set of names among those that are in the model or can join it."""
         gone = [place for name in self.present if name not in names for place in self.places[name]]

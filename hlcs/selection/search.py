@@ -56,7 +56,7 @@ class Search:
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
         self.twins = set()  # sets that do as the best fits do where these stand, whatever is foreseen far from there
         self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
-        self.implied = frozenset()  # effects that the file implies and the data would show
+        self.implied = frozenset()  # effects that the file implies and the data would show beside the best fit
         self.closed = {frozenset()}  # sets that are not fitted again: they cannot be simulated, or were fitted twice
         self.begun = {}  # set -> the Fits that its own fits were foreseen from
         self.ended = {}  # set -> its Fit, of those that are fitted together
@@ -75,14 +75,11 @@ class Search:
         against = sum(1 + any(map(entry.holds, self.candidates.values())) for entry in entries)
         return self.odds * (against + (bool(self.implied - effects) or fit is not None and fit.contradicts))
 
-    def implies(self, linear, name):
-        """Does the file state what makes an effect certain, and would these data show it? A law that holds another one is there
-        in that one's place, if at all."""
-        if any(map(self.candidates[name].holds, self.candidates.values())):
-            return False
-        certain = [free for free in self.candidates[name].free if free.certain and name in linear.entries]
-        size = max((abs(free.expected - free.null) / free.spread for free in certain), default=0.0)
-        return size > 0 and linear.information(name) * size**2 > self.odds
+    def implied_at(self, linear):
+        """What the file implies and the data would show at the fit of a LinearModel. A law that holds another one is there in its
+        place, if at all."""
+        laws = self.candidates
+        return frozenset(name for name in linear.certain(self.odds) if not any(map(laws[name].holds, laws.values())))
 
     def ranked(self):
         """The fitted sets, the best first."""
@@ -155,6 +152,8 @@ class Search:
         refits = 0
         while not pause(best := self.ranked()[0]):
             self.expand()
+            if self.ranked()[0] not in self.models:  # the best has changed with what the file implies beside it
+                continue
             limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
             promising = [each for each in self.open_proposals() if self.promising(*each, limit, explained)]
             self.budget.left_out = len(promising)
@@ -315,6 +314,7 @@ class Search:
         first = self.ranked()[0]
         reach = 0.0 if self.noise_alone(self.fits[first]) or self.budget.share > 0.5 else self.reach()
         near = [first, *(each for each in self.ranked()[1:EXPANDED] if self.cost(each) < self.cost(first) + reach)]
+        self.implied = self.implied_at(self.models[first]) if first in self.models else self.implied
         for effects in near:
             fit = self.fits[effects]
             if effects in self.models or not np.isfinite(fit.chi2):
@@ -323,8 +323,8 @@ class Search:
             self.progress(f"screening {len(entries)} candidates{self.budget.time_left()}")
             _, linear = self.linear_at(fit, entries)
             self.models[effects] = linear
-            if effects == first:  # a slow fall through a liquid shows a lift that a free fall does not
-                self.implied |= frozenset(name for name in self.candidates if self.implies(linear, name))
+            if effects == first:  # a slow fall through a liquid shows a lift that a free fall does not, and the reverse
+                self.implied = self.implied_at(linear)
             if not effects:
                 expected = {name: self.candidates[name].expected for name in sorted(self.implied)}
                 self.first += ((expected, None),) if expected and self.compatible(self.implied) else ()

@@ -223,3 +223,26 @@ def test_a_first_set_that_cannot_be_simulated_loses_no_search():
     law, base = frozenset({"linear_drag"}), problem.fit(Model())
     search = Search(problem, [RATE], base, first=[({"linear_drag": {"rate": 1e6}}, None)]).run()
     assert search.fits[law].estimate[0] == pytest.approx(3.0, rel=1e-3)  # what is believed of it pulls by less
+
+
+def test_what_the_file_implies_is_what_the_data_would_show_beside_the_best_fit(generator):
+    """A law that is stated for certain moves what the model under test foretells, and nothing beside the drag that explains the
+    data: what it was worth beside a worse fit proves nothing."""
+
+    class Hidden(Bend):
+        def residuals(self, model, initial_states):
+            rates = {term.name: term.numbers["rate"] for term in model.terms}
+            drag = rates.get("linear_drag", 0.0)
+            rate = drag + rates.get("spin_decay", 0.0) * max(1 - drag / 3.0, 0.0)
+            return [y - state[0] - rate * t for t, y, state in zip(self.times, self.values, initial_states, strict=True)]
+
+    (free,) = LAWS["spin_decay"].free
+    stated = replace(LAWS["spin_decay"], free=(replace(free, stated=1.0, error=0.5, certain=True),))
+    times = [np.linspace(0.0, 2.0, 25) for _ in range(4)]
+    problem = Hidden(times, [3.0 * t + 0.05 * generator.standard_normal(25) for t in times], 0.05)
+    search = Search(problem, [LAWS["linear_drag"], stated], problem.fit(Model()))
+    search.expand()
+    assert search.implied == {"spin_decay"}
+    search.fit_sets([search.foreseen[frozenset({"linear_drag"})]])
+    search.expand()
+    assert search.ranked()[0] == {"linear_drag"} and search.implied == frozenset()
