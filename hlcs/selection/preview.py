@@ -11,7 +11,8 @@ from hlcs.simulation.model import Term
 from minibullet.errors import InputError
 
 NEARER = (1, 1 / 2, 1 / 4, 1 / 8, 0)  # parts of the way to the numbers that were foreseen
-FARTHER = (2, 4, 8, 16)  # times that way: seen from no drag, drops that a drag hardly lets bounce foretell a sixteenth of it
+HERE = (1,)  # the same where they are looked at through contacts: impacts bend the way there, and one simulation shows it
+FARTHER = (1, 2, 4, 8, 16)  # times that way: seen from no drag, drops that a drag hardly lets bounce foretell a sixteenth of it
 
 
 class Preview:
@@ -82,13 +83,14 @@ class Preview:
         foreseen = [misfit(fit) - proposal.fall - self.believed(proposal.numbers) for proposal in proposals]
         return {each.effects: LOOKED * abs(a - b) for each, a, b in zip(proposals, seen, foreseen, strict=True)}
 
-    def farther(self, proposals, fit):
-        """Proposals with numbers that lie FARTHER on the way, where a simulation there leaves less than was foreseen of a fit.
+    def looked(self, proposals, fit, shares):
+        """Proposals with numbers at these multiples of the way to theirs, where a simulation there leaves less than was foreseen
+        of a fit.
 
-        Through contacts what a law does far away is no continuation of what it does here: a body comes to rest, or misses what
-        it hit before. So where nothing is foreseen to explain the data, it is looked at.
+        Through contacts what a law does far away is no continuation of what it does here: impacts come at other moments, a body
+        comes to rest, or misses what it hit before.
         """
-        ways = [(each, self.on_the_way(each.numbers, fit, share)) for each in proposals for share in FARTHER]
+        ways = [(each, self.on_the_way(each.numbers, fit, share)) for each in proposals for share in shares]
         seen = self.problem.batched([partial(self.left_at, numbers, fit) for _, numbers in ways])
         found = []
         for (proposal, numbers), left in zip(ways, seen, strict=True):

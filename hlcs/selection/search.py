@@ -16,21 +16,8 @@ from hlcs.estimation.budget import Budget
 from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
-from hlcs.selection.preview import Preview, misfit
-from hlcs.selection.thresholds import (
-    ALIKE,
-    EQUAL,
-    EXPANDED,
-    FORESEEN,
-    HELPS,
-    MOST_EFFECTS,
-    NOISE,
-    ODDS,
-    REACH,
-    REFITS,
-    TIED,
-    TOGETHER,
-)
+from hlcs.selection.preview import FARTHER, HERE, Preview, misfit
+from hlcs.selection.thresholds import ALIKE, EQUAL, EXPANDED, FORESEEN, HELPS, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
 from minibullet.errors import InputError
 
 
@@ -104,22 +91,13 @@ class Search:
         """How many numbers a set has, one at least."""
         return max(sum(len(self.candidates[name].free) for name in effects), 1)
 
-    def tied(self):
-        """Numbers and initial states of the sets that do as well as the best one, as `first` takes them; not those of the model
-        under test."""
-        sets = self.ranked()
-        near = [effects for effects in sets if effects and self.cost(effects) < self.cost(sets[0]) + TIED]
-        return [(self.fits[effects].model.numbers, self.fits[effects].initial_states) for effects in near]
-
     # --- best first -----------------------------------------------------------------------------------------------------------
 
     def run(self, pause=None):
         """Expand and refit until no set is foreseen within reach of the best, or until Ctrl-C: what is fitted by then stays.
-
-        pause: function of the best set that says whether to stop before that; `run` goes on from there.
-        """
+        pause: function (best set, cost of the most promising one) that says to stop before that; `run` goes on from there."""
         try:
-            self._expand_and_refit(pause or (lambda best: False))
+            self._expand_and_refit(pause or (lambda best, promised: False))
         except KeyboardInterrupt:
             if not self.models:  # nothing is known yet
                 raise
@@ -150,17 +128,18 @@ class Search:
         self.expand()
         self.fit_first()
         refits = 0
-        while not pause(best := self.ranked()[0]):
+        while True:
             self.expand()
-            if self.ranked()[0] not in self.models:  # the best has changed with what the file implies beside it
+            if (best := self.ranked()[0]) not in self.models:  # it has changed with what the file implies beside it
                 continue
             limit, explained = self.cost(best) + self.reach(), self.noise_alone(self.fits[best])
-            promising = [each for each in self.open_proposals() if self.promising(*each, limit, explained)]
+            costs = self.costs_of_parts(best)
+            promising = [each for each in self.open_proposals() if self.promising(*each, limit, explained, costs)]
             self.budget.left_out = len(promising)
-            if not promising:
+            if not promising or pause(best, promising[0][0].cost):
                 break
             twice = max(promising[0][0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
-            together = self.first_ones(self.parts_first([each for each in promising if each[0].cost <= twice], limit))
+            together = self.first_ones(self.parts_first([each for each in promising if each[0].cost <= twice], limit), promising)
             numbers = [self.count(proposal.effects) for proposal, _ in together]
             affordable = self.budget.affordable(numbers, TOGETHER) if self.problem.simulator.contact else 1
             if self.budget.spent(affordable if refits < REFITS else 0):
@@ -227,11 +206,11 @@ class Search:
         ready = [each for each in others if ordered.keys().isdisjoint(self.simpler(each[0].effects))]
         return [first, *sorted(ready, key=lambda each: (each[0].cost, sorted(each[0].effects)))]
 
-    def first_ones(self, proposals):
+    def first_ones(self, proposals, promising):
         """[(Proposal, Fit it was foreseen from)] of those to be fitted now: the first one, and what is foreseen within reach of
         the cheapest, or to take away HELPS of what that one takes from the best so far: through impacts much is found that was
-        not foreseen. The others are of interest where these fail."""
-        least = min(proposal.cost for proposal, _ in proposals)
+        not foreseen. The others are of interest where these fail. promising: all, of which the cheapest may wait for parts."""
+        least = min(proposal.cost for proposal, _ in promising)
         most = least + max(self.reach(), HELPS * (self.cost(self.ranked()[0]) - least))
         return [each for place, each in enumerate(proposals) if not place or each[0].cost <= most]
 
@@ -256,9 +235,13 @@ class Search:
             sets += [effects - {name}, *(effects - {name} | {other} for other in held)]
         return [few for few in sets if self.compatible(few) and few not in self.fits and few not in self.closed]
 
-    def promising(self, proposal, parent, limit, explained):
+    def costs_of_parts(self, best):
+        """{fitted set: what a set that holds it must stay below}."""
+        return {effects: self.cost(effects) for effects in self.fits}
+
+    def promising(self, proposal, parent, limit, explained, costs):
         """May a set do as well as the best, cost no more than `limit`, and do better than every part of it that is fitted?
-        explained: does the best leave nothing but noise?
+        explained: does the best leave nothing but noise? costs: of what is fitted, as `costs_of_parts`.
 
         What is foreseen to fall counts by the share that the fits of such sets found of it: where chi2 is rough, or nothing
         explains the data, a linear model promises much and keeps little. It may promise too little as well: in flight by what a
@@ -269,7 +252,7 @@ class Search:
         """
         contact = self.problem.simulator.contact
         lost = max(1 - self.share_found(parent), 0.0) * max(proposal.fall, 0.0)
-        parts = [self.cost(known) for known in self.fits if known < proposal.effects]
+        parts = [cost for known, cost in costs.items() if known < proposal.effects]
         more = 0.0 if explained or proposal.effects in self.fits else self.unsure.get(proposal.effects, 0.0)
         if contact and explained and proposal.effects in self.twins:
             more = np.inf
@@ -321,8 +304,7 @@ class Search:
                 continue
             entries = [entry for name, entry in self.candidates.items() if name not in effects]
             self.progress(f"screening {len(entries)} candidates{self.budget.time_left()}")
-            _, linear = self.linear_at(fit, entries)
-            self.models[effects] = linear
+            linear = self.models[effects] = self.linear_at(fit, entries)[1]
             if effects == first:  # a slow fall through a liquid shows a lift that a free fall does not, and the reverse
                 self.implied = self.implied_at(linear)
             if not effects:
@@ -334,8 +316,9 @@ class Search:
             singles = [proposal for proposal in proposals if effects < proposal.effects and len(proposal.effects - effects) == 1]
             if begins and not self.problem.simulator.contact:
                 self.unsure |= self.preview.look(singles, fit)
-            elif begins and all(proposal.fall < self.excess(fit) for proposal in proposals):
-                proposals += self.preview.farther(singles, fit)
+            elif begins:
+                explained = any(proposal.fall >= self.excess(fit) for proposal in proposals)
+                proposals += self.preview.looked(singles, fit, HERE if explained else FARTHER)
             if not effects and self.problem.simulator.contact and not self.noise_alone(fit):
                 self.first += tuple((proposal.numbers, None) for proposal in singles if self.doubted(proposal, fit))
             for proposal in proposals:
@@ -345,11 +328,11 @@ class Search:
                     self.foreseen[proposal.effects] = proposal, fit
 
     def doubted(self, proposal, fit):
-        """Is a set one number that the model of a fit itself states, its friction or restitution, foreseen to help at all? It is
-        doubted before all else: a body that stops or lands elsewhere does so by leaps, which nothing foresees."""
+        """Is a set one number that the model of a fit itself states, its friction or restitution, foreseen to be of interest? It
+        is doubted before all else: a body that stops or lands elsewhere does so by leaps, of which little is foreseen."""
         (name,) = proposal.effects
-        begun = any(set(numbers) == {name} for numbers, _ in self.first)
-        return self.candidates[name].setting and not begun and proposal.cost < misfit(fit)
+        new = all(set(numbers) != {name} for numbers, _ in self.first)
+        return new and self.candidates[name].setting and proposal.fall > HELPS * FORESEEN * self.excess(fit)
 
     def linear_at(self, fit, entries):
         """({candidate: its signatures at a fit}, the LinearModel that they make)."""

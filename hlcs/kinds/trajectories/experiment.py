@@ -34,6 +34,7 @@ from hlcs.records import Reason
 from hlcs.rendering import Pictures
 from hlcs.selection.eligibility import candidates_for, fastest
 from hlcs.selection.planning import Pilot
+from hlcs.selection.renewal import renewed
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
@@ -168,17 +169,19 @@ class Trajectories:
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | strong)
             search, looked = begun(base=prepared.base, first=first), [frozenset()]
 
-            def pause(best):  # what the misfit of a worse model did to the numerics and to single samples is nothing to explain
+            def pause(best, promised):  # what a worse model's misfit did to numerics and single samples is nothing to explain
                 left = min(search.excess(search.fits[effects]) for effects in looked if effects in search.fits)
-                return not few_fits and len(looked) <= LOOKS and left > 0 and search.excess(search.fits[best]) < HELPS * left
+                now = search.excess(search.fits[best])
+                little = search.cost(best) - promised < HELPS * now  # is what is foreseen beside it: else that comes first
+                return not few_fits and len(looked) <= LOOKS and left > 0 and now < HELPS * left and little
 
             while (best := search.run(pause).ranked()[0]) not in looked and len(looked) <= 2 * LOOKS:
                 if search.budget.stopped or few_fits and search.budget.left_out:
                     break
                 looked.append(best)
-                if renewed := beside(prepared, search.fits[best]):
-                    prepared = renewed
-                    search = begun(base=prepared.base, first=search.tied(), budget=search.budget)
+                if other := beside(prepared, search.fits[best]):
+                    prepared = other
+                    search = renewed(search, partial(begun, base=prepared.base, budget=search.budget))
             return select(self, prepared, search, cross_validation, absent, *on_all)
 
         first = searched(prepared, chosen, absent)

@@ -1,6 +1,7 @@
 """The search over sets of effects: it ends with the law or with nothing, and what it costs is what the formula says."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
 from hlcs.estimation.fitting import fit_at
 from hlcs.selection.prediction import Proposal
+from hlcs.selection.preview import HERE, misfit
+from hlcs.selection.renewal import renewed
 from hlcs.selection.search import Search
 from hlcs.selection.thresholds import ODDS, REACH
 from hlcs.simulation.model import Model
@@ -65,11 +68,11 @@ def test_what_is_foreseen_counts_by_the_share_that_fits_of_the_same_expansion_fo
     before any fit, a half counts and it costs 10 more; after one that found nothing as well, however much that promised."""
     search = searched(0.0, noise=0.1, generator=generator)
     proposal = Proposal(search.cost(frozenset()) - 10, frozenset({"another"}), {}, 40.0)
-    assert search.promising(proposal, search.base, search.cost(frozenset()), False)
+    assert search.promising(proposal, search.base, search.cost(frozenset()), False, search.costs_of_parts(frozenset()))
     for found, share in (([(10.0, 20.0), (0.0, 20.0)], 0.5), ([(0.0, 1e6)], 0.5), ([(20.0, 20.0)] + [(4.0, 20.0)] * 3, 0.2)):
         search.found[id(search.base)] = found
         assert search.share_found(search.base) == pytest.approx(share)
-        assert not search.promising(proposal, search.base, search.cost(frozenset()), False)
+        assert not search.promising(proposal, search.base, search.cost(frozenset()), False, search.costs_of_parts(frozenset()))
 
 
 def test_a_fit_that_got_stuck_is_made_again_where_another_fit_foresees_it(generator):
@@ -162,8 +165,12 @@ def test_a_batch_holds_what_is_foreseen_to_take_away_half_of_what_the_cheapest_d
     half = least + 0.45 * (cost - least) if slope else cost + 2 * reach
     costs = {"first": 2 * abs(cost) + 100 * reach, "near": least + 0.9 * reach, "half": half, "cheapest": least}
     costs["far"] = least + 0.55 * (cost - least) if slope else cost + 3 * reach
-    found = search.first_ones([(Proposal(cost, frozenset({name}), {}), search.base) for name, cost in costs.items()])
+    proposals = [(Proposal(cost, frozenset({name}), {}), search.base) for name, cost in costs.items()]
+    found = search.first_ones(proposals, proposals)
     assert [name for proposal, _ in found for name in proposal.effects] == batch
+    waits = Proposal(-abs(cost) - 100 * reach, frozenset({"linear_drag", "spin_decay"}), {}), search.base  # for the first one
+    found = search.first_ones(proposals, [waits, *proposals])
+    assert [name for proposal, _ in found for name in proposal.effects] == ["first"]
 
 
 @pytest.mark.parametrize(("alone", "borne_out"), [(1.0, True), (0.0, False)])
@@ -246,3 +253,61 @@ def test_what_the_file_implies_is_what_the_data_would_show_beside_the_best_fit(g
     search.fit_sets([search.foreseen[frozenset({"linear_drag"})]])
     search.expand()
     assert search.ranked()[0] == {"linear_drag"} and search.implied == frozenset()
+
+
+def test_a_search_stops_where_what_is_most_promising_is_not_worth_the_best(generator):
+    """It is asked with the best set and with what the most promising one is foreseen to cost, before that one is fitted."""
+    problem = Line(TIMES, [3.0 * t for t in TIMES], 0.1)
+    search, asked = Search(problem, [RATE], problem.fit(Model())), []
+    search.run(lambda best, promised: asked.append((best, promised)) or True)
+    assert asked == [(frozenset(), search.foreseen[frozenset({"linear_drag"})][0].cost)] and list(search.fits) == [frozenset()]
+
+
+@pytest.mark.parametrize(("part", "doubted"), [(0.05, False), (0.2, True)])
+def test_a_number_that_the_file_states_is_doubted_first_where_it_is_foreseen_to_do_a_good_part(part, doubted):
+    """A tenth of the excess is asked of it, as of every set that is seen through contacts before any fit."""
+    problem = Line(TIMES, [3.0 * t for t in TIMES], 0.1)
+    search = Search(problem, [replace(RATE, setting=True)], problem.fit(Model()))
+    fall = part * search.excess(search.base)
+    assert search.doubted(Proposal(search.base.chi2 - fall, frozenset({"linear_drag"}), {}, fall), search.base) == doubted
+
+
+def test_what_a_simulation_through_contacts_leaves_counts_where_it_is_less_than_foreseen():
+    """The law bends the line only where it begins, which its derivative there does not know: at 2.4 of 3 a line of 0.6 is left,
+    0.04 of the square, where 0.2 was foreseen."""
+    aside = [np.sqrt(0.25 * (t - t.mean()) @ (t - t.mean()) / 10) * np.tile([1.0, -1.0, -1.0, 1.0, 0.0], 2) for t in TIMES]
+
+    class Begins(Line):
+        def residuals(self, model, initial_states):
+            rate = model.terms[0].numbers["rate"] if model.terms else 0.0
+            told = zip(self.times, self.values, initial_states, aside, strict=True)
+            return [y - rate * t - min(rate, 0.01) * bend * np.sqrt(10 / 8) - state[0] for t, y, state, bend in told]
+
+    problem = Begins(TIMES, [3.0 * t for t in TIMES], 0.1)
+    search = Search(problem, [RATE], problem.fit(Model()))
+    search.expand()
+    proposal, fit = search.foreseen[frozenset({"linear_drag"})]
+    (seen,) = search.preview.looked([proposal], fit, HERE)
+    left = [misfit(fit) - each.fall - search.preview.believed(each.numbers) for each in (proposal, seen)]
+    assert left[0] == pytest.approx(0.2 * fit.chi2, rel=0.05) and left[1] == pytest.approx(0.04 * fit.chi2, rel=0.15)
+    assert seen.cost == pytest.approx(proposal.cost + left[1] - left[0])
+
+
+@pytest.mark.parametrize("contact", [True, False])
+def test_a_search_that_begins_anew_through_contacts_keeps_what_was_foreseen_from_the_model_under_test(contact):
+    """Lines of slope 3, then of 2.9: what the model leaves less is left less in what was foreseen from it too."""
+    problem = Line(TIMES, [3.0 * t for t in TIMES], 0.1)
+    problem.simulator.contact = contact
+    search = Search(problem, [RATE], problem.fit(Model()))
+    search.expand()
+    law = frozenset({"linear_drag"})
+    search.fit_sets([search.foreseen[law]])
+    problem.values = [2.9 * t for t in TIMES]
+    base = problem.fit(Model())
+    after = renewed(search, partial(Search, problem, [RATE], base))
+    assert [numbers for numbers, _ in after.first] == [search.fits[law].model.numbers]
+    assert set(after.models) == ({frozenset()} if contact else set())
+    if contact:
+        proposal, parent = after.foreseen[law]
+        assert parent is base and proposal.cost == pytest.approx(search.foreseen[law][0].cost + base.chi2 - search.base.chi2)
+    assert after.run().fits[law].estimate[0] == pytest.approx(2.9, rel=1e-3)

@@ -1,0 +1,31 @@
+"""A search that begins anew where samples or numerics of its data have changed: what it foresaw of them stays."""
+
+from hlcs.selection.preview import misfit
+from hlcs.selection.thresholds import TIED
+
+
+def renewed(search, begun):
+    """The Search that begun(first=sets to be fitted first) begins on the changed data of a former one: with what did best there.
+
+    Through contacts, where the model under test costs a good part of the limit to look at, what was foreseen from it is taken
+    over: single samples and the step of time change little of that. Where it leaves less now, so does what was foreseen; where it
+    leaves more, these are samples that stood alone beside it, and no others need miss them.
+    """
+    after = begun(first=tied(search))
+    bare = frozenset()
+    if not (search.problem.simulator.contact and bare in search.models):
+        return after
+    moved = min(misfit(after.base) - misfit(search.base), 0.0)
+    after.models[bare], after.unsure, after.implied = search.models[bare], search.unsure, search.implied
+    for effects, (proposal, parent) in search.foreseen.items():
+        if parent is search.base:
+            after.foreseen[effects] = proposal._replace(cost=proposal.cost + moved), after.base
+    return after
+
+
+def tied(search):
+    """Numbers and initial states of the sets that do as well as the best one, as `Search.first` has them; not those of the model
+    under test."""
+    sets = search.ranked()
+    near = [effects for effects in sets if effects and search.cost(effects) < search.cost(sets[0]) + TIED]
+    return [(search.fits[effects].model.numbers, search.fits[effects].initial_states) for effects in near]
