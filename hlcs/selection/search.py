@@ -17,7 +17,20 @@ from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
 from hlcs.selection.preview import FARTHER, HERE, Preview, misfit
-from hlcs.selection.thresholds import ALIKE, EQUAL, EXPANDED, FORESEEN, HELPS, MOST_EFFECTS, NOISE, ODDS, REACH, REFITS, TOGETHER
+from hlcs.selection.thresholds import (
+    ALIKE,
+    EQUAL,
+    EXPANDED,
+    FORESEEN,
+    HELPS,
+    MOST_EFFECTS,
+    NOISE,
+    ODDS,
+    REACH,
+    REFITS,
+    TIED,
+    TOGETHER,
+)
 from minibullet.errors import InputError
 
 
@@ -236,8 +249,10 @@ class Search:
         return [few for few in sets if self.compatible(few) and few not in self.fits and few not in self.closed]
 
     def costs_of_parts(self, best):
-        """{fitted set: what a set that holds it must stay below}."""
-        return {effects: self.cost(effects) for effects in self.fits}
+        """{fitted set: what a set that holds it must stay below}. Where the best one has proved that something is missing, what
+        does as well in its place is set beside it, not beside nothing."""
+        costs = {effects: self.cost(effects) for effects in self.fits}
+        return costs | ({frozenset(): max(costs[frozenset()], costs[best] + TIED)} if best else {})
 
     def promising(self, proposal, parent, limit, explained, costs):
         """May a set do as well as the best, cost no more than `limit`, and do better than every part of it that is fitted?

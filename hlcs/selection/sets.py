@@ -186,7 +186,7 @@ class FittedSets:
             and not any(
                 self.simpler(other, effects) or effects < other <= effects | search.implied
                 for other in near
-                if self.cost(other) < self.cost(effects)
+                if (other or not best) and self.cost(other) < self.cost(effects)
             )
             and (search.fits[best].contradicts or not search.fits[effects].contradicts)
             and (self.overdispersion > 1 or not beaten(self.cross_validation, search.fits[best], search.fits[effects]))

@@ -10,12 +10,14 @@ from linear_models import LAWS, RATE, Bend, Line, sets
 from hlcs.data.experiment_file import Body, Surroundings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects import candidate
+from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.fitting import fit_at
 from hlcs.selection.prediction import Proposal
 from hlcs.selection.preview import HERE, misfit
 from hlcs.selection.renewal import renewed
 from hlcs.selection.search import Search
-from hlcs.selection.thresholds import ODDS, REACH
+from hlcs.selection.sets import FittedSets
+from hlcs.selection.thresholds import ODDS, REACH, TIED
 from hlcs.simulation.model import Model
 from minibullet import effects
 from minibullet.errors import InputError
@@ -270,6 +272,26 @@ def test_a_number_that_the_file_states_is_doubted_first_where_it_is_foreseen_to_
     search = Search(problem, [replace(RATE, setting=True)], problem.fit(Model()))
     fall = part * search.excess(search.base)
     assert search.doubted(Proposal(search.base.chi2 - fall, frozenset({"linear_drag"}), {}, fall), search.base) == doubted
+
+
+def test_what_does_as_well_in_the_place_of_a_weak_effect_is_told_beside_it_though_nothing_costs_less():
+    """A line whose law gains one unit over nothing, and another law that leaves 2 of 12 more: it costs one more than nothing, and
+    is as probable as the first one to a factor of three."""
+    problem = Bend(TIMES, [0.0 * t for t in TIMES], 0.1, ["a", "b", "a", "b"])
+    law, other = frozenset({"linear_drag"}), frozenset({"spin_decay"})
+    paid = ODDS + np.log(40)
+    slope = 0.1 * np.sqrt((paid + 1.0) / SXX)
+    problem.values = [slope * t for t in TIMES]
+    shares = []
+    for bend in np.linspace(-0.3, 0.0, 301):  # part of the square of the one law that the other one has
+        columns = [np.concatenate([x - x.mean() for x in (t, t + bend * t**2)]) for t in TIMES]
+        one, two = (np.concatenate([c[k * 10 : k * 10 + 10] for c in columns]) for k in (0, 1))
+        shares.append((abs((one @ two) ** 2 / (one @ one) / (two @ two) - (1 - 2.0 / (paid + 1.0))), bend))
+    problem.bend = min(shares)[1]
+    search = Search(problem, LAWS.values(), problem.fit(Model())).run()
+    assert search.cost(law) < search.cost(frozenset()) < search.cost(other) < search.cost(law) + TIED
+    found = FittedSets(search, CrossValidation(problem.trials, "none"))
+    assert found.best == law and other in found.tied
 
 
 def test_what_a_simulation_through_contacts_leaves_counts_where_it_is_less_than_foreseen():
