@@ -1,7 +1,16 @@
 """A search that begins anew where samples or numerics of its data have changed: what it foresaw of them stays."""
 
 from hlcs.selection.preview import misfit
-from hlcs.selection.thresholds import TIED
+from hlcs.selection.thresholds import HELPS, TIED
+
+
+def due(search, looked, best, promised):
+    """Is it time to look anew at single samples and numerics, beside the best set? What the misfit of a worse model did to them
+    is nothing to explain, so where the best leaves less than half of the excess of those that were looked at. But first comes
+    what is foreseen to explain half of what it leaves; promised: the least that a set is foreseen to cost."""
+    left = min(search.excess(search.fits[effects]) for effects in looked if effects in search.fits)
+    now = search.excess(search.fits[best])
+    return left > 0 and now < HELPS * left and not search.cost(best) - promised > HELPS * now > 0
 
 
 def renewed(search, begun):

@@ -34,9 +34,9 @@ from hlcs.records import Reason
 from hlcs.rendering import Pictures
 from hlcs.selection.eligibility import candidates_for, fastest
 from hlcs.selection.planning import Pilot
-from hlcs.selection.renewal import renewed
+from hlcs.selection.renewal import due, renewed
 from hlcs.selection.search import Search
-from hlcs.selection.thresholds import HELPS, ODDS, ODDS_ALONE
+from hlcs.selection.thresholds import ODDS, ODDS_ALONE
 from hlcs.selection.verdict import select
 from hlcs.simulation.model import Term
 
@@ -169,11 +169,8 @@ class Trajectories:
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | strong)
             search, looked = begun(base=prepared.base, first=first), [frozenset()]
 
-            def pause(best, promised):  # what a worse model's misfit did to numerics and single samples is nothing to explain
-                left = min(search.excess(search.fits[effects]) for effects in looked if effects in search.fits)
-                now = search.excess(search.fits[best])
-                little = search.cost(best) - promised < HELPS * now  # is what is foreseen beside it: else that comes first
-                return not few_fits and len(looked) <= LOOKS and left > 0 and now < HELPS * left and little
+            def pause(best, promised):
+                return not few_fits and len(looked) <= LOOKS and due(search, looked, best, promised)
 
             while (best := search.run(pause).ranked()[0]) not in looked and len(looked) <= 2 * LOOKS:
                 if search.budget.stopped or few_fits and search.budget.left_out:

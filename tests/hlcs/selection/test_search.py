@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.estimation.fitting import fit_at
 from hlcs.selection.prediction import Proposal
 from hlcs.selection.preview import HERE, misfit
-from hlcs.selection.renewal import renewed
+from hlcs.selection.renewal import due, renewed
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets
 from hlcs.selection.thresholds import ODDS, REACH, TIED
@@ -333,3 +334,16 @@ def test_a_search_that_begins_anew_through_contacts_keeps_what_was_foreseen_from
         proposal, parent = after.foreseen[law]
         assert parent is base and proposal.cost == pytest.approx(search.foreseen[law][0].cost + base.chi2 - search.base.chi2)
     assert after.run().fits[law].estimate[0] == pytest.approx(2.9, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("excess", "promised", "time"),
+    [(600.0, 0.0, False), (400.0, 0.0, True), (400.0, 150.0, True), (400.0, 250.0, False), (-50.0, 80.0, True)],
+)
+def test_samples_are_looked_at_anew_where_less_than_half_is_left_and_nothing_is_foreseen_to_explain_half_of_that(
+    excess, promised, time
+):
+    """The model under test leaves an excess of 1000; where noise alone is left, nothing comes before a look."""
+    law = frozenset({"linear_drag"})
+    search = SimpleNamespace(fits={frozenset(): 1000.0, law: excess}, excess=lambda fit: fit, cost=lambda effects: 5000.0)
+    assert due(search, [frozenset()], law, 5000.0 - promised) == time
