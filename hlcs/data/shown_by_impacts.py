@@ -43,10 +43,34 @@ def differing_from_model(impacts, surroundings):
         if name == "restitution" and (values > 0).all():
             _, _, trend, trend_error = mean_and_trend(values, errors, speeds)
             if trend is not None and trend < -3 * trend_error:
-                exponent = -float(np.polyfit(np.log(speeds), np.log(values), 1, w=values / errors)[0])
-                numbers = {"exponent": float(np.clip(exponent, 0.0, 0.3)), "threshold": 0.0}
-                candidates["velocity_dependent_restitution"] = numbers
+                exponent, _, _ = power_of_speed(values, errors, speeds)
+                candidates["velocity_dependent_restitution"] = {"exponent": exponent, "threshold": 0.0}
     return candidates
+
+
+def power_of_speed(values, errors, speeds):
+    """(exponent k, e_1, its standard error) of restitutions e = e_1 v^-k that fall with the speed v [m/s] (n,); the error is
+    wider where they scatter by more than they say."""
+    weights, heights, ways = (values / errors) ** 2, np.log(values), np.log(speeds)
+    exponent = float(np.clip(-np.polyfit(ways, heights, 1, w=values / errors)[0], 0.0, 0.3))
+    left, middle = heights + exponent * ways, float(weights @ ways / weights.sum())
+    at_one = float(weights @ left / weights.sum())
+    scatter = max(1.0, float(weights @ (left - at_one) ** 2) / max(len(values) - 2, 1))
+    variance = 1 / weights.sum() + middle**2 / max(float(weights @ (ways - middle) ** 2), 1e-300)
+    return exponent, float(np.exp(at_one)), float(np.exp(at_one) * np.sqrt(scatter * variance))
+
+
+def rebounds_shown(impacts, surroundings):
+    """{candidate: {number: value}} of what impacts show together of rebounds that fall with speed: the restitution of an impact
+    of 1 m/s, where it is not the model's, beside the power; {} of other rebounds. Each of the two may hide the other one."""
+    power = differing_from_model(impacts, surroundings).get("velocity_dependent_restitution")
+    if power is None:
+        return {}
+    readings = (np.array(column) for column in zip(*reliable(impacts, "restitution"), strict=True))
+    _, at_one, error = power_of_speed(*readings)
+    if not abs(at_one - surroundings.restitution) > 3 * error:
+        return {}
+    return {"restitution": {"coefficient": min(at_one, 1.0)}, "velocity_dependent_restitution": power}
 
 
 def sliding_friction(values, errors):

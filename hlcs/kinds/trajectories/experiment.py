@@ -11,7 +11,7 @@ from hlcs.data.experiment_file import LAYOUTS
 from hlcs.data.impacts import read_impacts
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
 from hlcs.data.recordings import read_recordings
-from hlcs.data.shown_by_impacts import differing_from_model
+from hlcs.data.shown_by_impacts import differing_from_model, rebounds_shown
 from hlcs.effects import check_names, class_named
 from hlcs.effects.needs_of_model import check_needs
 from hlcs.estimation.budget import SMOOTH_LIMIT, only, screening_subset
@@ -144,7 +144,8 @@ class Trajectories:
     def search(self, candidates):
         noise, own = self._noise, self.options.user_effects
         contact, measurement = touches(self.measurement.trials, noise), thinned(self.measurement, noise)
-        impacts = differing_from_model(read_impacts(self.measurement, noise), measurement.trials[0].surroundings)
+        read, around = read_impacts(self.measurement, noise), measurement.trials[0].surroundings
+        impacts, together = differing_from_model(read, around), rebounds_shown(read, around)
         likely = terms_shown(self._candidates(measurement, contact, candidates)[0], impacts)
         few, many, notes = screening_subset(measurement, contact)
         prepared = prepare(few, own, noise, likely)
@@ -166,6 +167,8 @@ class Trajectories:
             guess = prepared.problem.initial_guess()
             shown = [(impacts, None), *([] if few_fits else [(strong, guess)])]
             first = [({entry.name: seen[entry.name]}, at) for seen, at in shown for entry in chosen if entry.name in seen]
+            if together and together.keys() <= {entry.name for entry in chosen}:
+                first.append((together, None))
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | strong)
             search, looked = begun(base=prepared.base, first=first), [frozenset()]
 

@@ -1,6 +1,7 @@
 """Impacts read from samples, against bounces in closed form."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from hlcs.data.shown_by_impacts import (
     differing_from_model,
     impact_lines,
     mean_and_trend,
+    rebounds_shown,
     restitution_of_single_impacts,
     sliding_friction,
 )
@@ -191,6 +193,21 @@ def test_a_search_begins_with_what_the_impacts_show_where_the_model_has_somethin
     law = differing_from_model(falling, Surroundings(floor_height=0.0, restitution=0.8))["velocity_dependent_restitution"]
     assert law["exponent"] == pytest.approx(0.15, abs=0.02)
     assert differing_from_model(found[:3], Surroundings(floor_height=0.0)) == {}  # three blows are no basis
+
+
+@pytest.mark.parametrize(("at_one", "seen"), [(0.8, False), (0.83, True)])
+def test_impacts_show_the_restitution_at_one_metre_a_second_beside_how_it_falls_with_speed(generator, at_one, seen):
+    """e = e_1 v^-0.05 read to 0.003 at speeds of 1 to 4 m/s, where the file states 0.8; 20 readings tell e_1 to 0.0013. Alone
+    either number hides the other: at e_1 = 0.83 the mean is 0.8."""
+    speeds = np.geomspace(1.0, 4.0, 20)
+    read = at_one * speeds**-0.05 + 0.003 * generator.standard_normal(20)
+    told = {"restitution_error": 0.003, "friction": None, "friction_error": None}
+    impacts = [SimpleNamespace(restitution=e, speed=v, **told) for e, v in zip(read, speeds, strict=True)]
+    shown = rebounds_shown(impacts, Surroundings(floor_height=0.0, restitution=0.8))
+    assert bool(shown) == seen
+    if seen:
+        assert shown["restitution"]["coefficient"] == pytest.approx(0.83, abs=4 * 0.0013)
+        assert shown["velocity_dependent_restitution"]["exponent"] == pytest.approx(0.05, abs=0.01)
 
 
 def test_a_sample_on_the_wrong_side_of_an_impact_moves_no_restitution():
