@@ -336,6 +336,8 @@ class Search:
                 proposals += self.preview.looked(singles, fit, HERE if explained else FARTHER)
             if not effects and self.problem.simulator.contact and not self.noise_alone(fit):
                 self.first += tuple((proposal.numbers, None) for proposal in singles if self.doubted(proposal, fit))
+                stated = {name for numbers, _ in self.first for name in numbers if self.candidates[name].setting}
+                self.first += tuple((each.numbers, None) for each in proposals if each.effects == stated and len(stated) > 1)
             for proposal in proposals:
                 known = self.foreseen.get(proposal.effects)
                 nearer = EQUAL if known and misfit(fit) < misfit(known[1]) else 0.0  # it is foreseen better from there
@@ -344,7 +346,7 @@ class Search:
 
     def doubted(self, proposal, fit):
         """Is a set one number that the model of a fit itself states, its friction or restitution, foreseen to be of interest? It
-        is doubted before all else: a body that stops or lands elsewhere does so by leaps, of which little is foreseen."""
+        is doubted before all else, with others that are: bodies stop elsewhere by leaps, of which little is foreseen."""
         (name,) = proposal.effects
         new = all(set(numbers) != {name} for numbers, _ in self.first)
         return new and self.candidates[name].setting and proposal.fall > HELPS * FORESEEN * self.excess(fit)

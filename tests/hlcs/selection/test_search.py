@@ -275,6 +275,15 @@ def test_a_number_that_the_file_states_is_doubted_first_where_it_is_foreseen_to_
     assert search.doubted(Proposal(search.base.chi2 - fall, frozenset({"linear_drag"}), {}, fall), search.base) == doubted
 
 
+def test_numbers_that_the_file_states_are_doubted_each_and_then_together():
+    """Each of two laws does a good part of a line that bends, and one alone would take up what the other one does."""
+    problem = Bend(TIMES, [2.0 * t + 2.0 * (t + 0.5 * t**2) for t in TIMES], 0.1)
+    problem.bend, problem.simulator.contact = 0.5, True
+    search = Search(problem, [replace(law, setting=True) for law in LAWS.values()], problem.fit(Model()))
+    search.expand()
+    assert [sorted(numbers) for numbers, _ in search.first] == [["linear_drag"], ["spin_decay"], ["linear_drag", "spin_decay"]]
+
+
 def test_what_does_as_well_in_the_place_of_a_weak_effect_is_told_beside_it_though_nothing_costs_less():
     """A line whose law gains one unit over nothing, and another law that leaves 2 of 12 more: it costs one more than nothing, and
     is as probable as the first one to a factor of three."""
