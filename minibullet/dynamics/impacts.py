@@ -38,6 +38,7 @@ class Flight(NamedTuple):
     twist: np.ndarray  # twist when the step begins plus the velocity jumps so far [m/s, rad/s], (n, 6)
     acceleration: np.ndarray  # constant over the step [m/s2, rad/s2], (n, 6)
     correction: np.ndarray  # impact position correction: sum of impact time times velocity jump [m, rad], (n, 6)
+    since: np.ndarray  # time of the step of its last jump [s], (n,)
 
 
 @leaf
@@ -60,7 +61,7 @@ def first_touch(gap, rate, acceleration, now, end):
 @leaf
 def next_impact(contacts, flight, now, time_step):
     """Time of the earliest impact from ``now`` on whose rebound is not left to the resting contact law, and its contact;
-    -1 if none."""
+    -1 if none. What touched before, and was left, stays so until one of its two bodies jumps, whatever others do."""
     moment, trigger = np.inf, -1
     for c in range(len(contacts.gap)):
         if contacts.restitution[c] <= 0.0:
@@ -68,9 +69,9 @@ def next_impact(contacts, flight, now, time_step):
         pull = normal_velocity(c, contacts.factors, flight.acceleration)
         rate = normal_velocity(c, contacts.factors, flight.twist)
         gap = contacts.gap[c] - normal_velocity(c, contacts.factors, flight.correction)
-        touch = first_touch(gap, rate, pull, now, time_step)
-        if touch < moment:
-            a, b = contacts.factors.bodies[c, 0], contacts.factors.bodies[c, 1]
+        a, b = contacts.factors.bodies[c, 0], contacts.factors.bodies[c, 1]
+        touch = first_touch(gap, rate, pull, max(flight.since[a], flight.since[b]), time_step)
+        if now <= touch < moment:
             pulled = max(length(flight.acceleration[a]), length(flight.acceleration[b]))
             undone = max(-pull * (time_step - touch), REBOUND * time_step * pulled)
             if -contacts.restitution[c] * (rate + pull * touch) > undone:
@@ -125,10 +126,9 @@ def resolve(contacts, flight, moving, time_step, most):
     total, impulse, target = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
     now = 0.0
     for _ in range(most):
-        moment, trigger = next_impact(contacts, flight, now, time_step)
+        now, trigger = next_impact(contacts, flight, now, time_step)
         if trigger < 0:
             break
-        now = moment
         before = flight.twist + now * flight.acceleration
         after = before.copy()
         touching = np.array([c == trigger or is_touching(c, contacts, flight, now) for c in range(count)])
@@ -139,9 +139,10 @@ def resolve(contacts, flight, moving, time_step, most):
         solve_impact(struck, contacts, target, impulse, after)
         for c in struck:
             total[c] += impulse[c]
-        jump = after - before
-        flight.twist[:] += jump
-        flight.correction[:] += now * jump
+            for body in contacts.factors.bodies[c]:
+                flight.since[body] = now if moving[body] else 0.0
+        flight.twist[:] += after - before
+        flight.correction[:] += now * (after - before)
     return total
 
 
@@ -154,7 +155,7 @@ def impact_impulses(contacts, moving, twist, free_twist, time_step):
     """
     if not np.count_nonzero(contacts.restitution):
         return 0.0, 0.0, 0.0
-    flight = Flight(twist.copy(), (free_twist - twist) / time_step, np.zeros_like(twist))
+    flight = Flight(twist.copy(), (free_twist - twist) / time_step, np.zeros_like(twist), np.zeros(len(twist)))
     impulse = resolve(contacts, flight, moving, time_step, 20 + np.count_nonzero(moving))
     return impulse, flight.twist - twist, flight.correction
 

@@ -56,6 +56,22 @@ def test_bounces_end_and_the_ball_then_rests():
     assert ball.position[2] == pytest.approx(0.1, abs=1e-9) and np.abs(ball.velocity).max() < 1e-9
 
 
+def test_what_one_body_leaves_to_rest_stays_so_when_another_is_struck_elsewhere():
+    """e v = 0.03 m/s is less than g dt, which ends such a rebound within the step, and more than the half of it that ends one
+    begun 0.9 dt later, when a body far away strikes: the same digits with it and without."""
+    slow = []
+    for company in (False, True):
+        world = mb.World([mb.Gravity(9.81)], mb.Settings(time_step=1 / 240, restitution=0.5))
+        world.add_plane()
+        box = world.add(mb.Box(0.2, 0.2, 0.2), mass=1.0, position=(0, 0, 0.1), velocity=(0.1, 0, -0.06))
+        if company:
+            world.add(mb.Sphere(0.1), mass=1.0, position=(5, 0, 0.1 + 0.9 * 3.0 / 240), velocity=(0, 0, -3.0))
+        world.step()
+        slow.append(np.concatenate([box.position, box.velocity]))
+    assert slow[0][5] == pytest.approx(0.0, abs=1e-9)  # it rests
+    np.testing.assert_array_equal(*slow)
+
+
 def test_one_blow_a_step_is_booked_as_an_impulse():
     """The contact table shows the blow: force times step is m (1 + e) v, and the ledger has no defect beyond rounding."""
     world = mb.World(settings=mb.Settings(restitution=0.5))
