@@ -37,6 +37,18 @@ def test_a_limit_that_strikes_inside_compiled_code_is_the_same_complaint():
         raise SystemError("another")
 
 
+def test_a_limit_that_strikes_inside_a_check_of_numbers_is_the_same_complaint():
+    """A check that takes every ValueError for wrong numbers, as the complaint is one, would blame the input."""
+    with pytest.raises(InputError, match="processor time"), single_run.at_most(0.01):
+        try:
+            while True:
+                pass
+        except ValueError:
+            raise InputError("it needs 3 numbers") from None
+    with pytest.raises(InputError, match="3 numbers"), single_run.at_most(60.0):
+        raise InputError("it needs 3 numbers")
+
+
 def test_a_limit_whose_complaint_was_lost_strikes_again():
     with pytest.raises(InputError, match="processor time"), single_run.at_most(0.01):
         try:
