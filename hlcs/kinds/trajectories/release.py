@@ -10,7 +10,7 @@ from hlcs.estimation.noise_model import BEYOND_CHANCE
 from hlcs.estimation.whitening import whiten
 
 FEW = 4  # recordings that are named
-STRAY = 4.0  # standard deviations of the noise that samples of a body at rest stray sideways, at most
+STRAY = 4.0  # standard deviations of the noise that samples of a body at rest stray, at most
 LIGHT = 10.0  # densities of the fluid, below which a body falls much more slowly than freely from the first: bubbles, balloons
 LEAST = 3  # samples of a rest, and of a fall: one or two that lie aside may do so by themselves
 FALLEN = 200.0  # standard deviations of a fall that tells its beginning: a drag bends a longer one in more ways
@@ -89,7 +89,7 @@ def samples_held(trial, noise):
 
     Two paths of four numbers each are fitted to the first heights: a level until a moment, then a fall from rest; and a fall or
     throw from the first sample on; the acceleration of both may change with time, as a drag makes it. It was held where the first
-    one leaves less, by more than chance gives. What floats or moves sideways is not held.
+    one leaves less, by more than chance gives. What floats, or moves before it falls, is not held.
     """
     around, there = trial.surroundings, np.flatnonzero(np.isfinite(trial.position[:, 2]))
     if noise.position is None or around.planar or may_hover(trial.body, around) or len(there) < 2 * LEAST:
@@ -112,8 +112,7 @@ def samples_held(trial, noise):
     looked, step = range(LEAST - 1, end - LEAST), max(end // LOOKS, 1)
     near = min(looked[::step], key=rested)
     best = min((k for k in looked if abs(k - near) < step), key=rested)
-    held = there[best] + 1
-    aside = trial.position[:held, :2]
-    aside = aside[:, np.isfinite(aside).any(axis=0)]
-    still = np.all(np.abs(aside - np.nanmean(aside, axis=0))[np.isfinite(aside)] < STRAY * noise.position)
-    return int(held) if still and left(times, [times]) - rested(best) > BEYOND_CHANCE else 0
+    rest = trial.position[: there[best]]  # a throw from the hand is no rest, though the fall from its top begins with one
+    rest = rest[:, np.isfinite(rest).any(axis=0)]
+    still = np.all(np.abs(rest - np.nanmean(rest, axis=0))[np.isfinite(rest)] < STRAY * noise.position)
+    return int(there[best]) + 1 if still and left(times, [times]) - rested(best) > BEYOND_CHANCE else 0

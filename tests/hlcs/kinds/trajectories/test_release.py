@@ -66,6 +66,9 @@ def test_what_stays_or_floats_or_has_no_height_is_not_held(generator):
     moving = trial(TIMES, fall(TIMES - 0.2, generator))
     moving.position[:, 0] = 0.3 * TIMES
     assert samples_held(moving, noise()) == 0  # sideways
+    times = np.arange(0, 1.6, STEP)  # held for 0.6 s, lifted for 0.1 s to 0.3 m/s, and thrown: 0.02 m higher before it falls
+    lifted = 1.5 * np.clip(times - 0.6, 0.0, 0.1) ** 2
+    assert samples_held(trial(times, fall(times - 0.7, generator, 0.3) + lifted), noise()) == 0
     assert samples_held(trial(TIMES, np.full(len(TIMES), np.nan)), noise()) == 0
     unknown = Noise(None, None, STEP, "unknown")
     assert samples_held(trial(TIMES, fall(TIMES - 0.2, generator)), unknown) == 0
