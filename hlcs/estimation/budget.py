@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from hlcs.processes.interrupts import STOPPED
+from hlcs.processes.interrupts import OUT_OF_TIME, STOPPED
 
 SEGMENTED_LIMIT = 3.0e6  # body-steps from which as many recordings of a tumbling body are screened as these allow for
 TUMBLING_LIMIT = 6.0e6  # of a search on them, what a step costs by itself counted: twenty tosses of a cube take 4.4e6, some 90 s
@@ -72,7 +72,7 @@ class Budget:
         """Sentences on what was left out."""
         if self.stopped:
             return (STOPPED,)
-        return (f"left out {IN_TIME}: sets of effects that might do as well ({self.left_out})",) if self.left_out else ()
+        return (f"{OUT_OF_TIME} ({self.left_out})",) if self.left_out else ()
 
 
 def linearisation_cost(trials, step):

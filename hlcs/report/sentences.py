@@ -3,7 +3,7 @@
 import math
 
 from hlcs.data.quantities import unit_of
-from hlcs.processes.interrupts import STOPPED
+from hlcs.processes.interrupts import OUT_OF_TIME, STOPPED
 from hlcs.records import Reason
 from hlcs.report.document import Points
 from hlcs.report.doubted import doubt
@@ -30,7 +30,21 @@ def opening(diagnosis):
     stopped = ["Stopped by Ctrl-C before the search ended: what follows holds for the sets of effects that were fitted by then."]
     outside = reynolds_told(diagnosis, holds=False)
     others = [f"Or none of this: {note}." for note in diagnosis.notes if AS_IT_IS in note]
-    return [*stopped * (STOPPED in diagnosis.notes), *told, *outside, *others, *_tolerance(diagnosis)]
+    return [
+        *stopped * (STOPPED in diagnosis.notes),
+        *told,
+        *_not_tried_for_time(diagnosis),
+        *outside,
+        *others,
+        *_tolerance(diagnosis),
+    ]
+
+
+def _not_tried_for_time(diagnosis):
+    """That a model which explains the data may not be the only one, where time did not suffice to fit others: sentences."""
+    if diagnosis.verdict == "unexplained" or not any(note.startswith(OUT_OF_TIME) for note in diagnosis.notes):
+        return []
+    return ["Other sets of effects might do as well, and were not fitted, for time: see the notes on the data."]
 
 
 # --- what an effect is called -----------------------------------------------------------------------------------------------
