@@ -8,7 +8,7 @@ from time import perf_counter
 
 import numpy as np
 
-from hlcs.processes.interrupts import OUT_OF_TIME, STOPPED
+from hlcs.processes.interrupts import IN_TIME, OUT_OF_TIME, STOPPED
 
 SEGMENTED_LIMIT = 3.0e6  # body-steps from which as many recordings of a tumbling body are screened as these allow for
 TUMBLING_LIMIT = 6.0e6  # of a search on them, what a step costs by itself counted: twenty tosses of a cube take 4.4e6, some 90 s
@@ -17,7 +17,6 @@ FLIGHT_LIMIT = 40.0e6  # the same where nothing touches: at most 2 us each
 SEARCH_LINEARISATIONS = 250  # that a search over the whole library needs: twenty tosses of a cube are told from four, in 150 s
 FIT_LINEARISATIONS = 7  # that a fit takes, as a rule
 CONFIRM_LINEARISATIONS = 60  # to fit the model under test and to refit what was accepted, on more recordings
-IN_TIME = "to keep within the limit of time"
 TELLING = 0.02  # part of the limit after which the time left can be told
 LINEARISATION_RUNS = 13  # one, and one for each number of the initial state
 

@@ -70,12 +70,13 @@ def let_go(measurement, noise, seated):
     for trial, lies in zip(measurement.trials, seated, strict=True):
         count = 0 if lies or trial.start else samples_held(trial, noise)
         if count:
-            told.append(f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)")
+            told.append((f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)", count))
         trials.append(trial.at(slice(count, None)) if count else trial)
     if not told:
         return measurement
-    names = ", ".join(told[:FEW]) + f" and {len(told) - FEW} more" * (len(told) > FEW)
-    note = f"{names}: rests in the air at first, as if it were still held; what was recorded before the release is left out"
+    note = (
+        f"{_names(told)}: rests in the air at first, as if it were still held; what was recorded before the release is left out"
+    )
     return replace(measurement, trials=tuple(trials), notes=(*measurement.notes, note))
 
 
