@@ -4,9 +4,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from hlcs.data.recordings import COLUMNS, PIXELS
 from minibullet.errors import InputError, shown
 
 FEW = 3  # files that are named one by one
+TWICE = 2.0  # as fast as between any two samples: no body comes to rest at the origin so
 
 
 @dataclass(frozen=True)
@@ -88,8 +90,9 @@ def recording(name, grid, lines, columns, time_name, advice="one recording a fil
     """(Recording, its Assumptions) of columns in SI, checked: times known and increasing, at least one sample.
 
     name: what it is called; grid: the Grid it is from; lines: line of the file of each sample (n,); columns: t_s and others
-    -> (n,), NaN = missing; time_name: what the file calls the time; advice: what to do where times do not increase. Rows
-    without any sample before the first and after the last are left out. Raises InputError with file, row and column.
+    -> (n,), NaN = missing; time_name: what the file calls the time; advice: what to do where times do not increase. Zeros
+    that stand for a body out of sight are missing samples. Rows without any sample before the first and after the last are
+    left out. Raises InputError with file, row and column.
     """
     times = columns["t_s"]
     if len(times) < 2:
@@ -108,18 +111,54 @@ def recording(name, grid, lines, columns, time_name, advice="one recording a fil
             f"{advice}"
         )
     columns = {key: column for key, column in columns.items() if np.isfinite(column).any()}
+    columns, zeros = _without_zeros(columns)
     measured = np.array([np.isfinite(column) for key, column in columns.items() if key != "t_s"]).reshape(-1, len(times))
     seen = np.flatnonzero(measured.any(axis=0))
     if len(seen) < 2:
         raise InputError(f"{grid.name}: {len(seen)} samples of '{shown(name)}'; a recording needs at least 2")
     kept = slice(seen[0], seen[-1] + 1)
     notes = []
-    if (left := len(times) - (seen[-1] + 1 - seen[0])) > 0:
+    if zeros.any():
+        told = "1 sample reads" if zeros.sum() == 1 else f"{int(zeros.sum())} samples read"
+        notes.append(
+            Assumption(
+                f"{grid.name}: {told} 0 far from where the body was (the first in row {lines[np.argmax(zeros)]}): taken for "
+                "a body out of sight, and left blank"
+            )
+        )
+    if (left := int((~zeros[: seen[0]]).sum() + (~zeros[seen[-1] + 1 :]).sum())) > 0:
         one, many = "1 row before the first or after", f"{left} rows before the first and after"
         rows, are = (one, "is") if left == 1 else (many, "are")
         notes.append(Assumption(f"{grid.name}: {rows} the last sample of '{name}' {are} left out"))
-    blank = int((~measured[:, kept]).any(axis=0).sum())
+    blank = int(((~measured[:, kept]).any(axis=0) & ~zeros[kept]).sum())
     if blank:
         lost = f"1 sample of '{name}' was lost; it is" if blank == 1 else f"{blank} samples of '{name}' were lost; they are"
         notes.append(Assumption(f"{grid.name}: {lost} left blank, not filled in"))
     return Recording(name, grid.stem, {key: column[kept] for key, column in columns.items()}), tuple(notes)
+
+
+def _without_zeros(columns):
+    """(columns, which samples (n,)): zeros that stand for a body out of sight are missing; columns: t_s and others -> (n,).
+
+    Programs that follow a body by themselves write 0 for every coordinate where they lose it. A body that is at the origin
+    came there: not in a jump of more than twice the greatest speed between any other two samples. The first sample may be the
+    origin however fast the body goes on.
+    """
+    times, axes = columns["t_s"], [columns[name] for name in (*COLUMNS[1:4], *PIXELS) if name in columns]
+    zeros = np.zeros(len(times), bool)
+    there = np.flatnonzero(np.isfinite(axes).all(axis=0)) if axes else []
+    if len(there) < 2:
+        return columns, zeros
+    places = np.array(axes)[:, there]
+    origin = (places == 0).all(axis=0)
+    speed = np.linalg.norm(np.diff(places, axis=1), axis=0) / np.diff(times[there])
+    among = ~origin[:-1] & ~origin[1:]
+    if not among.any():
+        return columns, zeros
+    edges = origin[:-1] != origin[1:]
+    jump = edges & (speed > TWICE * speed[among].max())
+    for run in np.split(np.arange(len(there)), np.flatnonzero(edges) + 1):
+        ends = [run[0] - 1, *([run[-1]] if run[-1] < len(speed) else [])]
+        zeros[there[run]] = bool(origin[run[0]] and run[0] > 0 and jump[ends].all())
+    others = {name: np.where(zeros & (column == 0), np.nan, column) for name, column in columns.items() if name != "t_s"}
+    return {"t_s": times, **others}, zeros

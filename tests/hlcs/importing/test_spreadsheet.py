@@ -283,3 +283,26 @@ def test_words_that_part_the_rows_of_a_table_are_offered_as_groups(imported):
 def test_what_is_no_outcome_is_refused_with_the_list_of_those_that_are(refused):
     """The period of a swing."""
     refused("Länge [cm];Periode [s]\n20;0,9\n40;1,27\n", "csv", "one is its outcome: fall_time_s", "cannot be compared")
+
+
+SUNK = "0.05,39.0\n0.10,40.0\n0.15,41.0\n0.20,0\n0.25,43.0\n0.30,44.0\n0.35,0.000\n0.40,0\n"
+
+
+def test_zeros_of_a_body_out_of_sight_are_missing_samples(imported):
+    found, tables = imported(f"Time(sec),z_mm\n{SUNK}", "csv")
+    assert tables["drop.csv"]["z_m"] == ["0.039", "0.04", "0.041", "", "0.043", "0.044"]
+    assert "3 samples read 0 far from where the body was (the first in row 5)" in str(found)
+    assert "lost" not in str(found) and "last sample" not in str(found)  # told once
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        "0,0\n0.1,0\n0.2,0.9\n0.3,1.1\n0.4,1.2\n",  # starts at the origin, and slows down
+        "0,0.9\n0.1,0.7\n0.2,0.4\n0.3,0.0\n0.4,0\n",  # comes to rest there
+        "0,0.2\n0.1,0.1\n0.2,0.0\n0.3,-0.1\n0.4,-0.2\n",  # passes through it
+    ],
+)
+def test_a_body_that_is_at_the_origin_is_there(imported, rows):
+    found, tables = imported(f"t_s,z_m\n{rows}", "csv")
+    assert "" not in tables["drop.csv"]["z_m"] and "out of sight" not in str(found)
