@@ -9,6 +9,7 @@ import warnings
 import numpy as np
 
 from hlcs.data.free_falls import TOO_FAST, TWICE, question, remedy
+from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.data.rounded_readings import reading_step
 from hlcs.files.limits import MOST_STEPS
 from minibullet.errors import InputError, InputWarning
@@ -149,7 +150,10 @@ def check_plane(trial, path):
 def check_axes(trial, path):
     """Refuse a fall along another axis than z, or upwards: columns mixed up, or z counted downwards."""
     gravity = trial.surroundings.gravity
-    if not gravity > 1 or trial.surroundings.in_liquid:
+    if not gravity > 1:
+        return
+    if trial.surroundings.in_liquid:
+        _check_sinking(trial, path)
         return
     seen = {name: known for axis, name in enumerate("xyz") if (known := acceleration(trial, axis))}
     if "z" not in seen:
@@ -173,6 +177,30 @@ def check_axes(trial, path):
                     f"{path}: falls along {name}_m (apparent acceleration {b:+.3g} m/s2, along z_m {a:+.3g}); z "
                     f"points up: are the columns {name}_m and z_m mixed up?"
                 )
+
+
+def _check_sinking(trial, path):
+    """Warn where a body goes the way that its weight in the liquid does not: z counted downwards, or a wrong mass or size.
+
+    Against its weight less the lift it slows down, at the least as if it carried along as much liquid as it displaces.
+    """
+    vertical = acceleration(trial, 2)
+    if vertical is None or not known_body(trial.body) or trial.surroundings.floor_height is not None:
+        return
+    body, (a, error) = rigid_body(trial.body), vertical
+    displaced = trial.surroundings.fluid_density * body.volume
+    pull = -trial.surroundings.gravity * (body.mass - displaced) / (body.mass + displaced)
+    there = np.isfinite(trial.position[:, 2])
+    z = trial.position[there, 2]
+    if (z[-1] - z[0]) * pull < 0 and a * np.sign(pull) + 4 * error < abs(pull) / 2:
+        does, denser = ("rises", "denser") if pull < 0 else ("sinks", "less dense")
+        warnings.warn(
+            f"{path}, column z_m: {does}, and does not slow down, though mass and size make the body {denser} than the fluid of "
+            f"{trial.surroundings.fluid_density:.4g} kg/m3; z points up: turn its sign where depths are counted (hlcs import "
+            "--up -z), else check mass and size",
+            InputWarning,
+            stacklevel=2,
+        )
 
 
 def inner_radius(body):

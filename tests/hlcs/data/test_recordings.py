@@ -113,3 +113,27 @@ def test_a_body_at_rest_tells_at_once_how_many_samples_it_needs(tmp_path, count)
     path = experiment(tmp_path, toml=TOML.replace("noise = { position = 0.01 }", 'static = "rest.csv"'))
     (tmp_path / "rest.csv").write_text("t_s,z_m\n" + "".join(f"{k},1\n" for k in range(count)))
     refused(path, f"rest.csv: {count} samples at rest; at least 20 are needed to know the noise")
+
+
+LIQUID = TOML.replace("0.03", "0.02") + "[surroundings]\nfluid_density = 1000.0\n"  # which weighs 0.0335 kg in its place
+
+
+@pytest.mark.parametrize(
+    ("mass", "speed", "pull", "told"),
+    [
+        (0.05, 0.1, 0.0, "rises"),  # at a steady speed, as one that sinks at its final speed does where depths are counted
+        (0.05, -0.1, 0.0, ""),
+        (0.05, 1.0, -2.4, ""),  # thrown upwards: slows down by its weight less the lift, and the water that it carries along
+        (0.001, -0.1, 0.0, "sinks"),
+        (0.001, 0.1, 0.0, ""),
+    ],
+)
+def test_a_body_goes_the_way_of_its_weight_in_the_liquid(tmp_path, mass, speed, pull, told):
+    rows = "".join(f"{0.01 * k},{speed * 0.01 * k + pull / 2 * (0.01 * k) ** 2:.6f}\n" for k in range(15))
+    toml = LIQUID.replace("mass = 0.05", f"mass = {mass}")
+    assert f"mass = {mass}" in toml
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        measured(experiment(tmp_path, "t_s,z_m\n" + rows, toml))
+    words = [str(one.message) for one in seen if "does not slow down" in str(one.message)]
+    assert len(words) == bool(told) and all(told in one and "--up -z" in one for one in words)
