@@ -20,7 +20,8 @@ ALIKE = 6.0  # chi2 by which another variable may foretell worse and still do as
 NOISE = 3.0  # standard deviations of chi2 beyond that of noise that a law may miss: with it the model is adequate
 CURVED = 0.05  # share of the force's chi2 that a table may miss beside: straight lines between knots are not the curve
 SEEN = 5.0  # standard deviations of chi2 by which the force must stand above the noise
-STEP = 1 / 240  # of the simulation of a learned law, which may swing or go on and off [s]
+STEP = 1 / 240  # of the simulation of a law that swings or goes on and off [s]
+SUDDEN = ("oscillation", "switch")  # forms that longer steps would pass over
 SWUNG = 0.5  # share of what an oscillation takes away that its swing must hold itself: else a drift beside it does the work
 FORMS = ("power", "oscillation", "switch", "exponential", "table")  # where several do as well: from the plainest on
 DRAWN = 100  # places at which a law is told, to be drawn
@@ -180,13 +181,13 @@ def _band(regression, law, ranges):
 
 
 def _refitted(problem, fit, law):
-    """Fit of the model with the law in it, through the simulator."""
+    """Fit of the model with the law in it, through the simulator, in steps from sample to sample at most: it was read there."""
     trial, simulator = problem.trials[0], problem.simulator
     kind = candidate(law.kind(), trial.surroundings, rigid_body(trial.body), True, own=True)
     term = Term(kind, ()).at({number.name: number.value for number in law.fitted})
     step = simulator.time_step
     try:
-        simulator.time_step = min(step, STEP)
+        simulator.time_step = min(step, STEP if law.form in SUDDEN else min(np.median(np.diff(t.times)) for t in problem.trials))
         return problem.fit(fit.model.with_term(term), fit.initial_states)
     finally:
         simulator.time_step = step

@@ -55,6 +55,15 @@ def test_the_file_is_an_effect_that_compare_takes(magnet, pull, tmp_path):
     assert after.adequate and not hlcs.compare(experiment).adequate
 
 
+def test_a_law_without_sudden_changes_is_simulated_from_sample_to_sample(magnet, monkeypatch):
+    """The flights are sampled every 0.02 s; steps of 1/240 s would make five times the work, of minutes of sinking the most."""
+    problem, steps = magnet[0], []
+    fit = type(problem).fit
+    monkeypatch.setattr(type(problem), "fit", lambda self, *given: (steps.append(self.simulator.time_step), fit(self, *given))[1])
+    learn(*magnet)
+    assert steps == [pytest.approx(0.02)] and problem.simulator.time_step > 0.02
+
+
 def test_an_effect_stands_beside_the_law_with_the_number_that_it_has_there(throw):
     """A drag of C = 2, and a pull of 3 m/s2 along x while 0.3 s < t: without the law the fit gives another C."""
     drag = 1.2 * 2.0 * np.pi * 0.03**2 / (2 * 0.05)
