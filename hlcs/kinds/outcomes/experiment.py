@@ -12,6 +12,7 @@ from hlcs.estimation.cross_validation import CrossValidation
 from hlcs.kinds.noise_shown import Shown, noise_shown
 from hlcs.kinds.outcomes.problem import fastest_rows, judge_table, posed, prepare_table, table_candidates, where_in_table
 from hlcs.kinds.outcomes.repeats import groups_told, without_misread
+from hlcs.kinds.outcomes.rolling import rolling_told
 from hlcs.kinds.outcomes.row_noise import about_a_curve, between_repeats, to_know_it
 from hlcs.kinds.outcomes.zero_errors import zero_errors_told
 from hlcs.kinds.protocol import Observation, Tabulated, misfit
@@ -117,8 +118,9 @@ class Outcomes(Tabulated):
         if found.adequate["before"]:
             return found
         best = search.fits[frozenset(found.effects)]
-        zeros = zero_errors_told(prepared.problem, prepared.base.model, best.chi2, judge_table)
-        return replace(found, notes=(*zeros, *found.notes))
+        model = prepared.base.model
+        zeros = zero_errors_told(prepared.problem, model, best.chi2, judge_table)
+        return replace(found, notes=(*zeros, *rolling_told(prepared.problem, model, judge_table), *found.notes))
 
     def pilot(self, effect):
         class_named(effect, self.options.user_effects)

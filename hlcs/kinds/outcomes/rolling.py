@@ -1,0 +1,44 @@
+"""A ball on a slope rolls: the laws of slides know no turning, and a friction stands in for it.
+
+A body that rolls without slipping goes as one without friction whose weight accelerates 1 + I / (m r^2) times its mass. A slide
+with a friction of 2/7 of the slope does the same as a solid ball: the report names both.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hlcs.data.rigid_body import known_body, rigid_body
+from hlcs.kinds.outcomes.designs import ON_A_FLOOR
+from hlcs.report.words import AS_IT_IS
+
+
+def rolling_told(problem, model, judge):
+    """The note on balls with whose rolling the model under test leaves nothing but noise, () of none.
+
+    judge: (problem, fit) -> (Adequacy, table of observations). What was found need not do worse: rolling is what a ball does, and
+    needs no number. The drag of the air slows a ball that rolls by as much less, which is left out: it is small where one rolls.
+    """
+    if problem.table.outcome not in ON_A_FLOOR or problem.file.body.shape != "sphere" or not known_body(problem.file.body):
+        return ()
+    rolls = that_rolls(problem)
+    if not judge(rolls, rolls.fit(model))[0].adequate:
+        return ()
+    return (
+        f"if the body rolls without slipping, in place of sliding as outcomes of a table do, {AS_IT_IS}. What a ball loses by "
+        "resistance to rolling a recording tells: columns t_s and x_m, with a floor that slopes",
+    )
+
+
+def that_rolls(problem):
+    """The TableProblem of bodies that roll without slipping."""
+    body = rigid_body(problem.file.body)
+    heavier = 1 + body.inertia[0] / (body.mass * body.radius**2)
+    around, inputs = problem.file.surroundings, dict(problem.table.inputs)
+    inputs.pop("friction", None)
+    if "gravity_m_s2" in inputs:
+        inputs["gravity_m_s2"] = inputs["gravity_m_s2"] / heavier
+    file = replace(problem.file, surroundings=replace(around, friction=0.0, gravity=around.gravity / heavier))
+    table = replace(problem.table, inputs=inputs)
+    never = np.zeros(len(table.values), bool)
+    return type(problem)(file, table, problem.scatter, problem.trials, problem.errors, never, problem.own)
