@@ -22,6 +22,19 @@ CONTACTS = {
     "friction": "contact coefficient of body and floor: what you believe it is, such as 0.3; diagnose tells if it is not",
     "restitution": "speed after an impact over that before it, 0 to 1: what you believe it is; diagnose tells if it is not",
 }
+# column that is asked for where a table has the first and none of the others -> what belongs there
+ASKED_OF_ROWS = {
+    "height_m": (
+        "bounce",
+        (),
+        "m: from the lowest point of the body to the floor; the same in all rows: --constant height_m=0.8",
+    ),
+    "angle_deg": (
+        "slide_time_s",
+        ("slope", "speed_m_s"),
+        "degrees: how steep the slope is; the same in all rows: --constant angle_deg=5",
+    ),
+}
 AIR = 1.2  # density that is written [kg/m3]: left out it is any gas, whose lift and added mass need not go together
 IN_AIR = Assumption(f"the body moves in air (surroundings.fluid_density = {AIR})")
 DIGITS = ".12g"  # of numbers in the CSV: more than any export has, and 1.2 cm stay 0.012 m
@@ -40,7 +53,8 @@ class Place(NamedTuple):
 def table_of(founds, overrides):
     """The columns of one outcome table from the rows of all files, those that not all have left blank.
 
-    Constants that the user states are columns too; a bounce without its height of release has "fill in" there.
+    Constants that the user states are columns too; a bounce without its height of release, and a slide from rest without its
+    slope, have "fill in" there.
     """
     names = dict.fromkeys(name for found in founds for name in found.rows)
     rows = {}
@@ -53,8 +67,9 @@ def table_of(founds, overrides):
         rows[name] = [part if isinstance(part, str) else rounded(part) for part in parts]
     count = len(next(iter(rows.values())))
     constants = {name: [value] * count for name, value in overrides.constant.items() if name not in rows}
-    if "bounce" in rows and "height_m" not in {*rows, *constants}:
-        constants["height_m"] = [FILL_IN] * count
+    for column, (where, others, _) in ASKED_OF_ROWS.items():
+        if where in rows and not {column, *others} & {*rows, *constants}:
+            constants[column] = [FILL_IN] * count
     return constants | rows
 
 

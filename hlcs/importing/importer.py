@@ -15,6 +15,7 @@ from hlcs.files.spreadsheets import csv_text
 from hlcs.importing import optitrack, phyphox, spreadsheet, tracker
 from hlcs.importing.axes import ORDERS, UPS
 from hlcs.importing.experiment import (
+    ASKED_OF_ROWS,
     EXPERIMENT,
     IN_AIR,
     Place,
@@ -64,7 +65,7 @@ class Imported:
             lines += [f"  - {one.text}" + (f"  [{one.option}]" if one.option else "") for one in self.assumptions]
         if self.fill_in:
             lines += ["", "Fill in:"]
-            lines += [f"  {self.experiment.parent / one.file}, line {one.line}: {one.key}  ({one.what})" for one in self.fill_in]
+            lines += [f"  {self.experiment.parent / file}, {at}: {key}  ({what})" for file, at, key, what in _once(self.fill_in)]
         return "\n".join([*lines, "", f"Then: {self.next}"])
 
     __str__ = summary
@@ -90,6 +91,17 @@ class Imported:
             "fill_in": [one._asdict() for one in self.fill_in],
             "next": self.next,
         }
+
+
+def _once(places):
+    """[(file, its lines in words, key, what belongs there)] of Places: a column that is asked for in many rows stands once."""
+    lines = {}
+    for one in places:
+        lines.setdefault((one.file, one.key, one.what), []).append(one.line)
+    return [
+        (file, f"line {at[0]}" if len(at) == 1 else f"{len(at)} lines from {at[0]} on", key, what)
+        for (file, key, what), at in lines.items()
+    ]
 
 
 def import_measurements(files, format, out, static=None, **overrides):
@@ -249,9 +261,8 @@ def _places_in(contents):
         header, *lines = (line.split(",") for line in text.split("\n"))
         for number, cells in enumerate(lines, start=2):
             if FILL_IN in cells:
-                places.append(
-                    Place(name, number, header[cells.index(FILL_IN)], "m: from the lowest point of the body to the floor")
-                )
+                asked = header[cells.index(FILL_IN)]
+                places.append(Place(name, number, asked, ASKED_OF_ROWS[asked][-1]))
     return places
 
 

@@ -6,6 +6,8 @@ sign (semicolons). The first row with words names the columns; a row below it ma
 row; else the rows are the samples of one recording.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from hlcs.data.model_entries import FILL_IN
@@ -49,7 +51,14 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
     "distance_m": "distance, strecke, abstand, distancia",
     "group": "group, gruppe, groupe, grupo, series, serie, day, tag, person, personne, persona, observer, beobachter",
 }
-MEANING = {word: column for column, words in WORDS.items() for word in (*words.split(", "), column.replace("_", " "))}
+DIAMETERS = {  # halved, they are radius_m
+    f"{whose}{word}"
+    for word in ("diameter", "durchmesser", "diamètre", "diámetro")
+    for whose in ("", "ball ", "bead ", "sphere ", "kugel")
+}
+MEANING = dict.fromkeys(DIAMETERS, "radius_m") | {
+    word: column for column, words in WORDS.items() for word in (*words.split(", "), column.replace("_", " "))
+}
 # column -> the outcome that a time beside it is, the first that is there
 TIMED = {"bounce": "bounce_time_s", "mark_2_m": "passage_time_s", "height_m": "fall_time_s"}
 IN_RECORDINGS = (*COLUMNS, *PIXELS, *ACCELERATIONS, "frame")
@@ -59,6 +68,14 @@ for column in (*INPUTS, *OUTCOMES):  # "bounce time" is bounce_time_s: a column 
     MEANING.setdefault(column.removesuffix(ending).replace("_", " "), column)
 
 
+class Column(NamedTuple):
+    """Where a column of the project stands in a file."""
+
+    index: int
+    unit: str
+    part: float = 1.0  # of what stands there: half of a diameter
+
+
 def read(path, overrides):
     """The Found of one file: one recording, or the rows of a table. Raises InputError with file, row, and what was expected."""
     grid = grid_of(source_of(path))
@@ -66,11 +83,10 @@ def read(path, overrides):
     grid.no_more_cells_than_names(head)
     columns, left, notes = _columns(grid, head, overrides)
     first = head + 1 + _has_units(grid, head)
-    for name, (index, _) in columns.items():
-        if _empty(grid, first, index):
-            raise InputError(
-                f"{grid.place(head, grid.cells[head][index])}: no number below it, to be {name}: delete the column, or fill it in"
-            )
+    for name, place in columns.items():
+        if _empty(grid, first, place.index):
+            cell = grid.cells[head][place.index]
+            raise InputError(f"{grid.place(head, cell)}: no number below it, to be {name}: delete the column, or fill it in")
     is_table = any(name in columns for name in OUTCOMES)
     above = ", ".join(map(str, grid.lines[:head]))
     passed = [Assumption(f"{grid.name}: what stands above the names of its columns is passed over (row {above})")] if head else []
@@ -131,7 +147,7 @@ def _empty(grid, first, index):
 
 
 def _columns(grid, head, overrides):
-    """({column of the project: (index, unit)}, columns that are not known, assumptions); known, or named by the user."""
+    """({name in the project: Column}, columns that are not known, assumptions); known, or named by the user."""
     known = dict.fromkeys((*IN_RECORDINGS, *IN_TABLES))
     units = grid.cells[head + 1] if _has_units(grid, head) else []
     found, left, asked = {}, [], dict(overrides.column)
@@ -150,10 +166,11 @@ def _columns(grid, head, overrides):
         if name in found:
             grid.once(head, index)
             raise InputError(
-                f"{grid.place(head)}: both '{shown(grid.cells[head][found[name][0]])}' and '{shown(cell)}' would be {name}; "
+                f"{grid.place(head)}: both '{shown(grid.cells[head][found[name].index])}' and '{shown(cell)}' would be {name}; "
                 f'state with --column "{shown(cell)}=.." what each is'
             )
-        found[name] = (index, unit)
+        halved = word in DIAMETERS and cell not in overrides.column
+        found[name] = Column(index, unit, 0.5 if halved else 1.0)
     if beside := _time_beside(found, overrides):
         found[beside] = found.pop("t_s")
     if "z_m" in found and "height_m" not in found and any(name in found for name in OUTCOMES):
@@ -174,11 +191,12 @@ def _columns(grid, head, overrides):
         )
         for cell in left
     ]
-    for name, (index, _) in found.items():
-        cell = grid.cells[head][index]
+    for name, place in found.items():
+        cell = grid.cells[head][place.index]
         if cell != name and cell not in overrides.column:
             since = ", counted from the release" if name == "bounce_time_s" else ""
-            notes.append(Assumption(f"{grid.name}: column '{shown(cell)}' is {name}{since}", "--column"))
+            half = "half of " if place.part != 1 else ""
+            notes.append(Assumption(f"{grid.name}: {half}column '{shown(cell)}' is {name}{since}", "--column"))
     return found, left, notes
 
 
@@ -193,10 +211,9 @@ def _time_beside(found, overrides):
 
 
 def _si(grid, first, name, place, overrides):
-    """(numbers of a column in SI, assumptions); place: (index, unit)."""
-    index, unit = place
-    factor, told = scale(quantity_of(name), unit, overrides, f"{grid.name}: {name} is", f"{grid.name}, column {name}")
-    return factor * grid.column(first, index, name), told
+    """(numbers of a column in SI, assumptions); place: its Column."""
+    factor, told = scale(quantity_of(name), place.unit, overrides, f"{grid.name}: {name} is", f"{grid.name}, column {name}")
+    return place.part * factor * grid.column(first, place.index, name), told
 
 
 def _recording(grid, first, columns, left, overrides):
@@ -238,7 +255,7 @@ def _recording(grid, first, columns, left, overrides):
         raise InputError(f"{grid.name}: {', '.join(quaternion)} without the rest; a quaternion needs qw, qx, qy, qz")
     if quaternion and up not in ("z", "none"):
         raise InputError(f"{grid.name}: has quaternions, and {up} points up; turn them so that z points up, and state --up z")
-    values |= {name: grid.column(first, columns[name][0], name) for name in quaternion}
+    values |= {name: grid.column(first, columns[name].index, name) for name in quaternion}
     outcome = "slide_time_s" if {"distance_m", "angle_deg"} & {*columns} else "fall_time_s"
     advice = f'where each row is an experiment of its own, say so with --column "..={outcome}"'
     found, told = recording(grid.stem, grid, grid.lines[first:], values, "t_s", advice)
@@ -263,7 +280,7 @@ def _times(grid, first, columns, left, overrides):
         raise InputError(f"{grid.place(0)}: {needed}, is missing; there are {', '.join(columns)}{_what_left_is(left)}")
     if overrides.frame_rate is None:
         raise InputError(f"{grid.place(0)}: frame numbers but no times; state --frame-rate, in pictures a second")
-    return grid.column(first, columns["frame"][0], "frame") / overrides.frame_rate, []
+    return grid.column(first, columns["frame"].index, "frame") / overrides.frame_rate, []
 
 
 def _what_left_is(left):
@@ -289,7 +306,7 @@ def _rows(grid, first, columns, overrides):
     rows = {}
     for name, place in columns.items():
         if name == "group":
-            rows[name] = np.array([row[place[0]] if place[0] < len(row) else "" for row in grid.cells[first:]])
+            rows[name] = np.array([row[place.index] if place.index < len(row) else "" for row in grid.cells[first:]])
         elif name in IN_TABLES:
             rows[name], told = _si(grid, first, name, place, overrides)
             notes += told

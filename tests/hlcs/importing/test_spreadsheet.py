@@ -306,3 +306,23 @@ def test_zeros_of_a_body_out_of_sight_are_missing_samples(imported):
 def test_a_body_that_is_at_the_origin_is_there(imported, rows):
     found, tables = imported(f"t_s,z_m\n{rows}", "csv")
     assert "" not in tables["drop.csv"]["z_m"] and "out of sight" not in str(found)
+
+
+@pytest.mark.parametrize(
+    "name", ["bead diameter (mm)", "Kugeldurchmesser [mm]", "Durchmesser/mm", "diamètre (mm)", "Diameter_mm"]
+)
+def test_half_a_diameter_is_the_radius_of_each_row(imported, name):
+    """Beads of several sizes in one table: left out, one radius would have been asked for all of them."""
+    found, tables = imported(f"{name},upper mark (cm),lower mark (cm),time (s)\n4,5,25,46.3\n10,5,25,7.4\n", "csv")
+    assert tables["measurements.csv"]["radius_m"] == ["0.002", "0.005"]
+    assert f"half of column '{name}' is radius_m  [--column]" in str(found) and "body.radius" not in str(found)
+
+
+def test_a_slide_from_rest_asks_for_its_slope(imported):
+    found, tables = imported("distance (m),sliding time (s)\n0.5,1.2\n1.0,1.7\n", "csv")
+    assert tables["measurements.csv"]["angle_deg"] == ["fill in", "fill in"]
+    assert "2 lines from 2 on: angle_deg" in str(found) and "--constant angle_deg=5" in str(found)
+    for given in ({"constant": {"angle_deg": 5}}, {"constant": {"slope": 0.1}}, {"constant": {"speed_m_s": 1.5}}):
+        assert (
+            "fill in" not in imported("distance (m),sliding time (s)\n0.5,1.2\n", "csv", **given)[1]["measurements.csv"].values()
+        )
