@@ -147,8 +147,14 @@ def fall_time(setups, effects, inputs):
 
 
 def rebound_height(setups, effects, inputs):
-    """Height regained after the first impact of a fall through height_m."""
+    """Height regained after impact number `bounce`, the first where none is given, of a fall through height_m; 0 after the
+    body has come to lie."""
+    numbers = inputs.get("bounce", np.ones(len(setups)))
     speed = rebound(setups, effects, fallen(setups, effects, inputs["height_m"])[1])
+    left = speed
+    for number in range(2, int(numbers.max()) + 1):
+        left = np.where(left > 0, rebound(setups, effects, thrown_up(setups, effects, left)[1]), left)
+        speed = np.where(numbers >= number, left, speed)
     track = risen(setups, effects, speed, lambda track: track.velocity[-1, :, 2] < 0)
     return np.where(np.isfinite(speed), apex(track), np.nan)
 
@@ -312,7 +318,7 @@ NEEDS = {
 }
 USES = {  # inputs that an outcome depends on, beside those of ROW_KEYS
     "fall_time_s": ("height_m",),
-    "rebound_height_m": ("height_m",),
+    "rebound_height_m": ("height_m", "bounce"),
     "stop_distance_m": ("speed_m_s", "slope", "angle_deg"),
     "slide_time_s": ("distance_m", "speed_m_s", "slope", "angle_deg"),
     "rest_height_m": (),

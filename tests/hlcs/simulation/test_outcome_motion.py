@@ -17,6 +17,10 @@ TABLES = {  # columns of the inputs, rows with the outcome last
     "fall_time_s": ("height_m", [(h, np.sqrt(2 * h / G)) for h in HEIGHTS]),
     "fall_time_s elsewhere": ("height_m,gravity_m_s2", [(h, g, np.sqrt(2 * h / g)) for h in HEIGHTS for g in (1.62, 24.8)]),
     "rebound_height_m": ("height_m,restitution", [(h, e, e * e * h) for h in HEIGHTS for e in (0.3, 0.9)]),
+    "rebound_height_m of a series": (
+        "height_m,restitution,bounce",
+        [(h, e, n, e ** (2 * n) * h) for h in HEIGHTS for e in (0.0, 0.3, 0.9) for n in (1, 2, 5)],
+    ),
     "stop_distance_m": ("speed_m_s,friction", [(v, mu, v * v / (2 * mu * G)) for v, mu in PAIRS]),
     "stop_distance_m on a slope": (
         "speed_m_s,friction,angle_deg",
