@@ -27,7 +27,7 @@ ASKED_OF_ROWS = {
     "height_m": (
         "bounce",
         (),
-        "m: from the lowest point of the body to the floor; the same in all rows: --constant height_m=0.8",
+        "m: of the release, from the lowest point of the body to the floor; the same in all rows: --constant height_m=0.8",
     ),
     "angle_deg": (
         "slide_time_s",

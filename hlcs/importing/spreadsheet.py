@@ -48,6 +48,7 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
     "mark_2_m": "second mark, lower mark, marke 2, zweite marke, untere marke, marque 2, marca 2",
     "speed_m_s": "speed, start speed, initial speed, geschwindigkeit, vitesse, velocidad",
     "angle_deg": "angle, winkel, ángulo",
+    "bounce": "bounce, bounce number, bounce no, number of bounce, nummer des aufpralls",
     "distance_m": "distance, strecke, abstand, distancia",
     "group": "group, gruppe, groupe, grupo, series, serie, day, tag, person, personne, persona, observer, beobachter",
 }
@@ -173,6 +174,8 @@ def _columns(grid, head, overrides):
         found[name] = Column(index, unit, 0.5 if halved else 1.0)
     if beside := _time_beside(found, overrides):
         found[beside] = found.pop("t_s")
+    if "bounce" in found and "z_m" in found and not {*found} & {*OUTCOMES, "t_s", "frame"}:
+        found["rebound_height_m"] = found.pop("z_m")  # of one drop
     if "z_m" in found and "height_m" not in found and any(name in found for name in OUTCOMES):
         found["height_m"] = found.pop("z_m")  # a height beside an outcome is that from which the body was let go
     there = ", ".join(f"'{shown(cell)}'" for cell in grid.cells[head] if cell)

@@ -326,3 +326,16 @@ def test_a_slide_from_rest_asks_for_its_slope(imported):
         assert (
             "fill in" not in imported("distance (m),sliding time (s)\n0.5,1.2\n", "csv", **given)[1]["measurements.csv"].values()
         )
+
+
+def test_heights_beside_the_numbers_of_bounces_are_rebounds_of_one_drop(imported):
+    found, tables = imported("Bounce number,Height (cm)\n1,57.3\n2,48.8\n3,41.3\n", "csv", constant={"height_m": 0.66})
+    wanted = {"height_m": ["0.66"] * 3, "bounce": ["1.0", "2.0", "3.0"], "rebound_height_m": ["0.573", "0.488", "0.413"]}
+    assert tables["bounces.csv"] == wanted and "column 'Height (cm)' is rebound_height_m  [--column]" in str(found)
+
+
+def test_speeds_of_cars_are_in_miles_an_hour(imported):
+    """1 mile is 1609.344 m, 1 foot 0.3048 m, both exactly."""
+    _, tables = imported("Speed (mph),Stopping distance (ft)\n25,85\n", "csv")
+    assert tables["measurements.csv"] == {"speed_m_s": ["11.176"], "stop_distance_m": ["25.908"]}
+    assert imported("Speed [ft/s],Stopping distance (ft)\n10,85\n", "csv")[1]["measurements.csv"]["speed_m_s"] == ["3.048"]
