@@ -14,6 +14,8 @@ STRAY = 4.0  # standard deviations of the noise that samples of a body at rest s
 LIGHT = 10.0  # densities of the fluid, below which a body falls much more slowly than freely from the first: bubbles, balloons
 LEAST = 3  # samples of a rest, and of a fall: one or two that lie aside may do so by themselves
 FALLEN = 200.0  # standard deviations of a fall that tells its beginning: a drag bends a longer one in more ways
+LEVEL = 1e-6  # slope of a floor that pulls nothing down [-]
+IN_AIR, ON_SLOPE = "in the air", "on the slope"  # where a body is held
 LOOKS = 100  # moments at which a fall may begin, looked at first
 
 
@@ -25,10 +27,8 @@ def release_notes(trials, starts, seated, noise):
     stated = [(trial, start) for trial, start in zip(trials, starts, strict=True) if trial.start and not _at_zero(trial)]
     taken_at_zero = [(trial.name, trial.times[0]) for trial, start in stated if start == 0.0]
     taken_at_first = [(trial.name, trial.times[0]) for trial, start in stated if start != 0.0]
-    rests = [
-        (trial.name, time_held(trial, noise)) for trial, lies in zip(trials, seated, strict=True) if trial.start and not lies
-    ]
-    held = [(name, rest) for name, rest in rests if rest]
+    rests = [(trial.name, time_held(trial, noise, lies), lies) for trial, lies in zip(trials, seated, strict=True) if trial.start]
+    held, on_slope = ([(name, rest) for name, rest, lies in rests if rest and lies == there] for there in (False, True))
     told = (
         (taken_at_zero, "the stated start is taken at t_s = 0, {:.3g} s before the first sample; count t_s from the release"),
         (
@@ -36,7 +36,13 @@ def release_notes(trials, starts, seated, noise):
             "the stated start is taken at the first sample, t_s = {:.4g}; where the body was let go later leave out the samples "
             "before, where it was let go earlier leave out the start: it is then fitted",
         ),
-        (held, "rests in the air for the first {:.2g} s, as if it were still held; leave out the samples before the release"),
+        *(
+            (
+                entries,
+                f"rests {where} for the first {{:.2g}} s, as if it were still held; leave out the samples before the release",
+            )
+            for entries, where in ((held, IN_AIR), (on_slope, ON_SLOPE))
+        ),
     )
     return [f"{_names(entries)}: {text.format(entries[0][1])}" for entries, text in told if entries]
 
@@ -61,47 +67,68 @@ def _names(entries):
 
 
 def let_go(measurement, noise, seated):
-    """The Recordings from the release on: what was recorded of a body still held in the air is left out, and told, where the
-    start is fitted; where it is stated, a clock offset tells when it was.
+    """The Recordings from the release on: what was recorded of a body still held is left out, and told, where the start is
+    fitted; where it is stated, a clock offset tells when it was.
 
     seated: does a body lie on its floor at the start (trials,).
     """
-    trials, told = [], []
+    trials, told = [], {IN_AIR: [], ON_SLOPE: []}
     for trial, lies in zip(measurement.trials, seated, strict=True):
-        count = 0 if lies or trial.start else samples_held(trial, noise)
+        count = 0 if trial.start else samples_held(trial, noise, lies)
         if count:
-            told.append((f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)", count))
+            rest = f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)"
+            told[ON_SLOPE if lies else IN_AIR].append((rest, count))
         trials.append(trial.at(slice(count, None)) if count else trial)
-    if not told:
-        return measurement
-    note = (
-        f"{_names(told)}: rests in the air at first, as if it were still held; what was recorded before the release is left out"
-    )
-    return replace(measurement, trials=tuple(trials), notes=(*measurement.notes, note))
+    notes = [
+        f"{_names(rests)}: rests {where} at first, as if it were still held; what was recorded before the release is left out"
+        for where, rests in told.items()
+        if rests
+    ]
+    return replace(measurement, trials=tuple(trials), notes=(*measurement.notes, *notes)) if notes else measurement
 
 
-def time_held(trial, noise):
-    """How long a body rests in the air at the beginning of a Trial before it falls [s]; 0.0 where that is not certain."""
-    return float(trial.times[max(samples_held(trial, noise) - 1, 0)] - trial.times[0])
+def time_held(trial, noise, lies=False):
+    """How long a body rests at the beginning of a Trial before it falls, or goes down [s]; 0.0 where that is not certain."""
+    return float(trial.times[max(samples_held(trial, noise, lies) - 1, 0)] - trial.times[0])
 
 
-def samples_held(trial, noise):
-    """How many samples of a Trial were taken of a body still held in the air, by its heights; 0 where that is not certain.
+def _heights(trial, lies):
+    """(heights (n,) that a body loses when it is let go [m], the axis that tells most of them); (None, 2) where nothing pulls it.
+
+    lies: on its floor, down whose slope it goes: its way up there, by the axes that were measured, stands for the height.
+    """
+    if not lies:
+        return trial.position[:, 2], 2
+    normal = trial.surroundings.normal / np.linalg.norm(trial.surroundings.normal)
+    uphill = (np.array([0.0, 0.0, 1.0]) - normal[2] * normal) * np.isfinite(trial.position).any(axis=0)
+    size = np.linalg.norm(uphill)
+    if size < LEVEL:
+        return None, 2
+    told = uphill != 0
+    return trial.position[:, told] @ (uphill[told] / size), int(np.argmax(np.abs(uphill)))
+
+
+def samples_held(trial, noise, lies=False):
+    """How many samples of a Trial were taken of a body still held in the air, or, where it lies there, on a slope; 0 where that
+    is not certain.
 
     Two paths of four numbers each are fitted to the first heights: a level until a moment, then a fall from rest; and a fall or
     throw from the first sample on; the acceleration of both may change with time, as a drag makes it. It was held where the first
     one leaves less, by more than chance gives. What floats, or moves before it falls, is not held.
     """
-    around, there = trial.surroundings, np.flatnonzero(np.isfinite(trial.position[:, 2]))
-    if noise.position is None or around.planar or may_hover(trial.body, around) or len(there) < 2 * LEAST:
+    around, (heights, axis) = trial.surroundings, _heights(trial, lies)
+    if noise.position is None or around.planar or heights is None or may_hover(trial.body, around) and not lies:
         return 0
-    times, heights = trial.times[there] - trial.times[there[0]], trial.position[there, 2]
+    there = np.flatnonzero(np.isfinite(heights))
+    if len(there) < 2 * LEAST:
+        return 0
+    times, heights = trial.times[there] - trial.times[there[0]], heights[there]
     fallen = np.flatnonzero(np.maximum.accumulate(heights) - heights > FALLEN * noise.position)
     end = int(np.argmin(heights[: fallen[0] + 1 if len(fallen) else None])) + 1
     if end < 2 * LEAST:
         return 0
     times, heights = times[:end], heights[:end]
-    whitening = noise.whitening(np.full(end, 2), times)
+    whitening = noise.whitening(np.full(end, axis), times)
 
     def left(since, first):
         columns = whiten(whitening, np.column_stack([np.ones(end), *first, since**2, since**3, heights]))

@@ -75,6 +75,38 @@ def test_what_stays_or_floats_or_has_no_height_is_not_held(generator):
     assert release_notes([trial(TIMES, fall(TIMES - 0.2, generator), FROM_REST)], [0.0], [True], noise()) == []  # on its floor
 
 
+SLOPE = (np.sin(0.07), 0.0, np.cos(0.07))  # normal of a floor that falls by 0.07 rad along x
+
+
+@pytest.mark.parametrize("columns", ["x", "xz"])
+def test_a_ball_held_on_a_slope_is_let_go_as_one_in_the_air(generator, columns):
+    """It rolls with 5/7 g sin(0.07) = 0.49 m/s2 from 0.3 s on, and is 1.5 sigma of the noise away 0.14 s later."""
+    times = np.arange(0, 1.8, STEP)
+    way = np.maximum(times - 0.3, 0.0) ** 2 * 9.81 * np.sin(0.07) * 5 / 14
+    rolls = trial(times, np.full(len(times), np.nan), floor_height=0.0, floor_normal=SLOPE)
+    rolls.position[:, 0] = way * np.cos(0.07) + SIGMA * generator.standard_normal(len(times))
+    if "z" in columns:
+        rolls.position[:, 2] = 0.05 - way * np.sin(0.07) + SIGMA * generator.standard_normal(len(times))
+    assert time_held(rolls, noise(), lies=True) == pytest.approx(0.3, abs=STEP + 0.14)
+    level = trial(times, rolls.position[:, 2], floor_height=0.0)
+    level.position[:, 0] = rolls.position[:, 0]
+    assert samples_held(level, noise(), lies=True) == 0  # nothing pulls it there: it is pushed
+    stated = trial(times, rolls.position[:, 2], FROM_REST, floor_height=0.0, floor_normal=SLOPE)
+    stated.position[:, 0] = rolls.position[:, 0]
+    (note,) = release_notes([stated], [0.0], [True], noise())
+    assert note.startswith("a.csv: rests on the slope for the first 0.") and "leave out the samples before the release" in note
+
+
+def test_no_ball_that_rolls_from_the_first_is_held(generator):
+    times = np.arange(0, 1.8, STEP)
+    for speed in (0.0, 0.3, -0.3):
+        for _ in range(30):
+            way = speed * times + times**2 * 9.81 * np.sin(0.07) * 5 / 14
+            rolls = trial(times, np.full(len(times), np.nan), floor_height=0.0, floor_normal=SLOPE)
+            rolls.position[:, 0] = way * np.cos(0.07) + SIGMA * generator.standard_normal(len(times))
+            assert samples_held(rolls, noise(), lies=True) == 0
+
+
 def test_what_was_recorded_before_the_release_is_left_out_and_told():
     """Four light balls, held for 0.08 to 0.2 s on film, or not, fall by z = 2 - (v^2/g) log cosh(g t/v): g is less the lift of
     the air, over the mass with half of the air displaced, m', and v^2 = 2 m' g/(C rho A). With all samples a curve of the camera
