@@ -157,6 +157,7 @@ def check_axes(trial, path):
         return
     seen = {name: known for axis, name in enumerate("xyz") if (known := acceleration(trial, axis))}
     if "z" not in seen:
+        _check_unseen_fall(trial, path, seen)
         return
     recorded = [column[np.isfinite(column)] for column in trial.position.T]
     if trial.surroundings.floor_height is None and not any(np.ptp(column) for column in recorded if len(column)):
@@ -177,6 +178,20 @@ def check_axes(trial, path):
                     f"{path}: falls along {name}_m (apparent acceleration {b:+.3g} m/s2, along z_m {a:+.3g}); z "
                     f"points up: are the columns {name}_m and z_m mixed up?"
                 )
+
+
+def _check_unseen_fall(trial, path, seen):
+    """Warn where nothing holds a body whose height is not recorded: it falls, and what moves on a floor is another motion."""
+    if not seen or trial.surroundings.floor_height is not None or np.isfinite(trial.position[:, 2]).any():
+        return
+    took = trial.times[-1] - trial.times[0]
+    way = trial.surroundings.gravity / 2 * took**2
+    warnings.warn(
+        f"{path}: no column z_m and no floor: the body is taken to fall freely, {way:.3g} m in {took:.3g} s; where it moves "
+        f"on a floor or a slope state surroundings.floor, where {next(iter(seen))}_m is its height name it z_m",
+        InputWarning,
+        stacklevel=2,
+    )
 
 
 def _check_sinking(trial, path):

@@ -137,3 +137,18 @@ def test_a_body_goes_the_way_of_its_weight_in_the_liquid(tmp_path, mass, speed, 
         measured(experiment(tmp_path, "t_s,z_m\n" + rows, toml))
     words = [str(one.message) for one in seen if "does not slow down" in str(one.message)]
     assert len(words) == bool(told) and all(told in one and "--up -z" in one for one in words)
+
+
+@pytest.mark.parametrize(
+    ("more", "column", "told"), [("", "x_m", 1), ("", "z_m", 0), ("[surroundings]\nfloor.height = 0.0\n", "x_m", 0)]
+)
+def test_a_body_without_a_height_or_a_floor_is_told_to_fall(tmp_path, more, column, told):
+    """A ball on a track before a motion detector, 1.4 s: 4.905 1.4^2 = 9.61 m of fall that nobody saw."""
+    rows = "".join(f"{0.1 * k:.1f},{0.3 * (0.1 * k) ** 2:.4f}\n" for k in range(15))
+    if column == "z_m":
+        rows = rows.replace(",0.", ",-0.")
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        measured(experiment(tmp_path, f"t_s,{column}\n" + rows, TOML + more))
+    words = [str(one.message) for one in seen if "taken to fall freely, 9.61 m in 1.4 s" in str(one.message)]
+    assert len(words) == told and all("surroundings.floor" in one and "name it z_m" in one for one in words)
