@@ -18,6 +18,7 @@ from hlcs.files.csv_files import decimal
 from hlcs.importing.axes import turned
 from hlcs.importing.found import Assumption, Found, recording
 from hlcs.importing.grids import MISSING, grid_of, source_of
+from hlcs.importing.repeats import below_one_another
 from hlcs.importing.units import KNOWN, SI, SUFFIXES, UNITS, quantity_of, scale, split_unit
 from minibullet.errors import InputError, shown
 
@@ -82,8 +83,10 @@ def read(path, overrides):
     grid = grid_of(source_of(path))
     head = _header(grid, overrides)
     grid.no_more_cells_than_names(head)
-    columns, left, notes = _columns(grid, head, overrides)
-    first = head + 1 + _has_units(grid, head)
+    as_read, units = grid, _has_units(grid, head)
+    grid, overrides = below_one_another(grid, head, units, MEANING, overrides)
+    columns, left, notes = _columns(grid, head, overrides, grid is not as_read)
+    first = head + 1 + units
     for name, place in columns.items():
         if _empty(grid, first, place.index):
             cell = grid.cells[head][place.index]
@@ -147,8 +150,11 @@ def _empty(grid, first, index):
     return all(index >= len(row) or row[index].lower() in MISSING for row in grid.cells[first:])
 
 
-def _columns(grid, head, overrides):
-    """({name in the project: Column}, columns that are not known, assumptions); known, or named by the user."""
+def _columns(grid, head, overrides, repeats=False):
+    """({name in the project: Column}, columns that are not known, assumptions); known, or named by the user.
+
+    repeats: do rows repeat one another, so that they are no samples?
+    """
     known = dict.fromkeys((*IN_RECORDINGS, *IN_TABLES))
     units = grid.cells[head + 1] if _has_units(grid, head) else []
     found, left, asked = {}, [], dict(overrides.column)
@@ -172,7 +178,7 @@ def _columns(grid, head, overrides):
             )
         halved = word in DIAMETERS and cell not in overrides.column
         found[name] = Column(index, unit, 0.5 if halved else 1.0)
-    if beside := _time_beside(found, overrides):
+    if beside := _time_beside(found, overrides, repeats):
         found[beside] = found.pop("t_s")
     if "bounce" in found and "z_m" in found and not {*found} & {*OUTCOMES, "t_s", "frame"}:
         found["rebound_height_m"] = found.pop("z_m")  # of one drop
@@ -203,8 +209,13 @@ def _columns(grid, head, overrides):
     return found, left, notes
 
 
-def _time_beside(found, overrides):
-    """The outcome that a column of times is, by what stands beside it; None where rows are samples, or say what they are."""
+def _time_beside(found, overrides, repeats):
+    """The outcome that a column of times is, by what stands beside it; None where rows are samples, or say what they are.
+
+    repeats: rows repeat one another: a way or an angle beside a time is that of a slide, a height that of a fall.
+    """
+    if repeats and "t_s" in found and not {*found} & {*OUTCOMES, "bounce", "mark_2_m"}:
+        return "slide_time_s" if {*found} & {"distance_m", "angle_deg", "slope"} else "fall_time_s"
     beside = next((outcome for column, outcome in TIMED.items() if column in found), None)
     other = {*OUTCOMES}
     if beside == "fall_time_s":  # beside a position it is that of a sample, beside a way or an angle that of a slide

@@ -1,0 +1,82 @@
+"""Repeats of an experiment that stand beside one another, "Trial 1 (s)", "Trial 2 (s)", ..: put below one another, a row each."""
+
+import re
+from dataclasses import replace
+
+from hlcs.data.quantities import OUTCOMES
+from hlcs.importing.found import Assumption
+from hlcs.importing.units import UNITS, split_unit
+from minibullet.errors import shown
+
+# what people call a repeat, in English, German, French and Spanish
+REPEAT = re.compile(
+    r"\b(?:trial|run|repeat|reading|attempt|measurement|versuch|messung|durchgang|wiederholung|essai|mesure|ensayo|intento|medida|"
+    r"no|nr)\b\.?"
+)
+NUMBERED = re.compile(r"(.*?)[\s#.\-]*\d{1,2}")
+
+
+def below_one_another(grid, head, units, meaning, overrides):
+    """(grid, overrides) in which columns that repeat one outcome are one column, and each row of them is as many rows.
+
+    Columns are repeats where the user says that they are one outcome, or where their names are the same but for a number and
+    tell an outcome or a time. head: index of the row of names; units: does the row below it hold their units; meaning: names
+    that are known -> columns of the project.
+    """
+    names = grid.cells[head]
+    together = _said(names, overrides) or _numbered(names, grid.cells[head + 1] if units else [], meaning, overrides)
+    if len(together) < 2:
+        return grid, overrides
+    first, others = together[0], {*together[1:]}
+
+    def row(cells, repeat):
+        filled = cells + [""] * (len(names) - len(cells))
+        return [filled[repeat] if k == first else cell for k, cell in enumerate(filled) if k not in others]
+
+    called = names[first] if names[first] in overrides.column else _without_number(names[first])
+    lines, cells = list(grid.lines[: head + 1 + units]), [list(cells) for cells in grid.cells[: head + 1 + units]]
+    cells[head:] = [row(part, first) for part in cells[head:]]
+    cells[head][cells[head].index(names[first])] = called
+    for line, part in zip(grid.lines[head + 1 + units :], grid.cells[head + 1 + units :], strict=True):
+        for repeat in together:
+            lines.append(line)
+            cells.append(row(part, repeat))
+    listed = ", ".join(f"'{shown(names[k])}'" for k in together)
+    note = Assumption(f"{grid.name}: columns {shown(listed, 200)} repeat one experiment: a row each", "--column")
+    column = {cell: name for cell, name in overrides.column.items() if cell not in {names[k] for k in others}}
+    found = replace(grid, lines=tuple(lines), cells=tuple(cells), assumptions=(*grid.assumptions, note))
+    return found, replace(overrides, column=column)
+
+
+def _said(names, overrides):
+    """Indices of the columns that the user calls one outcome."""
+    for outcome in OUTCOMES:
+        said = [k for k, cell in enumerate(names) if overrides.column.get(cell) == outcome]
+        if len(said) > 1:
+            return said
+    return []
+
+
+def _numbered(names, units, meaning, overrides):
+    """Indices of the columns whose names are the same but for a number, and tell an outcome or a time; none where positions are
+    numbered too: those are several bodies."""
+    found, told = {}, {}
+    for k, cell in enumerate(names):
+        word, unit = split_unit(cell)
+        unit = unit or (units[k].strip("[]() ").lower() if k < len(units) else "")
+        if cell not in overrides.column and word not in meaning and (before := NUMBERED.fullmatch(word)):
+            stem, many = REPEAT.subn(" ", before[1])
+            key = " ".join(stem.split()), unit
+            found.setdefault(key, []).append(k)
+            name = meaning.get(key[0]) or ("t_s" if not key[0] and unit in UNITS["time"] else None)
+            told[key] = name if many or name != "t_s" else None  # times at gates are numbered as well
+    if {*told.values()} - {*OUTCOMES, "t_s", None}:
+        return []
+    return next((found[key] for key, name in told.items() if name and len(found[key]) > 1), [])
+
+
+def _without_number(cell):
+    """What a column of repeats is called without its number: "Trial 1 (s)" -> "time (s)"."""
+    word, unit = split_unit(cell)
+    stem = " ".join(REPEAT.sub(" ", NUMBERED.fullmatch(word)[1]).split()) or "time"
+    return f"{stem} ({unit})" if unit else stem
