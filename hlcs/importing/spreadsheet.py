@@ -303,8 +303,11 @@ def _what_left_is(left):
         return ""
     names, units = ", ".join(f"'{shown(cell)}'" for cell in left), [split_unit(cell)[1] for cell in left]
     told = f"; not understood: {shown(names, 200)}: state what each is with --column"
-    if timed := next((cell for cell, unit in zip(left, units, strict=True) if unit in UNITS["time"]), ""):
-        return f'{told} "{shown(timed)}=t_s", or =slide_time_s where each row is an experiment of its own'
+    if timed := [cell for cell, unit in zip(left, units, strict=True) if unit in UNITS["time"]]:
+        again = f'; say the same outcome of each column that repeats it, --column "{shown(timed[1])}=.."' if timed[1:] else ""
+        return (
+            f'{told} "{shown(timed[0])}=t_s", or =slide_time_s or =fall_time_s where each row is an experiment of its own{again}'
+        )
     told = f'{told} "NAME=COLUMN"; where each row is an experiment of its own, one is its outcome: {", ".join(OUTCOMES)}'
     if not {*units} & {*UNITS["speed"]}:
         return told

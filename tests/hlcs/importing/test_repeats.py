@@ -37,4 +37,5 @@ def test_columns_that_are_said_to_be_one_outcome_repeat_it(imported):
 
 def test_bodies_and_gates_that_are_numbered_are_no_repeats(refused):
     refused("t,x1,x2\n0,1,2\n1,2,3\n", "csv", "columns 't', 'x1', 'x2'")
-    refused("height (m),time 1 (s),time 2 (s)\n0.5,0.33,0.41\n1.0,0.45,0.52\n", "csv", "time 1")
+    words = ("time 1 (s)=t_s", "=fall_time_s", "the same outcome of each", "time 2 (s)=..")
+    refused("height (m),time 1 (s),time 2 (s)\n0.5,0.33,0.41\n1.0,0.45,0.52\n", "csv", *words)
