@@ -3,12 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import binom
 
 STANDS_OUT = 4.0  # standard deviations of a second difference: of 10,000 samples of normal noise less than one lies beyond
 FORETOLD_OUT = 3.0  # the same of an end from what is foretold of it, where it stands out from its neighbours as well
 PASSES = 3  # neighbours of outliers are outliers too: of three per cent, one in 1,000 stands third in a row
 UNSURE = 3.0  # over the root of their number: by so much the scatter of normal noise seems larger than it is once in 40 series
 END = 1.29  # scatter of white noise about what the next four samples foretell, that about the line through two neighbours being 1
+BY_CHANCE = 1e-4  # chance of as many outliers at one end of the series: two ends of nine channels are asked of each set of data
 LEAST = 10  # samples of which a scatter can be told
 CORE = 3.3  # standard deviations within which 99.9 % of normal noise lies: what is beyond is counted as outliers that stayed
 BEYOND_CORE = 0.000967  # part of normal noise that lies beyond it all the same
@@ -65,6 +67,24 @@ def isolated_in(series, spreads):
         alone = [isolated_outliers(*one, spread, rough) for one, spread in zip(series, spreads, strict=True)]
         if not rough:
             break
+    return anywhere(alone)
+
+
+def anywhere(alone):
+    """Flags of samples that stand alone, one (n,) for each series, without the first or the last samples where more of these do
+    than chance puts there, changed in place.
+
+    What a tracker loses lies anywhere. Series begin and end where the motion does: what stands alone there in most of them is
+    part of the motion, as of a spin that ends within a sample.
+    """
+    alone = list(alone)
+    long = [flags for flags in alone if len(flags) >= LEAST]
+    for end in (0, -1):
+        there = sum(bool(flags[end]) for flags in long)
+        share = (sum(map(np.sum, long)) - there + 1) / (sum(map(len, long)) + 1)
+        if binom.sf(there - 1, len(long), share) < BY_CHANCE:
+            for flags in long:
+                flags[end] = False
     return alone
 
 
