@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from hlcs.selection import thresholds
+
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -48,3 +50,24 @@ def test_readme_lines_are_the_ones_that_are_run():
         line for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines() if line.startswith("python3 -m venv ")
     ]
     assert [line.rsplit(" && ", 1)[1] for line in lines] == [".venv/bin/hlcs demo --out out", ".venv/bin/python -m pytest -n 2"]
+
+
+def pages_on_a_diagnosis():
+    """The text of the page that tells the procedure, and of the one that has its details."""
+    return [(ROOT / "docs" / "theory" / f"{name}.md").read_text(encoding="utf-8") for name in ("diagnosis", "diagnosis_details")]
+
+
+def test_the_procedure_of_a_diagnosis_is_told_in_two_screens():
+    """At most 1,000 words, what stands in formulas among them; its details have the same headings in the same order."""
+    short, details = pages_on_a_diagnosis()
+    assert len(re.findall(r"\S*\w\S*", short)) <= 1000
+    headings = [re.findall(r"^## .+", text, re.MULTILINE) for text in (short, details)]
+    assert headings[0] and headings[0] == headings[1]
+
+
+def test_pages_on_a_diagnosis_name_every_threshold_with_its_value():
+    """Each `NAME` = value is that of the table of thresholds, and none of the table is missing."""
+    told = re.findall(r"`([A-Z_]+)` = (\d+(?:\.\d+)?)", "".join(pages_on_a_diagnosis()))
+    known = {name: value for name, value in vars(thresholds).items() if name.isupper()}
+    assert {name for name, _ in told} == known.keys()
+    assert [(name, float(value)) for name, value in told] == [(name, known[name]) for name, _ in told]
