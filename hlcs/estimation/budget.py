@@ -59,13 +59,21 @@ class Budget:
         return f", at most {seconds:.0f} s left" if seconds < 100 else f", at most {seconds / 60:.0f} min left"
 
     def affordable(self, numbers, most):
-        """How many fits, of so many numbers each, what is left allows for in one batch, at most so many. Of segments, where a fit
-        is a good part of the limit, as told by what each number took so far; else two at least."""
+        """Places of the fits, of so many numbers each, that what is left allows for in one batch, at most so many. Of segments,
+        where a fit is a good part of the limit, as told by what each number took so far, those that are too dear passed over;
+        through other contacts the first two at least; where nothing touches one after the other."""
+        if not self.simulator.contact:
+            return [0]
         left = (1 - self.share) * self.limit
         if self.problem.segmented and self.numbers:
-            return int(np.sum(np.cumsum(numbers)[:most] * self.on_fits <= left * self.numbers))
+            places, each = [], self.on_fits / self.numbers
+            for place, count in enumerate(numbers):
+                if len(places) < most and count * each <= left:
+                    places.append(place)
+                    left -= count * each
+            return places
         cost = 2 * FIT_LINEARISATIONS * linearisation_cost(self.problem.trials, self.simulator.time_step)
-        return int(np.clip(int(left / max(cost, 1.0)), 2, most))
+        return list(range(min(int(np.clip(int(left / max(cost, 1.0)), 2, most)), len(numbers))))
 
     def notes(self):
         """Sentences on what was left out."""

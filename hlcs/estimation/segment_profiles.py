@@ -53,10 +53,11 @@ class Reading(NamedTuple):
 
 def profiled(problem, fit):
     """A Fit of segments with the numbers and errors of their profiles; `withheld` says which cannot be given, and why."""
-    readings, withheld = [], {}
-    for index, (effect, free, _) in enumerate(fit.numbers):
+    readings, withheld = [None] * len(fit.estimate), {}
+    for index in told_by_data(fit):
+        effect, free, _ = fit.numbers[index]
         fit, reading = centred(problem, fit, index)
-        readings.append(reading)
+        readings[index] = reading
         if reading is None:
             withheld[effect, free.name] = "the segments into which its recordings are split have no common minimum in it"
         elif reading.alone > ALONE:
@@ -64,7 +65,9 @@ def profiled(problem, fit):
                 "only one of the segments into which its recordings are split tells it: nothing shows its error"
             )
     errors = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
-    scale = np.array([1.0 if reading is None else reading.error / error for reading, error in zip(readings, errors, strict=True)])
+    scale = np.array(
+        [1.0 if reading is None else reading.error / error for reading, error in zip(readings.values(), errors, strict=True)]
+    )
     return replace(fit, covariance=fit.covariance * np.outer(scale, scale), withheld=withheld)
 
 
@@ -78,11 +81,17 @@ def fit(problem, model, initial_states, limit=None):
     if (states := regrown(problem, there)) is not initial_states:  # those of another model may lie beyond an impact from here
         there = fit_at(model, states, problem.linearise(model, states))
     first = there
-    for index in range(len(there.estimate)):
+    for index in told_by_data(there):
         there, reading = centred(problem, there, index, thorough=False)
         if reading is None:
             return fitting.fit(problem, there.model, there.initial_states, limit)
     return min(first, there, key=lambda fit: fit.cost)  # a parabola through rough values may lead away from a good beginning
+
+
+def told_by_data(fit):
+    """Places of the numbers of a Fit of which the data tell as much as was believed beforehand, or more: the others, such as the
+    lift of the air that the file states, stay as they are believed."""
+    return [place for place, told in enumerate(np.diag(fit.information)) if not told < 1]
 
 
 def centred(problem, fit, index, thorough=True):

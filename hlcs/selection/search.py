@@ -101,8 +101,8 @@ class Search:
         return len(forms) == len(set(forms)) and (drag or not any(entry.through_drag for entry in entries))
 
     def count(self, effects):
-        """How many numbers a set has, one at least."""
-        return max(sum(len(self.candidates[name].free) for name in effects), 1)
+        """How many numbers a set has that a fit must find, one at least."""
+        return max(sum(len(self.candidates[name].free) for name in effects - self.implied), 1)
 
     # --- best first -----------------------------------------------------------------------------------------------------------
 
@@ -153,13 +153,13 @@ class Search:
                 break
             twice = max(promising[0][0].cost, 0.0) / HELPS  # what is foreseen to leave more comes later, if ever
             together = self.first_ones(self.parts_first([each for each in promising if each[0].cost <= twice], limit), promising)
-            numbers = [self.count(proposal.effects) for proposal, _ in together]
-            affordable = self.budget.affordable(numbers, TOGETHER) if self.problem.simulator.contact else 1
-            if self.budget.spent(affordable if refits < REFITS else 0):
+            affordable = self.budget.affordable([self.count(each.effects) for each, _ in together], TOGETHER)
+            if self.budget.spent(len(affordable) if refits < REFITS else 0):
                 together = [each for each in together if explained and each[0].effects in self.twins]
-                if not together:  # twins of what was found are few, and without them it would be told alone
-                    break
-            together = together[:affordable]
+                affordable = range(len(together))  # twins of what was found are few, and without them it would be told alone
+            if not affordable:
+                break
+            together = [together[place] for place in affordable]
             named = ", ".join(" + ".join(sorted(proposal.effects)) for proposal, _ in together[:3])
             self.progress(f"fitting {named}{self.budget.time_left()}")
             self.fit_sets(together)

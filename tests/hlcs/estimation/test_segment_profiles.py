@@ -73,3 +73,18 @@ def test_the_friction_of_a_cut_toss_is_found_from_afar(tmp_path):
     fit = profiled(prepared.problem, prepared.problem.fit(model, prepared.base.initial_states))
     assert not fit.withheld
     assert abs(fit.estimate[0] - 0.2) < 2 * 1.645 * np.sqrt(fit.covariance[0, 0])
+
+
+def test_a_number_of_which_the_data_tell_less_than_the_file_is_no_number_of_the_segments(tmp_path):
+    """The lift of the stated air is 0.3 % of the weight, known to a few per cent: no line is laid through it."""
+    path = write_tosses(tmp_path, [1.8, 1.5])
+    path.write_text(path.read_text().replace("gravity = 9.81\n", "gravity = 9.81\nfluid_density = 1.2\n"))
+    recordings = measured(path)
+    prepared = prepare(recordings)
+    (lift,) = candidates_for(recordings, True, ["buoyancy"], ())[0]
+    model = prepared.base.model.with_term(Term(lift, (("fluid_density", 1.2),)))
+    fitted = prepared.problem.fit(model, prepared.base.initial_states)
+    before = prepared.problem.simulator.body_steps
+    fit = profiled(prepared.problem, fitted)
+    assert prepared.problem.segmented and prepared.problem.simulator.body_steps == before
+    assert not fit.withheld and fit.estimate[0] == 1.2
