@@ -85,7 +85,8 @@ class Law:
             vector = np.array([sum(n.value for n in self.linear if n.name == f"strength_{axis}") for axis in AXES])
             return vector / max(np.linalg.norm(vector), 1e-300)
         if self.way == "direction":
-            azimuth, elevation = (number.value for number in self.searched[-2:])
+            known = {number.name: number.value for number in (*self.searched, *self.given)}
+            azimuth, elevation = (known[name] for name in ANGLES)
             return np.array([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
         return None
 
@@ -155,9 +156,18 @@ WAYS = {
         "along = np.array([[level * np.cos(self.azimuth), level * np.sin(self.azimuth), np.sin(self.elevation)]])",
     ),
 }
+ANGLES = ("azimuth", "elevation")  # of a direction [rad]
+HELD = {  # axes along which positions were measured -> angles that keep a direction among them [rad]
+    "x": {"azimuth": 0.0, "elevation": 0.0},
+    "y": {"azimuth": np.pi / 2, "elevation": 0.0},
+    "z": {"azimuth": 0.0, "elevation": np.pi / 2},
+    "xy": {"elevation": 0.0},
+    "xz": {"azimuth": 0.0},
+    "yz": {"azimuth": np.pi / 2},
+}
 HALF_SPHERE = ((0.0, 0.0), (np.pi / 2, 0.0), (0.0, np.pi / 2)) + tuple(
     (quarter * np.pi / 4, height * np.pi / 5) for quarter in (1, 3, 5, 7) for height in (0, 1)
-)  # azimuth and elevation of the directions to begin with [rad]
+)  # ANGLES of the directions to begin with
 TRIED = {  # variable -> ((way, forms), ..); "axes": along x, y and z, each with a strength of its own
     "speed": (("velocity", ("power", "exponential", "table")),),
     "height": (("axes", ("power", "exponential", "table")), ("velocity", ("power", "exponential", "table"))),
@@ -183,6 +193,7 @@ class Ranges(NamedTuple):
     duration: float  # of the longest recording [s]
     slowest: float  # frequency that every flight shows to come back [Hz]
     fastest: float  # frequency that the frames can show [Hz]
+    measured: str = AXES  # axes along which positions were measured: of no other is a force seen
 
 
 def laws(values, ranges):
@@ -217,8 +228,12 @@ def one_law(variable, form, way, values, ranges, axes=AXES):
         factor = "" if form == "table" else "self.strength * "
         lines = (*lines, *WAYS[way], *shape, f"acceleration = ({factor}shape)[:, None] * along")
     if way == "direction":
-        angles = (Number("azimuth", "rad", -10.0, 10.0), Number("elevation", "rad", -10.0, 10.0))
-        searched, begins = (*searched, *angles), tuple((*a, *b) for a in begins for b in HALF_SPHERE)
+        held = HELD.get(ranges.measured, {})
+        free = [name for name in ANGLES if name not in held]
+        angles = dict.fromkeys(tuple(one[ANGLES.index(name)] for name in free) for one in HALF_SPHERE)
+        searched = (*searched, *(Number(name, "rad", -10.0, 10.0) for name in free))
+        begins = tuple((*a, *b) for a in begins for b in angles)
+        given = (*given, *(Number(name, "rad", value=value) for name, value in held.items()))
     if way == "point":
         room = ranges.box + np.outer([-1.0, 1.0], np.ptp(ranges.box, axis=0) + 0.5)
         point = tuple(

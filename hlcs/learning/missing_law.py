@@ -257,4 +257,4 @@ def _ranges(problem, regression):
     step = max(float(np.median(np.diff(trial.times))) for trial in problem.trials)
     shortest = min(float(np.ptp(flight.times)) for flight in flights)
     # an oscillation comes back one and a half times: a slower one is any force that changes once; four frames a period show it
-    return values, Ranges(box, float(values["time"].max()), 1.5 / shortest, 0.25 / step)
+    return values, Ranges(box, float(values["time"].max()), 1.5 / shortest, 0.25 / step, measured)

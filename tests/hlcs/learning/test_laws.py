@@ -41,6 +41,19 @@ def test_only_what_is_seen_is_tried():
     assert "spin" not in {law.variable for law in laws(known, RANGES)}
 
 
+@pytest.mark.parametrize(("measured", "free"), [("z", ()), ("xz", ("elevation",)), ("xyz", ("azimuth", "elevation"))])
+def test_a_force_acts_along_axes_that_were_measured(measured, free):
+    """Of the others nothing is known: no angle of a direction among them is searched. It was, and told as 4.8 +- 8.6 rad."""
+    law = one_law("time", "table", "axes", VALUES["time"], RANGES._replace(measured=measured))
+    assert tuple(number.name for number in law.searched) == free
+    for begin in law.begins:
+        turned = law.at(np.ones(len(law.linear)), begin)
+        force = turned.kind()().forces(mb.effects.samples.sample_bodies(), 0.1)[:, :3]
+        unseen = ["xyz".index(axis) for axis in "xyz" if axis not in measured]
+        np.testing.assert_allclose(force[:, unseen], 0.0, atol=1e-15 * np.abs(force).max())
+        np.testing.assert_allclose(turned.direction[unseen], 0.0, atol=1e-15)
+
+
 def test_a_table_is_the_force_at_its_knots():
     """Straight lines between the values; 1e-3 relative is the rounding of the knots in the file."""
     law = one_law("height", "table", "axes", VALUES["height"], RANGES)
