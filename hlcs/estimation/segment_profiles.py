@@ -65,9 +65,7 @@ def profiled(problem, fit):
                 "only one of the segments into which its recordings are split tells it: nothing shows its error"
             )
     errors = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
-    scale = np.array(
-        [1.0 if reading is None else reading.error / error for reading, error in zip(readings.values(), errors, strict=True)]
-    )
+    scale = np.array([1.0 if reading is None else reading.error / error for reading, error in zip(readings, errors, strict=True)])
     return replace(fit, covariance=fit.covariance * np.outer(scale, scale), withheld=withheld)
 
 
