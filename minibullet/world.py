@@ -184,7 +184,7 @@ class World(Display):
         impact_impulse, jump, correction = impacts.impact_impulses(contacts, scene.moving, before.twist, free_twist, dt)
         if np.count_nonzero(jump):
             later = effect_room.wrenches(self._acting, before._replace(twist=before.twist + jump), self.time)
-            wrenches = impacts.mean_wrenches(wrenches, later, jump, correction, dt)
+            wrenches = effect_room.mean_wrenches(wrenches, later, jump, correction, dt)
             free_twist, mean_twist, _ = free_motion(before, inverse, wrenches, settings)
         free_twist, mean_twist = free_twist + jump, mean_twist + jump - correction / dt
         rounding = 1e-14 * motion_bound.max(initial=0.0) / dt  # of the largest speed: what double precision leaves

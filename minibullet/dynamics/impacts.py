@@ -158,14 +158,3 @@ def impact_impulses(contacts, moving, twist, free_twist, time_step):
     flight = Flight(twist.copy(), (free_twist - twist) / time_step, np.zeros_like(twist), np.zeros(len(twist)))
     impulse = resolve(contacts, flight, moving, time_step, 20 + np.count_nonzero(moving))
     return impulse, flight.twist - twist, flight.correction
-
-
-def mean_wrenches(before, after, jump, correction, time_step):
-    """The mean over a step of each effect's wrench (n, 6), from that before and that after the impacts of the step.
-
-    A body that rebounds is braked the other way. The wrench at the velocity before an impact for the whole step would be an
-    error of the order of the step, and one that leaps with the moment of the impact. Of several impacts the mean time counts.
-    """
-    late = (jump * (jump - correction / time_step)).sum(axis=1, keepdims=True)
-    left = np.clip(late / np.maximum((jump * jump).sum(axis=1, keepdims=True), 1e-300), 0.0, 1.0)  # part of the step
-    return [first + left * (later - first) for first, later in zip(before, after, strict=True)]

@@ -1,7 +1,7 @@
 """Physics added from outside: one law, one class, one source. See ``contract`` for how to write your own.
 
-The engine asks through ``compose``, ``wrenches``, ``added_mass``, ``changes_contact_law`` and ``contact_law``; everything else
-here is a law or looks after laws.
+The engine asks through ``compose``, ``wrenches``, ``mean_wrenches``, ``added_mass``, ``changes_contact_law`` and ``contact_law``;
+everything else here is a law or looks after laws.
 """
 
 from minibullet.effects.body import Gravity, TiltedGravity
@@ -27,6 +27,7 @@ from minibullet.effects.contract import (
     added_mass,
     changes_contact_law,
     contact_law,
+    mean_wrenches,
     name_of,
     parameter,
     parameters,

@@ -232,6 +232,17 @@ def wrenches(effects, bodies: Bodies, time: float) -> list[np.ndarray]:
     ]
 
 
+def mean_wrenches(before, after, jump, correction, time_step):
+    """The mean over a step of each effect's wrench (n, 6), from that before and that after the impacts of the step.
+
+    A body that rebounds is braked the other way. The wrench at the velocity before an impact for the whole step would be an
+    error of the order of the step, and one that leaps with the moment of the impact. Of several impacts the mean time counts.
+    """
+    late = (jump * (jump - correction / time_step)).sum(axis=1, keepdims=True)
+    left = np.clip(late / np.maximum((jump * jump).sum(axis=1, keepdims=True), 1e-300), 0.0, 1.0)  # part of the step
+    return [first + left * (later - first) for first, later in zip(before, after, strict=True)]
+
+
 def wrench(effect: Effect, bodies: Bodies, time: float) -> np.ndarray:
     """The wrench of one effect on all bodies, as in `wrenches`, (n, 6)."""
     return wrenches((effect,), bodies, time)[0]
