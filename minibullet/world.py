@@ -181,14 +181,14 @@ class World(Display):
 
         # impacts with restitution first, each at its own moment, and what acts otherwise after them; then the resting contacts
         contacts = impacts.ImpactContacts(factors, gap, size, law.restitution, law.friction)
-        impact_impulse, jump, correction = impacts.impact_impulses(contacts, scene.moving, before.twist, free_twist, dt)
+        impact_impulse, jump, correction, room = impacts.impact_impulses(contacts, scene.moving, before.twist, free_twist, dt)
         if np.count_nonzero(jump):
             later = effect_room.wrenches(self._acting, before._replace(twist=before.twist + jump), self.time)
             wrenches = effect_room.mean_wrenches(wrenches, later, jump, correction, dt)
             free_twist, mean_twist, _ = free_motion(before, inverse, wrenches, settings)
         free_twist, mean_twist = free_twist + jump, mean_twist + jump - correction / dt
         rounding = 1e-14 * motion_bound.max(initial=0.0) / dt  # of the largest speed: what double precision leaves
-        problem = constraints.assemble(scene, factors, gap, law, free_twist, correction, rounding, dt)
+        problem = constraints.assemble(scene, factors, gap, law, free_twist, room, rounding, dt)
         solution = self._solve(problem, problems.into_axes(factors.jacobian, points.impulse))  # from last step's impulses
 
         # move: with the mean twist where gaps allow it, else with the final one; overlap is undone without giving velocity.

@@ -73,14 +73,12 @@ def describe(bodies, pair, arms, gap, factors, impulse, time_step):
     )
 
 
-def assemble(scene, factors, gap, law, free_twist, correction, rounding, time_step):
-    """The contact problem of the step: contacts may close by their gap and no more, u_N+ >= -gap/dt (the target); an overlap
-    asks for no velocity. correction: impact position correction, how much farther back impacts leave the bodies, (n, 6), or 0.0;
-    rounding: of velocities [m/s].
+def assemble(scene, factors, gap, law, free_twist, room, rounding, time_step):
+    """The contact problem of the step: contacts may close by the room they have (m,) and no more, u_N+ >= -room/dt (the target),
+    which is their gap where nothing was or will be struck; an overlap asks for no velocity. rounding: of velocities [m/s].
 
     Adhesion is a pull along the normal that acts while the surfaces touch, so it belongs to the free twist.
     """
-    left = gap if isinstance(correction, float) else gap - relative_velocity(factors, correction)[:, 0]
     if np.count_nonzero(law.adhesion):
         free_twist = free_twist.copy()
         pull = np.zeros((len(gap), 3))
@@ -91,7 +89,7 @@ def assemble(scene, factors, gap, law, free_twist, correction, rounding, time_st
     order, islands = find_islands(factors.bodies, scene.moving)
     return ContactProblem(
         factors=factors,
-        target=-np.maximum(left, 0.0) / time_step,
+        target=-np.maximum(room, 0.0) / time_step,
         friction=law.friction,
         rolling=rolling,
         free_twist=free_twist,

@@ -1,12 +1,11 @@
 """Impacts with restitution, each at its own moment inside the step.
 
 Newton's law u_N+ = -e u_N- (Eq. 8 with a finite e) needs the speed at the moment of contact, not at the end of the step, or
-every bounce gains or loses energy of the order of the step. With the geometry of the step's beginning, the gap of a contact
-is a parabola in time; the earliest impact is found, all contacts that touch at that moment are solved together with Coulomb
-friction, and the search goes on with the new velocities. Contacts whose rebound gravity would undo before the step ends are
-left to the resting contact law, and so are those whose rebound is slower than half of the velocity that forces give the two
-bodies in a step: units that lie side by side would hand such impacts on without end. All contacts that touch at the moment of
-an impact, and that it can reach from body to body, take part in it and obey Newton's law together.
+every bounce gains or loses energy of the order of the step. The gap of a contact is a parabola in time; the earliest impact is
+found, all contacts that touch then and that it can reach from body to body obey Newton's law together with Coulomb friction, and
+the search goes on with the new velocities. Contacts whose rebound gravity would undo before the step ends are left to the
+resting contact law, and so are those whose rebound is slower than half of the velocity that forces give the two bodies in a
+step: units that lie side by side would hand such impacts on without end.
 """
 
 from math import sqrt
@@ -49,13 +48,28 @@ def first_touch(gap, rate, acceleration, now, end):
         return now if closing < 0.0 else np.inf
     # the root of here + closing s + acceleration s^2/2, in the form that does not cancel
     discriminant = closing * closing - 2.0 * acceleration * here
-    if discriminant < 0.0:
-        return np.inf
-    divisor = -closing + sqrt(discriminant)
-    if divisor <= 0.0:
-        return np.inf
-    moment = now + 2.0 * here / divisor
+    divisor = -closing + sqrt(max(discriminant, 0.0))
+    moment = now + 2.0 * here / divisor if discriminant >= 0.0 and divisor > 0.0 else np.inf
     return moment if moment <= end else np.inf
+
+
+@leaf
+def path(c, contacts, flight):
+    """Gap, rate and pull of contact c after the jumps so far: at time t it is open by gap + rate t + pull t^2/2."""
+    gap = contacts.gap[c] - normal_velocity(c, contacts.factors, flight.correction)
+    return gap, normal_velocity(c, contacts.factors, flight.twist), normal_velocity(c, contacts.factors, flight.acceleration)
+
+
+@leaf
+def next_touch(c, contacts, flight, time_step):
+    """When contact c touches next in this step, inf if it does not, and whether it rebounds there, or when the next step begins;
+    else it is left to the resting contact law."""
+    gap, rate, pull = path(c, contacts, flight)
+    a, b = contacts.factors.bodies[c, 0], contacts.factors.bodies[c, 1]
+    touch = first_touch(gap, rate, pull, max(flight.since[a], flight.since[b]), time_step)
+    left = time_step if touch == np.inf else time_step - touch
+    undone = max(-pull * left, REBOUND * time_step * max(length(flight.acceleration[a]), length(flight.acceleration[b])))
+    return touch, -contacts.restitution[c] * (rate + pull * min(touch, time_step)) > undone
 
 
 @leaf
@@ -64,28 +78,29 @@ def next_impact(contacts, flight, now, time_step):
     -1 if none. What touched before, and was left, stays so until one of its two bodies jumps, whatever others do."""
     moment, trigger = np.inf, -1
     for c in range(len(contacts.gap)):
-        if contacts.restitution[c] <= 0.0:
-            continue
-        pull = normal_velocity(c, contacts.factors, flight.acceleration)
-        rate = normal_velocity(c, contacts.factors, flight.twist)
-        gap = contacts.gap[c] - normal_velocity(c, contacts.factors, flight.correction)
-        a, b = contacts.factors.bodies[c, 0], contacts.factors.bodies[c, 1]
-        touch = first_touch(gap, rate, pull, max(flight.since[a], flight.since[b]), time_step)
-        if now <= touch < moment:
-            pulled = max(length(flight.acceleration[a]), length(flight.acceleration[b]))
-            undone = max(-pull * (time_step - touch), REBOUND * time_step * pulled)
-            if -contacts.restitution[c] * (rate + pull * touch) > undone:
-                moment, trigger = touch, c
+        touch, rebounds = next_touch(c, contacts, flight, time_step)
+        if rebounds and now <= touch < moment:
+            moment, trigger = touch, c
     return moment, trigger
+
+
+@kernel
+def room(contacts, flight, time_step):
+    """How far the last velocity of the step may close each contact [m], (m,): by its gap. One that stays open and rebounds in
+    the next step may be closed by the mean velocity: it would be caught right above what it is to strike."""
+    result = np.empty(len(contacts.gap))
+    for c in range(len(result)):
+        gap, rate, _ = path(c, contacts, flight)
+        touch, rebounds = next_touch(c, contacts, flight, time_step)
+        result[c] = 2.0 * gap + time_step * rate if rebounds and touch == np.inf else gap
+    return result
 
 
 @leaf
 def is_touching(c, contacts, flight, now):
     """Whether the gap of contact c is closed at this time of the step."""
-    rate = normal_velocity(c, contacts.factors, flight.twist)
-    pull = normal_velocity(c, contacts.factors, flight.acceleration)
-    gap = contacts.gap[c] - normal_velocity(c, contacts.factors, flight.correction) + now * (rate + 0.5 * now * pull)
-    return gap <= 1e-9 * contacts.size[c]
+    gap, rate, pull = path(c, contacts, flight)
+    return gap + now * (rate + 0.5 * now * pull) <= 1e-9 * contacts.size[c]
 
 
 @kernel
@@ -107,8 +122,7 @@ def struck_together(trigger, bodies, touching, moving):
 
 @leaf
 def solve_impact(struck, contacts, target, impulse, twist):
-    """Coulomb's law with Newton's rebound ``target`` (m,) at the struck contacts, all together, by Gauss-Seidel; impulse (m, 3)
-    and twist (n, 6) in place."""
+    """Coulomb's law with Newton's rebound ``target`` (m,) at the struck contacts together; impulse and twist in place."""
     for _ in range(200):
         change, total = 0.0, 0.0
         for c in struck:
@@ -120,11 +134,9 @@ def solve_impact(struck, contacts, target, impulse, twist):
 
 @kernel
 def resolve(contacts, flight, moving, time_step, most):
-    """All impacts of a step, at most so many. The Flight is brought up to date in place; returns the sum of the impulses (m, 3)
-    [N s, contact axes]."""
+    """All impacts of a step, at most so many, the Flight brought up to date: sum of the impulses (m, 3) [N s, contact axes]."""
     count = len(contacts.gap)
-    total, impulse, target = np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
-    now = 0.0
+    now, total, impulse, target = 0.0, np.zeros((count, 3)), np.zeros((count, 3)), np.zeros(count)
     for _ in range(most):
         now, trigger = next_impact(contacts, flight, now, time_step)
         if trigger < 0:
@@ -148,13 +160,13 @@ def resolve(contacts, flight, moving, time_step, most):
 
 def impact_impulses(contacts, moving, twist, free_twist, time_step):
     """The impulses of the impacts of a step (m, 3), the velocity jump that they give each body and their impact position
-    correction (n, 6); zeros without restitution. A step has at most 20 impacts and one more for each moving body.
+    correction (n, 6), zeros without restitution, and the ``room`` left. At most 20 impacts and one more for each moving body.
 
     A body jumps when it is struck, not when the step begins: at the end it lies behind where the later velocity alone would
     have brought it, by impact time times velocity jump. This is the position correction.
     """
     if not np.count_nonzero(contacts.restitution):
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, contacts.gap
     flight = Flight(twist.copy(), (free_twist - twist) / time_step, np.zeros_like(twist), np.zeros(len(twist)))
     impulse = resolve(contacts, flight, moving, time_step, 20 + np.count_nonzero(moving))
-    return impulse, flight.twist - twist, flight.correction
+    return impulse, flight.twist - twist, flight.correction, room(contacts, flight, time_step)

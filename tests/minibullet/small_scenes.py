@@ -103,7 +103,7 @@ def problem(world, friction=0.5, twist=None, reach=0.01):
     factors, none = constraints.contact_factors(found.pair, found.arms, inverse), np.zeros(len(found.gap))
     law = ContactLaw(np.full(len(none), friction), none, none, none, none)
     twist = scene.bodies.twist if twist is None else twist
-    return constraints.assemble(scene, factors, found.gap, law, twist, np.zeros_like(twist), 0.0, 1 / 240)
+    return constraints.assemble(scene, factors, found.gap, law, twist, found.gap, 0.0, 1 / 240)
 
 
 def block_on_floor(velocity=(0.0, 0.0, 0.0), size=(1.0, 1.0, 1.0), **settings):

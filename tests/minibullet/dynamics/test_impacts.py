@@ -44,6 +44,18 @@ def test_a_bounce_in_the_middle_of_a_step_is_exact(time_step):
     assert ball.velocity[2] == pytest.approx(speed - 10.0 * after, abs=1e-10)
 
 
+@pytest.mark.parametrize("late", [1e-4, 0.002, 0.004, 0.006])
+def test_a_ball_that_strikes_right_after_a_step_is_not_caught_by_its_end(late):
+    """Let fall so that it touches 80 + late steps later, at v = g t; a step ends v late dt above the floor, less than the
+    g dt^2/2 = v dt / 160 by which the last velocity of that step would overshoot. It then flies a parabola from 0.8 v. All of it
+    is exact, so rounding alone is left."""
+    touch = (80 + late) / 240
+    speed, after = 10.0 * touch, 120 / 240 - touch
+    ball = drop(0.8, 1 / 240, 120 / 240, height=5.0 * touch**2)
+    assert ball.position[2] - 0.1 == pytest.approx(0.8 * speed * after - 5.0 * after**2, abs=1e-10)
+    assert ball.velocity[2] == pytest.approx(0.8 * speed - 10.0 * after, abs=1e-10)
+
+
 def test_full_restitution_keeps_the_energy_through_many_bounces():
     """Ten seconds of e = 1: m g h + T is 10 J to 1e-9, whatever part of the step the impacts fall on."""
     ball = drop(1.0, 1 / 240, 10.0)
