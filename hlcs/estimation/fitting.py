@@ -13,7 +13,7 @@ import numpy as np
 from scipy import optimize
 
 from hlcs.estimation.least_squares import belief, least_squares
-from hlcs.estimation.linearization import Fit, free_numbers, values_of
+from hlcs.estimation.linearization import Fit, free_numbers, values_of, white_columns
 from minibullet.errors import InputError
 
 CLOSE, CLOSE_IN_CONTACT = 0.02, 0.3  # fall of chi2 below which a further step is not worth its simulations
@@ -195,7 +195,7 @@ def fit(problem, model, initial_states, limit=None):
 def fit_at(model, initial_states, linear, converged=True):
     """The Fit at this point, with the covariance of its free numbers."""
     values, frees = values_of(model), free_numbers(model)
-    columns = np.concatenate([*linear.projected[1], np.diag(belief(values, frees)[1])])
+    columns = white_columns(linear, values, frees)
     covariance = np.zeros((len(frees), len(frees)))
     if np.isfinite(columns).all():  # a run may leave the finite numbers
         covariance = least_squares(columns, np.zeros(len(columns))).covariance

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hlcs.estimation.least_squares import basis, belief, project_out
+from hlcs.estimation.least_squares import basis, belief, least_squares, project_out
 from hlcs.estimation.whitening import Whitening
 from hlcs.simulation.model import Model
 
@@ -60,6 +60,7 @@ class Fit:
     covariance: np.ndarray  # for the stated noise (p, p)
     converged: bool = True
     withheld: dict = field(default_factory=dict)  # (effect, number) -> why its value is not given
+    step_error: np.ndarray | float = 0.0  # what is left of the error of the time step may move its numbers by so much (p,)
     doubt: float = 0.0  # -2 log of its likelihood less chi2, where what its effects do is not known exactly
 
     @property
@@ -138,11 +139,22 @@ class Fit:
         """What is believed of its numbers where they stand, in units of their spreads (p, p)."""
         return np.diag((belief(self.estimate, free_numbers(self.model))[1] * self.spreads) ** 2)
 
+    def moved_by(self, white):
+        """By how much its numbers move where its predictions change by white amounts, list of (n_i,), to first order (p,)."""
+        columns = white_columns(self.linearization, self.estimate, free_numbers(self.model))
+        changes = np.concatenate([*self.linearization.without_states(white), np.zeros(len(self.estimate))])
+        if not (np.isfinite(columns).all() and np.isfinite(changes).all()):
+            return np.zeros(len(self.estimate))  # such a fit is told to leave the finite numbers
+        return -least_squares(columns, changes).estimate
+
     def covariance_at(self, overdispersion):
-        """Covariance of its numbers where so many residuals count as one (p, p): the data tell less, what is believed stays."""
-        if overdispersion == 1:
-            return self.covariance
-        return np.linalg.pinv(self.told / overdispersion + self._believed, hermitian=True) * np.outer(self.spreads, self.spreads)
+        """Covariance of its numbers where so many residuals count as one (p, p): the data tell less, what is believed stays. The
+        error of the time step is one more source, which no number of readings makes smaller."""
+        covariance = self.covariance
+        if overdispersion != 1:
+            known = np.linalg.pinv(self.told / overdispersion + self._believed, hermitian=True)
+            covariance = known * np.outer(self.spreads, self.spreads)
+        return covariance + np.outer(self.step_error, self.step_error)
 
     def savings(self, overdispersion):
         """By how much `tempered` would fall were each number where it is expected and the others beside it where the data then
@@ -191,6 +203,12 @@ def occam(information, count):
     if not np.isfinite(information).all():
         return np.inf
     return float(np.sum(np.minimum(np.log1p(np.maximum(np.linalg.eigvalsh(information), 0.0)), np.log(max(count, 1.0)))))
+
+
+def white_columns(linear, values, frees):
+    """What a fit of free numbers at values (p,) is: white changes of all observations, and of what is believed, per unit of each
+    number, the initial states projected out (n + p, p)."""
+    return np.concatenate([*linear.projected[1], np.diag(belief(values, frees)[1])])
 
 
 def free_numbers(model):

@@ -341,6 +341,8 @@ def _doubts(fit, parameters):
         if "beyond" in entry
     ]
     deviation = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
+    rough = np.flatnonzero(np.abs(fit.step_error) > deviation)
+    notes += [f"the time step tells {names[k]} worse than the data do: state a smaller time_step under [model]" for k in rough]
     correlation = fit.covariance / np.outer(deviation, deviation)
     hanging = zip(*np.nonzero(np.triu(np.abs(correlation) > 0.9, 1)), strict=True)
     notes += [f"{names[i]} and {names[j]} hang together: correlation {correlation[i, j]:+.2f}" for i, j in hanging]

@@ -12,7 +12,7 @@ import numpy as np
 from hlcs.data.impacts import read_impacts
 from hlcs.estimation.trajectory_problem import TrajectoryProblem
 from hlcs.kinds.trajectories.preparation import without_isolated
-from hlcs.kinds.trajectories.time_step import refine
+from hlcs.kinds.trajectories.time_step import corrected
 
 MOST_SEARCHED = 10_000  # rows of all recordings: a search then takes some 1 GB and minutes
 BEGINNING = 12  # samples from which a start is read
@@ -68,7 +68,7 @@ def on_all_rows(measurement):
         fit = full.fit(fit.model, fit.initial_states)
         if first:
             fit, _ = without_isolated(full, fit)
-        return full, refine(full, fit)[0] if simulator.contact else fit
+        return full, corrected(full, fit, final=True)[0] if simulator.contact else fit
 
     return on_all
 

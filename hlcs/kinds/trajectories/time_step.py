@@ -1,5 +1,6 @@
 """The error of the time step: how large it is in the prediction of a fit, and taken out of it."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,7 +19,7 @@ SURE = 0.5  # part of a correction that halving the shortest step may move it by
 ROUGH = 0.1  # RMS by which a correction may be wrong [sigma]: chi2 rises by 1 %
 NEAR = 3.0  # RMS of the correction of a segment [sigma]: a tumbling body that is led farther goes another way
 STILL = 0.02  # RMS by which a finer step may move the prediction through contacts [sigma]
-MOVED = 0.1  # standard errors by which the error of the step may move a number in flight, at most
+MOVED = 0.1  # standard errors by which the error of the step may move a number that is told, at most
 
 
 def refine(problem, fit):
@@ -42,38 +43,53 @@ def refine(problem, fit):
         fit = problem.fit(fit.model, fit.initial_states)
 
 
-def corrected(problem, fit):
-    """What `refine` gives of a fit through contacts; the Problem keeps the correction of its predictions."""
+def corrected(problem, fit, final=False):
+    """What `refine` gives of a fit through contacts; the Problem keeps the correction of its predictions, the Fit what is left.
+
+    final: are its numbers told? They show less than predictions do: of many readings each may be off by little, and all alike.
+    """
     simulator, owner = problem.simulator, np.arange(len(problem.trials))
-    left = 0.0
+
+    def noticed(change):
+        seen = in_sigma(change, problem.recordings) > STILL
+        return seen or final and np.any(np.abs(fit.moved_by(problem.whitened(change))) > MOVED * np.sqrt(np.diag(fit.covariance)))
+
     for _ in range(CORRECTIONS):
         runs = {1: fit.linearization.trajectories}
         for share in SHORTER:
             runs[share] = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step * share)
-            if problem.step_change is None and share == SHORTER[0] and prediction_shift(problem, runs[1], runs[share]) < STILL:
-                return fit, 0.0
+            if problem.step_change is None and share == SHORTER[0]:
+                half = problem.changes(runs[1], runs[share])  # of the error, which is of first order
+                if not noticed(half):
+                    return _left(problem, fit, [2 * part for part in half]), 0.0
         runs = settling(problem, runs)
         best, unsure = finest(problem, runs)
         change = problem.changes(runs[1], best)
         known = problem.step_change or [0.0 * part for part in change]
-        moved = in_sigma([new - old for new, old in zip(change, known, strict=True)], problem.recordings)
-        left = min(unsure, moved) if problem.step_change else moved
-        if not (moved > STILL and unsure < SURE * moved):
+        beyond = [new - old for new, old in zip(change, known, strict=True)]
+        moved, rest = in_sigma(beyond, problem.recordings), in_sigma(unsure, problem.recordings)
+        left = unsure if problem.step_change and rest < moved else beyond
+        if not (noticed(beyond) and rest < SURE * moved):
             break
         problem.step_change, left = change, unsure
         former, fit = fit, problem.fit(fit.model, fit.initial_states)
         if len(fit.estimate) and np.all(np.abs(fit.estimate - former.estimate) < 0.1 * np.sqrt(np.diag(fit.covariance))):
             break
-    return fit, left
+    return _left(problem, fit, left), in_sigma(left, problem.recordings)
+
+
+def _left(problem, fit, change):
+    """The Fit with what such an error of its predictions, list of (n_i,), does to its numbers."""
+    return replace(fit, step_error=fit.moved_by(problem.whitened(change)))
 
 
 def in_shorter_steps(problem, fit):
     """A fit through contacts in the step that it needs: it is halved until what the correction leaves of its error is small."""
-    fit, left = corrected(problem, fit)
+    fit, left = corrected(problem, fit, final=True)
     while left > ROUGH and problem.simulator.time_step / 2 >= FINEST:
         problem.simulator.time_step /= 2
         problem.step_change = None
-        fit, left = corrected(problem, problem.fit(fit.model, fit.initial_states))
+        fit, left = corrected(problem, problem.fit(fit.model, fit.initial_states), final=True)
     return fit
 
 
@@ -94,14 +110,11 @@ def settling(problem, runs):
 
 
 def finest(problem, runs):
-    """(the best prediction from runs {share of the step: trajectories}, by how much halving the step still moves it [sigma]):
+    """(the best prediction from runs {share of the step: trajectories}, by what halving the step still moves it, list of (n_i,)):
     those of the shortest step, or extrapolated to none where that moves less."""
     a, b, c = (runs[share] for share in SHORTER)
-    options = (
-        (c, prediction_shift(problem, b, c)),
-        (richardson(b, c), prediction_shift(problem, richardson(a, b), richardson(b, c))),
-    )
-    return min(options, key=lambda option: option[1])
+    options = ((c, problem.changes(b, c)), (richardson(b, c), problem.changes(richardson(a, b), richardson(b, c))))
+    return min(options, key=lambda option: in_sigma(option[1], problem.recordings))
 
 
 def richardson(coarse, fine):

@@ -56,6 +56,22 @@ def test_where_many_residuals_count_as_one_a_number_is_known_no_worse_than_it_wa
     assert fit.savings(100.0) == pytest.approx([0.0])
 
 
+def test_predictions_that_change_as_a_number_does_move_it_by_as_much_the_other_way():
+    """Predictions that rise by 0.3 t + 4, for which the rate and the constant of the recording stand: the rate falls by 0.3. What
+    was believed of it tells 1e-6 of what the data tell (sigma 1e-3, five readings)."""
+    problem = Line(TIMES, [2.0 * TIMES[0]], 1e-3)
+    fit = problem.fit(model(1.0))
+    assert fit.moved_by(problem.whitened([0.3 * TIMES[0] + 4.0])) == pytest.approx([-0.3], rel=1e-5)
+
+
+def test_the_error_of_the_time_step_is_one_more_source_that_does_not_fall_with_the_readings():
+    """Variances of independent errors add: 0.2^2 beside that of the data, however many readings count as one."""
+    fit = Line(TIMES, [2.0 * TIMES[0]], 2.0).fit(model(1.0))
+    with_it = replace(fit, step_error=np.array([0.2]))
+    for count in (1.0, 4.0):
+        assert with_it.covariance_at(count)[0, 0] == pytest.approx(fit.covariance_at(count)[0, 0] + 0.04)
+
+
 def test_a_number_far_from_what_is_expected_saves_its_surprise_less_what_the_data_then_lose():
     """At 2, ten errors of 0.1 from an expected 1: 2 log(1 + 100) less I 100 / 10 where ten residuals count as one."""
     rate = replace(RATE, free=(replace(RATE.free[0], stated=1.0, error=0.1),))

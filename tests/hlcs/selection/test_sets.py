@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from linear_models import LAWS, Bend, sets
+from linear_models import LAWS, Bend, Line, model, sets
 from scipy import stats
 
 from hlcs.effects import Free
@@ -15,7 +15,7 @@ from hlcs.estimation.fitting import fit_at
 from hlcs.selection.search import Search
 from hlcs.selection.sets import FittedSets, interval
 from hlcs.selection.thresholds import TIED
-from hlcs.selection.verdict import _parameters, adequate_ones, best_set, finals, learned_law
+from hlcs.selection.verdict import _doubts, _parameters, adequate_ones, best_set, finals, learned_law
 from hlcs.simulation.model import Model
 
 
@@ -322,3 +322,12 @@ def test_a_law_learned_without_the_best_set_stands_where_it_does_better_not_wher
     experiment = SimpleNamespace(learn=lambda problem, fit: of_best if fit is fits[best] else alone)
     sets = SimpleNamespace(search=search, best=best, overdispersion=overdispersion)
     assert learned_law(experiment, sets) is (alone if stands else of_best)
+
+
+def test_a_number_that_the_time_step_tells_worse_than_the_data_is_told_with_what_to_do():
+    """An error of the step of two standard errors of the data, and one of half of it."""
+    times = [np.arange(5.0)]
+    fit = Line(times, [2.0 * times[0]]).fit(model(1.0))
+    error = np.sqrt(fit.covariance[0, 0])
+    told = [_doubts(replace(fit, step_error=np.array([share * error])), {"linear_drag": {"rate": {}}}) for share in (-2.0, 0.5)]
+    assert told[1] == () and "linear_drag.rate" in told[0][0] and "smaller time_step under [model]" in told[0][0]

@@ -3,9 +3,18 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
+from throws import G
 
+from hlcs.data.experiment_file import read_experiment_file
+from hlcs.data.recordings import read_recordings
+from hlcs.estimation.correlated_noise import CorrelatedNoise
+from hlcs.estimation.noise_model import Noise
 from hlcs.kinds.trajectories import time_step
-from hlcs.kinds.trajectories.time_step import richardson, settling
+from hlcs.kinds.trajectories.preparation import posed
+from hlcs.kinds.trajectories.time_step import polished, richardson, settling
+from hlcs.selection.eligibility import candidates_for
+from hlcs.simulation.model import Model, Term
 from hlcs.simulation.simulator import Motion
 
 
@@ -31,3 +40,59 @@ def test_a_recording_that_finds_no_rest_with_shorter_steps_is_not_corrected(monk
     runs = {1: [0.0, 0.0, 5.0], 1 / 2: [0.4, 0.1, 5.0], 1 / 4: [0.6, 3.1, 5.0], 1 / 8: [0.7, 3.3, 5.001]}
     kept = settling(problem, runs)
     assert [kept[share] for share in runs] == [[0.0, 0.0, 5.0], [0.4, 0.0, 5.0], [0.6, 0.0, 5.0], [0.7, 0.0, 5.001]]
+
+
+def slides(folder, slope, noise):
+    """(Problem, Model) of a block that slides down boards, slowed by (0.3 + slope v) of its load: closed form, without noise."""
+    text = (
+        'kind = "trajectory"\n[body]\nshape = "box"\nsize = [0.12, 0.08, 0.04]\nmass = 0.5\n[surroundings]\nfluid_density = 0.0\n'
+        f"friction = 0.3\n[measurement]\nnoise = {{ position = {noise} }}\n"
+    )
+    for k, angle in enumerate(np.deg2rad([24.0, 28.0, 32.0, 36.0])):
+        normal, half = [float(np.sin(angle)), 0.0, float(np.cos(angle))], angle / 2
+        pull, rate, times = G * (np.sin(angle) - 0.3 * np.cos(angle)), slope * G * np.cos(angle), np.arange(0, 1.0, 0.002)
+        way = pull / rate * (times - -np.expm1(-rate * times) / rate)
+        seen = 0.02 * np.array(normal) + way[:, None] * [np.cos(angle), 0.0, -np.sin(angle)]
+        (folder / f"slide_{k}.csv").write_text(
+            "t_s,x_m,y_m,z_m\n"
+            + "".join(f"{t:.4f},{x:.12f},{y:.12f},{z:.12f}\n" for t, (x, y, z) in zip(times, seen, strict=True))
+        )
+        start = (
+            f"{{ position = [{seen[0][0]}, 0.0, {seen[0][2]}], velocity = [0.0, 0.0, 0.0], angular_velocity = [0.0, 0.0, 0.0], "
+            f"orientation = [{np.cos(half)}, 0.0, {np.sin(half)}, 0.0] }}"
+        )
+        text += f'[[trial]]\nfile = "slide_{k}.csv"\nstart = {start}\nfloor = {{ height = 0.0, normal = {normal} }}\n'
+    (folder / "slides.toml").write_text(text)
+    measurement = read_recordings(read_experiment_file(folder / "slides.toml"))
+    (law,), _ = candidates_for(measurement, True, ["viscous_friction"])
+    model = Model((Term(law, (("slope", slope),)),), time_step=measurement.file.time_step)
+    white = Noise(CorrelatedNoise(noise, 0.0, 0.0, np.zeros((3, 3))), None, 0.002, "stated")
+    return posed(measurement, white, model, True), model
+
+
+def test_many_readings_that_are_each_off_by_little_move_no_number_that_is_told(tmp_path):
+    """Friction that grows by 0.006 s/m: a step of 1/240 s moves 6,000 readings by 0.03 of their noise RMS, halving it by less
+    than STILL, and the slope by two of its errors. What is told is the closed form, to a fifth of one (two errors of MOVED)."""
+    problem, model = slides(tmp_path, 0.006, 1e-3)
+    rough = problem.fit(model)
+    told = polished(problem, rough)
+    error = np.sqrt(told.covariance[0, 0])
+    assert abs(rough.estimate[0] - 0.006) > error
+    assert told.estimate[0] == pytest.approx(0.006, abs=0.2 * error)
+
+
+def test_what_is_left_of_the_error_of_the_step_is_told_as_an_error_of_the_number(tmp_path):
+    """Readings of 20 mm: halving the step moves the slope by less than MOVED, and nothing is corrected. What is told is how far
+    the number is from that of the closed form: twice what halving changes, to a tenth (second order, and where the fit ends)."""
+    problem, model = slides(tmp_path, 0.006, 0.02)
+    told = polished(problem, problem.fit(model))
+    assert problem.step_change is None and abs(told.step_error[0]) > 0.1 * np.sqrt(told.covariance[0, 0])
+    assert told.step_error[0] == pytest.approx(0.006 - told.estimate[0], rel=0.1)
+
+
+def test_a_slide_under_constant_friction_has_no_error_of_the_step(tmp_path):
+    """The path is a parabola, which a step of any length follows: what is left is rounding of the last digit written, 1e-12 m
+    of a noise of 1e-3 m, and what the contacts are solved to."""
+    problem, model = slides(tmp_path, 1e-9, 1e-3)
+    told = polished(problem, problem.fit(model))
+    assert np.abs(told.step_error[0]) < 1e-3 * np.sqrt(told.covariance[0, 0])
