@@ -84,7 +84,7 @@ class Tabulated:
         """The fit itself: no time step stands between it and the numbers."""
         return fit
 
-    alone = polished
+    alone = with_step_error = polished
 
     @staticmethod
     def moved(problem):

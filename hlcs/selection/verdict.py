@@ -41,11 +41,12 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     """The Selection from a search that has run.
 
     experiment: has `measure` of the error, `judge` (problem, fit) -> (Adequacy, table of observations), `where` (problem, table)
-    -> rows, `polished` (problem, fit) -> the final fit, `alone` (problem, fit) -> one that owes nothing to other sets, `learn`
-    (problem, fit) -> the law that explains the rest, or None, `noise_shown` (problem, fit) -> the noise with which all would be
-    explained, or None, `starts_shown` (problem, fit) -> the starts with which it would be, or None, `moved` (problem) -> how fast
-    bodies moved, and `pictures`; prepared: has the problem and the fit of the model under test; absent: {name: why it was not
-    tried}; on_all: function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the search has fewer.
+    -> rows, `polished` (problem, fit) -> the final fit, `alone` (problem, fit) -> one that owes nothing to other sets,
+    `with_step_error` (problem, fit) -> one whose numbers have that of the time step, `learn` (problem, fit) -> the law that
+    explains the rest, or None, `noise_shown` (problem, fit) -> the noise with which all would be explained, or None,
+    `starts_shown` (problem, fit) -> the starts with which it would be, or None, `moved` (problem) -> how fast bodies moved, and
+    `pictures`; prepared: has the problem and the fit of the model under test; absent: {name: why it was not tried}; on_all:
+    function (problem, fit) -> the same on all rows, for the verdict and the numbers, where the search has fewer.
     """
     problem, base = prepared.problem, prepared.base
     judged = on_all(problem, base)
@@ -60,7 +61,8 @@ def select(experiment, prepared, search, cross_validation, absent, on_all=lambda
     search.progress("comparing sets")
     ordered, places = sets.ordered(effects), sets.alternatives()
     final = search.fits[effects]
-    told = {members: finished(members)[1] for members in (effects, *sets.absorbing)}
+    told = {members: experiment.with_step_error(problem, search.fits[members]) for members in sets.tied}
+    told |= {members: finished(members)[1] for members in (effects, *sets.absorbing)}
     errors = partial(held_out_error, problem, cross_validation)
     parameters = _parameters(sets, told, sets.tied)
     return Selection(

@@ -27,7 +27,7 @@ from hlcs.kinds.trajectories.sinking import drags_shown
 from hlcs.kinds.trajectories.spinning import spin_losses_shown
 from hlcs.kinds.trajectories.stated_starts import starts_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
-from hlcs.kinds.trajectories.time_step import alone, polished
+from hlcs.kinds.trajectories.time_step import alone, polished, with_step_error
 from hlcs.learning import learn
 from hlcs.processes.interrupts import STOPPED
 from hlcs.records import Reason
@@ -64,7 +64,7 @@ class Trajectories:
     layout = LAYOUTS[kind]
     unjudged = Reason.NOT_JUDGED()
     judge, where = staticmethod(judge), staticmethod(where_it_fails)
-    alone, polished = staticmethod(alone), staticmethod(polished)
+    alone, polished, with_step_error = staticmethod(alone), staticmethod(polished), staticmethod(with_step_error)
     learn = staticmethod(learn)
     starts_shown = staticmethod(partial(starts_shown, judge=judge))
 

@@ -17,7 +17,7 @@ SHORTER = (1 / 2, 1 / 4, 1 / 8)  # of the step of the search: from them the erro
 CORRECTIONS = 2  # of a fit by its error: the second looks whether the first still holds where it has led
 SURE = 0.5  # part of a correction that halving the shortest step may move it by: else no step is the true one
 ROUGH = 0.1  # RMS by which a correction may be wrong [sigma]: chi2 rises by 1 %
-NEAR = 3.0  # RMS of the correction of a segment [sigma]: a tumbling body that is led farther goes another way
+NEAR = 3.0  # RMS by which a shorter step leads a tumbling body [sigma]: one that is led farther goes another way
 STILL = 0.02  # RMS by which a finer step may move the prediction through contacts [sigma]
 MOVED = 0.1  # standard errors by which the error of the step may move a number that is told, at most
 
@@ -59,9 +59,9 @@ def corrected(problem, fit, final=False):
         for share in SHORTER:
             runs[share] = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step * share)
             if problem.step_change is None and share == SHORTER[0]:
-                half = problem.changes(runs[1], runs[share])  # of the error, which is of first order
+                half = problem.changes(runs[1], runs[share])
                 if not noticed(half):
-                    return _left(problem, fit, [2 * part for part in half]), 0.0
+                    return _left(problem, fit, _first_order(problem, half)), 0.0
         runs = settling(problem, runs)
         best, unsure = finest(problem, runs)
         change = problem.changes(runs[1], best)
@@ -81,6 +81,12 @@ def corrected(problem, fit, final=False):
 def _left(problem, fit, change):
     """The Fit with what such an error of its predictions, list of (n_i,), does to its numbers."""
     return replace(fit, step_error=fit.moved_by(problem.whitened(change)))
+
+
+def _first_order(problem, half):
+    """What the error of the step still is in the predictions where halving it changes them by so much, lists of (n_i,)."""
+    known = problem.step_change or [0.0 * part for part in half]
+    return [2 * part - taken for part, taken in zip(half, known, strict=True)]
 
 
 def in_shorter_steps(problem, fit):
@@ -149,6 +155,21 @@ def alone(problem, fit):
     if problem.step_change is None or problem.segmented:
         return fit
     return _aside(problem, fit, lambda: corrected(problem, fit)[0])
+
+
+def with_step_error(problem, fit):
+    """A fit through contacts that is told beside the final one, with what the step does to its numbers as one run in half of it
+    shows, of the recordings whose body does not go another way there."""
+    if not problem.simulator.contact or not fit.model.terms or problem.segmented:
+        return fit
+    simulator, owner = problem.simulator, np.arange(len(problem.trials))
+    try:
+        finer = simulator.simulate(fit.model, fit.initial_states, owner, time_step=simulator.time_step / 2)
+    except InputError:
+        return fit
+    left = _first_order(problem, problem.changes(fit.linearization.trajectories, finer))
+    near = [in_sigma([part], [recording]) < NEAR for part, recording in zip(left, problem.recordings, strict=True)]
+    return _left(problem, fit, [np.where(stays, part, 0.0) for part, stays in zip(left, near, strict=True)])
 
 
 def _aside(problem, fit, better):

@@ -12,7 +12,7 @@ from hlcs.estimation.correlated_noise import CorrelatedNoise
 from hlcs.estimation.noise_model import Noise
 from hlcs.kinds.trajectories import time_step
 from hlcs.kinds.trajectories.preparation import posed
-from hlcs.kinds.trajectories.time_step import polished, richardson, settling
+from hlcs.kinds.trajectories.time_step import polished, richardson, settling, with_step_error
 from hlcs.selection.eligibility import candidates_for
 from hlcs.simulation.model import Model, Term
 from hlcs.simulation.simulator import Motion
@@ -88,6 +88,16 @@ def test_what_is_left_of_the_error_of_the_step_is_told_as_an_error_of_the_number
     told = polished(problem, problem.fit(model))
     assert problem.step_change is None and abs(told.step_error[0]) > 0.1 * np.sqrt(told.covariance[0, 0])
     assert told.step_error[0] == pytest.approx(0.006 - told.estimate[0], rel=0.1)
+
+
+def test_a_set_that_is_told_beside_the_final_one_has_the_error_of_the_step_in_its_numbers(tmp_path):
+    """Not corrected at all, and readings of 1 mm: the slope is off by more than two errors of the data, which is what is told, to
+    a tenth; the square of it stands in its interval."""
+    problem, model = slides(tmp_path, 0.006, 1e-3)
+    fit = problem.fit(model)
+    told, error = with_step_error(problem, fit), np.sqrt(fit.covariance[0, 0])
+    assert told.step_error[0] == pytest.approx(0.006 - fit.estimate[0], rel=0.1)
+    assert told.covariance_at(1.0)[0, 0] > (1 + 2**2) * error**2
 
 
 def test_a_slide_under_constant_friction_has_no_error_of_the_step(tmp_path):
