@@ -203,9 +203,9 @@ def fit_at(model, initial_states, linear, converged=True):
 
 
 class Ends(NamedTuple):
-    """Both ends of an interval along an axis through the numbers, in spreads."""
+    """Both ends of an interval along an axis through the numbers, or the fit and one of them, in spreads."""
 
-    reach: float  # from the fit to either, or to where a law ends before
+    reach: float  # from the fit to an end, or to where a law ends before
     shown: float  # reach of the interval by what the residuals change between the ends; 0 where they are not finite
     move: np.ndarray  # from one end to the other (p,)
     change: np.ndarray  # of the residuals along with it (n + p,)
@@ -235,20 +235,34 @@ def measured_errors(problem, fit):
         former, covariance = covariance, moves.T @ np.linalg.pinv(changes @ changes.T) @ moves * units
         seen.append(np.diag(covariance))
         if np.all(np.abs(seen[-1] / np.diag(former) - 1) < 2 * ALIKE):
-            return replace(fit, covariance=covariance)
-    wider = np.sqrt(np.max(seen, axis=0) / seen[-1])
-    return replace(fit, covariance=covariance * np.outer(wider, wider))
+            break
+    else:
+        wider = np.sqrt(np.max(seen, axis=0) / seen[-1])
+        covariance = covariance * np.outer(wider, wider)
+    return replace(fit, covariance=covariance, sides=sides_along(path, covariance))
 
 
-def ends_along(path, axis, reach):
-    """The Ends along an axis (p,) that show an interval which ends there; reach: where to begin.
+def sides_along(path, covariance):
+    """How many of its standard errors each number may go down and up for one, (2, p), at least one: what the residuals change on
+    one side alone shows. A ball that grips its floor does so at any larger friction."""
+    found = np.ones((2, len(covariance)))
+    for number, along in enumerate(covariance.T / np.sqrt(np.diag(covariance))[:, None] / path.spread):
+        size = float(np.linalg.norm(along))
+        for side, sign in enumerate((-1, 1)):
+            shown = ends_along(path, along / size, ENDS * size, (sign, 0)).shown
+            found[side, number] = max(shown / (ENDS * size), 1.0) if shown < np.inf else 1.0
+    return found
+
+
+def ends_along(path, axis, reach, sides=(1, -1)):
+    """The Ends along an axis (p,) that show an interval which ends there; reach: where to begin; sides: of it, 0 = the fit.
 
     From farther off a law that bends, or that something cuts, shows an interval that is too short: the ends come nearer. Rough
     residuals do so from anywhere near: where no short reach shows more than itself, the ends go farther off instead.
     """
     within, beyond = None, []  # the longest reach that shows more than itself, and all that show less
     for count in range(REACHES):
-        ends = seen_from(path, axis, reach)
+        ends = seen_from(path, axis, reach, sides)
         if abs(ends.shown - reach) < ALIKE * reach or ends.shown == np.inf:
             return ends
         if ends.shown < reach:
@@ -258,7 +272,7 @@ def ends_along(path, axis, reach):
         most = min((each.reach for each in beyond), default=np.inf)
         if within is None:
             if count + 1 == MEASURED:
-                return clear_of_roughness(path, axis, beyond[0])
+                return clear_of_roughness(path, axis, beyond[0], sides)
             reach = max(ends.shown, most / 4)
         elif most < (1 + ALIKE) * within.reach:
             break
@@ -267,21 +281,21 @@ def ends_along(path, axis, reach):
     return within.cut() if beyond else within
 
 
-def clear_of_roughness(path, axis, ends):
+def clear_of_roughness(path, axis, ends, sides):
     """Ends along an axis (p,) ever farther off, from these on, until they show no more, or reach as far as what is believed."""
     while 2 * ends.reach < ENDS:
-        former, ends = ends, seen_from(path, axis, 2 * ends.reach)
+        former, ends = ends, seen_from(path, axis, 2 * ends.reach, sides)
         if ends.shown < (1 + ALIKE) * former.shown:
             return max(former, ends, key=lambda each: each.shown)
     return ends
 
 
-def seen_from(path, axis, reach):
+def seen_from(path, axis, reach, sides):
     """The Ends so far from the fit to both sides along an axis (p,), each kept where the laws hold."""
     least, most = (np.array([getattr(free, end) for free in path.frees]) for end in ("least", "most"))
-    ways = np.outer([reach, -reach], axis) * path.spread
-    sides = (np.clip(path.start + ways, least, most) - path.start) / path.spread
-    move, change = np.subtract(*sides), np.subtract(*(path.residuals(1 + side, renew=True) for side in sides))
+    ways = np.outer(reach * np.array(sides), axis) * path.spread
+    ends = (np.clip(path.start + ways, least, most) - path.start) / path.spread
+    move, change = np.subtract(*ends), np.subtract(*(path.residuals(1 + end, renew=True) for end in ends))
     size = float(np.linalg.norm(change))
     shown = 0.0 if not np.isfinite(size) else ENDS * float(np.linalg.norm(move)) / size if size > 0 else np.inf
     return Ends(reach, shown, move, change)

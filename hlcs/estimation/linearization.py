@@ -60,6 +60,7 @@ class Fit:
     covariance: np.ndarray  # for the stated noise (p, p)
     converged: bool = True
     withheld: dict = field(default_factory=dict)  # (effect, number) -> why its value is not given
+    sides: np.ndarray | float = 1.0  # standard errors that each number may go down and up for one (2, p)
     step_error: np.ndarray | float = 0.0  # what is left of the error of the time step may move its numbers by so much (p,)
     doubt: float = 0.0  # -2 log of its likelihood less chi2, where what its effects do is not known exactly
 

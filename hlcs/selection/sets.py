@@ -243,21 +243,24 @@ def explained(base, final):
 def interval(parts, free, freedom):
     """A number with its 90 % interval, averaged over the sets that hold it.
 
-    parts: [(weight, value, standard error)], the best set first.
+    parts: [(weight, value, standard error, or one downwards and one upwards)], the best set first.
 
-    The interval is that of the mixture of their laws (Student's t); nothing is left out of it where the law of a number ends.
+    The interval is that of the mixture of their laws (Student's t, half of it to each side); nothing is left out of it where the
+    law of a number ends.
     """
-    weights, values, errors = np.array(parts).T
+    weights, values = np.array([part[:2] for part in parts]).T
+    errors = np.array([np.broadcast_to(part[2], 2) for part in parts]).T
     value, weights = values[0], weights / weights.sum()
 
     def below(x):
-        return float(weights @ special.stdtr(freedom, (x - values) / np.maximum(errors, 1e-300)))
+        return float(weights @ special.stdtr(freedom, (x - values) / np.maximum(np.where(x < values, *errors), 1e-300)))
 
-    reach = special.stdtrit(freedom, 0.5 + INTERVAL / 2) * errors
+    reach = special.stdtrit(freedom, 0.5 + INTERVAL / 2) * errors * [[-1.0], [1.0]]
+    outer = np.min(values + 2 * reach[0]), np.max(values + 2 * reach[1])
     low, high = (
-        optimize.brentq(lambda x, tail=tail: below(x) - tail, np.min(values - 2 * reach), np.max(values + 2 * reach), xtol=1e-12)
+        optimize.brentq(lambda x, tail=tail: below(x) - tail, *outer, xtol=1e-12)
         if len(parts) > 1 and np.max(errors) > 0
-        else value + sign * reach[0]
-        for sign, tail in ((-1, 0.5 - INTERVAL / 2), (1, 0.5 + INTERVAL / 2))
+        else value + side
+        for side, tail in zip(reach[:, 0], (0.5 - INTERVAL / 2, 0.5 + INTERVAL / 2), strict=True)
     )
     return {"value": float(value), "low": float(max(low, free.least)), "high": float(min(high, free.most)), "unit": free.unit}

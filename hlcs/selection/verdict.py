@@ -315,9 +315,10 @@ def _place(fit, name, number):
 
 
 def _number(fit, name, number, overdispersion):
-    """(value, standard error) of one number of a fit, wider where the model is not adequate."""
+    """(value, standard errors downwards and upwards) of one number of a fit, wider where the model is not adequate."""
     place = _place(fit, name, number)
-    return fit.estimate[place], float(np.sqrt(max(fit.covariance_at(overdispersion)[place, place], 0.0)))
+    error = float(np.sqrt(max(fit.covariance_at(overdispersion)[place, place], 0.0)))
+    return fit.estimate[place], error * np.broadcast_to(fit.sides, (2, len(fit.estimate)))[:, place]
 
 
 def _steps(sets, ordered, errors):

@@ -1,4 +1,5 @@
-"""Errors of numbers that hide each other through a contact: a ball that rolls on a level floor."""
+"""Errors of numbers through a contact: those that hide each other where a ball rolls on a level floor, one that only a bound is
+known of where it grips."""
 
 import numpy as np
 import pytest
@@ -51,3 +52,29 @@ def test_numbers_of_which_only_one_combination_is_told_are_known_no_better_than_
     error = np.sqrt(np.diag(measured_errors(problem, fit).covariance))
     assert error[1:3] == pytest.approx(1.5 / 2, rel=0.2)
     assert error[0] == pytest.approx(ARM * 2 / 7 * error[1], rel=0.3)  # of the ratio of two of these
+
+
+def test_a_friction_at_which_a_ball_grips_its_floor_is_bounded_from_below_alone(tmp_path):
+    """A solid ball that grips keeps 5/7 of its speed along the floor (2/7 v = mu (1 + e) u where it just does: mu = 0.078 here),
+    and any larger friction does the same. From 0.1 an interval goes down to where the ball slides, where ends are found to a
+    fifth (ALIKE) for the covariance and for the side, and up as far as it was believed: more than 0.3."""
+    rebound, along, height = 0.75, 1.5, 0.5
+    moment, speed, times = np.sqrt(2 * height / G), np.sqrt(2 * height * G), np.arange(0, 0.7, 0.005)
+    since = np.maximum(times - moment, 0.0)
+    x = along * np.minimum(times, moment) + 5 / 7 * along * since
+    z = np.where(times < moment, height - G / 2 * times**2, rebound * speed * since - G / 2 * since**2)
+    (tmp_path / "throw.csv").write_text(csv(times, np.column_stack([x, 0 * x, RADIUS + z])))
+    text = BALL.replace("friction = 0.3", f"friction = 0.3\nrestitution = {rebound}").replace(", orientation = 0.01", "")
+    (tmp_path / "throw.toml").write_text(
+        text.replace("time_step = 0.01", "time_step = 0.0041666667")
+        + '[[trial]]\nfile = "throw.csv"\nstart = { angular_velocity = [0.0, 0.0, 0.0] }\n'
+    )
+    measurement = read_recordings(read_experiment_file(tmp_path / "throw.toml"))
+    friction = candidates_for(measurement, True, ["friction"])[0][0]
+    model = Model((Term(friction, (("coefficient", 0.1),)),), time_step=measurement.file.time_step)
+    problem = posed(measurement, estimate_noise(measurement), model, True)
+    state = np.array([[0.0, 0.0, RADIUS + height, along, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    fit = measured_errors(problem, fit_at(model, state, problem.linearise(model, state)))
+    down, up = 2 * np.sqrt(fit.covariance[0, 0]) * fit.sides[:, 0]
+    slides = 2 / 7 * along / ((1 + rebound) * speed)
+    assert 0.8 < down / (0.1 - slides) < 1.2**2 and up > 0.3

@@ -331,3 +331,11 @@ def test_a_number_that_the_time_step_tells_worse_than_the_data_is_told_with_what
     error = np.sqrt(fit.covariance[0, 0])
     told = [_doubts(replace(fit, step_error=np.array([share * error])), {"linear_drag": {"rate": {}}}) for share in (-2.0, 0.5)]
     assert told[1] == () and "linear_drag.rate" in told[0][0] and "smaller time_step under [model]" in told[0][0]
+
+
+def test_an_interval_has_the_error_of_each_side_on_its_side():
+    """Known to 0.1 downwards and to 0.3 upwards: 1.645 of either, of a normal law; of two sets alike the mixture is the same."""
+    free = Free("number", "m", -1.0, 1.0, 0.0, 0.0)
+    for count in (1, 2):
+        told = interval([(1.0, 0.2, np.array([0.1, 0.3]))] * count, free, 1e6)
+        assert (told["low"], told["high"]) == (pytest.approx(0.2 - 0.1645, abs=1e-4), pytest.approx(0.2 + 0.4935, abs=2e-4))
