@@ -80,24 +80,32 @@ class Elimination:
         Steps are taken on the columns of the last linearisation as long as they hold what they promise and promise less and less,
         then, to `renew`, on new ones: on the way of a fit new columns come with its next linearisation.
         """
-        columns, fresh, before = self.linear.state_columns, False, np.inf
+        columns, fresh, moved, before = self.linear.state_columns, False, False, np.inf
+
+        def renewed():
+            return self.problem.linearise(model, initial_states, np.arange(len(white))).state_columns
+
         for _ in range(MOST_STATE_STEPS):
             if not np.isfinite(chi2_of(white)).all():
                 break
             moves = [least_squares(n, r) for n, r in zip(columns, white, strict=True)]
             promised = sum(move.gain for move in moves)
             if not promised > self.close:
-                break
+                if not (renew and moved) or fresh:
+                    break
+                columns, fresh = renewed(), True  # those of a start far off promise nothing where more is left
+                continue
             ways = [[share * move.estimate for move in moves] for share in CAUTIOUS]
             firm = [least_squares(n, r, FIRM).estimate for n, r in zip(columns, white, strict=True)]
             if not all(map(np.array_equal, firm, ways[0])):
                 ways.append(firm)
             initial_states, white, fall = self.step(model, initial_states, white, ways)
+            moved = True
             slow, before = promised > HELD * before, promised
             if fall < HELD * promised or renew and slow:
                 if not renew or fresh and fall <= self.close:
                     break
-                columns, fresh = self.problem.linearise(model, initial_states, np.arange(len(white))).state_columns, True
+                columns, fresh = renewed(), True
         return initial_states, white
 
     def step(self, model, initial_states, white, ways):

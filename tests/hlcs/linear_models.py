@@ -49,7 +49,7 @@ class Line(Problem):
         rate = model.terms[0].numbers["rate"] if model.terms else 0.0
         return [y - rate * t - state[0] for t, y, state in zip(self.times, self.values, initial_states, strict=True)]
 
-    def linearise(self, model, initial_states):
+    def linearise(self, model, initial_states, only=None):
         raw = self.residuals(model, initial_states)
 
         def white(columns):
@@ -79,7 +79,7 @@ class Bend(Line):
             y - state[0] - sum(term.numbers["rate"] * self.shape(term.name, t) for term in model.terms) for t, y, state in told
         ]
 
-    def linearise(self, model, initial_states):
+    def linearise(self, model, initial_states, only=None):
         raw = self.residuals(model, initial_states)
 
         def white(columns):
