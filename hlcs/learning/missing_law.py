@@ -169,7 +169,8 @@ def _band(regression, law, ranges):
         values = np.linalg.norm(regression.bodies.position - searched, axis=1)
     elif law.direction is not None:
         searched = np.arctan2(law.direction[1], law.direction[0]), np.arcsin(np.clip(law.direction[2], -1.0, 1.0))
-    table = one_law(law.variable, "table", "axes" if law.way == "direction" else law.way, values, ranges[1])
+    free = ranges[1]._replace(measured=AXES)  # its direction is that of the law
+    table = one_law(law.variable, "table", "axes" if law.way == "direction" else law.way, values, free)
     found, _ = regression.solve(table, table.kind(), searched)
     grid, count = knots_of(values), len(table.linear)
     rows = np.eye(count) if table.knots else np.column_stack([grid**0] + [f(k * grid) for k in (1, 2) for f in (np.cos, np.sin)])
