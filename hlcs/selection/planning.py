@@ -126,8 +126,8 @@ def plan(experiment, effect, at, power=0.9):
     if not np.isfinite(signal.noncentrality):
         raise InputError(f"{effect} with {_told(numbers)}: with these numbers the pilot cannot be simulated")
     search = Search(problem, pilot.candidates, base, ODDS if pilot.hold_out else ODDS_ALONE)
-    look_alikes, implied = beside(search, plus)
-    odds = _odds(search, entry, numbers, implied, pilot)
+    look_alikes = beside(search, plus)
+    odds = _odds(search, entry, numbers, pilot)
     options = _options(odds, power, pilot, problem, list(_signals(problem, base, plus, pilot.count, signal)))
     first = options[0]
     return Plan(
@@ -197,7 +197,7 @@ def _signals(problem, base, plus, count, now):
 
 
 def beside(search, plus):
-    """({look-alike of the newest effect of the model `plus`: cosine in the pilot}, names of effects that the file implies)."""
+    """{look-alike of the newest effect of the model `plus`: cosine in the pilot}; what the file implies is then known."""
     problem, base, effect = search.problem, search.base, plus.terms[-1].name
     views, linear = search.linear_at(base, list(search.candidates.values()))
 
@@ -210,7 +210,8 @@ def beside(search, plus):
         for entry, choices in views.items()
         if entry.name != effect and entry.name in linear.entries and linear.visible(entry.name)
     }
-    return {name: cosine for name, cosine in cosines.items() if cosine > ALIKE}, search.implied_at(linear)
+    search.shown, search.implied = linear.certain(search.odds, search.candidates)
+    return {name: cosine for name, cosine in cosines.items() if cosine > ALIKE}
 
 
 def _range(free):
@@ -220,11 +221,10 @@ def _range(free):
     return f"from {free.least:g} on" if np.isfinite(free.least) else f"up to {free.most:g}"
 
 
-def _odds(search, entry, numbers, implied, pilot):
+def _odds(search, entry, numbers, pilot):
     """The Odds of an effect at these numbers, in a search over all candidates."""
-    search.implied = implied
-    price = search.price(implied | {entry.name}) - search.price(implied - {entry.name})
-    held_out = pilot.hold_out and entry.name not in implied
+    price = search.price(search.implied | {entry.name}) - search.price(search.implied - {entry.name})
+    held_out = pilot.hold_out and entry.name not in search.implied
     deviation = -special.ndtri(min(BY_CHANCE / len(pilot.candidates), 0.5))
     return Odds(price + entry.surprise(numbers), float(deviation**2) if held_out else None, pilot.few_below)
 

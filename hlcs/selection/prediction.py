@@ -16,6 +16,7 @@ from hlcs.effects import Free
 from hlcs.estimation.least_squares import least_squares
 from hlcs.estimation.linearization import occam
 from hlcs.selection.eligibility import lacks_drag
+from hlcs.selection.thresholds import EQUAL
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError
 
@@ -111,17 +112,19 @@ class LinearModel:
         }
 
     def proposals(self, most, compatible, implied=frozenset()):
-        """Proposals of all sets one or two effects away, of at most so many effects beside those that the file implies;
-        compatible: may names stand together?"""
+        """Proposals of all sets one or two effects away, and one away beside all that the file implies, of at most so many
+        effects beside that; compatible: may names stand together?"""
         present = frozenset(self.present)
         absent = [name for name in self.entries if self.visible(name)]
         sets = [present | {name} for name in absent]
-        sets += [present | set(pair) for pair in combinations(absent, 2)]
         for name in self.present:
             if self.places[name] and all(np.isfinite(self.columns[place].absent) for place in self.places[name]):
                 sets += [present - {name}, *(present - {name} | {other} for other in absent)]
+        sets += [names | implied for names in (present, *sets) if implied <= self.places.keys()]
+        sets += [present | set(pair) for pair in combinations(absent, 2)]
         if len(implied & present) > 1:  # these have null values, or nothing would imply them
             sets.append(present - implied)  # one statement of the file may be wrong
+        sets = dict.fromkeys(names for names in sets if names != present)
         return [self.proposal(names) for names in sets if len(names - implied) <= most and compatible(names)]
 
     def twins(self, alike):
@@ -149,15 +152,21 @@ class LinearModel:
         """Largest information on one number of an effect, in units of its spread."""
         return max(self.gram[place, place] for place in self.places[name])
 
-    def certain(self, odds):
-        """Effects that the file states for certain, in the model or not, and that the data would show here at these odds."""
-        found = []
-        for name, places in self.places.items():
-            frees = [self.columns[place].free for place in places]
-            size = max((abs(free.expected - free.null) / free.spread for free in frees if free.certain), default=0.0)
-            if size > 0 and self.information(name) * size**2 > odds:
-                found.append(name)
-        return found
+    def certain(self, odds, candidates):
+        """(effects that the file states for certain, in the model or not, and that the data would show here at these odds; the
+        same and, where the other numbers of the model would be off by more than EQUAL of their cost without them, all that the
+        file states). candidates: {name: Candidate}; one that holds another one is there in its place, if at all.
+        """
+        frees = [column.free for column in self.columns]
+        way = np.array([(free.expected - free.null) / free.spread if free.certain else 0.0 for free in frees])
+        laws = [name for name, law in candidates.items() if not any(map(law.holds, candidates.values()))]
+        stated = [name for name in laws if name in self.places and way[self.places[name]].any()]
+        shown = [name for name in stated if self.information(name) * np.max(way[self.places[name]] ** 2) > odds]
+        its = [place for name in stated for place in self.places[name]]
+        told = [place for name in self.present if name not in stated for place in self.places[name]]
+        dots = self.gram[np.ix_(told, its)] @ way[its]
+        off = dots @ _solved(self.gram[np.ix_(told, told)], dots)
+        return frozenset(shown), frozenset(filter(self.visible, stated) if off > EQUAL else shown)
 
     def proposal(self, names):
         """The Proposal of a set of names among those that are in the model or can join it."""

@@ -25,7 +25,8 @@ def renewed(search, begun):
     if not (search.problem.simulator.contact and bare in search.models):
         return after
     moved = min(misfit(after.base) - misfit(search.base), 0.0)
-    after.models[bare], after.unsure, after.implied = search.models[bare], search.unsure, search.implied
+    after.models[bare], after.unsure = search.models[bare], search.unsure
+    after.implied, after.shown = search.implied, search.shown
     for effects, (proposal, parent) in search.foreseen.items():
         if parent is search.base:
             after.foreseen[effects] = proposal._replace(cost=proposal.cost + moved), after.base

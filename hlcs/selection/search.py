@@ -56,7 +56,7 @@ class Search:
         self.unsure = {}  # set of one effect -> how much less than foreseen it may cost
         self.twins = set()  # sets that do as the best fits do where these stand, whatever is foreseen far from there
         self.found = {}  # id of a Fit -> [(fall found, fall foreseen)] of the sets that were foreseen from it
-        self.implied = frozenset()  # effects that the file implies and the data would show beside the best fit
+        self.shown = self.implied = frozenset()  # what the file implies beside the best fit: see `LinearModel.certain`
         self.closed = {frozenset()}  # sets that are not fitted again: they cannot be simulated, or were fitted twice
         self.begun = {}  # set -> the Fits that its own fits were foreseen from
         self.ended = {}  # set -> its Fit, of those that are fitted together
@@ -71,15 +71,14 @@ class Search:
         """The odds against a set: against each effect, once more against a law that holds another as a special case; where the
         file implies effects that these data would show (the lift of a stated fluid) once against the absence of any, or against
         what contradicts the file in its `fit`; none against what the file states to be uncertain (the length of a pixel)."""
-        entries = [self.candidates[name] for name in effects if name not in self.implied and not self.candidates[name].doubted]
+        implied = self.implied_beside(effects)
+        entries = [self.candidates[name] for name in effects if name not in implied and not self.candidates[name].doubted]
         against = sum(1 + any(map(entry.holds, self.candidates.values())) for entry in entries)
-        return self.odds * (against + (bool(self.implied - effects) or fit is not None and fit.contradicts))
+        return self.odds * (against + (bool(implied - effects) or fit is not None and fit.contradicts))
 
-    def implied_at(self, linear):
-        """What the file implies and the data would show at the fit of a LinearModel. A law that holds another one is there in its
-        place, if at all."""
-        laws = self.candidates
-        return frozenset(name for name in linear.certain(self.odds) if not any(map(laws[name].holds, laws.values())))
+    def implied_beside(self, effects):
+        """What the file implies beside a set: what the data would show and, beside others, what their numbers would."""
+        return self.implied if effects - self.implied else self.shown
 
     def ranked(self):
         """The fitted sets, the best first."""
@@ -312,7 +311,8 @@ class Search:
         first = self.ranked()[0]
         reach = 0.0 if self.noise_alone(self.fits[first]) or self.budget.share > 0.5 else self.reach()
         near = [first, *(each for each in self.ranked()[1:EXPANDED] if self.cost(each) < self.cost(first) + reach)]
-        self.implied = self.implied_at(self.models[first]) if first in self.models else self.implied
+        if first in self.models:
+            self.shown, self.implied = self.models[first].certain(self.odds, self.candidates)
         for effects in near:
             fit = self.fits[effects]
             if effects in self.models or not np.isfinite(fit.chi2):
@@ -321,7 +321,7 @@ class Search:
             self.progress(f"screening {len(entries)} candidates{self.budget.time_left()}")
             linear = self.models[effects] = self.linear_at(fit, entries)[1]
             if effects == first:  # a slow fall through a liquid shows a lift that a free fall does not, and the reverse
-                self.implied = self.implied_at(linear)
+                self.shown, self.implied = linear.certain(self.odds, self.candidates)
             if not effects:
                 expected = {name: self.candidates[name].expected for name in sorted(self.implied)}
                 self.first += ((expected, None),) if expected and self.compatible(self.implied) else ()

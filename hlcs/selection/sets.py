@@ -92,7 +92,7 @@ class FittedSets:
         data? What the file implies needs no proof on held-out data, and absorbs or not where it stands alone."""
         if self.bare:
             return not effects
-        doubtful = sorted(effects - self.search.implied)
+        doubtful = sorted(effects - self.search.implied_beside(effects))
         finite = np.isfinite(self.search.fits[effects].chi2)
         proved = finite and not any(self.broken(effects, name) for name in doubtful)
         return proved and not any(self.absorbs(effects, name) for name in doubtful or sorted(effects))

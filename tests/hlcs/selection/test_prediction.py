@@ -1,5 +1,6 @@
 """What other sets would cost, foreseen in one Gram matrix: as the fits themselves do where the law is linear."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -75,6 +76,39 @@ def test_what_one_statement_of_the_file_implies_may_be_dropped_together(generato
         for names in (frozenset(), frozenset({"magnus", "time_scale"}))
     )
     assert frozenset() in implied and frozenset() not in alone
+
+
+def of_two_laws(alike, size, present):
+    """LinearModel of a law stated for certain at 1 +- 0.1, which moves the observations by `size` sigma in all, and of another
+    one whose column is like it to a cosine; and the candidates."""
+    stated = replace(entry("buoyancy"), free=(Free("number", "1", 0.8, 1.2, 0.0, 0.0, stated=1.0, error=0.1, certain=True),))
+    columns = {entry("linear_drag"): np.array([[10.0], [0.0]]), stated: size * np.array([[alike], [np.sqrt(1 - alike**2)]])}
+    model = Model(tuple(Term(law, (("number", 0.5),)) for law in columns if law.name in present))
+    inside = np.hstack([column for law, column in columns.items() if law.name in present] or [np.zeros((2, 0))])
+    linear = Linearization([np.zeros(2)], [np.zeros(2)], [np.zeros((2, 0))], [inside])
+    fit = Fit(model, np.zeros((1, 13)), linear, np.full(len(present), 0.5), np.zeros((len(present),) * 2))
+    views = {law: [({"number": 0.0}, [column])] for law, column in columns.items() if law.name not in present}
+    return LinearModel(fit, views, len), {law.name: law for law in columns}
+
+
+@pytest.mark.parametrize("alike, size, shown, beside", [(1.0, 3.0, 1, 1), (0.9, 2.0, 0, 1), (0.2, 2.0, 0, 0), (0.9, 0.9, 0, 0)])
+def test_what_the_file_states_for_certain_is_implied_where_data_show_it_or_numbers_are_off_without_it(alike, size, shown, beside):
+    """Its chi2 is size^2, beside odds of 6; without it the number of the other law is off by alike * size standard errors, beside
+    one of them. Where no other law is in the model no number is off."""
+    names = [frozenset(), frozenset({"buoyancy"})]
+    for present in (("linear_drag",), ("linear_drag", "buoyancy")):
+        linear, laws = of_two_laws(alike, size, present)
+        assert linear.certain(6.0, laws) == (names[shown], names[beside])
+    linear, laws = of_two_laws(alike, size, ())
+    assert linear.certain(6.0, laws) == (names[shown], names[shown])
+
+
+def test_another_law_is_foreseen_beside_all_that_the_file_implies(generator):
+    """From one drag to another with the two things that the fluid does: three changes in one step."""
+    linear, _, _ = linear_model(generator, ("magnus",))
+    implied = frozenset({"buoyancy", "time_scale"})
+    proposed = {each.effects for each in linear.proposals(1, lambda names: True, implied)}
+    assert {implied | {"linear_drag"}, implied | {"magnus"}, implied} <= proposed
 
 
 def test_what_does_not_move_the_observations_is_not_proposed(generator):
