@@ -6,10 +6,11 @@ mu_eff = |P_t|/P_n, which is the friction where the contact slides one way and l
 because its centre moves along the normal as its lowest point does.
 
 Drag bends these lines, and a slope at their end is then off: e of a table-tennis ball by 4 %. So a drag k |v| v is read from the
-bend of all lines of a body together, and taken off with gravity where they show it.
+bend of all flights of a body together, and taken off with gravity where they show it.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -51,6 +52,7 @@ class StraightFlight(NamedTuple):
     normal: np.ndarray  # of the floor (3,)
     pull: np.ndarray  # gravity (3,) [m/s2]
     sigma: float  # of a position, its correlation from sample to sample included [m]
+    unread: tuple = ()  # samples before kinks of which no impact can be read
 
     @property
     def on_floor(self):
@@ -151,14 +153,16 @@ def sides_of(trial, sigma, rho=0.0):
     flight = StraightFlight(t, straight, trial.orientation[there], straight[:, used] @ normal[used], normal, pull, sigma)
     width = max(LEAST, int(LONGEST / np.median(np.diff(t))))
     places = kinks(t, flight.heights, sigma, max(LEAST, width // 3))
-    sides = []
+    sides, unread = [], []
     for number, k in enumerate(places):
         first = max(k + 1 - width, places[number - 1] + 1 if number else 0)
         last = min(k + 1 + width, places[number + 1] + 1 if number + 1 < len(places) else len(t))
         split = _best_split(flight, first, k + 1, last)
         if split is not None and not _carried(flight, first, split, last):
             sides.append((slice(first, split), slice(split, last)))
-    return flight, sides
+        else:
+            unread.append(k)
+    return flight._replace(unread=tuple(unread)), sides
 
 
 def _best_split(flight, first, guess, last):
@@ -280,15 +284,25 @@ def _along(vector, normal):
     return np.linalg.norm(vector - (vector @ normal) * normal)
 
 
+def flights_of(flight, sides):
+    """Parts (slices) of a StraightFlight that hold no impact: all that lies between two impacts, where no kink is seen there,
+    else the samples beside each: drag bends them by far less than all of a flight."""
+    parts = [sides[0][0]] if sides else []
+    for (_, after), (before, _) in pairwise(sides):
+        free = not any(after.start < k < before.stop for k in flight.unread)
+        parts += [slice(after.start, before.stop)] if free else [after, before]
+    return [*parts, sides[-1][1]] if sides else []
+
+
 def read_drag(recordings):
     """k of the deceleration k v^2 [1/m] that bends the flights around the impacts of recordings of one body; 0.0 where they do
     not show it by SHOWN standard errors. recordings: what `sides_of` gives of each.
 
-    Least squares in one number, a line of its own left to every side of every impact.
+    Least squares in one number, a line of its own left to every flight.
     """
     moment, information = 0.0, 0.0
     for flight, sides in recordings:
-        for part in (part for both in sides for part in both):
+        for part in flights_of(flight, sides):
             bend = flight.bend(part, part.start) @ flight.normal
             bend -= np.polyval(np.polyfit(flight.times[part], bend, 1), flight.times[part])
             moment += bend @ flight.heights[part] / flight.sigma**2

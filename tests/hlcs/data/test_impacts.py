@@ -237,16 +237,23 @@ def dropped(body, drag, seed):
 @pytest.mark.parametrize(("body", "most"), [(RUBBER, 0.004), (CELLULOID, 0.012)])
 def test_drag_takes_little_from_a_restitution(body, most):
     """Left in, it takes 0.9 % from e of a rubber ball and 3.7 % from that of a table-tennis ball. Taken off by what the bends of
-    all flights show, less than `most` is left (0.1 % and 0.6 % over 120 impacts). The error of k is 0.0102 / m: three of them."""
+    all flights show, less than `most` is left (0.1 % and 0.6 % over 120 impacts)."""
     noise = Noise(CorrelatedNoise(1e-3, 0.0, 0.0, np.zeros((3, 3))), None, 1 / 120, "stated")
     seen, left_in = [], []
     for seed in range(3):
         trials = dropped(body, 0.47, seed)
         seen += [one.restitution for one in read_impacts(Recordings(None, trials, None, ()), noise)]
         left_in += [one.restitution for trial in trials for one in impacts_of(trial, 1e-3)]
-        assert read_drag([sides_of(trial, 1e-3) for trial in trials]) == pytest.approx(per_metre(0.47, **body), abs=3 * 0.0102)
     assert len(seen) == len(left_in) == 36
     assert abs(np.mean(seen) / 0.8 - 1) < most < 0.8 * abs(np.mean(left_in) / 0.8 - 1)
+
+
+@pytest.mark.parametrize(("body", "error"), [(RUBBER, 0.0035), (CELLULOID, 0.006)])
+def test_drag_is_read_from_all_of_a_flight_between_two_impacts(body, error):
+    """Six such flights of 0.55 s tell k to 0.0025 and 0.0045 / m; the 0.15 s beside each impact alone, to 0.0073 and 0.0085. The
+    root mean square of twelve is off by more than 40 % once in a hundred times."""
+    read = np.array([read_drag([sides_of(trial, 1e-3) for trial in dropped(body, 0.47, seed)]) for seed in range(12)])
+    assert np.sqrt(np.mean((read - per_metre(0.47, **body)) ** 2)) < error
 
 
 def test_flights_without_drag_are_not_bent_straight():
