@@ -312,12 +312,23 @@ def read_drag(recordings):
 
 def read_impacts(measurement, noise):
     """The impacts of all recordings of a measurement, tuple of Impact; a drag is read for each body and fluid."""
-    found = [
-        ((trial.body, trial.surroundings.fluid_density), trial, sides_of(trial, noise.position, noise.rho))
-        for trial in measurement.trials
-    ]
+    found, drags = _flown(measurement, noise)
+    return tuple(
+        impact
+        for trial, parts in found
+        for impact in impacts_between(trial, *parts, drags[trial.body, trial.surroundings.fluid_density])
+    )
+
+
+def read_drags(measurement, noise):
+    """{(body, density of the fluid): k of the deceleration k v^2 [1/m] between its impacts, 0.0 where they do not show it}."""
+    return _flown(measurement, noise)[1]
+
+
+def _flown(measurement, noise):
+    """([(trial, what `sides_of` gives of it)], {(body, density of the fluid): its drag}) of a measurement."""
+    found = [(trial, sides_of(trial, noise.position, noise.rho)) for trial in measurement.trials]
     alike = {}
-    for key, _, parts in found:
-        alike.setdefault(key, []).append(parts)
-    drag = {key: read_drag(recordings) for key, recordings in alike.items()}
-    return tuple(impact for key, trial, parts in found for impact in impacts_between(trial, *parts, drag[key]))
+    for trial, parts in found:
+        alike.setdefault((trial.body, trial.surroundings.fluid_density), []).append(parts)
+    return found, {key: read_drag(recordings) for key, recordings in alike.items()}

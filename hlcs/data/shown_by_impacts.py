@@ -60,17 +60,21 @@ def power_of_speed(values, errors, speeds):
     return exponent, float(np.exp(at_one)), float(np.exp(at_one) * np.sqrt(scatter * variance))
 
 
-def rebounds_shown(impacts, surroundings):
-    """{candidate: {number: value}} of what impacts show together of rebounds that fall with speed: the restitution of an impact
-    of 1 m/s, where it is not the model's, beside the power; {} of other rebounds. Each of the two may hide the other one."""
-    power = differing_from_model(impacts, surroundings).get("velocity_dependent_restitution")
-    if power is None:
-        return {}
-    readings = (np.array(column) for column in zip(*reliable(impacts, "restitution"), strict=True))
-    _, at_one, error = power_of_speed(*readings)
-    if not abs(at_one - surroundings.restitution) > 3 * error:
-        return {}
-    return {"restitution": {"coefficient": min(at_one, 1.0)}, "velocity_dependent_restitution": power}
+def rebounds_shown(impacts, surroundings, drags):
+    """[{candidate: {number: value}}] of what impacts show together, where each of its parts may hide another one.
+
+    Rebounds that fall with speed: the restitution of an impact of 1 m/s, where it is not the model's, beside the power; a
+    restitution that is not the model's, beside each of the drags {candidate: {number: value}} that flights between impacts show.
+    """
+    shown = differing_from_model(impacts, surroundings)
+    power, found = shown.get("velocity_dependent_restitution"), []
+    if power is not None:
+        readings = (np.array(column) for column in zip(*reliable(impacts, "restitution"), strict=True))
+        _, at_one, error = power_of_speed(*readings)
+        if abs(at_one - surroundings.restitution) > 3 * error:
+            found.append({"restitution": {"coefficient": min(at_one, 1.0)}, "velocity_dependent_restitution": power})
+    rebounds = found or [{"restitution": shown["restitution"]}] if "restitution" in shown else found
+    return found + [numbers | {name: its} for numbers in rebounds for name, its in drags.items()]
 
 
 def sliding_friction(values, errors):

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from hlcs.data.experiment_file import LAYOUTS
-from hlcs.data.impacts import read_impacts
+from hlcs.data.impacts import read_drags, read_impacts
 from hlcs.data.quantities import CHANNEL_UNITS, CHANNELS, have_unit
 from hlcs.data.recordings import read_recordings
 from hlcs.data.shown_by_impacts import differing_from_model, rebounds_shown
@@ -23,7 +23,7 @@ from hlcs.kinds.trajectories.contact_numbers import numbers_at
 from hlcs.kinds.trajectories.observations import judge, where_it_fails
 from hlcs.kinds.trajectories.preparation import beside, prepare, starts_seated, touches, without
 from hlcs.kinds.trajectories.release import let_go
-from hlcs.kinds.trajectories.sinking import drags_shown
+from hlcs.kinds.trajectories.sinking import drags_between_impacts, drags_shown
 from hlcs.kinds.trajectories.spinning import spin_losses_shown
 from hlcs.kinds.trajectories.stated_starts import starts_shown
 from hlcs.kinds.trajectories.thinning import on_all_rows, thinned
@@ -145,7 +145,7 @@ class Trajectories:
         noise, own = self._noise, self.options.user_effects
         contact, measurement = touches(self.measurement.trials, noise), thinned(self.measurement, noise)
         read, around = read_impacts(self.measurement, noise), measurement.trials[0].surroundings
-        impacts, together = differing_from_model(read, around), rebounds_shown(read, around)
+        impacts = differing_from_model(read, around)
         likely = terms_shown(self._candidates(measurement, contact, candidates)[0], impacts)
         few, many, notes = screening_subset(measurement, contact)
         prepared = prepare(few, own, noise, likely)
@@ -157,6 +157,8 @@ class Trajectories:
         contact = prepared.problem.simulator.contact  # of these few
         chosen, absent = self._candidates(few, contact, candidates)
         strong = {} if contact else drags_shown(chosen, few.trials)
+        bent = drags_between_impacts(chosen, few.trials, read_drags(self.measurement, noise), read) if contact else {}
+        together = rebounds_shown(read, around, bent)
         strong |= {} if prepared.problem.segmented else spin_losses_shown(chosen, few.trials, contact)
         on_all = (on_all_rows(self.measurement),) if measurement is not self.measurement else ()
 
@@ -167,8 +169,8 @@ class Trajectories:
             guess = prepared.problem.initial_guess()
             shown = [(impacts, None), *([] if few_fits else [(strong, guess)])]
             first = [({entry.name: seen[entry.name]}, at) for seen, at in shown for entry in chosen if entry.name in seen]
-            if together and together.keys() <= {entry.name for entry in chosen}:
-                first.append((together, None))
+            names = {entry.name for entry in chosen}
+            first += [(numbers, None) for numbers in together if numbers.keys() <= names]
             begun = partial(Search, prepared.problem, chosen, odds=odds, progress=self.options.log, readings=impacts | strong)
             search, looked = begun(base=prepared.base, first=first), [frozenset()]
 

@@ -20,11 +20,18 @@ def drags_shown(candidates, trials):
     {name of the candidate: {its number: value}}; {} where no body sinks or rises with a drag that carries HELD of its weight.
     """
     seen = [(trial, *held) for trial in trials if (held := _held_back(trial)) is not None]
+    return numbers_shown([entry for entry in candidates if entry.is_drag], seen, _of_speed)
 
-    def given(law, trial, drag, speed):
-        return drag, law.forces(state_of([trial], np.array([[0.0, 0.0, -speed]])), 0.0)[0, 2]
 
-    return numbers_shown([entry for entry in candidates if entry.is_drag], seen, given)
+def drags_between_impacts(candidates, trials, drags, impacts):
+    """The same of a body that bounces, from what flights between its impacts show.
+
+    drags: {(body, density of the fluid): k of its deceleration k v^2 [1/m]}; impacts: at whose mean speed a law gives as much.
+    """
+    ways = [(trial, drags.get((trial.body, trial.surroundings.fluid_density), 0.0)) for trial in trials if known_body(trial.body)]
+    speed = float(np.mean([impact.speed for impact in impacts] or [0.0]))
+    seen = [(trial, _moved(trial) * k * speed**2, speed) for trial, k in ways if k > 0]
+    return numbers_shown([entry for entry in candidates if entry.is_drag and not entry.setting], seen, _of_speed)
 
 
 def numbers_shown(laws, seen, given):
@@ -45,6 +52,17 @@ def numbers_shown(laws, seen, given):
     return found
 
 
+def _of_speed(law, trial, drag, speed):
+    """(a drag that was seen at a speed of one recording, the drag that a law gives there) [N]."""
+    return drag, law.forces(state_of([trial], np.array([[0.0, 0.0, -speed]])), 0.0)[0, 2]
+
+
+def _moved(trial):
+    """Mass of a body with half of the displaced mass, which is accelerated with it (H. Lamb, Hydrodynamics (1932), art. 92)."""
+    body = rigid_body(trial.body)
+    return body.mass + trial.surroundings.fluid_density * body.volume / 2
+
+
 def _number_shown(kind, name, given, trial, *shown):
     """The number with which a law gives what one recording shows; None of one that gives nothing, or the contrary."""
     value = 1.0
@@ -60,8 +78,7 @@ def _held_back(trial):
     """(mean drag [N], mean speed [m/s]) of one recording, of a parabola through its heights; None where the body is not known,
     goes against its weight in the fluid, or drag carries less than HELD of that.
 
-    Drag = weight less lift less mass times acceleration, downwards. Half of the displaced mass is accelerated with the
-    body (H. Lamb, Hydrodynamics (1932), art. 92).
+    Drag = weight less lift less mass times acceleration, downwards.
     """
     there = np.isfinite(trial.position[:, 2])
     if not known_body(trial.body) or there.sum() < LEAST:
@@ -70,7 +87,6 @@ def _held_back(trial):
     bend = np.polyfit(times - times.mean(), heights, 2)[0]
     speed = (heights[0] - heights[-1]) / (times[-1] - times[0])
     body, around = rigid_body(trial.body), trial.surroundings
-    displaced = around.fluid_density * body.volume
-    weight = (body.mass - displaced) * around.gravity
-    drag = weight + (body.mass + displaced / 2) * 2 * bend
+    weight = (body.mass - around.fluid_density * body.volume) * around.gravity
+    drag = weight + _moved(trial) * 2 * bend
     return (abs(float(drag)), abs(float(speed))) if speed * weight > 0 and drag / weight > HELD else None

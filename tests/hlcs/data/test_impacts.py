@@ -203,9 +203,9 @@ def test_impacts_show_the_restitution_at_one_metre_a_second_beside_how_it_falls_
     read = at_one * speeds**-0.05 + 0.003 * generator.standard_normal(20)
     told = {"restitution_error": 0.003, "friction": None, "friction_error": None}
     impacts = [SimpleNamespace(restitution=e, speed=v, **told) for e, v in zip(read, speeds, strict=True)]
-    shown = rebounds_shown(impacts, Surroundings(floor_height=0.0, restitution=0.8))
-    assert bool(shown) == seen
-    if seen:
+    together = rebounds_shown(impacts, Surroundings(floor_height=0.0, restitution=0.8), {})
+    assert len(together) == seen
+    for shown in together:
         assert shown["restitution"]["coefficient"] == pytest.approx(0.83, abs=4 * 0.0013)
         assert shown["velocity_dependent_restitution"]["exponent"] == pytest.approx(0.05, abs=0.01)
 
@@ -246,6 +246,20 @@ def test_drag_takes_little_from_a_restitution(body, most):
         left_in += [one.restitution for trial in trials for one in impacts_of(trial, 1e-3)]
     assert len(seen) == len(left_in) == 36
     assert abs(np.mean(seen) / 0.8 - 1) < most < 0.8 * abs(np.mean(left_in) / 0.8 - 1)
+
+
+@pytest.mark.parametrize(("stated", "count"), [(0.87, 0), (0.8, 2)])
+def test_a_restitution_and_a_drag_are_shown_together(stated, count):
+    """Impacts at 4 to 2 m/s that show e = 0.87, flights that show a drag: where the file states 0.8, both hide each other. A file
+    that states 0.87 leaves but the drag."""
+    told = {"restitution_error": 0.01, "friction": None, "friction_error": None}
+    read = zip((0.86, 0.88, 0.87, 0.88, 0.865, 0.865), np.linspace(4.0, 2.0, 6), strict=True)
+    impacts = [SimpleNamespace(restitution=e, speed=v, **told) for e, v in read]
+    drags = {"quadratic_drag": {"drag_coefficient": 0.47}, "linear_drag": {"rate": 0.4}}
+    together = rebounds_shown(impacts, Surroundings(floor_height=0.0, restitution=stated), drags)
+    assert [set(shown) for shown in together] == [{"restitution", name} for name in drags][:count]
+    for shown, name in zip(together, drags, strict=False):
+        assert shown["restitution"]["coefficient"] == pytest.approx(0.87, abs=0.01) and shown[name] == drags[name]
 
 
 @pytest.mark.parametrize(("body", "error"), [(RUBBER, 0.0035), (CELLULOID, 0.006)])

@@ -17,7 +17,7 @@ from hlcs.data.bodies import Body
 from hlcs.data.experiment_file import Surroundings
 from hlcs.data.rigid_body import rigid_body
 from hlcs.effects.candidates import candidate
-from hlcs.kinds.trajectories.sinking import drags_shown
+from hlcs.kinds.trajectories.sinking import drags_between_impacts, drags_shown
 
 G = 9.81
 RADIUS = 0.00635
@@ -124,3 +124,20 @@ def test_a_camera_that_leans_is_found_beside_gravity_that_leans(tmp_path):
     assert diagnosis.verdict == "ambiguous" and {"tilted_frame", "tilted_gravity"} <= set(diagnosis.ambiguous[0])
     told = diagnosis.parameters["tilted_frame"]["angle_y"]
     assert told["low"] <= lean <= told["high"]
+
+
+def test_a_drag_between_impacts_is_that_of_the_deceleration_it_gives():
+    """k = 0.5 rho C A/(m + rho V/2), of a table tennis ball in air with C = 0.47; at a mean speed v a drag in proportion to it
+    slows as much with the rate k v. A body that shows no drag, or is not known, shows no number."""
+    radius, mass, density, speed = 0.02, 0.0027, 1.2, 3.0
+    body, around = Body("sphere", radius=radius, mass=mass), Surroundings(fluid_density=density)
+    trial, impacts = SimpleNamespace(body=body, surroundings=around), [SimpleNamespace(speed=speed + off) for off in (-1, 1)]
+    inertia = mass + density * 4 / 3 * np.pi * radius**3 / 2
+    k = 0.5 * density * 0.47 * np.pi * radius**2 / inertia
+    known = rigid_body(body)
+    laws = [candidate(law, around, known, True) for law in (mb.QuadraticDrag, mb.LinearDrag, mb.AddedMass)]
+    shown = drags_between_impacts(laws, [trial], {(body, density): k}, impacts)
+    assert shown["quadratic_drag"]["drag_coefficient"] == pytest.approx(0.47)
+    assert shown["linear_drag"]["rate"] == pytest.approx(k * speed * inertia / mass)
+    assert set(shown) == {"quadratic_drag", "linear_drag"}
+    assert drags_between_impacts(laws, [trial], {(body, density): 0.0}, impacts) == {}
