@@ -42,8 +42,8 @@ class Elimination:
         self.problem, self.model, self.limit = problem, model, limit or (lambda: np.inf)
         self.beyond, self.no_nearer = np.inf, 0
         self.close, self.narrow = (CLOSE_IN_CONTACT, NARROW_IN_CONTACT) if problem.simulator.contact else (CLOSE, NARROW)
-        if problem.segmented:  # each segment comes to its own end, and none of them is smooth to less than that
-            self.close, self.narrow = self.close * len(problem.trials), COARSE
+        if problem.segmented:
+            self.close, self.narrow = left_by_segments(problem), COARSE
         self.frees, self.start = free_numbers(model), values_of(model)
         self.spread = np.array([free.spread for free in self.frees])
         self.linear, self.best = None, (np.inf, self.start, initial_states)  # of all points seen: cost, numbers, initial states
@@ -170,6 +170,11 @@ class Elimination:
         self.no_nearer = self.no_nearer + 1 if self.beyond > HELD * max(before, 0.0) or promised == np.inf else 0
         if self.no_nearer == NO_NEARER:
             raise OutOfReach
+
+
+def left_by_segments(problem):
+    """chi2 by which a fit of segments may miss its minimum, each smooth to no less; 0 where there are none."""
+    return CLOSE_IN_CONTACT * len(problem.trials) * problem.segmented
 
 
 def fit(problem, model, initial_states, limit=None):

@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 
 from hlcs.estimation.budget import Budget
+from hlcs.estimation.fitting import left_by_segments
 from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
@@ -43,8 +44,7 @@ class Search:
         None) each: far from the data nothing foresees them; budget: of a search that this one goes on with."""
         self.problem, self.base, self.odds = problem, base, odds
         self.candidates = {entry.name: entry for entry in sorted(candidates, key=lambda entry: entry.name)}
-        self.progress = progress or (lambda text: None)
-        self.readings, self.first = readings or {}, tuple(first)
+        self.progress, self.readings, self.first = progress or (lambda text: None), readings or {}, tuple(first)
         self.preview = Preview(problem, base.model, self.candidates)
         self.base_has_drag = has_drag(base.model)
         self.budget = budget or Budget(problem)
@@ -254,19 +254,19 @@ class Search:
         return costs | ({frozenset(): max(costs[frozenset()], costs[best] + TIED)} if best else {})
 
     def promising(self, proposal, parent, limit, explained, costs):
-        """May a set do as well as the best, cost no more than `limit`, and do better than every part of it that is fitted?
-        explained: does the best leave nothing but noise? costs: of what is fitted, as `costs_of_parts`.
+        """May a set do as well as the best, cost no more than `limit`, and do better than each part of it that is fitted, by
+        more than fits leave? explained: does the best leave nothing but noise? costs: of what is fitted, as `costs_of_parts`.
 
         What is foreseen to fall counts by the share that the fits of such sets found of it: where chi2 is rough, or nothing
         explains the data, a linear model promises much and keeps little. It may promise too little as well: in flight by what a
         look there shows; through contacts, of a set that holds none of the best ones, by as much more of all that it takes away
-        as fits found, and a twin of what explains the data is fitted, whatever is foreseen on the long way to it. There, where a
-        fit costs a hundred times as much, a set must also be borne out where what it replaces is not, and be foreseen to take
-        away so much of the excess that the verdict would name it, while the best fit leaves more than noise.
+        as fits found, and a twin of what explains the data is fitted. There, where a fit costs a hundred times as much, a set
+        must also be borne out where what it replaces is not, and be foreseen to take away so much of the excess that the verdict
+        would name it, while the best fit leaves more than noise.
         """
-        contact = self.problem.simulator.contact
+        contact, rough = self.problem.simulator.contact, left_by_segments(self.problem)
         lost = max(1 - self.share_found(parent), 0.0) * max(proposal.fall, 0.0)
-        parts = [cost for known, cost in costs.items() if known < proposal.effects]
+        parts = [cost - rough for known, cost in costs.items() if known < proposal.effects]
         more = 0.0 if explained or proposal.effects in self.fits else self.unsure.get(proposal.effects, 0.0)
         if contact and explained and proposal.effects in self.twins:
             more = np.inf
