@@ -73,7 +73,7 @@ class Budget:
                     left -= count * each
             return places
         cost = 2 * FIT_LINEARISATIONS * linearisation_cost(self.problem.trials, self.simulator.time_step)
-        return list(range(min(int(np.clip(int(left / max(cost, 1.0)), 2, most)), len(numbers))))
+        return list(range(len(numbers)))[: int(np.clip(left / max(cost, 1.0), 2, most))]
 
     def notes(self):
         """Sentences on what was left out."""

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import binom
+from scipy import special
 
 STANDS_OUT = 4.0  # standard deviations of a second difference: of 10,000 samples of normal noise less than one lies beyond
 FORETOLD_OUT = 3.0  # the same of an end from what is foretold of it, where it stands out from its neighbours as well
@@ -77,12 +77,11 @@ def anywhere(alone):
     What a tracker loses lies anywhere. Series begin and end where the motion does: what stands alone there in most of them is
     part of the motion, as of a spin that ends within a sample.
     """
-    alone = list(alone)
     long = [flags for flags in alone if len(flags) >= LEAST]
     for end in (0, -1):
         there = sum(bool(flags[end]) for flags in long)
         share = (sum(map(np.sum, long)) - there + 1) / (sum(map(len, long)) + 1)
-        if binom.sf(there - 1, len(long), share) < BY_CHANCE:
+        if special.bdtrc(there - 1, len(long), share) < BY_CHANCE:
             for flags in long:
                 flags[end] = False
     return alone
