@@ -18,6 +18,7 @@ from hlcs.processes import interrupts
 from hlcs.selection.eligibility import has_drag
 from hlcs.selection.prediction import LinearModel, Proposal, signatures
 from hlcs.selection.preview import FARTHER, HERE, Preview, misfit
+from hlcs.selection.refitting import refit
 from hlcs.selection.thresholds import (
     ALIKE,
     EQUAL,
@@ -32,7 +33,6 @@ from hlcs.selection.thresholds import (
     TIED,
     TOGETHER,
 )
-from minibullet.errors import InputError
 
 
 class Search:
@@ -182,7 +182,7 @@ class Search:
     def fit_sets(self, proposals, states=None):
         """Fit sets in one batch, [(Proposal, Fit it was foreseen from)], and keep what was found; states: to begin from."""
         before, self.ended = self.budget.steps, {}
-        fits = self.problem.batched([partial(self.refit, *each, states) for each in proposals])
+        fits = self.problem.batched([partial(refit, self, *each, states) for each in proposals])
         self.budget.fitted(sum(self.count(proposal.effects) for proposal, _ in proposals), before)
         for (proposal, parent), fit in zip(proposals, fits, strict=True):
             effects = proposal.effects
@@ -356,45 +356,3 @@ class Search:
         looks = [partial(signatures, self.problem, fit, entry, self.readings.get(entry.name, {})) for entry in entries]
         views = dict(zip(entries, self.problem.batched(looks), strict=True))
         return views, LinearModel(fit, views, self.price)
-
-    def refit(self, proposal, parent, states=None):
-        """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
-        can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
-        best, guess, seen, costs = None, self.problem.initial_guess(), [], []
-        limit = partial(self.limit, proposal.effects) if np.isfinite(proposal.cost) else None
-        if states is None:
-            numbers = self.preview.nearer(proposal.numbers, parent)
-            begun = [(numbers, self.preview.nearest(numbers, parent.initial_states, guess))]
-        else:
-            begun = [(proposal.numbers, states), (proposal.numbers, parent.initial_states)]
-        for numbers, states in (*begun, *((numbers, guess) for numbers in self.beginnings(proposal))):
-            if any(numbers == known and np.array_equal(states, there) for known, there in seen):
-                continue
-            seen.append((numbers, states))
-            try:
-                fit = self.problem.fit(self.preview.model_with(numbers), states, limit)
-            except InputError:  # numbers with which nothing can be simulated
-                continue
-            # another beginning led to no better end, or once more to where nothing can be
-            again = bool(costs) and not fit.cost < min(costs) - EQUAL
-            costs.append(fit.cost)
-            if fit.cost == min(costs) < np.inf:
-                best = self.ended[proposal.effects] = fit
-            met = best and best.converged and best.cost + self.price(proposal.effects, best) < proposal.cost + EQUAL
-            if again or met or best and self.noise_alone(best):
-                break
-        return best
-
-    def beginnings(self, proposal):
-        """Numbers to begin a fit from, {effect: {number: value}} each, without those that say the same."""
-        names = sorted(proposal.effects)
-        seen = [proposal.numbers, {name: proposal.numbers[name] | self.readings.get(name, {}) for name in names}]
-        for neighbour in self.ranked():
-            shared = proposal.effects & neighbour
-            if len(shared) == len(names) - 1:
-                known = self.fits[neighbour].model.numbers
-                seen.append({name: known.get(name, self.candidates[name].expected) for name in names})
-        starts = {name: self.candidates[name].starts for name in names}
-        for number in range(max(map(len, starts.values()))):
-            seen.append({name: dict(some[number % len(some)]) for name, some in starts.items()})
-        return [numbers for place, numbers in enumerate(seen) if numbers not in seen[:place]]

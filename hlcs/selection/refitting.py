@@ -1,0 +1,52 @@
+"""One fit of a set of effects: where it begins, and whether to begin it once more elsewhere."""
+
+from functools import partial
+
+import numpy as np
+
+from hlcs.selection.thresholds import EQUAL
+from minibullet.errors import InputError
+
+
+def refit(search, proposal, parent, states=None):
+    """The best fit of a set, from where it was foreseen and, while more than noise is left, from elsewhere; None where no fit
+    can be made. states: the initial states of a fit with the numbers of the proposal, where one was made before."""
+    best, guess, seen, costs = None, search.problem.initial_guess(), [], []
+    limit = partial(search.limit, proposal.effects) if np.isfinite(proposal.cost) else None
+    if states is None:
+        numbers = search.preview.nearer(proposal.numbers, parent)
+        begun = [(numbers, search.preview.nearest(numbers, parent.initial_states, guess))]
+    else:
+        begun = [(proposal.numbers, states), (proposal.numbers, parent.initial_states)]
+    for numbers, states in (*begun, *((numbers, guess) for numbers in beginnings(search, proposal))):
+        if any(numbers == known and np.array_equal(states, there) for known, there in seen):
+            continue
+        seen.append((numbers, states))
+        try:
+            fit = search.problem.fit(search.preview.model_with(numbers), states, limit)
+        except InputError:  # numbers with which nothing can be simulated
+            continue
+        # another beginning led to no better end, or once more to where nothing can be
+        again = bool(costs) and not fit.cost < min(costs) - EQUAL
+        costs.append(fit.cost)
+        if fit.cost == min(costs) < np.inf:
+            best = search.ended[proposal.effects] = fit
+        met = best and best.converged and best.cost + search.price(proposal.effects, best) < proposal.cost + EQUAL
+        if again or met or best and search.noise_alone(best):
+            break
+    return best
+
+
+def beginnings(search, proposal):
+    """Numbers to begin a fit from, {effect: {number: value}} each, without those that say the same."""
+    names = sorted(proposal.effects)
+    seen = [proposal.numbers, {name: proposal.numbers[name] | search.readings.get(name, {}) for name in names}]
+    for neighbour in search.ranked():
+        shared = proposal.effects & neighbour
+        if len(shared) == len(names) - 1:
+            known = search.fits[neighbour].model.numbers
+            seen.append({name: known.get(name, search.candidates[name].expected) for name in names})
+    starts = {name: search.candidates[name].starts for name in names}
+    for number in range(max(map(len, starts.values()))):
+        seen.append({name: dict(some[number % len(some)]) for name, some in starts.items()})
+    return [numbers for place, numbers in enumerate(seen) if numbers not in seen[:place]]
