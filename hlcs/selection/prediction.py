@@ -120,6 +120,7 @@ class LinearModel:
         for name in self.present:
             if self.places[name] and all(np.isfinite(self.columns[place].absent) for place in self.places[name]):
                 sets += [present - {name}, *(present - {name} | {other} for other in absent)]
+                sets += [present - {name} | set(pair) for pair in combinations(absent, 2)]
         sets += [names | implied for names in (present, *sets) if implied <= self.places.keys()]
         sets += [present | set(pair) for pair in combinations(absent, 2)]
         if len(implied & present) > 1:  # these have null values, or nothing would imply them

@@ -211,6 +211,7 @@ class Search:
                 numbers = {name: proposal.numbers.get(name, self.candidates[name].expected) for name in part}
                 parts.append(self.foreseen.get(part, (Proposal(limit, part, numbers), parent)))
             same = len(proposal.effects)
+            parts = [each for each in parts if not self.adorned(*each)]
             first = [each for each in parts if each[0].cost <= limit and self.borne_out(*each) or len(each[0].effects) == same]
             for each in (*sorted(first, key=lambda each: each[0].cost), (proposal, parent)):
                 ordered.setdefault(each[0].effects, each)
@@ -238,6 +239,12 @@ class Search:
         if there is None or present <= proposal.effects or not proposal.effects | present <= there.places.keys():
             return True
         return there.proposal(proposal.effects).fall >= FORESEEN * there.proposal(present).fall
+
+    def adorned(self, proposal, parent):
+        """Is a set foreseen to take away no more than a part of it does that was fitted? It would leave what that one left."""
+        there = self.models.get(frozenset(parent.model.numbers))
+        parts = [part for part in self.fits if part < proposal.effects and there and part <= there.places.keys()]
+        return any(proposal.fall < there.proposal(part).fall + EQUAL for part in parts)
 
     def simpler(self, effects):
         """Sets that are not fitted: without one of the doubtful effects, or with a special case in the place of its law."""
@@ -274,6 +281,8 @@ class Search:
             more = max((self.share_found(self.base) - 1) * (misfit(self.base) - misfit(parent) + proposal.fall), 0.0)
         if not proposal.cost + lost - more < min([limit, *parts]) or contact and not self.borne_out(proposal, parent):
             return False
+        if self.adorned(proposal, parent):
+            return False
         if not contact or explained:
             return True
         fall = misfit(self.base) - misfit(parent) + proposal.fall - lost
@@ -306,10 +315,10 @@ class Search:
         return sorted(waiting, key=order)
 
     def expand(self):
-        """Foresee neighbours of the best fitted sets: of the best alone where it explains the data, else of those too that are
-        as good as it in units of what it leaves."""
+        """Foresee neighbours of the best fitted sets: where it explains the data of the best and those told beside it, which have
+        twins of their own, else of those too that are as good as it in units of what it leaves."""
         first = self.ranked()[0]
-        reach = 0.0 if self.noise_alone(self.fits[first]) or self.budget.share > 0.5 else self.reach()
+        reach = TIED if self.noise_alone(self.fits[first]) else self.reach() if self.budget.share < 0.5 else 0.0
         near = [first, *(each for each in self.ranked()[1:EXPANDED] if self.cost(each) < self.cost(first) + reach)]
         if first in self.models:
             self.shown, self.implied = self.models[first].certain(self.odds, self.candidates)

@@ -61,6 +61,12 @@ def test_every_neighbour_costs_what_its_own_best_numbers_cost(generator, present
         assert set(proposal.numbers) == set(proposal.effects)
 
 
+def test_two_effects_may_take_the_place_of_one(generator):
+    """What one law did alone two may do better, and neither of them does better alone or beside it."""
+    proposals = linear_model(generator, ("linear_drag",))[0].proposals(2, lambda names: True)
+    assert {"buoyancy", "magnus"} in [proposal.effects for proposal in proposals]
+
+
 def test_what_the_file_implies_leaves_room_for_as_many_effects_as_without_it(generator):
     """Two effects are in the model and two can join it: of two at most none can, where the first two do not count both can."""
     linear, _, _ = linear_model(generator, ("magnus", "time_scale"))

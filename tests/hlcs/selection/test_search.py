@@ -95,6 +95,25 @@ def test_a_law_that_does_the_same_is_a_twin_of_what_was_found(generator, bend, t
     assert (frozenset(LAWS) - best in search.twins) == twins and len(best) == 1
 
 
+def test_what_is_told_beside_the_best_has_its_neighbours_foreseen_as_well(generator):
+    """A twin of the second of two that do as well is no twin of the first."""
+    search = sets(0.0, generator).search
+    told = [effects for effects in search.ranked() if search.cost(effects) < search.cost(search.ranked()[0]) + TIED]
+    search.models.clear()
+    search.expand()
+    assert len(told) == 2 and search.models.keys() == set(told)
+
+
+@pytest.mark.parametrize(("more", "tried"), [(0.5, False), (1.5, True)])
+def test_a_set_that_is_foreseen_to_do_no_more_than_a_part_of_it_that_was_fitted_is_not_tried(generator, more, tried):
+    search = sets(0.0, generator).search
+    part, base = search.ranked()[0], frozenset()
+    fall = search.models[base].proposal(part).fall + more
+    proposal = Proposal(-np.inf, frozenset(LAWS), {}, fall)  # cheaper than anything, were it as foreseen
+    costs = search.costs_of_parts(part)
+    assert search.promising(proposal, search.base, np.inf, True, costs) == tried
+
+
 @pytest.mark.parametrize(("bend", "twins"), [(0.0, True), (1.0, False)])
 def test_a_twin_of_what_explains_the_data_is_fitted_when_the_time_is_over_as_well(generator, bend, twins):
     """Else what came first would be told alone."""
