@@ -241,10 +241,12 @@ class Search:
         return there.proposal(proposal.effects).fall >= FORESEEN * there.proposal(present).fall
 
     def adorned(self, proposal, parent):
-        """Is a set foreseen to take away no more than a part of it does that was fitted? It would leave what that one left."""
+        """Is a set foreseen to take away no more than a part of it does that was fitted? It would leave what that one left. What
+        the file implies beside that part stands there though the data do not show it."""
         there = self.models.get(frozenset(parent.model.numbers))
-        parts = [part for part in self.fits if part < proposal.effects and there and part <= there.places.keys()]
-        return any(proposal.fall < there.proposal(part).fall + EQUAL for part in parts)
+        parts = [part for part in self.fits if part < proposal.effects and not proposal.effects <= part | self.implied]
+        known = [part for part in parts if there and part <= there.places.keys()]
+        return any(proposal.fall < there.proposal(part).fall + EQUAL for part in known)
 
     def simpler(self, effects):
         """Sets that are not fitted: without one of the doubtful effects, or with a special case in the place of its law."""
