@@ -23,6 +23,7 @@ OUTCOMES = {  # of a table -> unit
     "passage_time_s": "s",
     "bounce_time_s": "s",
     "rebound_speed_m_s": "m/s",
+    "range_m": "m",
 }
 INPUTS = {  # lowest and highest value of each input of a table
     "height_m": (0, 1e3),

@@ -34,6 +34,7 @@ ASKED_OF_ROWS = {
         ("slope", "speed_m_s"),
         "degrees: how steep the slope is; the same in all rows: --constant angle_deg=5",
     ),
+    "speed_m_s": ("range_m", (), "m/s: of the launch; the same in all rows: --constant speed_m_s=5"),
 }
 AIR = 1.2  # density that is written [kg/m3]: left out it is any gas, whose lift and added mass need not go together
 IN_AIR = Assumption(f"the body moves in air (surroundings.fluid_density = {AIR})")

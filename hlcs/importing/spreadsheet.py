@@ -41,14 +41,16 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
     "hauteur de rebond, hauteur du rebond, hauteur de rebondissement, altura de rebote, altura del rebote",
     "stop_distance_m": "stop distance, stopping distance, sliding distance, rutschweg, bremsweg, distance d'arrêt, "
     "distancia de frenado",
+    "range_m": "range, throwing distance, landing distance, wurfweite, schussweite, portée, alcance",
     "slide_time_s": "slide time, sliding time, rutschzeit, gleitzeit, temps de glissement, tiempo de deslizamiento",
     "rest_height_m": "rest height, resting height, ruhehöhe, hauteur de repos, altura de reposo",
     "mass_kg": "mass, masse, masa, m",
     "radius_m": "radius, rayon, radio, ball radius, bead radius, sphere radius, kugelradius",
     "mark_1_m": "first mark, upper mark, marke 1, erste marke, obere marke, marque 1, marca 1",
     "mark_2_m": "second mark, lower mark, marke 2, zweite marke, untere marke, marque 2, marca 2",
-    "speed_m_s": "speed, start speed, initial speed, geschwindigkeit, vitesse, velocidad",
-    "angle_deg": "angle, winkel, ángulo",
+    "speed_m_s": "speed, start speed, initial speed, launch speed, initial velocity, launch velocity, geschwindigkeit, "
+    "abwurfgeschwindigkeit, vitesse, vitesse initiale, velocidad, velocidad inicial",
+    "angle_deg": "angle, launch angle, winkel, abwurfwinkel, angle de tir, ángulo, ángulo de lanzamiento",
     "bounce": "bounce, bounce number, bounce no, number of bounce, nummer des aufpralls",
     "distance_m": "distance, strecke, abstand, distancia",
     "group": "group, gruppe, groupe, grupo, series, serie, day, tag, person, personne, persona, observer, beobachter",

@@ -1,6 +1,6 @@
-"""What the model says for one row of an outcome table: a fall, a rebound, a slide, a rest; along one line, many rows at once.
+"""What the model says for one row of an outcome table: a fall, a throw, a rebound, a slide, a rest; many rows at once.
 
-The forces and the laws of contact are those of the effects; the motion is that of one body along one line, so that a row
+The forces and the laws of contact are those of the effects; the motion is that of one body without a turn, so that a row
 costs no world: Runge-Kutta in flight, the law of restitution at the impact, Coulomb's law on the floor.
 """
 
@@ -90,12 +90,11 @@ class Descent(NamedTuple):
         return np.where(np.isfinite(self.until), times, np.nan)
 
 
-def descent(setups, effects, depth, speed=0.0):
-    """The Descent of bodies to `depth` (d,) below their start [m], thrown down with a speed (d,) [m/s]."""
-    gravity = setups[0].surroundings.gravity
-    down = np.array([0.0, 0.0, -1.0])
-    state = state_of(setups, np.broadcast_to(speed, (len(setups),))[:, None] * down)
-    longest = 1.5 * np.sqrt(2 * np.nanmax(np.append(depth, LEAST_WAY)) / gravity)
+def descent(setups, effects, depth, velocity):
+    """The Descent of bodies to `depth` (d,) below their start [m], thrown with velocities (d, 3) [m/s]."""
+    gravity, rise = setups[0].surroundings.gravity, np.max(velocity[:, 2], initial=0.0)
+    state = state_of(setups, velocity)
+    longest = 1.5 * (2 * rise / gravity + np.sqrt(2 * np.nanmax(np.append(depth, LEAST_WAY)) / gravity))
     for _ in range(MOST_LONGER):
         track = fly(state, effects, longest, longest / STEPS)
         left, pace = depth + track.position[-1, :, 2], -track.velocity[-1, :, 2]
@@ -109,7 +108,7 @@ def descent(setups, effects, depth, speed=0.0):
 
 def fallen(setups, effects, height):
     """(time [s], velocity (d, 3)) of bodies that have fallen by `height` (d,) [m] from rest; nan where one floats."""
-    way = descent(setups, effects, height)
+    way = descent(setups, effects, height, np.zeros((len(setups), 3)))
     times = way.time_at(height)
     return times, velocity_at(way.track, times)
 
@@ -173,8 +172,20 @@ def apex(track):
 def passage_time(setups, effects, inputs):
     """Time from mark_1_m, or the release, to mark_2_m, depths below the release at start_speed_m_s, or at rest."""
     none = np.zeros(len(setups))
-    way = descent(setups, effects, inputs["mark_2_m"], inputs.get("start_speed_m_s", none))
+    down = np.array([0.0, 0.0, -1.0])
+    way = descent(setups, effects, inputs["mark_2_m"], inputs.get("start_speed_m_s", none)[:, None] * down)
     return way.time_at(inputs["mark_2_m"]) - way.time_at(inputs.get("mark_1_m", none))
+
+
+def throw_range(setups, effects, inputs):
+    """Horizontal distance from the launch at speed_m_s, angle_deg above the horizontal, to where the body is height_m below it;
+    both are 0 where they are not given."""
+    none = np.zeros(len(setups))
+    angle, depth = np.deg2rad(inputs.get("angle_deg", none)), inputs.get("height_m", none)
+    velocity = inputs["speed_m_s"][:, None] * np.stack([np.cos(angle), none, np.sin(angle)], axis=1)
+    way = descent(setups, effects, depth, velocity)
+    times = way.time_at(depth)
+    return np.where(np.isfinite(times), way.track.position_at(np.nan_to_num(times)[:, None])[:, 0, 0], np.nan)
 
 
 def bounce_time(setups, effects, inputs):
@@ -305,6 +316,7 @@ LAWS = {
     "passage_time_s": passage_time,
     "bounce_time_s": bounce_time,
     "rebound_speed_m_s": rebound_speed,
+    "range_m": throw_range,
 }
 NEEDS = {
     "fall_time_s": ("height_m",),
@@ -315,6 +327,7 @@ NEEDS = {
     "passage_time_s": ("mark_2_m",),
     "bounce_time_s": ("height_m", "bounce"),
     "rebound_speed_m_s": ("impact_speed_m_s",),
+    "range_m": ("speed_m_s",),
 }
 USES = {  # inputs that an outcome depends on, beside those of ROW_KEYS
     "fall_time_s": ("height_m",),
@@ -325,6 +338,7 @@ USES = {  # inputs that an outcome depends on, beside those of ROW_KEYS
     "passage_time_s": ("start_speed_m_s", "mark_1_m", "mark_2_m"),
     "bounce_time_s": ("height_m", "bounce"),
     "rebound_speed_m_s": ("impact_speed_m_s",),
+    "range_m": ("speed_m_s", "angle_deg", "height_m"),
 }
 ROW_KEYS = {  # of a row, in the place of what the file states
     "mass_kg": ("body", "mass"),

@@ -42,7 +42,7 @@ def rows_of(file, table, other_bodies):
             for value, far in values:
                 row = base | {name: value}
                 told = {key: row[key] for key in row if key == name or (key in table.inputs and np.ptp(table.inputs[key]) > 0)}
-                found.setdefault(tuple(row.items()), (Design(said(told), told, far, "measure more rows "), row))
+                found.setdefault(tuple(row.items()), (Design(said(told, table.outcome), told, far, "measure more rows "), row))
     return [entry for entry in found.values() if possible(file, entry[1]) and arranged(table, entry[1])]
 
 
@@ -88,10 +88,11 @@ def arranged(table, row):
     )
 
 
-def said(row):
+def said(row, outcome):
     """A row in words."""
     return "at " + ", ".join(
-        f"{name} = {value:g}" + (" (upwards)" if name in SLOPED and value < 0 else "") for name, value in row.items()
+        f"{name} = {value:g}" + (" (upwards)" if outcome in ON_A_FLOOR and name in SLOPED and value < 0 else "")
+        for name, value in row.items()
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 WHY = {  # outcome -> what the model says of the body, what to check
     "fall_time_s": ("the body floats and never comes down", "mass, size and fluid"),
     "passage_time_s": ("the body floats and never passes the marks", "mass, size and fluid"),
+    "range_m": ("the body floats and never comes down", "mass, size and fluid"),
     "rebound_height_m": ("the body floats and never strikes the floor", "mass, size and fluid"),
     "bounce_time_s": ("there is no such bounce, as the body stays down or floats", "restitution, mass and fluid"),
     "slide_time_s": ("the body does not slide there: friction holds or stops it before", "friction, slope and speed"),

@@ -59,6 +59,7 @@ FITTING = {  # what acts on each outcome
     "passage_time_s": (*FORCES, TimeScale, LengthScale),
     "bounce_time_s": (*FORCES, *CLOCK, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
     "rebound_speed_m_s": (effects.Restitution, effects.VelocityDependentRestitution),
+    "range_m": (*FORCES, LengthScale),
 }
 LENGTHS = ("height_m", "distance_m", "mark_2_m")
 RULER = 1e-3  # [m]
@@ -219,7 +220,7 @@ class TableProblem(DirectProblem):
         misses = [float(np.mean(part) / np.hypot(own / np.sqrt(len(part)), shared)) for part, own, shared in settings]
         index = int(np.argmax(np.abs(misses)))
         row = {name: float(values[index]) for name, values in self.distinct.items()}
-        at = f"the rows {said(row)}" if row else "the rows"
+        at = f"the rows {said(row, self.table.outcome)}" if row else "the rows"
         return f"{at} (whose mean the model misses by {abs(misses[index]):.2g} standard errors)", row
 
 

@@ -339,3 +339,13 @@ def test_speeds_of_cars_are_in_miles_an_hour(imported):
     _, tables = imported("Speed (mph),Stopping distance (ft)\n25,85\n", "csv")
     assert tables["measurements.csv"] == {"speed_m_s": ["11.176"], "stop_distance_m": ["25.908"]}
     assert imported("Speed [ft/s],Stopping distance (ft)\n10,85\n", "csv")[1]["measurements.csv"]["speed_m_s"] == ["3.048"]
+
+
+def test_ranges_of_throws_need_the_speed_of_the_launch(imported):
+    found, tables = imported("Launch angle (deg),Range (cm)\n30,210\n45,245\n", "csv")
+    assert tables["measurements.csv"] == {
+        "angle_deg": ["30.0"] * 1 + ["45.0"],
+        "range_m": ["2.1", "2.45"],
+        "speed_m_s": ["fill in"] * 2,
+    }
+    assert "--constant speed_m_s=5" in str(found)

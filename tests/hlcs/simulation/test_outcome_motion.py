@@ -35,6 +35,29 @@ TABLES = {  # columns of the inputs, rows with the outcome last
         "distance_m,speed_m_s,friction",
         [(0.1, v, mu, (v - np.sqrt(v * v - 0.2 * mu * G)) / (mu * G)) for v, mu in PAIRS if v * v > 0.2 * mu * G],
     ),
+    "range_m": (
+        "speed_m_s,angle_deg,height_m",
+        [
+            (v, a, h, v * c / G * (v * s + np.sqrt((v * s) ** 2 + 2 * G * h)))
+            for v, a, h in (
+                (3.0, 0.0, 0.8),
+                (5.0, 30.0, 0.0),
+                (5.0, 60.0, 1.2),
+                (20.0, 45.0, 0.0),
+                (4.0, -20.0, 0.5),
+                (5.0, 90.0, 1.0),
+            )
+            for c, s in ((np.cos(np.deg2rad(a)), np.sin(np.deg2rad(a))),)
+        ],
+    ),
+    "range_m of a ball that rolls off a table": (
+        "speed_m_s,height_m",
+        [(v, h, v * np.sqrt(2 * h / G)) for v in SPEEDS for h in HEIGHTS],
+    ),
+    "range_m on level ground": (
+        "speed_m_s,angle_deg",
+        [(v, a, v * v * np.sin(np.deg2rad(2 * a)) / G) for v in SPEEDS for a in (15.0, 45.0)],
+    ),
     "rest_height_m": ("radius_m", [(r, r) for r in (0.02, 0.1, 0.3)]),
 }
 

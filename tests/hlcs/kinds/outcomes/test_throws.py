@@ -1,0 +1,77 @@
+"""Ranges of throws: the law against an integration of its own, and what a table of them tells."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import hlcs
+from hlcs.data.experiment_file import Body, Surroundings
+from hlcs.effects.contract import Setup
+from hlcs.simulation.outcome_motion import throw_range
+from minibullet import effects
+
+G, RADIUS, MASS, DENSITY = 9.81, 0.02, 0.0027, 1.2
+BALL = {"shape": "sphere", "radius": RADIUS, "mass": MASS}
+ANGLES = np.repeat([15.0, 25.0, 35.0, 45.0, 55.0, 65.0, 75.0], 5)
+SPEED, HEIGHT, NOISE = 6.0, 0.3, 0.01
+
+
+def thrown(speed, angle, height, drag_coefficient=0.0):
+    """Range of a ball with quadratic drag alone, to 1e-9 of it."""
+    k = DENSITY * drag_coefficient * np.pi * RADIUS**2 / (2 * MASS)
+
+    def rates(t, state):
+        return [*state[2:], -k * np.hypot(*state[2:]) * state[2], -G - k * np.hypot(*state[2:]) * state[3]]
+
+    def down(t, state):
+        return state[1] + height if t > 0 else 1.0
+
+    down.terminal, down.direction = True, -1
+    begin = [0.0, 0.0, speed * np.cos(np.deg2rad(angle)), speed * np.sin(np.deg2rad(angle))]
+    return solve_ivp(rates, (0.0, 20.0), begin, events=down, rtol=1e-10, atol=1e-12).y_events[0][0][0]
+
+
+@pytest.mark.parametrize(("speed", "height"), [(3.0, 0.0), (6.0, 0.3), (20.0, 2.0)])
+def test_a_throw_with_drag_comes_as_far_as_another_integrator_says(speed, height):
+    """160 steps of fourth order over half as much again as a throw through nothing takes, a polynomial between them: 1e-5."""
+    setup = Setup(Body(**BALL), Surroundings(gravity=G, fluid_density=DENSITY))
+    laws, angles = (effects.Gravity(G), effects.QuadraticDrag(0.47, DENSITY)), np.array([10.0, 45.0, 80.0])
+    inputs = {"speed_m_s": np.full(3, speed), "angle_deg": angles, "height_m": np.full(3, height)}
+    expected = [thrown(speed, angle, height, 0.47) for angle in angles]
+    np.testing.assert_allclose(throw_range([setup] * 3, laws, inputs), expected, rtol=1e-5)
+
+
+def diagnosed(speed=SPEED, angle=0.0, drag_coefficient=0.0):
+    """Diagnosis of throws stated at 6 m/s, made at a speed and at angles that are so much larger, 35 rows of 10 mm."""
+    ranges = np.array([thrown(speed, stated + angle, HEIGHT, drag_coefficient) for stated in ANGLES])
+    rows = {"angle_deg": ANGLES, "speed_m_s": np.full(35, SPEED), "height_m": np.full(35, HEIGHT)}
+    rows["range_m"] = ranges + NOISE * np.random.default_rng(3).standard_normal(35)
+    return hlcs.diagnose(hlcs.Experiment.from_frames([rows], BALL, {"fluid_density": DENSITY}, kind="outcomes"))
+
+
+def test_the_drag_of_thrown_balls_is_told_and_nothing_where_there_is_none():
+    found = diagnosed(drag_coefficient=0.45)
+    number = found.parameters["quadratic_drag"]["drag_coefficient"]
+    assert (found.verdict, found.effects) == ("effect", ("quadratic_drag",))
+    assert number["low"] < 0.45 < number["high"]
+    assert diagnosed().verdict == "complete"
+
+
+@pytest.mark.parametrize(("change", "name", "off"), [({"speed": 6.2}, "speed_m_s", 0.2), ({"angle": 2.0}, "angle_deg", 2.0)])
+def test_a_launcher_that_is_off_alike_in_all_rows_is_named(change, name, off):
+    told = re.search(
+        rf"if {name} is ([\d.]+) (?:m/s|degrees) \+- ([\d.]+) .*more than stated in all rows", str(diagnosed(**change))
+    )
+    value, error = map(float, told.groups())
+    assert value == pytest.approx(off, abs=3 * error) and error < 0.05 * off
+
+
+def test_throws_that_never_come_down_are_told():
+    """A balloon of 1 g floats: its range never comes."""
+    rows = {"speed_m_s": [1.0, 2.0, 3.0], "range_m": [0.3, 0.6, 0.9], "height_m": [1.0] * 3}
+    balloon, air = {"shape": "sphere", "radius": 0.1, "mass": 0.001}, {"fluid_density": DENSITY}
+    model = {"effects": [{"name": "buoyancy", "fluid_density": DENSITY}]}
+    experiment = hlcs.Experiment.from_frames([rows], balloon, air, model=model, kind="outcomes", noise=0.01)
+    assert any("floats and never comes down" in note for note in hlcs.compare(experiment).notes)
