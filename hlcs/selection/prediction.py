@@ -118,7 +118,7 @@ class LinearModel:
         absent = [name for name in self.entries if self.visible(name)]
         sets = [present | {name} for name in absent]
         for name in self.present:
-            if self.places[name] and all(np.isfinite(self.columns[place].absent) for place in self.places[name]):
+            if self.droppable(name):
                 sets += [present - {name}, *(present - {name} | {other} for other in absent)]
                 sets += [present - {name} | set(pair) for pair in combinations(absent, 2)]
         sets += [names | implied for names in (present, *sets) if implied <= self.places.keys()]
@@ -144,6 +144,14 @@ class LinearModel:
                 if dots @ _solved(self.gram[np.ix_(its, its)], dots) > alike * size:
                     found.add(frozenset(self.present) - {name} | {other})
         return found
+
+    def droppable(self, name):
+        """Is it known how the model does without an effect that is in it? Not of one that acts at all of its numbers."""
+        return bool(self.places[name]) and all(np.isfinite(self.columns[place].absent) for place in self.places[name])
+
+    def foresees(self, names):
+        """Can a set of names be foreseen, its effects known here and those that are not in it droppable?"""
+        return names <= self.places.keys() and all(map(self.droppable, set(self.present) - names))
 
     def visible(self, name):
         """Does a candidate move the observations at all, by more than a hundredth of their noise within its spread?"""

@@ -245,7 +245,7 @@ class Search:
         the file implies beside that part stands there though the data do not show it."""
         there = self.models.get(frozenset(parent.model.numbers))
         parts = [part for part in self.fits if part < proposal.effects and not proposal.effects <= part | self.implied]
-        known = [part for part in parts if there and part <= there.places.keys()]
+        known = [part for part in parts if there and there.foresees(part)]
         return any(proposal.fall < there.proposal(part).fall + EQUAL for part in known)
 
     def simpler(self, effects):
