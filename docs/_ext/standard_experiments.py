@@ -11,6 +11,7 @@ import numpy as np
 from hlcs.data.bodies import Body
 from hlcs.data.experiment_file import Surroundings
 from hlcs.data.recordings import Trial
+from hlcs.effects import class_named
 from hlcs.simulation.model import Model
 from minibullet import rotations
 
@@ -220,6 +221,7 @@ EXPERIMENTS = (
             "velocity_dependent_restitution": {"exponent": 0.2},
             "tracker_smoothing": {"window": 0.17},
             "margin_offset": {"offset": 0.02},
+            "accelerometer_offset": {"x": 0.2},
         },
     ),
 )
@@ -254,5 +256,9 @@ def residual(name):
     axis = int(np.abs(moved).max(axis=0).argmax())
     if np.abs(moved).max() > 1e-9:
         return times, moved[:, axis], f"{'xyz'[axis]}: measured - model [m]"
+    if np.abs(turned).max() < 1e-9:
+        read = class_named(name)(**experiment.effects[name]).read(np.zeros_like(moved))
+        axis = int(np.abs(read).max(axis=0).argmax())
+        return times, read[:, axis], f"acceleration along {'xyz'[axis]}: measured - model [m/s2]"
     axis = int(np.abs(turned).max(axis=0).argmax())
     return times, turned[:, axis], f"turn about {'xyz'[axis]}: measured - model [rad]"

@@ -22,6 +22,7 @@ class DataNeed(Enum):
     UNLIKE_HEIGHTS = auto()  # recordings that do not all pass the same heights at the same times
     TURNING = auto()  # the body is seen to turn, or a contact turns it
     LEANING = auto()  # the same, where the contact of a sphere is none that leans
+    ACCELERATIONS = auto()  # read
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,10 @@ class Change(Facts):
     def look(self, look, scene: Scene):
         """What was recorded, given what happened: a function times (B, n) -> (position (B, n, 3), orientation (B, n, 4))."""
         return look
+
+    def read(self, force):
+        """What an accelerometer read along its axes, given what there was to be read (B, n, 3) [m/s2]."""
+        return force
 
     def inputs(self, inputs, unit):
         """True inputs of a table, given the stated ones (name -> (n,)); unit of the outcome, "s" or "m"."""

@@ -243,3 +243,38 @@ class TrackerSmoothing(Change):
             return (mean if self.window > 0 else here), orientation
 
         return seen
+
+
+@dataclass(frozen=True)
+class AccelerometerOffset(Change):
+    """The accelerometer reads something where nothing is to be read."""
+
+    x: float = parameter(
+        0.0,
+        unit="m/s2",
+        low=-0.5,
+        high=0.5,
+        null=0.0,
+        source="zero-g output of a cheap sensor: within 50 mg along x and y (data sheet of the MPU-6050)",
+        about="of readings along its x axis",
+        typical=((0.2, "20 mg: a sensor of a phone at room temperature"),),
+    )
+    y: float = parameter(
+        0.0, unit="m/s2", low=-0.5, high=0.5, null=0.0, source="as along x", about="of readings along its y axis"
+    )
+    z: float = parameter(
+        0.0, unit="m/s2", low=-0.5, high=0.5, null=0.0, source="as along x", about="of readings along its z axis"
+    )
+    plain = "an accelerometer that is off by a constant"
+    formula = "read = true + (x, y, z)"
+    symbols = {
+        "read": "what stands in the recording [m/s2]",
+        "true": "acceleration less gravity, along the axes of the instrument",
+    }
+    looks_like = "Readings are off by the same all the time, however the body moves: also at rest, and in free fall."
+    confused_with = ("friction", "linear_drag")
+    group = "measurement"
+    needs = (DataNeed.ACCELERATIONS,)
+
+    def read(self, force):
+        return force + np.array([self.x, self.y, self.z])

@@ -15,6 +15,7 @@ from minibullet import effects
 
 FRAMES = 10.0  # of a scene at rest, far enough apart to count each
 STAFF = 2.0  # the longest ruler that is easily held into a view [m]
+STILL = 0.01  # error of a mean reading at rest: the zero drifts by a milligee while it is turned [m/s2]
 SWINGS = 1.0  # rate of drag from which a body on a thread of 1 m loses two thirds of its swing in one period, 2 s [1/s]
 
 
@@ -147,6 +148,12 @@ WITNESSES = {
         Witness("check the camera with a spirit level (0.2 mm/m)", levelled("angle_x", "angle_y"), needs=filmed),
     ),
     measurement.ClockOffset: (Witness("trigger the clock by the release itself", lambda v, camera: v["offset"] / camera.moment),),
+    measurement.AccelerometerOffset: (
+        Witness(
+            "let the accelerometer lie still on each of its six sides for 10 s: half the sum of what two opposite sides read",
+            lambda v, camera: np.linalg.norm(list(v.values())) / STILL,
+        ),
+    ),
     measurement.CalibrationCurve: (
         Witness(
             "film a ruler at one height after another, over all that was recorded",

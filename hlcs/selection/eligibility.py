@@ -65,6 +65,7 @@ NEEDS = {
         lambda shown: any("velocity" in trial.start for trial in shown.trials),
     ),
     Need.SIDEWAYS: ("no horizontal position is measured", lambda shown: bool(shown.columns & {"x", "y"})),
+    DataNeed.ACCELERATIONS: ("no accelerations are read", lambda shown: bool(shown.columns & set(CHANNELS[6:]))),
     DataNeed.HEIGHT: ("no height is measured", lambda shown: "z" in shown.columns),
     DataNeed.UNLIKE_HEIGHTS: (
         "all recordings pass the same heights at the same times, so any misfit would look like it",

@@ -110,7 +110,7 @@ class Model(Terms):
     time_step: float = 1 / 240  # of the model with contacts [s]
 
     def changes(self, surroundings):
-        """(effects for the engine with gravity first, changes of the set-up, changes of the look) in these surroundings."""
+        """(effects for the engine with gravity first, changes of the set-up, changes of the recording) in these surroundings."""
         stated = {entry["name"] for entry in self.fixed}
         built = [build_entry(entry, surroundings, self.own) for entry in self.entries[: len(self.fixed)]]
         built += [build(term.candidate.kind, term.numbers, surroundings) for term in self.terms if term.name not in stated]
@@ -122,7 +122,7 @@ class Model(Terms):
         return (
             acting,
             [c for c in changes if type(c).setup is not Change.setup],
-            [c for c in changes if type(c).look is not Change.look],
+            [c for c in changes if type(c).look is not Change.look or type(c).read is not Change.read],
         )
 
     @property

@@ -213,7 +213,7 @@ class Simulator:
             longest = max(lengths[some])
             times = np.stack([np.pad(samples[b], (0, longest - lengths[b]), mode="edge") for b in some])
             position, orientation = observe(times)
-            force = self._specific_force(part, times, owner[some], [effects[b] for b in some])
+            force = self._specific_force(part, times, owner[some], [effects[b] for b in some], changes)
             for place, b in enumerate(some):
                 seen = (None if values is None else values[place, : lengths[b]] for values in (position, orientation, force))
                 observed[b - span.start] = Motion(*seen)
@@ -242,7 +242,7 @@ class Simulator:
         self._through(observe, changes, initial_states[span], owner[span])(ends)
         return max(asked, default=0.0)
 
-    def _specific_force(self, track, times, owner, effects):
+    def _specific_force(self, track, times, owner, effects, changes):
         """What accelerometers read on all runs of a Track at times (B, n), (B, n, 3) [m/s2]; None where no trial has one.
 
         The acceleration less the field of gravity, which pulls at the body and at all parts of the instrument alike.
@@ -257,6 +257,8 @@ class Simulator:
         if any(in_body):
             turns = rotations.conjugate(track.observe(times)[1][in_body])
             force[in_body] = rotations.rotate(turns, force[in_body])
+        for change in changes:
+            force = change.read(force)
         return force
 
     def _track(self, setups, initial_states, owner, effects, duration, step):

@@ -48,7 +48,7 @@ def missing(contact=True, **what):
 
 def test_where_everything_is_known_everything_takes_part():
     """But for the laws of slow flow: this ball has Reynolds numbers of 1e5."""
-    found, absent = candidates_for(recordings(columns="x y z rx ry rz rw"), True)
+    found, absent = candidates_for(recordings(columns="x y z rx ry rz ax"), True)
     assert set(absent) == {"stokes_drag", "sphere_drag"} and [entry.name for entry in found] == sorted({*classes()} - {*absent})
 
 
@@ -59,6 +59,7 @@ def test_where_everything_is_known_everything_takes_part():
         ({"body": BOX}, {"sphere_drag"}, "the body is no sphere"),
         ({"fluid": 0.0, "columns": "x y z rx ry rz"}, OF_FLUID, "the file states a vacuum (fluid_density = 0.0)"),
         ({"fluid": 0.0, "body": Body()}, OF_FLUID, "the file states a vacuum (fluid_density = 0.0)"),
+        ({}, {"accelerometer_offset"}, "no accelerations are read"),
         ({"floor": None}, {"wall_drag", "ground_cushion", "tracker_smoothing"}, "there is no floor, or not under all recordings"),
         ({"start": ("velocity",)}, {"magnus", "orientation_drag"}, "the spin is neither measured nor stated"),
         ({"start": ()}, {"clock_offset", "history_force"}, "the moment of release is not known"),

@@ -64,6 +64,40 @@ def sliding(friction, **diagnose):
     return experiment(frames, BOX, surroundings=around, diagnose=diagnose)
 
 
+OFFSET = (0.15, -0.08, 0.1)  # of an accelerometer in a phone [m/s2]
+
+
+def off(readings):
+    """A recording by an instrument that is off."""
+    return readings | {name: readings[name] + shift for name, shift in zip(NAMES, OFFSET, strict=True)}
+
+
+def offset_told(found):
+    """Are the three numbers of the offset told within four standard errors (an interval of 90 % holds 1.6), and no worse than
+    their noise allows? A quarter of the noise is four times the error of a mean of some 250 readings."""
+    numbers = found.parameters["accelerometer_offset"]
+    return all(
+        number["low"] - 1.5 * (half := number["high"] - number["low"]) < true < number["high"] + 1.5 * half and half < SIGMA
+        for number, true in ((numbers[axis], true) for axis, true in zip("xyz", OFFSET, strict=True))
+    )
+
+
+@pytest.mark.parametrize("friction", [0.31, pytest.param(0.4, marks=pytest.mark.slow)])
+def test_an_accelerometer_that_is_off_is_told_from_a_friction(friction):
+    """What it reads while the phone lies still tells; the floor is taken to have 0.31 or 0.4."""
+    frames = [off(slide(0.31, speed, seed, heading)) for seed, (speed, heading) in enumerate(((0.8, 0.0), (1.1, np.pi / 2)))]
+    around = {"floor": {"height": 0.0}, "friction": friction, "fluid_density": 0.0}
+    found = hlcs.diagnose(experiment(frames, BOX, surroundings=around))
+    assert found.verdict == "effect" and set(found.effects) == {"accelerometer_offset", *["friction"] * (friction != 0.31)}
+    assert offset_told(found)
+
+
+def test_an_accelerometer_that_is_off_hides_no_drag():
+    frames = [off(fall(DRAG, k)) for k in (0, 1)]
+    found = hlcs.diagnose(experiment(frames, CUBE, start=DROPPED, surroundings={"fluid_density": DENSITY}))
+    assert found.verdict == "effect" and found.effects == ("quadratic_drag", "accelerometer_offset") and offset_told(found)
+
+
 SOME = {"candidates": ["friction", "load_dependent_friction"]}
 
 
