@@ -16,6 +16,8 @@ LEAST = 3  # samples of a rest, and of a fall: one or two that lie aside may do 
 FALLEN = 200.0  # standard deviations of a fall that tells its beginning: a drag bends a longer one in more ways
 LEVEL = 1e-6  # slope of a floor that pulls nothing down [-]
 IN_AIR, ON_SLOPE = "in the air", "on the slope"  # where a body is held
+FREE, HIT = 0.5, 1.5  # of gravity: an accelerometer reads less soon after its release, and never so much without an impact
+STEADY = 0.25  # of gravity that its readings stray in a hand, at most
 LOOKS = 100  # moments at which a fall may begin, looked at first
 
 
@@ -24,7 +26,11 @@ def release_notes(trials, starts, seated, noise):
 
     starts: moments at which the starts are taken (trials,) [s]; seated: does a body lie on its floor then (trials,).
     """
-    stated = [(trial, start) for trial, start in zip(trials, starts, strict=True) if trial.start and not _at_zero(trial)]
+    stated = [
+        (trial, start)
+        for trial, start in zip(trials, starts, strict=True)
+        if not (_holds_at_any_time(trial.start) or _at_zero(trial))
+    ]
     taken_at_zero = [(trial.name, trial.times[0]) for trial, start in stated if start == 0.0]
     taken_at_first = [(trial.name, trial.times[0]) for trial, start in stated if start != 0.0]
     rests = [(trial.name, time_held(trial, noise, lies), lies) for trial, lies in zip(trials, seated, strict=True) if trial.start]
@@ -55,6 +61,11 @@ def may_hover(body, around):
     return known.mass < LIGHT * around.fluid_density * known.volume
 
 
+def _holds_at_any_time(start):
+    """Is nothing stated but the attitude of a body that does not turn?"""
+    return start.keys() <= {"orientation", "angular_velocity"} and not np.any(start.get("angular_velocity", 0.0))
+
+
 def _at_zero(trial):
     """Does its clock begin at zero, to a hundredth of a step?"""
     return abs(trial.times[0]) <= 0.01 * np.median(np.diff(trial.times))
@@ -68,22 +79,30 @@ def _names(entries):
 
 def let_go(measurement, noise, seated):
     """The Recordings from the release on: what was recorded of a body still held is left out, and told, where the start is
-    fitted; where it is stated, a clock offset tells when it was.
+    fitted; where it is stated, a clock offset tells when it was. A fall that is read by an accelerometer alone ends with its
+    impact, where no floor is stated.
 
     seated: does a body lie on its floor at the start (trials,).
     """
-    trials, told = [], {IN_AIR: [], ON_SLOPE: []}
+    trials, told, hit = [], {IN_AIR: [], ON_SLOPE: []}, []
     for trial, lies in zip(measurement.trials, seated, strict=True):
-        count = 0 if trial.start else samples_held(trial, noise, lies)
+        fitted = "velocity" not in trial.start if trial.unplaced else not trial.start
+        count = samples_held(trial, noise, lies) if fitted else 0
         if count:
             rest = f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)"
             told[ON_SLOPE if lies else IN_AIR].append((rest, count))
-        trials.append(trial.at(slice(count, None)) if count else trial)
+        trial = trial.at(slice(count, None)) if count else trial
+        if trial.unplaced and (flown := samples_until_impact(trial)) < len(trial.times):
+            hit.append((f"{trial.name} ({trial.times[flown]:.3g} s)", flown))
+            trial = trial.at(slice(flown))
+        trials.append(trial)
     notes = [
         f"{_names(rests)}: rests {where} at first, as if it were still held; what was recorded before the release is left out"
         for where, rests in told.items()
         if rests
     ]
+    if hit:
+        notes.append(f"{_names(hit)}: strikes something, and no floor is stated; what was read from the impact on is left out")
     return replace(measurement, trials=tuple(trials), notes=(*measurement.notes, *notes)) if notes else measurement
 
 
@@ -116,6 +135,8 @@ def samples_held(trial, noise, lies=False):
     throw from the first sample on; the acceleration of both may change with time, as a drag makes it. It was held where the first
     one leaves less, by more than chance gives. What floats, or moves before it falls, is not held.
     """
+    if trial.unplaced:
+        return 0 if lies else _samples_felt(trial)
     around, (heights, axis) = trial.surroundings, _heights(trial, lies)
     if noise.position is None or around.planar or heights is None or may_hover(trial.body, around) and not lies:
         return 0
@@ -144,3 +165,30 @@ def samples_held(trial, noise, lies=False):
     rest = rest[:, np.isfinite(rest).any(axis=0)]
     still = np.all(np.abs(rest - np.nanmean(rest, axis=0))[np.isfinite(rest)] < STRAY * noise.position)
     return int(there[best]) + 1 if still and left(times, [times]) - rested(best) > BEYOND_CHANCE else 0
+
+
+def _felt(trial):
+    """What the accelerometer of a Trial reads, along all its axes together, over gravity (n,)."""
+    return np.linalg.norm(np.nan_to_num(trial.accelerations.values), axis=1) / max(trial.surroundings.gravity, 1e-9)
+
+
+def _samples_felt(trial):
+    """How many samples an accelerometer was held for, that of its release among them: it read gravity, always the same way, and
+    nearly nothing thereafter; 0 where it did not."""
+    felt = _felt(trial)
+    count = int(np.argmax(felt < FREE))
+    held, fall = trial.accelerations.values[: max(count - 1, 0)], felt[count : count + LEAST]
+    if len(held) < LEAST or len(fall) < LEAST or not np.all(fall < FREE):
+        return 0
+    aside = np.nan_to_num(np.abs(held - np.nanmedian(held, axis=0)))
+    return count + 1 if np.all(aside < STEADY * trial.surroundings.gravity) else 0
+
+
+def samples_until_impact(trial):
+    """How many samples a fall takes that is read by an accelerometer alone, that before the impact left out: its reading may span
+    the impact too. All of them where nothing is struck, or a floor is stated."""
+    felt, count = _felt(trial), len(trial.times)
+    if trial.surroundings.floor_height is not None:
+        return count
+    near = (k for k in range(LEAST, count) if felt[k] > FREE and felt[k : k + LEAST].max() > HIT > 1 > felt[k - LEAST : k].max())
+    return next(near, count + 1) - 1

@@ -92,6 +92,40 @@ def test_an_accelerometer_that_is_off_is_told_from_a_friction(friction):
     assert offset_told(found)
 
 
+def held_and_struck(held, falls, seed, samples=200):
+    """A phone in a hand that shakes by 0.3 m/s2, let go at `held`, on a cushion after `falls` [s]: decaying blows of 60 m/s2."""
+    times = np.arange(samples) / RATE
+    since = times - held - falls
+    blow = G + 60 * np.exp(-np.maximum(since, 0.0) / 0.02) * np.cos(200 * since)
+    along = np.where(times < held, G + 0.3 * np.sin(7 * times), np.where(since < 0, 0.0, blow))
+    return off(frame(times, np.column_stack([0 * times, 0 * times, along]), seed))
+
+
+def test_a_fall_is_read_from_the_release_to_the_impact():
+    """The readings in the hand and on the cushion are left out: they would be an offset of many times its size."""
+    frames = [held_and_struck(0.9, 0.555, 1), held_and_struck(0.7, 0.545, 2)]
+    still = {"orientation": [1.0, 0.0, 0.0, 0.0], "angular_velocity": [0.0, 0.0, 0.0]}
+    around = {"fluid_density": 0.0}
+    found = hlcs.diagnose(experiment(frames, BOX, axes="body", start=still, surroundings=around))
+    assert (found.verdict, found.effects) == ("effect", ("accelerometer_offset",)) and offset_told(found)
+    told = [note for note in found.notes if "left out" in note]
+    assert "frame 1 (0.9 s), frame 2 (0.7 s): rests in the air at first" in told[0]
+    assert told[1].startswith("frame 1 (1.45 s), frame 2 (1.24 s): strikes something") and len(told) == 2
+
+
+@pytest.mark.parametrize("speed", [0.0, 12.0])
+def test_no_drag_is_taken_for_a_hand_or_an_impact(speed):
+    """A cube that is thrown down twice as fast as it sinks feels four times its weight at first, one at rest nothing; in the end
+    both feel all of it."""
+    times, limit = np.arange(300) / RATE, 6.0
+    root = np.arctanh(speed / limit) if speed < limit else np.arctanh(limit / speed)
+    fast = np.tanh(G * times / limit + root) if speed < limit else 1 / np.tanh(G * times / limit + root)
+    readings = frame(times, np.column_stack([0 * times, 0 * times, G * fast**2]), 5)
+    start = {"position": [0.0, 0.0, 50.0]}
+    compared = hlcs.compare(experiment([readings], CUBE, start=start, surroundings={"fluid_density": DENSITY}))
+    assert len(compared.to_dataframe()) == 900 and not any("left out" in note for note in compared.notes)
+
+
 def test_an_accelerometer_that_is_off_hides_no_drag():
     frames = [off(fall(DRAG, k)) for k in (0, 1)]
     found = hlcs.diagnose(experiment(frames, CUBE, start=DROPPED, surroundings={"fluid_density": DENSITY}))
