@@ -17,7 +17,7 @@ FALLEN = 200.0  # standard deviations of a fall that tells its beginning: a drag
 LEVEL = 1e-6  # slope of a floor that pulls nothing down [-]
 IN_AIR, ON_SLOPE = "in the air", "on the slope"  # where a body is held
 FREE, HIT = 0.5, 1.5  # of gravity: an accelerometer reads less soon after its release, and never so much without an impact
-STEADY = 0.25  # of gravity that its readings stray in a hand, at most
+STEADY, SETTLED = 0.25, 0.02  # of gravity by which readings stray in a hand, and by which two of a fall differ, at most
 LOOKS = 100  # moments at which a fall may begin, looked at first
 
 
@@ -92,7 +92,7 @@ def let_go(measurement, noise, seated):
             rest = f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)"
             told[ON_SLOPE if lies else IN_AIR].append((rest, count))
         trial = trial.at(slice(count, None)) if count else trial
-        if trial.unplaced and (flown := samples_until_impact(trial)) < len(trial.times):
+        if trial.unplaced and (flown := samples_until_impact(trial, noise)) < len(trial.times):
             hit.append((f"{trial.name} ({trial.times[flown]:.3g} s)", flown))
             trial = trial.at(slice(flown))
         trials.append(trial)
@@ -136,7 +136,7 @@ def samples_held(trial, noise, lies=False):
     one leaves less, by more than chance gives. What floats, or moves before it falls, is not held.
     """
     if trial.unplaced:
-        return 0 if lies else _samples_felt(trial)
+        return 0 if lies else _samples_felt(trial, noise)
     around, (heights, axis) = trial.surroundings, _heights(trial, lies)
     if noise.position is None or around.planar or heights is None or may_hover(trial.body, around) and not lies:
         return 0
@@ -172,23 +172,36 @@ def _felt(trial):
     return np.linalg.norm(np.nan_to_num(trial.accelerations.values), axis=1) / max(trial.surroundings.gravity, 1e-9)
 
 
-def _samples_felt(trial):
-    """How many samples an accelerometer was held for, that of its release among them: it read gravity, always the same way, and
-    nearly nothing thereafter; 0 where it did not."""
+def _settled(trial, noise):
+    """Between which samples of a Trial its accelerometer reads much the same, boolean (n - 1,): not while a hand lets it go, nor
+    while it strikes something."""
+    steps = np.abs(np.diff(np.nan_to_num(trial.accelerations.values), axis=0)).max(axis=1)
+    return steps < max(SETTLED * trial.surroundings.gravity, STRAY * np.sqrt(2) * (noise.acceleration or 0.0))
+
+
+def _samples_felt(trial, noise):
+    """How many samples an accelerometer was held for and let go in: it read gravity, much the same way, and nearly nothing
+    thereafter; 0 where it did not."""
     felt = _felt(trial)
     count = int(np.argmax(felt < FREE))
-    held, fall = trial.accelerations.values[: max(count - 1, 0)], felt[count : count + LEAST]
+    held, fall = trial.accelerations.values[: max(count - LEAST, 0)], felt[count : count + LEAST]
     if len(held) < LEAST or len(fall) < LEAST or not np.all(fall < FREE):
         return 0
-    aside = np.nan_to_num(np.abs(held - np.nanmedian(held, axis=0)))
-    return count + 1 if np.all(aside < STEADY * trial.surroundings.gravity) else 0
+    if np.nanmax(np.nanstd(held, axis=0)) > STEADY * trial.surroundings.gravity:
+        return 0
+    settled = _settled(trial, noise)
+    return next((k for k in range(count + 1, len(settled) - LEAST) if settled[k : k + LEAST].all()), 0)
 
 
-def samples_until_impact(trial):
-    """How many samples a fall takes that is read by an accelerometer alone, that before the impact left out: its reading may span
-    the impact too. All of them where nothing is struck, or a floor is stated."""
+def samples_until_impact(trial, noise):
+    """How many samples a fall takes that is read by an accelerometer alone, up to where it begins to strike something. All of
+    them where nothing is struck, or a floor is stated."""
     felt, count = _felt(trial), len(trial.times)
     if trial.surroundings.floor_height is not None:
         return count
     near = (k for k in range(LEAST, count) if felt[k] > FREE and felt[k : k + LEAST].max() > HIT > 1 > felt[k - LEAST : k].max())
-    return next(near, count + 1) - 1
+    end = next(near, None)
+    if end is None:
+        return count
+    settled = _settled(trial, noise)
+    return next((k for k in range(end, LEAST, -1) if settled[k - LEAST : k].all()), end)
