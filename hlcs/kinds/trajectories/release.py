@@ -15,9 +15,9 @@ LIGHT = 10.0  # densities of the fluid, below which a body falls much more slowl
 LEAST = 3  # samples of a rest, and of a fall: one or two that lie aside may do so by themselves
 FALLEN = 200.0  # standard deviations of a fall that tells its beginning: a drag bends a longer one in more ways
 LEVEL = 1e-6  # slope of a floor that pulls nothing down [-]
-IN_AIR, ON_SLOPE = "in the air", "on the slope"  # where a body is held
+IN_AIR, ON_SLOPE, IN_HAND = "in the air", "on the slope", "in the hand"  # where a body is held
 FREE, HIT = 0.5, 1.5  # of gravity: an accelerometer reads less soon after its release, and never so much without an impact
-STEADY, SETTLED = 0.25, 0.02  # of gravity by which readings stray in a hand, and by which two of a fall differ, at most
+STEADY, SETTLED = 0.25, 0.02  # of gravity by which a hand moves at first, and by which two readings of a fall differ, at most
 LOOKS = 100  # moments at which a fall may begin, looked at first
 
 
@@ -84,13 +84,13 @@ def let_go(measurement, noise, seated):
 
     seated: does a body lie on its floor at the start (trials,).
     """
-    trials, told, hit = [], {IN_AIR: [], ON_SLOPE: []}, []
+    trials, told, hit = [], {IN_AIR: [], ON_SLOPE: [], IN_HAND: []}, []
     for trial, lies in zip(measurement.trials, seated, strict=True):
         fitted = "velocity" not in trial.start if trial.unplaced else not trial.start
         count = samples_held(trial, noise, lies) if fitted else 0
         if count:
             rest = f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)"
-            told[ON_SLOPE if lies else IN_AIR].append((rest, count))
+            told[IN_HAND if trial.unplaced else ON_SLOPE if lies else IN_AIR].append((rest, count))
         trial = trial.at(slice(count, None)) if count else trial
         if trial.unplaced and (flown := samples_until_impact(trial, noise)) < len(trial.times):
             hit.append((f"{trial.name} ({trial.times[flown]:.3g} s)", flown))
@@ -180,17 +180,18 @@ def _settled(trial, noise):
 
 
 def _samples_felt(trial, noise):
-    """How many samples an accelerometer was held for and let go in: it read gravity, much the same way, and nearly nothing
-    thereafter; 0 where it did not."""
-    felt = _felt(trial)
-    count = int(np.argmax(felt < FREE))
-    held, fall = trial.accelerations.values[: max(count - LEAST, 0)], felt[count : count + LEAST]
-    if len(held) < LEAST or len(fall) < LEAST or not np.all(fall < FREE):
+    """How many samples an accelerometer was held or thrown for: it read gravity at first, and of all ways through the air, where
+    it reads nearly nothing, the longest began all of a sudden; 0 where it did not."""
+    felt, settled = _felt(trial), _settled(trial, noise)
+    free = np.concatenate([[False], felt < FREE, [False]]).astype(int)
+    begun, ended = (np.flatnonzero(np.diff(free) == sign) for sign in (1, -1))
+    if not len(begun) or np.any(np.abs(felt[:LEAST] - 1) > STEADY):
         return 0
-    if np.nanmax(np.nanstd(held, axis=0)) > STEADY * trial.surroundings.gravity:
+    longest = int(np.argmax(ended - begun))
+    first, last = int(begun[longest]), int(ended[longest])
+    if first < LEAST or settled[first - 1]:
         return 0
-    settled = _settled(trial, noise)
-    return next((k for k in range(count + 1, len(settled) - LEAST) if settled[k : k + LEAST].all()), 0)
+    return next((k for k in range(first + 1, last - LEAST) if settled[k : k + LEAST].all()), 0)
 
 
 def samples_until_impact(trial, noise):
