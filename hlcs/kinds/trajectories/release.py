@@ -84,7 +84,7 @@ def let_go(measurement, noise, seated):
 
     seated: does a body lie on its floor at the start (trials,).
     """
-    trials, told, hit = [], {IN_AIR: [], ON_SLOPE: [], IN_HAND: []}, []
+    trials, told, hit, borne = [], {IN_AIR: [], ON_SLOPE: [], IN_HAND: []}, [], []
     for trial, lies in zip(measurement.trials, seated, strict=True):
         fitted = "velocity" not in trial.start if trial.unplaced else not trial.start
         count = samples_held(trial, noise, lies) if fitted else 0
@@ -95,6 +95,8 @@ def let_go(measurement, noise, seated):
         if trial.unplaced and (flown := samples_until_impact(trial, noise)) < len(trial.times):
             hit.append((f"{trial.name} ({trial.times[flown]:.3g} s)", flown))
             trial = trial.at(slice(flown))
+        if trial.unplaced and trial.surroundings.floor_height is None and np.abs(np.median(_felt(trial)) - 1) < STEADY:
+            borne.append((trial.name, 0))
         trials.append(trial)
     notes = [
         f"{_names(rests)}: rests {where} at first, as if it were still held; what was recorded before the release is left out"
@@ -103,6 +105,11 @@ def let_go(measurement, noise, seated):
     ]
     if hit:
         notes.append(f"{_names(hit)}: strikes something, and no floor is stated; what was read from the impact on is left out")
+    if borne:
+        notes.append(
+            f"{_names(borne)}: reads gravity, as a body that lies or slides, and is taken to fall, as no floor is stated; state "
+            "surroundings.floor, or do not where it sinks as fast as it ever will"
+        )
     return replace(measurement, trials=tuple(trials), notes=(*measurement.notes, *notes)) if notes else measurement
 
 

@@ -117,6 +117,14 @@ def test_a_fall_is_read_from_the_release_to_the_impact(push):
     assert told[1].startswith("frame 1 (1.45 s), frame 2 (1.24 s): strikes something") and len(told) == 2
 
 
+def test_a_phone_that_lies_without_a_floor_is_told():
+    """What falls reads nothing, but for its drag."""
+    frames = [slide(0.31, 0.0, 1), fall(DRAG, 2)]
+    compared = hlcs.compare(experiment(frames, BOX, surroundings={"fluid_density": DENSITY}))
+    (note,) = [note for note in compared.notes if "reads gravity" in note]
+    assert note.startswith("frame 1: reads gravity") and "state surroundings.floor" in note
+
+
 @pytest.mark.parametrize("speed", [0.0, 12.0])
 def test_no_drag_is_taken_for_a_hand_or_an_impact(speed):
     """A cube that is thrown down twice as fast as it sinks feels four times its weight at first, one at rest nothing; in the end
