@@ -4,7 +4,14 @@ import numpy as np
 
 from minibullet.errors import InputError
 
+FREE = 0.5  # of gravity: what moves through the air reads less, unless its drag is half its weight
+STEADY = 0.25  # of gravity that the reading of what lies, or is held in a hand, is more or less
 FASTEST_READ = 200.0  # typical reading of an accelerometer beyond which it is in no m/s2: phones end at 16 g [m/s2]
+
+
+def felt(values, gravity):
+    """Readings along all axes together (n, 3), NaN = missing, over gravity (n,): 1 at rest, 0 in free fall."""
+    return np.linalg.norm(np.nan_to_num(values), axis=1) / max(gravity, 1e-9)
 
 
 def check_accelerations(trial, path):

@@ -135,19 +135,23 @@ def optional(text, comment):
 
 
 def body_lines(known=()):
-    """[body]; known: columns of a table that state it row by row."""
+    """[body], of a phone a box; known: columns of the recordings, or of a table that states it row by row."""
+    weighed = "kg: weigh it; delete the line if it is not known"
+    if known & {*ACCELERATIONS} and not known & {*COLUMNS[1:4], *PIXELS}:
+        size = '[x, y, z] in m along the axes of the phone, such as [0.075, 0.16, 0.008]; or shape = "sphere" with radius'
+        return [entry("shape", "box"), entry("size", FILL_IN, size), entry("mass", FILL_IN, weighed)]
     lines = [entry("shape", "sphere", 'or "box" with size = [x, y, z], "cubipod" with side, "mesh" with mesh = "unit.stl"')]
-    for key, column, comment in (
-        ("radius", "radius_m", "m: half the diameter"),
-        ("mass", "mass_kg", "kg: weigh it; delete the line if it is not known"),
-    ):
+    for key, column, comment in (("radius", "radius_m", "m: half the diameter"), ("mass", "mass_kg", weighed)):
         if column not in known:
             lines.append(entry(key, FILL_IN, comment))
     return lines
 
 
-def surroundings_lines(known):
-    """[surroundings], with what may be added, and what must be filled in; known: columns of the recordings, or of the table.
+def surroundings_lines(known, flies=None):
+    """[surroundings], with what may be added, and what must be filled in.
+
+    known: columns of the recordings, or of the table; flies: do the bodies of the recordings move through the air? None = nothing
+    tells.
 
     A contact that the outcome rests on is asked for: a default would act in silence, and be told as if it had been measured.
     """
@@ -157,9 +161,9 @@ def surroundings_lines(known):
     asked = [key for key, outcomes in RESTS_ON.items() if known & outcomes and key not in known]
     if known & {*OUTCOMES}:
         return lines + [entry(key, FILL_IN, CONTACTS[key]) for key in asked]
-    if known & {*ACCELERATIONS} and not known & {*COLUMNS[1:4], *PIXELS}:
+    if known & {*ACCELERATIONS} and not known & {*COLUMNS[1:4], *PIXELS} and not flies:
         floor = "m: 0.0 where the body lies or slides on a table or floor; delete the line if it flies"
-        lines.append(entry("floor.height", FILL_IN, floor))
+        lines.append(entry("floor.height", FILL_IN if flies is None else 0.0, floor))
     else:
         where = "m: where the floor is, in the z of the recordings; left out = no floor"
         lines.append(optional("floor.height = 0.0", where))

@@ -26,6 +26,8 @@ class Recording:
     name: str  # what it is called: the file, and the body where the file holds several
     group: str  # the file it is from
     columns: dict  # t_s, x_m, qw .. -> (n,), NaN where a sample is missing
+    start: dict = field(default_factory=dict)  # what the samples themselves tell of it, as a [[trial]] has it
+    flies: bool | None = None  # does it move through the air? None = the samples do not tell
 
 
 @dataclass(frozen=True)

@@ -235,7 +235,7 @@ def _recordings(founds):
         contents[name], whats[name] = recording_text(one), _in_words(one)
         trials.append([entry("file", name), entry("group", shown(one.group, 90), "" if trials else GROUP)])
         if measurement.get("accelerometer") == "body":
-            trials[-1] += [entry(f"start.{key}", FILL_IN, comment) for key, comment in TURNING.items()]
+            trials[-1] += [entry(f"start.{key}", one.start.get(key, FILL_IN), comment) for key, comment in TURNING.items()]
     trials[0].append(optional("start.velocity = [0.0, 0.0, 0.0]", START))
     return contents, trials, whats
 
@@ -302,9 +302,11 @@ def _columns(founds):
 def _sections(founds, said, written, rest):
     """{title: lines} of the experiment file; written: {file: CSV text}; rest: Recording of the body at rest, or None."""
     rows = {name for found in founds for name in found.rows or ()}
+    told = {one.flies for found in founds for one in found.recordings}
+    flies = told.pop() if len(told) == 1 else None
     return {
-        "body": body_lines({*rows, *said.constant}),
-        "surroundings": surroundings_lines({*rows, *said.constant, *_columns(founds)}),
+        "body": body_lines({*rows, *said.constant, *_columns(founds)}),
+        "surroundings": surroundings_lines({*rows, *said.constant, *_columns(founds)}, flies),
         "model": [entry("effects", [], 'what is known to act, such as { name = "buoyancy", fluid_density = 1.2 }')],
         "measurement": _measurement(founds, written, rest),
     }

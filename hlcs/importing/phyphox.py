@@ -12,6 +12,7 @@ import os
 import re
 import zipfile
 import zlib
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -20,13 +21,13 @@ import numpy as np
 from hlcs.files.csv_files import MOST_BYTES
 from hlcs.importing.axes import turned
 from hlcs.importing.found import Assumption, Found, recording
+from hlcs.importing.gravity_read import STANDARD_GRAVITY, attitude, flies
 from hlcs.importing.grids import Source, grid_of, source_of
 from hlcs.importing.units import scale, split_unit
 from minibullet.errors import InputError, shown
 
 NAME = "phyphox"
 USES = ("up", "time_unit", "release_time", "constant")
-STANDARD_GRAVITY = 9.80665  # m/s2: what Android and iOS take out of a linear acceleration (SensorManager.STANDARD_GRAVITY)
 MOST_MEMBERS = 100  # of a zip; phyphox writes one for each set of data, and two
 DAMAGED = (zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, ValueError, EOFError, OSError, KeyError)
 LEAST = (
@@ -141,7 +142,10 @@ def _acceleration(grid, words, overrides):
         notes.append(Assumption("accelerations are in the axes of the phone, which turns with the body", "--up"))
     columns = {"t_s": times} | dict(zip(("ax_m_s2", "ay_m_s2", "az_m_s2"), vectors.T, strict=True))
     found, told = recording(grid.stem, grid, grid.lines[1:], columns, "Time (s)")
-    return Found((found,), None, {"accelerometer": "world" if up else "body"}, (*notes, *told))
+    flying, why = flies(vectors, grid.name)
+    start, reading = ({}, ()) if up else attitude(vectors, grid.name)
+    found = replace(found, start=start, flies=flying)
+    return Found((found,), None, {"accelerometer": "world" if up else "body"}, (*notes, *told, *why, *reading))
 
 
 def _events(grid, words, overrides):

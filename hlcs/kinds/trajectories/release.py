@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from hlcs.data.accelerometers import FREE, STEADY, felt
 from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.noise_model import BEYOND_CHANCE
@@ -16,8 +17,8 @@ LEAST = 3  # samples of a rest, and of a fall: one or two that lie aside may do 
 FALLEN = 200.0  # standard deviations of a fall that tells its beginning: a drag bends a longer one in more ways
 LEVEL = 1e-6  # slope of a floor that pulls nothing down [-]
 IN_AIR, ON_SLOPE, IN_HAND = "in the air", "on the slope", "in the hand"  # where a body is held
-FREE, HIT = 0.5, 1.5  # of gravity: an accelerometer reads less soon after its release, and never so much without an impact
-STEADY, SETTLED = 0.25, 0.02  # of gravity by which a hand moves at first, and by which two readings of a fall differ, at most
+HIT = 1.5  # of gravity: what falls reads so much at an impact alone
+SETTLED = 0.02  # of gravity by which two readings of a fall differ, at most
 LOOKS = 100  # moments at which a fall may begin, looked at first
 
 
@@ -175,8 +176,8 @@ def samples_held(trial, noise, lies=False):
 
 
 def _felt(trial):
-    """What the accelerometer of a Trial reads, along all its axes together, over gravity (n,)."""
-    return np.linalg.norm(np.nan_to_num(trial.accelerations.values), axis=1) / max(trial.surroundings.gravity, 1e-9)
+    """What the accelerometer of a Trial reads, over gravity (n,)."""
+    return felt(trial.accelerations.values, trial.surroundings.gravity)
 
 
 def _settled(trial, noise):
@@ -189,10 +190,10 @@ def _settled(trial, noise):
 def _samples_felt(trial, noise):
     """How many samples an accelerometer was held or thrown for: it read gravity at first, and of all ways through the air, where
     it reads nearly nothing, the longest began all of a sudden; 0 where it did not."""
-    felt, settled = _felt(trial), _settled(trial, noise)
-    free = np.concatenate([[False], felt < FREE, [False]]).astype(int)
+    reads, settled = _felt(trial), _settled(trial, noise)
+    free = np.concatenate([[False], reads < FREE, [False]]).astype(int)
     begun, ended = (np.flatnonzero(np.diff(free) == sign) for sign in (1, -1))
-    if not len(begun) or np.any(np.abs(felt[:LEAST] - 1) > STEADY):
+    if not len(begun) or np.any(np.abs(reads[:LEAST] - 1) > STEADY):
         return 0
     longest = int(np.argmax(ended - begun))
     first, last = int(begun[longest]), int(ended[longest])
@@ -204,10 +205,12 @@ def _samples_felt(trial, noise):
 def samples_until_impact(trial, noise):
     """How many samples a fall takes that is read by an accelerometer alone, up to where it begins to strike something. All of
     them where nothing is struck, or a floor is stated."""
-    felt, count = _felt(trial), len(trial.times)
+    reads, count = _felt(trial), len(trial.times)
     if trial.surroundings.floor_height is not None:
         return count
-    near = (k for k in range(LEAST, count) if felt[k] > FREE and felt[k : k + LEAST].max() > HIT > 1 > felt[k - LEAST : k].max())
+    near = (
+        k for k in range(LEAST, count) if reads[k] > FREE and reads[k : k + LEAST].max() > HIT > 1 > reads[k - LEAST : k].max()
+    )
     end = next(near, None)
     if end is None:
         return count

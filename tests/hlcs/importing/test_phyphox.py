@@ -1,8 +1,10 @@
 """Exports of phyphox: sets of data as its own experiments name them, in every CSV flavour, as file, zip and folder."""
 
 import io
+import tomllib
 import zipfile
 
+import numpy as np
 import pytest
 
 import hlcs
@@ -149,3 +151,37 @@ def test_what_is_no_export_of_phyphox_is_refused(refused, files, words):
 def test_a_zip_that_unpacks_to_more_than_a_csv_may_hold_is_refused_unread(refused, monkeypatch):
     monkeypatch.setattr("hlcs.importing.phyphox.MOST_BYTES", 1000)
     refused({"d.zip": zipped({"All.csv": ALL + "0,0\n" * 1000})}, "phyphox", "d.zip: unpacks to more than 100 files or 0.001 MB")
+
+
+def readings(up, flight=0):
+    """A raw export: gravity along a direction (3,) for 20 samples, then next to nothing for some."""
+    rows = [[9.81 * part for part in up]] * 20 + [[-0.3, 0.1, 0.2]] * flight
+    return RAW.format("") + "".join(f"{k / 100:.6E},{x:.6E},{y:.6E},{z:.6E},9.8E0\n" for k, (x, y, z) in enumerate(rows))
+
+
+@pytest.mark.parametrize(
+    ("up", "said", "turn"),
+    [
+        ((0.09, 0.0, 1.0), "the z axis", (1.0, 0.0, 0.0, 0.0)),
+        ((0.0, 1.0, 0.0), "the y axis", (np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0)),
+        ((-1.0, 0.0, 0.0), "the -x axis", (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0)),
+    ],
+)
+def test_the_axis_along_which_a_phone_reads_gravity_points_up(imported, up, said, turn):
+    """The turn that brings that axis to z; 0.09 of gravity along another one are an offset, or 5 degrees."""
+    found, _ = imported(readings(up), "phyphox")
+    start = tomllib.loads(found.experiment.read_text())["trial"][0]["start"]
+    assert f"{said} of the phone points up" in str(found) and start["angular_velocity"] == [0.0] * 3
+    np.testing.assert_allclose(start["orientation"], turn, atol=1e-9)
+
+
+def test_where_no_axis_points_up_the_attitude_is_asked_for(imported):
+    found, _ = imported(readings((0.6, 0.0, 0.8)), "phyphox")
+    assert "of the phone points up" not in str(found) and "trial.start.orientation" in [place.key for place in found.fill_in]
+
+
+@pytest.mark.parametrize(("flight", "said"), [(0, "lies or slides on a floor"), (2, "lies or slides"), (60, "the phone flies")])
+def test_a_phone_tells_by_gravity_whether_it_lies_or_flies(imported, flight, said):
+    found, _ = imported(readings((0.0, 0.0, 1.0), flight), "phyphox")
+    floor = tomllib.loads(found.experiment.read_text())["surroundings"].get("floor")
+    assert said in str(found) and floor == (None if flight == 60 else {"height": 0.0})

@@ -1,0 +1,42 @@
+"""What a phone tells by how it reads gravity: does it lie or fly, and which of its axes points up at the start."""
+
+import numpy as np
+
+from hlcs.data.accelerometers import FREE, STEADY, felt
+from hlcs.importing.found import Assumption
+from minibullet import rotations
+
+STANDARD_GRAVITY = 9.80665  # m/s2: what Android and iOS take out of a linear acceleration (SensorManager.STANDARD_GRAVITY)
+AT_ONCE = 3  # samples, one after the other, that tell what a phone does
+TILTED = 20.0  # degrees that an axis may lean that is told to point up: the offset of an accelerometer alone looks like 5
+
+
+def flies(vectors, name):
+    """(does a phone with these readings (n, 3) [m/s2] fly, the Assumptions made); None where the readings do not tell."""
+    reads = felt(vectors, STANDARD_GRAVITY)
+    if not np.isfinite(vectors).any(axis=0).all() or len(reads) < AT_ONCE:
+        return None, ()
+    if np.convolve(reads < FREE, np.ones(AT_ONCE), "valid").max() == AT_ONCE:
+        return True, (Assumption(f"{name}: the phone flies, as it reads next to nothing for a while: no floor is stated"),)
+    if np.abs(np.median(reads) - 1) < STEADY:
+        return False, (Assumption(f"{name}: the phone lies or slides on a floor, as it reads gravity: its floor is stated"),)
+    return None, ()
+
+
+def attitude(vectors, name):
+    """(start of a [[trial]], the Assumptions made) by the readings (n, 3) [m/s2] of a phone along its axes, still at first;
+    {} where none of them points up then."""
+    reads = felt(vectors, STANDARD_GRAVITY)
+    still = vectors[: int(np.argmax(np.append(np.abs(reads - 1) > STEADY, True)))]
+    if len(still) < AT_ONCE or not np.isfinite(still).any(axis=0).all():
+        return {}, ()
+    up = np.nanmedian(still, axis=0)
+    axis = int(np.argmax(np.abs(up)))
+    if np.abs(up[axis]) < np.cos(np.radians(TILTED)) * np.linalg.norm(up):
+        return {}, ()
+    turn = rotations.between(np.sign(up[axis]) * np.eye(3)[axis], np.array([0.0, 0.0, 1.0]))
+    sign = "-" if up[axis] < 0 else ""
+    told = (
+        f"{name}: the {sign}{'xyz'[axis]} axis of the phone points up at the start, where it reads gravity, and it does not turn"
+    )
+    return {"orientation": [round(float(part), 9) + 0.0 for part in turn], "angular_velocity": [0.0] * 3}, (Assumption(told),)
