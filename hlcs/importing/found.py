@@ -17,6 +17,7 @@ class Assumption:
 
     text: str
     option: str = ""  # of `hlcs import` that says otherwise; "" where there is none
+    of_motion: bool = False  # is it of no account of a body at rest, that tells the noise?
 
 
 @dataclass(frozen=True)

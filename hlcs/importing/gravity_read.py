@@ -17,9 +17,13 @@ def flies(vectors, name):
     if not np.isfinite(vectors).any(axis=0).all() or len(reads) < AT_ONCE:
         return None, ()
     if np.convolve(reads < FREE, np.ones(AT_ONCE), "valid").max() == AT_ONCE:
-        return True, (Assumption(f"{name}: the phone flies, as it reads next to nothing for a while: no floor is stated"),)
+        return True, (
+            Assumption(f"{name}: the phone flies, as it reads next to nothing for a while: no floor is stated", of_motion=True),
+        )
     if np.abs(np.median(reads) - 1) < STEADY:
-        return False, (Assumption(f"{name}: the phone lies or slides on a floor, as it reads gravity: its floor is stated"),)
+        return False, (
+            Assumption(f"{name}: the phone lies or slides on a floor, as it reads gravity: its floor is stated", of_motion=True),
+        )
     return None, ()
 
 
@@ -39,4 +43,6 @@ def attitude(vectors, name):
     told = (
         f"{name}: the {sign}{'xyz'[axis]} axis of the phone points up at the start, where it reads gravity, and it does not turn"
     )
-    return {"orientation": [round(float(part), 9) + 0.0 for part in turn], "angular_velocity": [0.0] * 3}, (Assumption(told),)
+    return {"orientation": [round(float(part), 9) + 0.0 for part in turn], "angular_velocity": [0.0] * 3}, (
+        Assumption(told, of_motion=True),
+    )

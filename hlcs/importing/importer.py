@@ -138,8 +138,10 @@ def import_measurements(files, format, out, static=None, **overrides):
         contents["rest.csv"] = recording_text(rest)
         whats["rest.csv"] = _in_words(rest)
     sections = _sections(founds, said, written, rest)
-    read = zip((*paths, static), (*founds, still), strict=True)
-    of_files = each_once([(shown(path, 255), found.assumptions) for path, found in read if found])
+    read = [(shown(path, 255), found.assumptions) for path, found in zip(paths, founds, strict=True)]
+    if still:
+        read.append((shown(static, 255), [one for one in still.assumptions if not one.of_motion]))
+    of_files = each_once(read)
     in_air = [IN_AIR] if any(line.startswith("fluid_density") for line in sections["surroundings"]) else []
     notes = tuple(dict.fromkeys((*of_files, *in_air)))
     head = _head(kind, reader.NAME, paths, said, Path(out).name if len(paths) > 1 else Path(paths[0]).stem)
