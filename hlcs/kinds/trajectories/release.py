@@ -81,18 +81,19 @@ def _names(entries):
 def let_go(measurement, noise, seated):
     """The Recordings from the release on: what was recorded of a body still held is left out, and told, where the start is
     fitted; where it is stated, a clock offset tells when it was. A fall that is read by an accelerometer alone ends with its
-    impact, where no floor is stated.
+    impact, where no floor is stated; where it is said to begin at rest, it does so in the hand.
 
     seated: does a body lie on its floor at the start (trials,).
     """
     trials, told, hit, borne = [], {IN_AIR: [], ON_SLOPE: [], IN_HAND: []}, [], []
     for trial, lies in zip(measurement.trials, seated, strict=True):
-        fitted = "velocity" not in trial.start if trial.unplaced else not trial.start
+        fitted = not np.any(trial.start.get("velocity", 0.0)) if trial.unplaced else not trial.start
         count = samples_held(trial, noise, lies) if fitted else 0
         if count:
             rest = f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)"
             told[IN_HAND if trial.unplaced else ON_SLOPE if lies else IN_AIR].append((rest, count))
-        trial = trial.at(slice(count, None)) if count else trial
+            known = {key: value for key, value in trial.start.items() if key != "velocity"}
+            trial = trial.at(slice(count, None), start=known)
         if trial.unplaced and (flown := samples_until_impact(trial, noise)) < len(trial.times):
             hit.append((f"{trial.name} ({trial.times[flown]:.3g} s)", flown))
             trial = trial.at(slice(flown))

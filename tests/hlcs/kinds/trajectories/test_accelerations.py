@@ -104,11 +104,11 @@ def held_and_struck(held, falls, seed, push=0.0, samples=200):
     return off(frame(times, np.column_stack([0 * times, 0 * times, along]), seed))
 
 
-@pytest.mark.parametrize("push", [0.0, 0.8])
-def test_a_fall_is_read_from_the_release_to_the_impact(push):
+@pytest.mark.parametrize(("push", "stated"), [(0.0, {}), (0.0, {"velocity": [0.0, 0.0, 0.0]}), (0.8, {})])
+def test_a_fall_is_read_from_the_release_to_the_impact(push, stated):
     """The readings in the hand and on the cushion are left out: they would be an offset of many times its size."""
     frames = [held_and_struck(0.9, 0.555, 1, push), held_and_struck(0.7, 0.545, 2, push)]
-    still = {"orientation": [1.0, 0.0, 0.0, 0.0], "angular_velocity": [0.0, 0.0, 0.0]}
+    still = {"orientation": [1.0, 0.0, 0.0, 0.0], "angular_velocity": [0.0, 0.0, 0.0]} | stated
     around = {"fluid_density": 0.0}
     found = hlcs.diagnose(experiment(frames, BOX, axes="body", start=still, surroundings=around))
     assert (found.verdict, found.effects) == ("effect", ("accelerometer_offset",)) and offset_told(found)
