@@ -85,10 +85,16 @@ class TrajectoryProblem(Problem):
     def fit(self, model, initial_states=None, limit=None):
         """As in `Problem`. An acceleration leaps where a body stops or hits, and no derivative tells that it should do so later:
         such a fit begins where the running sums of the readings, which only bend there, are fitted best."""
-        if not self.summed and self.simulator.contact and any(trial.accelerations for trial in self.trials):
+        if not self.summed and self.leaps:
             begun = self._with(summed=True, step_change=None).fit(model, initial_states)
             model, initial_states = begun.model, begun.initial_states
         return super().fit(model, initial_states, limit)
+
+    @property
+    def leaps(self):
+        """Do readings leap where a body stops or hits? A step ends right where the next reading begins to leap, and from there a
+        derivative to one side says nothing of the other."""
+        return self.simulator.contact and any(trial.accelerations for trial in self.trials)
 
     def leave_out(self, flags):
         """Leave isolated samples out, these and no others, for every model alike: flags is a list of (n, 9) booleans."""
@@ -166,19 +172,22 @@ class TrajectoryProblem(Problem):
     def _along_states(self, model, initial_states, which):
         """Linearization of the recordings of these indices in their initial states alone."""
         perturbed, owner = [initial_states[which]], list(which)
+        sides = (1, -1) if self.leaps else (1,)
         for k in which:
             for number in self.recordings[k].unknown:
-                perturbed.append(shifted(initial_states[k], number, STEPS[number[0]] * self.difference_scale)[None])
-                owner.append(k)
+                step = STEPS[number[0]] * self.difference_scale
+                perturbed += [shifted(initial_states[k], number, side * step)[None] for side in sides]
+                owner += [k] * len(sides)
         trajectories = self.simulator.simulate(model, np.concatenate(perturbed), np.array(owner))
         raw = [self.residual(k, trajectory) for k, trajectory in zip(which, trajectories, strict=False)]
         place, state_columns, white = len(which), [], []
         for k, residual in zip(which, raw, strict=True):
             recording, columns = self.recordings[k], []
             for number in recording.unknown:
-                change = residual - self.residual(k, trajectories[place])
-                columns.append(change / (STEPS[number[0]] * self.difference_scale))
-                place += 1
+                beside = [self.residual(k, trajectory) for trajectory in trajectories[place : place + len(sides)]]
+                far = residual if len(sides) == 1 else beside[1]
+                columns.append((far - beside[0]) / (len(sides) * STEPS[number[0]] * self.difference_scale))
+                place += len(sides)
             table = np.nan_to_num(stacked(columns, len(residual)), posinf=0.0, neginf=0.0)  # no finite run, no derivative
             seen = whiten(recording.whitening, table)
             state_columns.append(np.where(np.linalg.norm(seen, axis=0) > UNSEEN, seen, 0.0))

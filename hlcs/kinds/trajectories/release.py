@@ -9,6 +9,7 @@ from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.noise_model import BEYOND_CHANCE
 from hlcs.estimation.whitening import whiten
+from hlcs.simulation.initial_state import gained
 
 FEW = 4  # recordings that are named
 STRAY = 4.0  # standard deviations of the noise that samples of a body at rest stray, at most
@@ -16,7 +17,7 @@ LIGHT = 10.0  # densities of the fluid, below which a body falls much more slowl
 LEAST = 3  # samples of a rest, and of a fall: one or two that lie aside may do so by themselves
 FALLEN = 200.0  # standard deviations of a fall that tells its beginning: a drag bends a longer one in more ways
 LEVEL = 1e-6  # slope of a floor that pulls nothing down [-]
-IN_AIR, ON_SLOPE, IN_HAND = "in the air", "on the slope", "in the hand"  # where a body is held
+IN_AIR, ON_SLOPE, IN_HAND, PUSHED = "in the air", "on the slope", "in the hand", "on its floor, and is pushed,"  # and so is held
 HIT = 1.5  # of gravity: what falls reads so much at an impact alone
 SETTLED = 0.02  # of gravity by which two readings of a fall differ, at most
 LOOKS = 100  # moments at which a fall may begin, looked at first
@@ -85,13 +86,14 @@ def let_go(measurement, noise, seated):
 
     seated: does a body lie on its floor at the start (trials,).
     """
-    trials, told, hit, borne = [], {IN_AIR: [], ON_SLOPE: [], IN_HAND: []}, [], []
+    trials, told, hit, borne = [], {IN_AIR: [], ON_SLOPE: [], IN_HAND: [], PUSHED: []}, [], []
     for trial, lies in zip(measurement.trials, seated, strict=True):
         fitted = not np.any(trial.start.get("velocity", 0.0)) if trial.unplaced else not trial.start
         count = samples_held(trial, noise, lies) if fitted else 0
         if count:
             rest = f"{trial.name} ({trial.times[count - 1] - trial.times[0]:.2g} s)"
-            told[IN_HAND if trial.unplaced else ON_SLOPE if lies else IN_AIR].append((rest, count))
+            where = (PUSHED if lies else IN_HAND) if trial.unplaced else ON_SLOPE if lies else IN_AIR
+            told[where].append((rest, count))
             known = {key: value for key, value in trial.start.items() if key != "velocity"}
             trial = trial.at(slice(count, None), start=known)
         if trial.unplaced and (flown := samples_until_impact(trial, noise)) < len(trial.times):
@@ -145,7 +147,7 @@ def samples_held(trial, noise, lies=False):
     one leaves less, by more than chance gives. What floats, or moves before it falls, is not held.
     """
     if trial.unplaced:
-        return 0 if lies else _samples_felt(trial, noise)
+        return _samples_pushed(trial, noise) if lies else _samples_felt(trial, noise)
     around, (heights, axis) = trial.surroundings, _heights(trial, lies)
     if noise.position is None or around.planar or heights is None or may_hover(trial.body, around) and not lies:
         return 0
@@ -201,6 +203,24 @@ def _samples_felt(trial, noise):
     if first < LEAST or settled[first - 1]:
         return 0
     return next((k for k in range(first + 1, last - LEAST) if settled[k : k + LEAST].all()), 0)
+
+
+def _samples_pushed(trial, noise):
+    """How many samples a body on its floor rested and was pushed for, by its accelerometer: it read at first what it reads when
+    it has stopped, and slides by itself once it is fastest; 0 where it did not."""
+    values, times = np.nan_to_num(trial.accelerations.values), trial.times - trial.times[0]
+    aside = np.abs(values - np.median(values[:LEAST], axis=0)).max(axis=1)
+    close = max(SETTLED * trial.surroundings.gravity, STRAY * (noise.acceleration or 0.0))
+    rest = int(np.argmax(np.append(aside > close, True)))
+    if not LEAST < rest < len(times) or np.any(aside[-LEAST:] > close):
+        return 0
+    way = gained(trial, trial.times[0])
+    speed = np.linalg.norm(way - np.outer(times, way[rest - 1] / times[rest - 1]), axis=1)  # without what it reads at rest
+    fastest = int(np.argmax(speed))
+    if speed[-1] > STEADY * speed[fastest]:
+        return 0
+    settled = _settled(trial, noise)
+    return next((k for k in range(fastest, len(settled) - LEAST) if settled[k : k + LEAST].all()), 0)
 
 
 def samples_until_impact(trial, noise):

@@ -117,6 +117,32 @@ def test_a_fall_is_read_from_the_release_to_the_impact(push, stated):
     assert told[1].startswith("frame 1 (1.45 s), frame 2 (1.24 s): strikes something") and len(told) == 2
 
 
+def pushed(friction, rests, pushes, seed):
+    """A phone that lies for `rests`, is pushed for `pushes` [s] by 4 m/s2 in the mean, slides by itself, and lies again."""
+    times = np.arange(300) / RATE
+    since, speed = times - rests, 4 * pushes
+    push = 2 * np.pi * np.sin(np.pi * since / pushes)
+    ended = rests + pushes + speed / (friction * G)
+    along = np.select([since < 0, since < pushes, times < ended], [0 * times, push, 0 * times - friction * G])
+    return off(frame(times, np.column_stack([along, 0 * times, 0 * times + G]), seed))
+
+
+def test_a_slide_begins_where_the_push_ends_and_its_friction_is_as_sure_as_its_readings():
+    """Of n readings of a steady slide the mean is off by sigma/sqrt(n), and the friction by as much over g. Where the phone stops
+    tells its unknown speed, and nothing of the friction: a fit that is stuck a sample aside of it was five times as sure."""
+    frames = [pushed(0.28, 0.9, 0.25, 1), pushed(0.28, 1.0, 0.28, 2), pushed(0.28, 1.1, 0.31, 3)]
+    around, names = {"floor": {"height": 0.0}, "friction": 0.4, "fluid_density": 0.0}, ["friction", "accelerometer_offset"]
+    found = hlcs.diagnose(experiment(frames, BOX, surroundings=around, diagnose={"candidates": names}))
+    assert found.verdict == "effect" and set(found.effects) == set(names) and offset_told(found)
+    number = found.parameters["friction"]["coefficient"]
+    readings = sum(4 * pushes / (0.28 * G) * RATE for pushes in (0.25, 0.28, 0.31))
+    half = 1.645 * SIGMA / G / np.sqrt(readings)
+    assert (number["high"] - number["low"]) / 2 == pytest.approx(half, rel=0.3)  # the offset is known three times as well
+    assert number["value"] == pytest.approx(0.28, abs=2.5 * half)
+    (note,) = [note for note in found.notes if "pushed" in note]
+    assert note.startswith("frame 1 (1.1 s), frame 2 (1.3 s), frame 3 (1.4 s): rests on its floor, and is pushed, at first")
+
+
 def test_a_phone_that_lies_without_a_floor_is_told():
     """What falls reads nothing, but for its drag."""
     frames = [slide(0.31, 0.0, 1), fall(DRAG, 2)]
