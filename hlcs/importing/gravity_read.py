@@ -7,16 +7,19 @@ from hlcs.importing.found import Assumption
 from minibullet import rotations
 
 STANDARD_GRAVITY = 9.80665  # m/s2: what Android and iOS take out of a linear acceleration (SensorManager.STANDARD_GRAVITY)
-AT_ONCE = 3  # samples, one after the other, that tell what a phone does
+AT_ONCE = 3  # samples, one after the other, that tell how a phone lies
+FLIGHT = 0.1  # of a fall of 5 cm: what rattles over a floor reads next to nothing for shorter times [s]
 TILTED = 20.0  # degrees that an axis may lean that is told to point up: the offset of an accelerometer alone looks like 5
 
 
-def flies(vectors, name):
-    """(does a phone with these readings (n, 3) [m/s2] fly, the Assumptions made); None where the readings do not tell."""
+def flies(times, vectors, name):
+    """(does a phone with readings (n, 3) [m/s2] at times (n,) [s] fly, the Assumptions made); None where they do not tell."""
     reads = felt(vectors, STANDARD_GRAVITY)
     if not np.isfinite(vectors).any(axis=0).all() or len(reads) < AT_ONCE:
         return None, ()
-    if np.convolve(reads < FREE, np.ones(AT_ONCE), "valid").max() == AT_ONCE:
+    free = np.concatenate([[False], reads < FREE, [False]]).astype(int)
+    begun, ended = (np.flatnonzero(np.diff(free) == sign) for sign in (1, -1))
+    if len(begun) and np.max(times[ended - 1] - times[begun]) > FLIGHT:
         return True, (
             Assumption(f"{name}: the phone flies, as it reads next to nothing for a while: no floor is stated", of_motion=True),
         )

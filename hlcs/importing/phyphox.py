@@ -142,7 +142,7 @@ def _acceleration(grid, words, overrides):
         notes.append(Assumption("accelerations are in the axes of the phone, which turns with the body", "--up"))
     columns = {"t_s": times} | dict(zip(("ax_m_s2", "ay_m_s2", "az_m_s2"), vectors.T, strict=True))
     found, told = recording(grid.stem, grid, grid.lines[1:], columns, "Time (s)")
-    flying, why = flies(vectors, grid.name)
+    flying, why = flies(times, vectors, grid.name)
     start, reading = ({}, ()) if up else attitude(vectors, grid.name)
     found = replace(found, start=start, flies=flying)
     return Found((found,), None, {"accelerometer": "world" if up else "body"}, (*notes, *told, *why, *reading))
