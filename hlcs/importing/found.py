@@ -49,7 +49,9 @@ def each_once(assumptions):
     whose = {}
     for name, of_file in assumptions:
         for one in of_file:
-            what = one.text.removeprefix(f"{name}: ")
+            file, _, rest = one.text.partition(": ")
+            in_zip = file.startswith(f"{name}/") and file.lower().endswith(".csv")
+            what = rest if file == name or in_zip else one.text
             whose.setdefault(replace(one, text=what), []).extend([name] if what != one.text else [])
     return [replace(one, text=_of_files(names, len(assumptions)) + one.text) for one, names in whose.items()]
 

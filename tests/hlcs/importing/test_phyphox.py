@@ -175,6 +175,12 @@ def test_the_axis_along_which_a_phone_reads_gravity_points_up(imported, up, said
     np.testing.assert_allclose(start["orientation"], turn, atol=1e-9)
 
 
+def test_what_is_assumed_of_several_zips_is_told_once(imported):
+    zips = {f"fall {k}.zip": zipped({"Raw Data.csv": readings((0.0, 0.0, 1.0), 60), **META}) for k in (1, 2)}
+    told = str(imported(zips, "phyphox")[0])
+    assert told.count("the phone flies") == told.count("points up at the start") == 1 and "all 2 files: the phone flies" in told
+
+
 def test_where_no_axis_points_up_the_attitude_is_asked_for(imported):
     found, _ = imported(readings((0.6, 0.0, 0.8)), "phyphox")
     assert "of the phone points up" not in str(found) and "trial.start.orientation" in [place.key for place in found.fill_in]
