@@ -259,24 +259,24 @@ def check_quaternions(trial, path):
     """Refuse orientations whose scalar stands last: against the stated start, or against the floor under a box.
 
     In free flight alone nothing tells: with the scalar in another place a steady turn is still a steady turn. A box that keeps
-    the same depth in its floor while it turns has its orientations right, and a floor or a centre of mass elsewhere.
+    the same depth in its floor while it turns, or starts as stated, has its orientations right, its floor or centre elsewhere.
     """
     there = np.flatnonzero(np.isfinite(trial.orientation[:, 0]))
     if len(there) == 0:
         return
     given = trial.orientation[there]
     last = given[:, [3, 0, 1, 2]]
-    around, body, wrong = trial.surroundings, trial.body, False
+    around, body, wrong, agree = trial.surroundings, trial.body, False, False
     if "orientation" in trial.start:
         stated = np.asarray(trial.start["orientation"]) / np.linalg.norm(trial.start["orientation"])
         near, far = (2 * np.arccos(min(1.0, abs(float(q[0] @ stated)))) for q in (last, given))
-        wrong = far > 1.0 and near < 0.2
+        wrong, agree = far > 1.0 and near < 0.2, far < near
     if around.floor_height is not None and body.shape == "box" and body.size and np.isfinite(trial.position[there]).all():
         lift = around.above_floor(trial.position[there])
         depths = [extent_of_box(q, body.size, around.floor_normal) - lift for q in (given, last)]
         (low, sinks), (low_last, sinks_last) = (np.quantile(depth, (0.25, 0.75)) for depth in depths)
         even = sinks - low < 0.5 * (sinks_last - low_last)
-        wrong |= sinks > 0.2 * min(body.size) and sinks_last < 0.05 * min(body.size) and not even
+        wrong |= sinks > 0.2 * min(body.size) and sinks_last < 0.05 * min(body.size) and not (even or agree)
     if wrong:
         raise InputError(
             f"{path}, columns qw..qz: only with the scalar last do these orientations agree with the start or the "

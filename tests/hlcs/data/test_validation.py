@@ -38,6 +38,10 @@ def test_a_scalar_that_stands_last_is_seen_under_a_box(tmp_path):
             refused(path, "qw..qz", "scalar")
         else:
             assert measured(path).trials
+    # where the stated start agrees with what stands there, the box is on its edge indeed, and seen too low
+    start = f"start = {{ orientation = [0.0, 0.0, {d:.6f}, {c:.6f}] }}"
+    trial = f'file = "a.csv"\n{start}\n'
+    assert measured(experiment(tmp_path, csv="t_s,x_m,y_m,z_m,qw,qx,qy,qz\n" + rows, toml=toml, trial=trial)).trials
 
 
 def test_a_box_that_keeps_its_depth_in_the_floor_while_it_turns_has_its_scalar_first(tmp_path):
