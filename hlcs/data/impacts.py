@@ -286,12 +286,14 @@ def _along(vector, normal):
 
 def flights_of(flight, sides):
     """Parts (slices) of a StraightFlight that hold no impact: all that lies between two impacts, where no kink is seen there,
-    else the samples beside each: drag bends them by far less than all of a flight."""
+    else the samples beside each: drag bends them by far less than all of a flight. Two samples, or one between two impacts that
+    follow at once, show no bend and are left out."""
     parts = [sides[0][0]] if sides else []
     for (_, after), (before, _) in pairwise(sides):
         free = not any(after.start < k < before.stop for k in flight.unread)
         parts += [slice(after.start, before.stop)] if free else [after, before]
-    return [*parts, sides[-1][1]] if sides else []
+    parts += [sides[-1][1]] if sides else []
+    return [part for part in parts if part.stop - part.start > 2]
 
 
 def read_drag(recordings):

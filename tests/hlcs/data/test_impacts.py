@@ -9,7 +9,7 @@ from hard_cases import CELLULOID, RUBBER, per_metre
 from hard_cases import bouncing as bouncing_in_air
 
 from hlcs.data.experiment_file import Body, Surroundings
-from hlcs.data.impacts import impacts_between, read_drag, read_impacts, sides_of
+from hlcs.data.impacts import flights_of, impacts_between, read_drag, read_impacts, sides_of
 from hlcs.data.recordings import Recordings, Trial
 from hlcs.data.shown_by_impacts import (
     differing_from_model,
@@ -268,6 +268,16 @@ def test_drag_is_read_from_all_of_a_flight_between_two_impacts(body, error):
     root mean square of twelve is off by more than 40 % once in a hundred times."""
     read = np.array([read_drag([sides_of(trial, 1e-3) for trial in dropped(body, 0.47, seed)]) for seed in range(12)])
     assert np.sqrt(np.mean((read - per_metre(0.47, **body)) ** 2)) < error
+
+
+def test_impacts_that_follow_at_once_leave_no_flight_between_them():
+    """One sample is between them, and shows no drag: no line goes through it."""
+    flight, sides = sides_of(dropped(CELLULOID, 0.47, 0)[0], 1e-3)
+    after = sides[0][1]
+    at_once = slice(after.start - 4, after.start + 1), slice(after.start + 1, after.stop)
+    twice = [sides[0], at_once, *sides[1:]]
+    assert len(flights_of(flight, twice)) == len(flights_of(flight, sides))
+    assert read_drag([(flight, twice)]) == pytest.approx(read_drag([(flight, sides)]), rel=0.1)  # but for two samples the same
 
 
 def test_flights_without_drag_are_not_bent_straight():
