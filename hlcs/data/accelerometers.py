@@ -14,6 +14,12 @@ def felt(values, gravity):
     return np.linalg.norm(np.nan_to_num(values), axis=1) / max(gravity, 1e-9)
 
 
+def ways_through_air(reads):
+    """(first samples, samples after the last) of the runs in which readings over gravity (n,) are those of free flight."""
+    free = np.concatenate([[False], reads < FREE, [False]]).astype(int)
+    return tuple(np.flatnonzero(np.diff(free) == sign) for sign in (1, -1))
+
+
 def check_accelerations(trial, path):
     """Refuse accelerations in another unit than m/s2, without gravity in them, or along axes of which nothing is known."""
     if trial.accelerations is None:

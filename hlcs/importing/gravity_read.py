@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hlcs.data.accelerometers import FREE, STEADY, felt
+from hlcs.data.accelerometers import STEADY, felt, ways_through_air
 from hlcs.importing.found import Assumption
 from minibullet import rotations
 
@@ -17,8 +17,7 @@ def flies(times, vectors, name):
     reads = felt(vectors, STANDARD_GRAVITY)
     if not np.isfinite(vectors).any(axis=0).all() or len(reads) < AT_ONCE:
         return None, ()
-    free = np.concatenate([[False], reads < FREE, [False]]).astype(int)
-    begun, ended = (np.flatnonzero(np.diff(free) == sign) for sign in (1, -1))
+    begun, ended = ways_through_air(reads)
     if len(begun) and np.max(times[ended - 1] - times[begun]) > FLIGHT:
         return True, (
             Assumption(f"{name}: the phone flies, as it reads next to nothing for a while: no floor is stated", of_motion=True),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hlcs.data.accelerometers import FREE, STEADY, felt
+from hlcs.data.accelerometers import FREE, STEADY, felt, ways_through_air
 from hlcs.data.rigid_body import known_body, rigid_body
 from hlcs.estimation.least_squares import basis, project_out
 from hlcs.estimation.noise_model import BEYOND_CHANCE
@@ -194,8 +194,7 @@ def _samples_felt(trial, noise):
     """How many samples an accelerometer was held or thrown for: it read gravity at first, and of all ways through the air, where
     it reads nearly nothing, the longest began all of a sudden; 0 where it did not."""
     reads, settled = _felt(trial), _settled(trial, noise)
-    free = np.concatenate([[False], reads < FREE, [False]]).astype(int)
-    begun, ended = (np.flatnonzero(np.diff(free) == sign) for sign in (1, -1))
+    begun, ended = ways_through_air(reads)
     if not len(begun) or np.any(np.abs(reads[:LEAST] - 1) > STEADY):
         return 0
     longest = int(np.argmax(ended - begun))
