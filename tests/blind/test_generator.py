@@ -15,7 +15,7 @@ from numba import config as numba_config
 from scipy.optimize import least_squares
 
 from .generate import generate
-from .generator import bounce, deck, flight, motion, noise, plane, seal, slide, stack, strength, tables, tilting
+from .generator import bounce, deck, flight, motion, noise, observe, plane, seal, slide, stack, strength, tables, tilting, topple
 from .generator.build import Deal, balanced, judge
 from .generator.case import Setup, toml_text
 from .generator.noise import REGIMES
@@ -164,6 +164,14 @@ def test_toppling_block_keeps_its_energy():
     energy = 0.5 * p[2] * rate**2 + 9.81 * height
     np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
     assert p[2] == pytest.approx((0.1**2 + 0.25**2) / 3)  # about an edge of a homogeneous block
+
+
+def test_no_block_is_filmed_beyond_the_slip_of_its_edge():
+    """A clock that is 0.1 s late shows what comes after the last time of the file, where friction of 0.9 holds no edge."""
+    rng = np.random.default_rng(7)
+    block = topple.setup(rng, lambda duration: np.arange(0, duration, 1 / 60), "falls")
+    assert all(observe.holds(block, trial, {}) for trial in block.trials)
+    assert not all(observe.holds(block, trial, {"clock_offset": {"offset": -0.1}}) for trial in block.trials)
 
 
 def test_unit_comes_to_rest_on_the_stack():

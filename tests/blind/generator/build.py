@@ -8,7 +8,7 @@ from . import again
 from .case import csv_text, toml_text
 from .library import ALIASES, LIBRARY, plausible, possible
 from .noise import REGIMES, Noise, frames, spoil, spoil_orientation
-from .observe import FINE, axes_seen, film
+from .observe import FINE, axes_seen, film, holds
 from .strength import NEAR, Lens, gentle, look_alikes, scaled
 
 SIGMAS = {
@@ -71,6 +71,8 @@ def trajectory(deal, room, rng, then=None):
     films = [film(setup, trial, acting, errors, step=FINE) for trial in setup.trials]
     if not all(np.isfinite(position).all() for position, _ in films):
         raise Redraw("not finite")
+    if not all(holds(setup, trial, acting, errors) for trial in setup.trials):
+        raise Redraw("the motion is no longer the one that the file describes")
     if deal.kind == "placebo":
         plain = [film(setup, trial, setup.base(), step=FINE) for trial in setup.trials]
         films = shuffled(rng, films, plain, [trial.group for trial in setup.trials])

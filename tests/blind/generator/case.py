@@ -37,6 +37,7 @@ class Setup:
     simulate: object  # function (trial, inputs, effects, start, times, step) -> position (n,3), orientation (n,4) or None
     rivals: tuple[str, ...]  # library effects that act in this family
     errors: tuple[str, ...] = ("mass", "size", "tilt_x", "tilt_y")  # nominal inputs that may be slightly wrong
+    holds: object = None  # function (trial, inputs, effects, times) -> is `simulate` true at all times; None = always
 
     def base(self):
         """Effects of the model under test as {name: parameters}."""

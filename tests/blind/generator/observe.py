@@ -32,15 +32,27 @@ def with_errors(inputs, overrides, errors, effects):
     return true
 
 
-def film(setup, trial, effects, errors=None, start=None, step=COARSE):
-    """Positions (n, 3) and orientations (n, 4) or None that a perfect tracker would report for one trial.
-
-    True time = factor * stamp - offset (`time_scale`, `clock_offset`: late release); reported = factor * R(tilt) position
-    (`length_scale`, `tilted_frame`); `camera_shake` and `camera_drift` add a motion of the support of the camera.
-    """
+def truth(setup, trial, effects, errors=None):
+    """(Inputs, effects, times) of one trial as they are. True time = factor * stamp - offset (`time_scale`, `clock_offset`: late
+    release)."""
     own = {name: {**law, **trial.own.get(name, {})} for name, law in effects.items()}
     inputs = with_errors(setup.inputs, trial.overrides, errors or {}, own)
     times = trial.times * own.get("time_scale", {}).get("factor", 1.0) - own.get("clock_offset", {}).get("offset", 0.0)
+    return inputs, own, times
+
+
+def holds(setup, trial, effects, errors=None):
+    """Is the film of a trial one of a motion as the file has it?"""
+    return setup.holds is None or setup.holds(trial, *truth(setup, trial, effects, errors))
+
+
+def film(setup, trial, effects, errors=None, start=None, step=COARSE):
+    """Positions (n, 3) and orientations (n, 4) or None that a perfect tracker would report for one trial.
+
+    Reported = factor * R(tilt) position (`length_scale`, `tilted_frame`); `camera_shake` and `camera_drift`
+    add a motion of the support of the camera.
+    """
+    inputs, own, times = truth(setup, trial, effects, errors)
     position, orientation = setup.simulate(trial, inputs, own, start or trial.start, times, step)
     tilt = own.get("tilted_frame", {})
     if tilt:

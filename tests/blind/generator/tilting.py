@@ -82,21 +82,16 @@ def simulate(trial, inputs, effects, start, times, step):
     return position, product(small_turn(states[:, :1] * axis), yaw)
 
 
-def valid(inputs, start, times, step, friction, last_angle):
-    """How many of the times pass before the edge needs more than 60 % of the friction, carries less than a fifth of the
-    weight, or
-    the angle leaves (0, last_angle)."""
-    p = parameters(inputs, {}, start["heading"])
-    states = turn(start["angle"], 0.0, np.asarray(times, float), step, p)
-    angle, rate, gain = states.T
+def valid(inputs, effects, start, times, step, friction, last_angle):
+    """How many of the times pass before the edge needs more than this friction, carries less than a fifth of the weight, or the
+    angle leaves (0, last_angle)."""
+    p = parameters(inputs, effects, start["heading"])
+    angle, rate, gain = turn(start["angle"], 0.0, np.asarray(times, float), step, p).T
     x = p[0] * np.cos(angle) + p[1] * np.sin(angle)
     z = p[1] * np.cos(angle) - p[0] * np.sin(angle)
     horizontal = gain * z - rate**2 * x
     vertical = -gain * x - rate**2 * z + inputs["gravity"]
     fine = (
-        (np.abs(horizontal) < 0.6 * friction * vertical)
-        & (vertical > 0.2 * inputs["gravity"])
-        & (angle > 0.01)
-        & (angle < last_angle)
+        (np.abs(horizontal) < friction * vertical) & (vertical > 0.2 * inputs["gravity"]) & (angle > 0.01) & (angle < last_angle)
     )
     return len(times) if fine.all() else int(np.argmin(fine))
