@@ -6,7 +6,8 @@ from experiments import FLOOR, TOML, experiment, measured
 from throws import csv, write_throws
 from tosses import CUBE
 
-from hlcs.kinds.trajectories.preparation import beside, prepare, rebounds
+from hlcs.estimation.noise_model import estimate_noise
+from hlcs.kinds.trajectories.preparation import beside, prepare, rebounds, starts_seated
 from hlcs.selection.eligibility import candidates_for
 from hlcs.simulation.model import Term
 from minibullet.errors import InputError, InputWarning
@@ -56,6 +57,20 @@ def test_a_sample_that_stands_alone_is_told_beside_a_rest_that_is_left_out(tmp_p
     prepared = prepare(measured(path))
     notes = " ".join((*prepared.notes, *prepared.aside))
     assert "at rest from t_s" in notes and "1 isolated sample set aside for all models: x row 12" in notes
+
+
+@pytest.mark.parametrize(("heights", "seated"), [({}, True), ({2: 0.08}, True), ({0: 0.08}, False), ({0: 0.08, 1: 0.06}, False)])
+def test_one_reading_that_a_tracker_lost_lifts_no_body_off_its_floor(tmp_path, heights, seated):
+    """The centre of a cube of 10 cm on its floor is 5 cm above it; from 8 cm it falls to it within one or two frames."""
+    times, seen = np.arange(12) / 25, np.full((12, 3), [0.0, 0.0, 0.05])
+    seen[:, 0] = 0.5 * times
+    for row, height in heights.items():
+        seen[row, 2] = height
+    (tmp_path / "a.csv").write_text(csv(times, seen))
+    path = tmp_path / "puck.toml"
+    path.write_text(CUBE + '[[trial]]\nfile = "a.csv"\n')
+    recordings = measured(path)
+    assert starts_seated(recordings.trials[0], estimate_noise(recordings)) == seated
 
 
 def test_a_rebound_between_two_samples_is_seen_and_a_throw_is_none():
