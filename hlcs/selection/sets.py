@@ -137,22 +137,36 @@ class FittedSets:
         return rest
 
     def fit(self, effects):
-        """The Fit of a set, made where the search had no need of it or did not bring it to its end."""
-        found = self.search.fits.get(effects)
+        """The Fit of a set, made where the search had no need of it or did not bring it to its end.
+
+        From where the larger set that it is a part of stands and, where that leaves more than noise, from what the model under
+        test foresees of it: without what it was found beside a law may have other numbers, as a friction that is more across the
+        grain in place of one that is less along it.
+        """
+        search = self.search
+        found = search.fits.get(effects)
         if found is not None and found.converged:
             return found
-        reduced = self.search.reduced
+        reduced, bare = search.reduced, search.models.get(frozenset())
         if effects not in reduced:
-            holding = (known for known in self.search.fits if effects < known)
+            holding = (known for known in search.fits if effects < known)
             larger = min(holding, key=lambda known: (len(known), sorted(known)), default=effects)
-            fit, base = self.search.fits[larger], self.search.fits[frozenset()]
-            numbers = {name: numbers for name, numbers in fit.model.numbers.items() if name in effects}
-            near = self.search.preview.nearer(numbers, base)
-            states = fit.initial_states if near == numbers else base.initial_states
-            problem = self.search.problem
-            again = self.alone(problem, problem.fit(self.search.preview.model_with(near), states))
-            reduced[effects] = min(filter(None, (again, found)), key=lambda fit: fit.tempered(self.overdispersion))
+            fit = search.fits[larger]
+            shared = {name: numbers for name, numbers in fit.model.numbers.items() if name in effects}
+            tried = [found, self.alone(search.problem, self.begun(shared, fit))]
+            if bare and bare.foresees(effects) and not search.noise_alone(tried[-1]):
+                numbers = bare.proposal(effects).numbers
+                tried.append(self.alone(search.problem, self.begun(numbers, search.fits[frozenset()])))
+            reduced[effects] = min(filter(None, tried), key=lambda fit: fit.tempered(self.overdispersion))
         return reduced[effects]
+
+    def begun(self, numbers, parent):
+        """The Fit of a set from these numbers, or from nearer to the model under test where that fits better; parent: a Fit with
+        the initial states that belong to them."""
+        search, base = self.search, self.search.fits[frozenset()]
+        near = search.preview.nearer(numbers, base)
+        states = parent.initial_states if near == numbers else base.initial_states
+        return search.problem.fit(search.preview.model_with(near), states)
 
     def worth(self, effects, name):
         """By how much the cost of a set would rise without one of its effects."""

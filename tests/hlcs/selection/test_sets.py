@@ -284,6 +284,24 @@ def test_an_effect_is_judged_beside_the_best_fit_without_it_though_the_search_ga
     assert told.worth(both, "spin_decay") < 10 and told.best == law and fits[law].converged
 
 
+def test_a_part_of_a_set_is_fitted_from_what_the_model_under_test_foresees_of_it_too(generator, monkeypatch):
+    """A law that is stuck where it stood beside another one, as a friction that depends on the direction where it is the other
+    way round: at a rate of 9 in place of 3."""
+    told = sets(0.3, generator)
+    search, problem, law = told.search, told.search.problem, frozenset({"linear_drag"})
+    end, fit = search.fits.pop(law), problem.fit
+
+    def stuck(model, initial_states):
+        return fit_at(model, initial_states, problem.linearise(model, initial_states))
+
+    beside = search.preview.model_with({"linear_drag": {"rate": 9.0}, "spin_decay": {"rate": 0.0}})
+    search.fits[frozenset(LAWS)] = stuck(beside, end.initial_states)
+    monkeypatch.setattr(search.preview, "nearer", lambda numbers, parent: numbers)
+    there = search.preview.model_with({"linear_drag": {"rate": 9.0}})
+    monkeypatch.setattr(problem, "fit", lambda model, *states: (stuck if model == there else fit)(model, *states))
+    assert told.fit(law).chi2 == pytest.approx(end.chi2, rel=1e-3)
+
+
 @pytest.mark.parametrize(("overdispersion", "rate"), [(1.0, 1.4), (2000.0, 1.0)])
 def test_a_number_that_the_file_states_is_left_where_a_misfit_that_hangs_together_drove_it(generator, overdispersion, rate):
     """A rate stated as 1.00 +- 0.05 in data that rise by 1.5 and swing: white noise would tell it to 0.009, and where 2,000
