@@ -139,9 +139,9 @@ class FittedSets:
     def fit(self, effects):
         """The Fit of a set, made where the search had no need of it or did not bring it to its end.
 
-        From where the larger set that it is a part of stands and, where that leaves more than noise, from what the model under
-        test foresees of it: without what it was found beside a law may have other numbers, as a friction that is more across the
-        grain in place of one that is less along it.
+        From where the larger set that it is a part of stands and, where that one alone explains the data, from what the model
+        under test foresees of it: without what it was found beside a law may have other numbers, as a friction that is more
+        across the grain in place of one that is less along it.
         """
         search = self.search
         found = search.fits.get(effects)
@@ -154,7 +154,8 @@ class FittedSets:
             fit = search.fits[larger]
             shared = {name: numbers for name, numbers in fit.model.numbers.items() if name in effects}
             tried = [found, self.alone(search.problem, self.begun(shared, fit))]
-            if bare and bare.foresees(effects) and not search.noise_alone(tried[-1]):
+            explained = search.noise_alone(fit) and not search.noise_alone(tried[-1])
+            if explained and bare and bare.foresees(effects):
                 numbers = bare.proposal(effects).numbers
                 tried.append(self.alone(search.problem, self.begun(numbers, search.fits[frozenset()])))
             reduced[effects] = min(filter(None, tried), key=lambda fit: fit.tempered(self.overdispersion))

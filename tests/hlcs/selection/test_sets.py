@@ -295,7 +295,8 @@ def test_a_part_of_a_set_is_fitted_from_what_the_model_under_test_foresees_of_it
         return fit_at(model, initial_states, problem.linearise(model, initial_states))
 
     beside = search.preview.model_with({"linear_drag": {"rate": 9.0}, "spin_decay": {"rate": 0.0}})
-    search.fits[frozenset(LAWS)] = stuck(beside, end.initial_states)
+    search.fits[frozenset(LAWS)] = both = stuck(beside, end.initial_states)
+    monkeypatch.setattr(search, "noise_alone", lambda fit: fit is both)
     monkeypatch.setattr(search.preview, "nearer", lambda numbers, parent: numbers)
     there = search.preview.model_with({"linear_drag": {"rate": 9.0}})
     monkeypatch.setattr(problem, "fit", lambda model, *states: (stuck if model == there else fit)(model, *states))
