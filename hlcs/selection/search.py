@@ -154,7 +154,7 @@ class Search:
             together = self.first_ones(self.parts_first([each for each in promising if each[0].cost <= twice], limit), promising)
             affordable = self.budget.affordable([self.count(each.effects) for each, _ in together], TOGETHER)
             if self.budget.spent(len(affordable) if refits < REFITS else 0):
-                together = [each for each in together if explained and each[0].effects in self.twins]
+                together = [each for each in together if explained and each[0].effects in self.twins and each[0].cost <= limit]
                 affordable = range(len(together))  # twins of what was found are few, and without them it would be told alone
             if not affordable:
                 break
