@@ -90,19 +90,22 @@ class Descent(NamedTuple):
         return np.where(np.isfinite(self.until), times, np.nan)
 
 
-def descent(setups, effects, depth, velocity):
-    """The Descent of bodies to `depth` (d,) below their start [m], thrown with velocities (d, 3) [m/s]."""
+def descent(setups, effects, depth, velocity, spin=0.0):
+    """The Descent of bodies to `depth` (d,) below their start [m], thrown with velocities (d, 3) [m/s] and angular velocities
+    (d, 3) [rad/s] or 0."""
     gravity, rise = setups[0].surroundings.gravity, np.max(velocity[:, 2], initial=0.0)
-    state = state_of(setups, velocity)
+    state = state_of(setups, velocity, spin)
     longest = 1.5 * (2 * rise / gravity + np.sqrt(2 * np.nanmax(np.append(depth, LEAST_WAY)) / gravity))
     for _ in range(MOST_LONGER):
         track = fly(state, effects, longest, longest / STEPS)
         left, pace = depth + track.position[-1, :, 2], -track.velocity[-1, :, 2]
         later = np.where(left > 0, left / np.where(pace > 0, pace, np.nan), 0.0)  # where it goes on as it does at the end
-        steady = np.abs(track.velocity[-1] - track.velocity[-2]).max(axis=1) < STEADY * np.abs(pace)
-        if np.all((left <= 0) | steady) or not np.isfinite(later).all():
+        change = track.velocity[-1] - track.velocity[-2]
+        steady = np.abs(change).max(axis=1) < STEADY * np.abs(pace)
+        floats = (left > 0) & (pace <= 0) & (change[:, 2] >= 0)  # one that rises more and more slowly may still come down
+        if np.all((left <= 0) | steady) or floats.any():
             break
-        longest *= np.clip(1.05 * (1 + np.max(later) / longest), LONGER, FURTHER)
+        longest *= np.clip(1.05 * (1 + np.max(np.nan_to_num(later)) / longest), LONGER, FURTHER)
     return Descent(track, np.where((left <= 0) | steady, longest + 1.01 * later, np.nan))
 
 
@@ -178,12 +181,13 @@ def passage_time(setups, effects, inputs):
 
 
 def throw_range(setups, effects, inputs):
-    """Horizontal distance from the launch at speed_m_s, angle_deg above the horizontal, to where the body is height_m below it;
-    both are 0 where they are not given."""
+    """Horizontal distance from the launch at speed_m_s, angle_deg above the horizontal, with a backspin spin_rad_s, to where the
+    body is height_m below it; the last three are 0 where they are not given."""
     none = np.zeros(len(setups))
     angle, depth = np.deg2rad(inputs.get("angle_deg", none)), inputs.get("height_m", none)
     velocity = inputs["speed_m_s"][:, None] * np.stack([np.cos(angle), none, np.sin(angle)], axis=1)
-    way = descent(setups, effects, depth, velocity)
+    backspin = inputs.get("spin_rad_s", none)[:, None] * np.array([0.0, -1.0, 0.0])  # its upper side turns towards the launch
+    way = descent(setups, effects, depth, velocity, backspin)
     times = way.time_at(depth)
     return np.where(np.isfinite(times), way.track.position_at(np.nan_to_num(times)[:, None])[:, 0, 0], np.nan)
 
@@ -338,7 +342,7 @@ USES = {  # inputs that an outcome depends on, beside those of ROW_KEYS
     "passage_time_s": ("start_speed_m_s", "mark_1_m", "mark_2_m"),
     "bounce_time_s": ("height_m", "bounce"),
     "rebound_speed_m_s": ("impact_speed_m_s",),
-    "range_m": ("speed_m_s", "angle_deg", "height_m"),
+    "range_m": ("speed_m_s", "angle_deg", "height_m", "spin_rad_s"),
 }
 ROW_KEYS = {  # of a row, in the place of what the file states
     "mass_kg": ("body", "mass"),

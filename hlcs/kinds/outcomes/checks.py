@@ -19,7 +19,6 @@ PLAUSIBLE = {
     "bounce_time_s": (0.2, 300.0),
     "range_m": (0.01, 50.0),
 }
-BESIDE = ("spin_rad_s",)  # that only effects of the user's own know what to do with
 
 
 def check_table(file, table, own=()):
@@ -63,7 +62,7 @@ def _check_columns(file, table):
     """Refuse columns that the outcome does not depend on, and two that say the same: nothing is passed over in silence."""
     used = outcome_motion.USES[table.outcome]
     for column in table.inputs:
-        if column not in (*used, *outcome_motion.ROW_KEYS, *BESIDE):
+        if column not in (*used, *outcome_motion.ROW_KEYS):
             can = f"it depends on {', '.join(used)}" if used else "it depends on the body alone"
             raise InputError(
                 f"{table.file}, column {column}: {table.outcome} does not depend on it; {can}, beside body, fluid and floor: "

@@ -59,7 +59,7 @@ FITTING = {  # what acts on each outcome
     "passage_time_s": (*FORCES, TimeScale, LengthScale),
     "bounce_time_s": (*FORCES, *CLOCK, effects.Restitution, effects.VelocityDependentRestitution, LengthScale),
     "rebound_speed_m_s": (effects.Restitution, effects.VelocityDependentRestitution),
-    "range_m": (*FORCES, LengthScale),
+    "range_m": (*FORCES, effects.Magnus, LengthScale),
 }
 LENGTHS = ("height_m", "distance_m", "mark_2_m")
 RULER = 1e-3  # [m]
@@ -275,6 +275,7 @@ def table_candidates(file, table, names, own):
         Need.MASS_AND_SIZE: known_body(body),
         Need.SIZE: body.sized,
         Need.SPHERE: body.shape == "sphere",
+        Need.SPIN: bool(np.any(inputs.get("spin_rad_s", 0.0))),
     }
     extent = float(max((np.max(inputs[name]) for name in LENGTHS if name in inputs), default=1.0))
 

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import hlcs
 from hlcs.data.experiment_file import Body, Surroundings
@@ -75,3 +76,49 @@ def test_throws_that_never_come_down_are_told():
     model = {"effects": [{"name": "buoyancy", "fluid_density": DENSITY}]}
     experiment = hlcs.Experiment.from_frames([rows], balloon, air, model=model, kind="outcomes", noise=0.01)
     assert any("floats and never comes down" in note for note in hlcs.compare(experiment).notes)
+
+
+def turned(speed, angle, height, turn):
+    """Range of a body whose velocity gravity bends and a side force turns at a rate [rad/s], upwards where it is positive.
+
+    u = v_x + i v_z: u' = -i g + i turn u, so u = g / turn + (u_0 - g / turn) exp(i turn t), and its integral is the way.
+    """
+    drift, begin = G / turn, speed * np.exp(1j * np.deg2rad(angle))
+
+    def way(t):
+        return drift * t + (begin - drift) * (np.exp(1j * turn * t) - 1) / (1j * turn)
+
+    times = np.linspace(1e-3, 2 * np.pi / abs(turn), 20_000)
+    first = int(np.flatnonzero(way(times).imag < -height)[0])
+    return way(brentq(lambda t: way(t).imag + height, times[first - 1], times[first])).real
+
+
+def test_a_backspin_carries_a_throw_on_and_a_topspin_brings_it_down():
+    """Steps as above, 1e-5. With the largest backspin the ball still rises where the first track that is computed of it ends."""
+    setup = Setup(Body(**BALL), Surroundings(gravity=G, fluid_density=DENSITY))
+    laws, spins = (effects.Gravity(G), effects.Magnus(0.5, DENSITY)), np.array([-400.0, -100.0, 100.0, 250.0])
+    inputs = {"speed_m_s": np.full(4, 8.0), "angle_deg": np.full(4, 15.0), "height_m": np.full(4, 0.3), "spin_rad_s": spins}
+    rates = 0.5 * np.pi * DENSITY * RADIUS**3 / MASS * spins
+    expected = [turned(8.0, 15.0, 0.3, rate) for rate in rates]
+    assert np.all(np.diff(expected) > 0)
+    np.testing.assert_allclose(throw_range([setup] * 4, laws, inputs), expected, rtol=1e-5)
+
+
+def test_the_side_force_on_balls_thrown_with_a_spin_is_told_and_not_tried_without():
+    spins = np.tile([-150.0, 0.0, 75.0, 150.0, 0.0], 7)
+    rates = 0.5 * np.pi * DENSITY * RADIUS**3 / MASS * spins
+    ranges = [turned(SPEED, a, HEIGHT, r) if r else thrown(SPEED, a, HEIGHT) for a, r in zip(ANGLES, rates, strict=True)]
+    rows = {"angle_deg": ANGLES, "speed_m_s": np.full(35, SPEED), "height_m": np.full(35, HEIGHT), "spin_rad_s": spins}
+    rows["range_m"] = ranges + NOISE * np.random.default_rng(4).standard_normal(35)
+    found = hlcs.diagnose(hlcs.Experiment.from_frames([rows], BALL, {"fluid_density": DENSITY}, kind="outcomes", noise=NOISE))
+    number = found.parameters["magnus"]["coefficient"]
+    assert (found.verdict, found.effects) == ("effect", ("magnus",))
+    assert number["low"] < 0.5 < number["high"]
+    assert "the spin is neither measured nor stated: magnus" in str(diagnosed())
+
+
+def test_a_spin_beside_an_outcome_that_is_computed_without_is_refused():
+    rows = {"height_m": [0.5, 1.0, 1.5], "spin_rad_s": [10.0] * 3, "fall_time_s": [0.32, 0.45, 0.55]}
+    experiment = hlcs.Experiment.from_frames([rows], BALL, {"fluid_density": DENSITY}, kind="outcomes", noise=0.01)
+    with pytest.raises(hlcs.InputError, match="spin_rad_s: fall_time_s does not depend on it"):
+        hlcs.compare(experiment)
