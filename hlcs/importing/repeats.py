@@ -13,7 +13,12 @@ REPEAT = re.compile(
     r"\b(?:trial|run|repeat|reading|attempt|measurement|versuch|messung|durchgang|wiederholung|essai|mesure|ensayo|intento|medida|"
     r"no|nr)\b\.?"
 )
-NUMBERED = re.compile(r"(.*?)[\s#.\-]*\d{1,2}")
+NUMBERED = re.compile(r"\d{1,2}(?:\.|st|nd|rd|th|er|e|ª|º)\s*(?P<after>\D+)|(?P<before>.*?)[\s#.\-]*\d{1,2}")  # "2. run", "run 2"
+# what is computed of readings is none of them
+COMPUTED = re.compile(
+    r"\b(?:mean|average|avg|median|mittel(?:wert)?|durchschnitt|moyenne|media|promedio|std|stdev|sd|st\.? ?dev|std\.? ?abw|"
+    r"standard deviation|standardabweichung|écart[ -]type|desviación|error|fehler|uncertainty|unsicherheit|incertitude)\b"
+)
 
 
 def below_one_another(grid, head, units, meaning, overrides):
@@ -64,8 +69,8 @@ def _numbered(names, units, meaning, overrides):
     for k, cell in enumerate(names):
         word, unit = split_unit(cell)
         unit = unit or (units[k].strip("[]() ").lower() if k < len(units) else "")
-        if cell not in overrides.column and word not in meaning and (before := NUMBERED.fullmatch(word)):
-            stem, many = REPEAT.subn(" ", before[1])
+        if cell not in overrides.column and word not in meaning and (parts := NUMBERED.fullmatch(word)):
+            stem, many = REPEAT.subn(" ", parts[parts.lastgroup])
             key = " ".join(stem.split()), unit
             found.setdefault(key, []).append(k)
             name = meaning.get(key[0]) or ("t_s" if not key[0] and unit in UNITS["time"] else None)
@@ -78,5 +83,6 @@ def _numbered(names, units, meaning, overrides):
 def _without_number(cell):
     """What a column of repeats is called without its number: "Trial 1 (s)" -> "time (s)"."""
     word, unit = split_unit(cell)
-    stem = " ".join(REPEAT.sub(" ", NUMBERED.fullmatch(word)[1]).split()) or "time"
+    parts = NUMBERED.fullmatch(word)
+    stem = " ".join(REPEAT.sub(" ", parts[parts.lastgroup]).split()) or "time"
     return f"{stem} ({unit})" if unit else stem

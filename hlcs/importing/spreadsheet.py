@@ -18,7 +18,7 @@ from hlcs.files.csv_files import decimal
 from hlcs.importing.axes import turned
 from hlcs.importing.found import Assumption, Found, recording
 from hlcs.importing.grids import MISSING, grid_of, source_of
-from hlcs.importing.repeats import below_one_another
+from hlcs.importing.repeats import COMPUTED, below_one_another
 from hlcs.importing.units import KNOWN, SI, SUFFIXES, UNITS, quantity_of, scale, split_unit
 from minibullet.errors import InputError, shown
 
@@ -41,18 +41,19 @@ WORDS = {  # what people write above a column, in English, German, French and Sp
     "hauteur de rebond, hauteur du rebond, hauteur de rebondissement, altura de rebote, altura del rebote",
     "stop_distance_m": "stop distance, stopping distance, sliding distance, rutschweg, bremsweg, distance d'arrêt, "
     "distancia de frenado",
-    "range_m": "range, throwing distance, landing distance, wurfweite, schussweite, portée, alcance",
+    "range_m": "range, throwing distance, landing distance, carry, carry distance, wurfweite, schussweite, portée, alcance",
     "slide_time_s": "slide time, sliding time, rutschzeit, gleitzeit, temps de glissement, tiempo de deslizamiento",
     "rest_height_m": "rest height, resting height, ruhehöhe, hauteur de repos, altura de reposo",
     "mass_kg": "mass, masse, masa, m",
     "radius_m": "radius, rayon, radio, ball radius, bead radius, sphere radius, kugelradius",
     "mark_1_m": "first mark, upper mark, marke 1, erste marke, obere marke, marque 1, marca 1",
     "mark_2_m": "second mark, lower mark, marke 2, zweite marke, untere marke, marque 2, marca 2",
-    "speed_m_s": "speed, start speed, initial speed, launch speed, initial velocity, launch velocity, geschwindigkeit, "
-    "abwurfgeschwindigkeit, vitesse, vitesse initiale, velocidad, velocidad inicial",
+    "spin_rad_s": "spin, spin rate, backspin",
+    "speed_m_s": "speed, start speed, initial speed, launch speed, ball speed, initial velocity, launch velocity, "
+    "geschwindigkeit, abwurfgeschwindigkeit, vitesse, vitesse initiale, velocidad, velocidad inicial",
     "angle_deg": "angle, launch angle, winkel, abwurfwinkel, angle de tir, ángulo, ángulo de lanzamiento",
     "bounce": "bounce, bounce number, bounce no, number of bounce, nummer des aufpralls",
-    "distance_m": "distance, strecke, abstand, distancia",
+    "distance_m": "distance, strecke, weg, abstand, distancia",
     "group": "group, gruppe, groupe, grupo, series, serie, day, tag, person, personne, persona, observer, beobachter",
 }
 DIAMETERS = {  # halved, they are radius_m
@@ -86,6 +87,7 @@ def read(path, overrides):
     head = _header(grid, overrides)
     grid.no_more_cells_than_names(head)
     as_read, units = grid, _has_units(grid, head)
+    nameless = _nameless(grid, head, head + 1 + units)
     grid, overrides = below_one_another(grid, head, units, MEANING, overrides)
     columns, left, notes = _columns(grid, head, overrides, grid is not as_read)
     first = head + 1 + units
@@ -96,7 +98,7 @@ def read(path, overrides):
     is_table = any(name in columns for name in OUTCOMES)
     above = ", ".join(map(str, grid.lines[:head]))
     passed = [Assumption(f"{grid.name}: what stands above the names of its columns is passed over (row {above})")] if head else []
-    notes = [*grid.assumptions, *passed, *notes]
+    notes = [*grid.assumptions, *passed, *nameless, *notes]
     if is_table:
         rows, told = _rows(grid, first, columns, overrides)
         return Found((), rows, {}, (*notes, *told))
@@ -119,10 +121,31 @@ def _header(grid, overrides):
     if not any(_is_number(cell) for cells in grid.cells for cell in cells) and len(grid.cells[0]) > 1:
         raise InputError(f"{told}no row of numbers follows these names")
     more = "; columns are separated by tabs, semicolons, commas or blanks" if len(grid.cells[0]) == 1 else ""
+    if {split_unit(cell)[0] for cell in grid.cells[0]} & known and any(map(_is_number, grid.cells[0])):
+        more = "; a number names no column: call repeats Trial 1 (s), Trial 2 (s), .."
     raise InputError(
         f"{told}expected a row with the names of two columns or more, such as Zeit [s]; Höhe [cm], above the rows of numbers"
         f"{more}"
     )
+
+
+def _nameless(grid, head, first):
+    """Assumptions on columns without a name: of words, or the first one; readings are never passed over."""
+    names, notes = grid.cells[head], []
+    for index in (k for k, name in enumerate(names) if not name and not _empty(grid, first, k)):
+        below = [row[index] for row in grid.cells[first:] if index < len(row) and row[index].lower() not in MISSING]
+        if {below[0], split_unit(below[0])[0]} & {*IN_RECORDINGS, *IN_TABLES, *MEANING}:
+            raise InputError(
+                f"{grid.place(first)}: '{shown(below[0])}' names a column that has no name in row {grid.lines[head]}; write the "
+                "names of all columns in one row"
+            )
+        if index and any(map(_is_number, below)):
+            raise InputError(
+                f"{grid.place(head)}: column {index + 1} has numbers and no name; name each column, and those that repeat a "
+                "reading alike but for a number, such as fall time 1 [s]; fall time 2 [s]"
+            )
+        notes.append(Assumption(f"{grid.name}: column {index + 1} is left out, it has no name"))
+    return notes
 
 
 def _may_be_groups(grid, head, cell, found):
@@ -191,8 +214,8 @@ def _columns(grid, head, overrides, repeats=False):
         raise InputError(f"{grid.place(head)}: no column '{shown(cell)}' (--column); there are {shown(there, 300)}")
     if not set(found) - {"t_s", "frame", "group"}:
         raise InputError(
-            f"{grid.place(head)}: columns {shown(there, 300)}; none is known as a position or an outcome: state what each is, "
-            f'such as --column "{shown(next(iter(left), "h"))}=z_m"; where each row is an experiment of its own, one is its '
+            f"{grid.place(head)}: columns {shown(there, 300)}; none is known as a position or an outcome: "
+            f"{_example(left)}; where each row is an experiment of its own, one is its "
             f"outcome: {', '.join(OUTCOMES)}; what is measured of none of these cannot be compared"
         )
     notes = [
@@ -209,6 +232,17 @@ def _columns(grid, head, overrides, repeats=False):
             half = "half of " if place.part != 1 else ""
             notes.append(Assumption(f"{grid.name}: {half}column '{shown(cell)}' is {name}{since}", "--column"))
     return found, left, notes
+
+
+def _example(left):
+    """How to say what columns are of which none is known: by their units, where these tell."""
+    parts = [cell.split() for cell in left]
+    if left and all(len(part) == 2 and _is_number(part[0].replace(",", ".")) and part[1].lower() in KNOWN for part in parts):
+        return f"their names are values: write '{shown(left[0])}' and the others into a column of their own, a row each reading"
+    timed, placed = (next((c for c in left if split_unit(c)[1] in UNITS[unit_of]), None) for unit_of in ("time", "length"))
+    placed = placed or next((cell for cell in left if cell != timed), "h")
+    time = f' --column "{shown(timed)}=t_s"' if timed else ""
+    return f'state what each is, such as --column "{shown(placed)}=z_m"{time}'
 
 
 def _time_beside(found, overrides, repeats):
@@ -305,7 +339,8 @@ def _what_left_is(left):
         return ""
     names, units = ", ".join(f"'{shown(cell)}'" for cell in left), [split_unit(cell)[1] for cell in left]
     told = f"; not understood: {shown(names, 200)}: state what each is with --column"
-    if timed := [cell for cell, unit in zip(left, units, strict=True) if unit in UNITS["time"]]:
+    timed = [cell for cell, unit in zip(left, units, strict=True) if unit in UNITS["time"]]
+    if timed := [cell for cell in timed if not COMPUTED.search(split_unit(cell)[0])] or timed[:1]:
         again = f'; say the same outcome of each column that repeats it, --column "{shown(timed[1])}=.."' if timed[1:] else ""
         return (
             f'{told} "{shown(timed[0])}=t_s", or =slide_time_s or =fall_time_s where each row is an experiment of its own{again}'

@@ -12,12 +12,13 @@ UNITS = {  # quantity -> unit -> its size in the unit of the project
     "time": {"s": 1.0, "sec": 1.0, "sek": 1.0, "second": 1.0, "seconds": 1.0, "milliseconds": 1e-3, "ms": 1e-3, "us": 1e-6,
              "µs": 1e-6, "ns": 1e-9, "min": 60.0},
     "length": {"m": 1.0, "meter": 1.0, "metre": 1.0, "meters": 1.0, "metres": 1.0, "cm": 0.01, "centimeters": 0.01, "mm": 1e-3,
-               "millimeters": 1e-3, "km": 1e3, "in": 0.0254, "inch": 0.0254, "inches": 0.0254, "ft": 0.3048, "feet": 0.3048},
+               "millimeters": 1e-3, "km": 1e3, "in": 0.0254, "inch": 0.0254, "inches": 0.0254, "ft": 0.3048, "feet": 0.3048,
+               "yd": 0.9144, "yds": 0.9144, "yard": 0.9144, "yards": 0.9144},
     "speed": {"m/s": 1.0, "cm/s": 0.01, "mm/s": 1e-3, "km/h": 1 / 3.6, "ft/s": 0.3048, "mph": 0.44704},
     "acceleration": {"m/s2": 1.0, "m/s^2": 1.0, "m/s²": 1.0},
     "mass": {"kg": 1.0, "g": 1e-3},
     "angle": {"deg": 1.0, "°": 1.0, "degrees": 1.0, "rad": 180.0 / math.pi},  # columns of tables have angle_deg
-    "rate of turn": {"rad/s": 1.0},
+    "rate of turn": {"rad/s": 1.0, "deg/s": math.pi / 180.0, "°/s": math.pi / 180.0, "rpm": math.pi / 30.0},
     "pixels": {"px": 1.0, "pixel": 1.0, "pixels": 1.0},
     "share": {"1": 1.0, "-": 1.0, "%": 0.01},
 }  # fmt: skip

@@ -11,9 +11,10 @@ FALLS = {"height_m": ["0.5", "0.5", "0.5", "1.0", "1.0"], "fall_time_s": ["0.33"
         "Height (m),Trial 1 (s),Trial 2 (s),Trial 3 (s),Average (s)\n0.5,0.33,0.31,0.32,0.32\n1.0,0.45,0.46,,0.46\n",
         "Fallhöhe [cm];Fallzeit 1 [s];Fallzeit 2 [s];Fallzeit 3 [s]\n50;0,33;0,31;0,32\n100;0,45;0,46\n",
         "height;Messung #1;Messung #2;Messung #3\ncm;ms;ms;ms\n50;330;310;320\n100;450;460;\n",
+        "Fallhöhe;1. Messung;2. Messung;3. Messung;Mittelwert\n[cm];[s];[s];[s];[s]\n50;0,33;0,31;0,32;0,32\n100;0,45;0,46;;\n",
         "drop height (cm),run_1 fall time,run_2,run_3\n",
     ],
-    ids=["trials", "an outcome", "units below", "unlike names"],
+    ids=["trials", "an outcome", "units below", "numbers before", "unlike names"],
 )
 def test_repeats_of_a_fall_are_a_row_each(imported, refused, text):
     if "run_1" in text:
@@ -39,3 +40,29 @@ def test_bodies_and_gates_that_are_numbered_are_no_repeats(refused):
     refused("t,x1,x2\n0,1,2\n1,2,3\n", "csv", "columns 't', 'x1', 'x2'")
     words = ("time 1 (s)=t_s", "=fall_time_s", "the same outcome of each", "time 2 (s)=..")
     refused("height (m),time 1 (s),time 2 (s)\n0.5,0.33,0.41\n1.0,0.45,0.52\n", "csv", *words)
+
+
+def test_what_is_computed_of_readings_is_offered_as_no_repeat_of_them(refused):
+    told = refused(
+        "height (cm),t mean (ms),st. dev. (ms)\n50,320,4\n100,452,5\n", "csv", 'state what each is with --column "t mean'
+    )
+    assert '"st. dev.' not in told
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("Height [cm];Fall time [ms];;;Mean\n50;330;310;320;320\n", ("row 1: column 3 has numbers and no name",)),
+        (";Fall time [ms];;Mean\nHeight [cm];1;2;[ms]\n50;330;310;320\n", ("row 2: 'Height [cm]' names a column", "in one row")),
+        ("Height [cm];1;2;3\n50;330;310;320\n", ("a number names no column", "Trial 1 (s)")),
+    ],
+)
+def test_readings_below_no_name_are_not_passed_over(refused, text, words):
+    refused(text, "csv", *words)
+
+
+def test_the_numbers_of_rows_and_remarks_may_have_no_name(imported):
+    """As a program writes them in the first column, and a hand in the last."""
+    found, tables = imported(",height_m,fall_time_s,\n0,0.5,0.32,\n1,0.5,0.31,late?\n", "csv")
+    assert tables["measurements.csv"] == {"height_m": ["0.5", "0.5"], "fall_time_s": ["0.32", "0.31"]}
+    assert "column 1 is left out, it has no name" in str(found) and "column 4 is left out" in str(found)

@@ -349,3 +349,16 @@ def test_ranges_of_throws_need_the_speed_of_the_launch(imported):
         "speed_m_s": ["fill in"] * 2,
     }
     assert "--constant speed_m_s=5" in str(found)
+
+
+def test_shots_of_a_launch_monitor_are_throws_with_a_spin(imported):
+    """171 miles an hour, 2545 turns a minute and 282 yards: 1609.344 m / 3600 s, 2 pi / 60 s and 0.9144 m."""
+    text = "Club,Ball Speed (mph),Launch Angle (deg),Spin Rate (rpm),Carry (yds)\nDriver,171,10.4,2545,282\n"
+    row = {name: float(values[0]) for name, values in imported(text, "csv")[1]["measurements.csv"].items()}
+    assert row == pytest.approx({"speed_m_s": 76.444, "angle_deg": 10.4, "spin_rad_s": 266.512, "range_m": 257.861}, abs=1e-3)
+
+
+def test_units_say_which_column_could_be_a_time_and_which_a_position(refused):
+    text = "Run 1: Time (s),Run 1: Position (m)\n0,1.2\n0.1,1.15\n"
+    refused(text, "csv", 'such as --column "Run 1: Position (m)=z_m" --column "Run 1: Time (s)=t_s"')
+    refused("20 cm,35 cm\n197,265\n198,265\n", "csv", "their names are values", "a column of their own")
