@@ -101,3 +101,11 @@ def test_what_was_not_measured_so_is_refused(columns, message):
     with pytest.raises(InputError) as problem:
         hlcs.compare(measured(columns))
     assert message in str(problem.value)
+
+
+def test_times_that_begin_at_the_first_impact_are_refused_with_what_is_to_be_added():
+    """A list of sounds counts from the first one, which of a ball that is let go is its first impact."""
+    columns = {"height_m": np.full(3, 0.3), "bounce": np.arange(1.0, 4.0), "bounce_time_s": np.array([0.0, 0.46, 0.88])}
+    experiment = hlcs.Experiment.from_frames(columns, BALL, {"fluid_density": 0.0}, kind="outcomes", noise=0.001)
+    with pytest.raises(hlcs.InputError, match="from the first impact, add the time of the fall to each"):
+        hlcs.compare(experiment)
